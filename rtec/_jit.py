@@ -1,0 +1,93 @@
+"""The only place with numba options: how every kernel of rtec is compiled and where its machine code is kept.
+
+Machine code is cached on disk, in a folder named after the state of the package's sources. numba's own cache looks
+at one file only, although a kernel holds the code of the step functions it calls from other files; with the folder
+named after all sources, a changed step function never meets stale machine code of its callers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def _digest_of_sources() -> str:
+    """Return a digest of name, size and time of every source file of the package."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        stat = path.stat()
+        digest.update(f"{path.relative_to(_PACKAGE)} {stat.st_size} {stat.st_mtime_ns}".encode())
+    return digest.hexdigest()[:16]
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _cache_folder() -> Path:
+    """Return the folder for machine code: ``NUMBA_CACHE_DIR``, else the user's cache, else a temporary one."""
+    home = hashlib.sha256(str(_PACKAGE).encode()).hexdigest()[:8]
+    bases = [os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"]
+    for base in bases:
+        if base and _writable(root := Path(base).expanduser() / "rtec" / home):
+            return root / _digest_of_sources()
+    return Path(tempfile.mkdtemp(prefix="rtec-"))
+
+
+CACHE_FOLDER = _cache_folder()
+"""Folder that holds the machine code of this version of the sources."""
+
+FIRST_RUN = not CACHE_FOLDER.exists()
+"""True where nothing is compiled yet, so that the command line can say why it takes long."""
+
+
+def _drop_older_versions() -> None:
+    for other in CACHE_FOLDER.parent.iterdir():
+        if other != CACHE_FOLDER and other.is_dir():
+            shutil.rmtree(other, ignore_errors=True)
+
+
+if FIRST_RUN and _writable(CACHE_FOLDER):
+    _drop_older_versions()
+
+
+def _compile(function: _F, **options: Any) -> _F:
+    # numba reads the folder when it decorates, and offers no argument for it
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(CACHE_FOLDER)
+    try:
+        return numba.njit(error_model="numpy", fastmath=False, **options)(function)  # type: ignore[no-any-return]
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def step(function: _F) -> _F:
+    """Compile a scalar step function; it is merged into every loop that calls it."""
+    return _compile(function, forceinline=True)
+
+
+def helper(function: _F) -> _F:
+    """Compile a function that loops call now and then, kept as one copy."""
+    return _compile(function)
+
+
+def kernel(function: _F) -> _F:
+    """Compile a loop that Python calls; its machine code is cached on disk."""
+    return _compile(function, cache=True, nogil=True)

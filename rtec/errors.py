@@ -1,0 +1,92 @@
+"""Errors that a user of rtec can meet.
+
+::
+
+    RtecError
+    ├── ArgumentError      a value given by the caller is outside what is allowed
+    ├── FileFormatError    a file does not hold what its format promises
+    └── OutputError        a result could not be written
+
+Every message says what is wrong, where, the value found, what is allowed and what to do.
+What a simulated machine does wrong (an illegal transition, a refused request) is a result, never an exception.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class RtecError(Exception):
+    """Base of all errors that rtec raises on purpose; the command line turns it into exit code 2."""
+
+
+class ArgumentError(RtecError, ValueError):
+    """A value given by the caller is outside what is allowed.
+
+    Parameters
+    ----------
+    name
+        Name of the argument or key, as the user wrote it.
+    value
+        The value found.
+    allowed
+        What would have been accepted.
+    hint
+        What to do about it (optional).
+
+    Examples
+    --------
+    >>> str(ArgumentError("feed", -3, "a speed above 0 mm/s"))
+    'feed: -3 is not allowed; allowed: a speed above 0 mm/s'
+    """
+
+    def __init__(self, name: str, value: object, allowed: str, hint: str = "") -> None:
+        self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
+        super().__init__(f"{name}: {value} is not allowed; allowed: {allowed}{'; ' + hint if hint else ''}")
+
+
+class FileFormatError(RtecError, ValueError):
+    """A file does not hold what its format promises.
+
+    Parameters
+    ----------
+    path
+        The file.
+    line
+        Line number counted from 1, or None where the whole file is meant.
+    problem
+        What was found.
+    allowed
+        What the format asks for, or what to do.
+
+    Examples
+    --------
+    >>> str(FileFormatError("z.csv", 7, "'abc' is not a number", "a decimal number"))
+    "z.csv, line 7: 'abc' is not a number; allowed: a decimal number"
+    """
+
+    def __init__(self, path: str | Path, line: int | None, problem: str, allowed: str) -> None:
+        self.path, self.line, self.problem, self.allowed = str(path), line, problem, allowed
+        where = f"{path}" if line is None else f"{path}, line {line}"
+        super().__init__(f"{where}: {problem}; allowed: {allowed}")
+
+
+class OutputError(RtecError, OSError):
+    """A result could not be written; nothing half-written is left behind."""
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return a hint naming the known words closest to ``word``.
+
+    Examples
+    --------
+    >>> nearest("orginal", ["original", "a", "b", "c"])
+    "did you mean 'original'?"
+    >>> nearest("zzz", ["original", "a"])
+    'known: original, a'
+    """
+    names = list(known)
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    return f"did you mean '{close[0]}'?" if close else "known: " + ", ".join(names)
