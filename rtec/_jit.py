@@ -1,8 +1,9 @@
 """The only place with numba options: how every kernel of rtec is compiled and where its machine code is kept.
 
-Machine code is cached on disk, in a folder named after the state of the package's sources. numba's own cache looks
-at one file only, although a kernel holds the code of the step functions it calls from other files; with the folder
-named after all sources, a changed step function never meets stale machine code of its callers.
+Compiled functions live in files named ``*_kernels.py``. Their machine code is cached on disk, in a folder named after
+the state of those files. numba's own cache looks at one file only, although a kernel holds the code of the step
+functions it calls from other files; with the folder named after all of them, a changed step function never meets
+stale machine code of its callers.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba import config
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -24,9 +26,9 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def _digest_of_sources() -> str:
-    """Return a digest of name, size and time of every source file of the package."""
+    """Return a digest of name, size and time of every source file that holds compiled functions."""
     digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
-    for path in sorted(_PACKAGE.rglob("*.py")):
+    for path in sorted([Path(__file__).resolve(), *_PACKAGE.rglob("*_kernels.py")]):
         stat = path.stat()
         digest.update(f"{path.relative_to(_PACKAGE)} {stat.st_size} {stat.st_mtime_ns}".encode())
     return digest.hexdigest()[:16]
@@ -70,12 +72,12 @@ if FIRST_RUN and _writable(CACHE_FOLDER):
 
 def _compile(function: _F, **options: Any) -> _F:
     # numba reads the folder when it decorates, and offers no argument for it
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(CACHE_FOLDER)
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(CACHE_FOLDER)
     try:
         return numba.njit(error_model="numpy", fastmath=False, **options)(function)  # type: ignore[no-any-return]
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
 
 
 def step(function: _F) -> _F:

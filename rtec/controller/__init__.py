@@ -1,0 +1,1 @@
+"""The machine-tool controller's input: digital filter, quadrature decoder, fault policy, latches."""

@@ -1,0 +1,1 @@
+"""What box and PC send each other, and how long it takes."""

@@ -1,0 +1,1 @@
+"""The parts joined: the open signal path and the closed loop."""

@@ -1,0 +1,1 @@
+"""How an axis is measured and judged: instrument files, measuring programs, ISO 230-2."""

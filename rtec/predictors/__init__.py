@@ -1,0 +1,1 @@
+"""Error models that tell the PC what to correct."""

@@ -1,0 +1,1 @@
+"""Results as a page, figures and tables; nothing is computed here."""

@@ -1,0 +1,1 @@
+"""The conversation between PC and box: requests, windows, "I Don't Believe You", start-up, probing."""

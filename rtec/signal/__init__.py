@@ -1,0 +1,1 @@
+"""Two-level signals in time: the Gray code, edge streams, merging, waveform files."""

@@ -1,0 +1,1 @@
+"""A whole run from one TOML file: measured error, four designs, report."""
