@@ -1,0 +1,129 @@
+"""Checks that every stream passes on its way in: whole picoseconds, strictly increasing; levels from a small set."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rtec.errors import ArgumentError
+from rtec.signal._kernels import NEVER
+
+
+def whole_numbers(name: str, values: ArrayLike, allowed: str) -> NDArray[np.signedinteger | np.unsignedinteger]:
+    """Return ``values`` as a one-dimensional array of whole numbers, not copied where it is one already."""
+    try:
+        array = np.asarray(values)
+    except (ValueError, OverflowError, TypeError) as error:
+        raise ArgumentError(name, f"a sequence that is no array ({error})", allowed) from error
+    if array.ndim != 1:
+        raise ArgumentError(name, f"an array of shape {array.shape}", f"a one-dimensional array: {allowed}")
+    if array.size == 0:
+        return np.empty(0, dtype=np.int64)
+    if array.dtype.kind not in "iu":
+        raise ArgumentError(f"{name}[0]", f"{array[0]!r} of type {array.dtype}", allowed)
+    return array
+
+
+def times_ps(name: str, values: ArrayLike) -> NDArray[np.int64]:
+    """Return a read-only int64 view of times that are strictly increasing and inside (-NEVER, NEVER)."""
+    array = whole_numbers(name, values, "whole picoseconds (int64)")
+    if array.size:
+        for index in (0, array.size - 1):
+            if not -NEVER < int(array[index]) < NEVER:
+                raise ArgumentError(f"{name}[{index}]", f"{array[index]} ps", f"times within ±{NEVER - 1} ps")
+    late = array[1:] <= array[:-1]
+    if late.any():
+        index = int(np.argmax(late)) + 1
+        raise ArgumentError(
+            f"{name}[{index}]", f"{array[index]} ps after {array[index - 1]} ps", "strictly increasing times"
+        )
+    view = array.astype(np.int64, copy=False).view()
+    view.flags.writeable = False
+    return view
+
+
+def codes(name: str, values: ArrayLike, highest: int) -> NDArray[np.uint8]:
+    """Return a read-only uint8 view of whole numbers 0..``highest``."""
+    allowed = f"a whole number 0..{highest}"
+    array = whole_numbers(name, values, allowed)
+    outside = (array < 0) | (array > highest)
+    if outside.any():
+        index = int(np.argmax(outside))
+        raise ArgumentError(f"{name}[{index}]", array[index], allowed)
+    view = array.astype(np.uint8, copy=False).view()
+    view.flags.writeable = False
+    return view
+
+
+def code(name: str, value: object, highest: int) -> int:
+    """Return ``value`` as a whole number 0..``highest``."""
+    number = whole_number(name, value, f"a whole number 0..{highest}")
+    if not 0 <= number <= highest:
+        raise ArgumentError(name, number, f"a whole number 0..{highest}")
+    return number
+
+
+def time_ps(name: str, value: object) -> int:
+    """Return ``value`` as whole picoseconds within ±NEVER."""
+    number = whole_number(name, value, "whole picoseconds")
+    if not -NEVER <= number <= NEVER:
+        raise ArgumentError(name, f"{number} ps", f"a time within ±{NEVER} ps")
+    return number
+
+
+def whole_number(name: str, value: object, allowed: str) -> int:
+    """Return ``value`` as an int; a float, even a whole one, is refused."""
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise ArgumentError(name, repr(value), allowed) from None
+
+
+def chunk_size(value: object) -> int:
+    """Return the number of edges of a chunk, at least one."""
+    number = whole_number("chunk_edges", value, "a whole number above 0")
+    if number < 1:
+        raise ArgumentError("chunk_edges", number, "a whole number above 0")
+    return number
+
+
+class Piece(Protocol):
+    """What both kinds of streams have."""
+
+    @property
+    def times_ps(self) -> NDArray[np.int64]:
+        """Times of the edges."""
+
+    @property
+    def initial(self) -> int:
+        """Level before the first."""
+
+    @property
+    def final(self) -> int:
+        """Level after the last."""
+
+
+def continues(where: str, piece: Piece, last_ps: int | None, level: int) -> None:
+    """Check that ``piece`` starts at ``level`` and after ``last_ps``, where the one before it ended."""
+    if piece.initial != level:
+        raise ArgumentError(f"{where}.initial", piece.initial, f"{level}, the level where the chunk before it ended")
+    times = piece.times_ps
+    if times.size and last_ps is not None and times[0] <= last_ps:
+        allowed = f"a time after {last_ps} ps, the last of the chunks before it"
+        raise ArgumentError(f"{where}.times_ps[0]", f"{times[0]} ps", allowed)
+
+
+def joined_times_ps(pieces: Sequence[Piece]) -> NDArray[np.int64]:
+    """Return the times of pieces that follow one another, at least one, as one array."""
+    if not pieces:
+        raise ArgumentError("chunks", "an empty sequence", "at least one stream")
+    last_ps: int | None = None
+    for index, piece in enumerate(pieces):
+        if index:
+            continues(f"chunks[{index}]", piece, last_ps, pieces[index - 1].final)
+        last_ps = int(piece.times_ps[-1]) if piece.times_ps.size else last_ps
+    return np.concatenate([piece.times_ps for piece in pieces])

@@ -1,0 +1,207 @@
+"""The edge stream: the two lines of an encoder as times and levels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rtec.errors import ArgumentError
+from rtec.signal import _checks, gray
+from rtec.signal._kernels import ILLEGAL, NEVER, merge
+from rtec.signal.line import LevelStream, shifted, window_indices
+
+_PAIR = np.arange(4, dtype=np.uint8)
+
+
+class Counts(NamedTuple):
+    """What an ideal x4 decoder makes of a stream."""
+
+    net: int
+    """Forward less backward counts; an illegal transition adds none."""
+    illegal: int
+    """Transitions of both lines at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EdgeStream:
+    """The A and B signals of an encoder, as the changes of their common level code.
+
+    Parameters
+    ----------
+    times_ps
+        Times of the edges, strictly increasing, int64 ps, shape (n,). An int64 array is not copied; it must not be
+        changed afterwards.
+    levels
+        Level code ``A + 2 * B`` after each edge, 0..3, each other than the one before, uint8, shape (n,).
+    initial
+        Level code before the first edge.
+
+    Raises
+    ------
+    ArgumentError
+        A broken invariant, named with its index and value.
+
+    Notes
+    -----
+    Where both lines change at one time there is one edge, an illegal transition. The stream is right-continuous: at
+    the time of an edge the level is the one after it.
+
+    Examples
+    --------
+    Five edges forward through the states 1 to 4, and to 1 and 2 again:
+
+    >>> stream = EdgeStream([10, 20, 30, 40, 50], [1, 3, 2, 0, 1], initial=0)
+    >>> stream.counts()
+    Counts(net=5, illegal=0)
+    >>> stream.level_at(35), stream.window(20, 40).counts().net
+    (2, 2)
+    """
+
+    times_ps: NDArray[np.int64]
+    levels: NDArray[np.uint8]
+    initial: int
+
+    def __init__(self, times_ps: ArrayLike, levels: ArrayLike, initial: int) -> None:
+        object.__setattr__(self, "times_ps", _checks.times_ps("times_ps", times_ps))
+        object.__setattr__(self, "levels", _checks.codes("levels", levels, 3))
+        object.__setattr__(self, "initial", _checks.code("initial", initial, 3))
+        if self.times_ps.size != self.levels.size:
+            raise ArgumentError("levels", f"{self.levels.size} values", f"one for each of {self.times_ps.size} times")
+        if not len(self):
+            return
+        if self.levels[0] == self.initial:
+            raise ArgumentError("levels[0]", self.initial, "a level other than the initial one")
+        same = self.levels[1:] == self.levels[:-1]
+        if same.any():
+            index = int(np.argmax(same)) + 1
+            raise ArgumentError(f"levels[{index}]", self.levels[index], "a level other than the one before it")
+
+    def __len__(self) -> int:
+        return int(self.times_ps.size)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, EdgeStream):
+            return NotImplemented
+        return (
+            self.initial == other.initial
+            and np.array_equal(self.times_ps, other.times_ps)
+            and np.array_equal(self.levels, other.levels)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @classmethod
+    def from_states(cls, times_ps: ArrayLike, states: ArrayLike, initial_state: int) -> EdgeStream:
+        """Make a stream from angle states 0..3 instead of level codes.
+
+        Examples
+        --------
+        >>> EdgeStream.from_states([10, 20], [1, 2], initial_state=0).levels.tolist()
+        [1, 3]
+        """
+        initial = _checks.code("initial_state", initial_state, 3)
+        return cls(times_ps, gray.levels_of_states(states), initial ^ (initial >> 1))
+
+    @classmethod
+    def from_lines(cls, a: LevelStream, b: LevelStream) -> EdgeStream:
+        """Join the lines A and B; toggles at one time become one edge.
+
+        Examples
+        --------
+        >>> stream = EdgeStream.from_lines(LevelStream([10, 30], 0), LevelStream([20, 30], 0))
+        >>> stream.levels.tolist(), stream.counts()
+        ([1, 3, 0], Counts(net=2, illegal=1))
+        """
+        times = np.empty(len(a) + len(b), dtype=np.int64)
+        levels = np.empty(times.size, dtype=np.uint8)
+        initial = a.initial + 2 * b.initial
+        _, _, n, *_ = merge(a.times_ps, b.times_ps, NEVER, a.initial, b.initial, initial, _PAIR, times, levels)
+        return cls(times[:n], levels[:n], initial)
+
+    def lines(self) -> tuple[LevelStream, LevelStream]:
+        """Return the lines A and B; the reverse of :meth:`from_lines`."""
+        changed = self.levels ^ self._before()
+        return (
+            LevelStream(self.times_ps[(changed & 1) != 0], self.initial & 1),
+            LevelStream(self.times_ps[(changed & 2) != 0], self.initial >> 1),
+        )
+
+    @property
+    def final(self) -> int:
+        """The level code after the last edge."""
+        return int(self.levels[-1]) if len(self) else self.initial
+
+    def counts(self) -> Counts:
+        """Return the net count and the number of illegal transitions."""
+        deltas = gray.count_deltas(self.levels, self.initial)
+        illegal = int(np.count_nonzero(deltas == ILLEGAL))
+        return Counts(net=int(deltas.sum()) - ILLEGAL * illegal, illegal=illegal)
+
+    def min_separation_ps(self) -> int | None:
+        """Return the shortest time between two edges, or None where there are fewer than two."""
+        return int(np.diff(self.times_ps).min()) if len(self) > 1 else None
+
+    def level_at(self, t_ps: int) -> int:
+        """Return the level code at ``t_ps``; an edge at that very time has happened."""
+        return int(self.levels_at([_checks.time_ps("t_ps", t_ps)])[0])
+
+    def levels_at(self, t_ps: ArrayLike) -> NDArray[np.uint8]:
+        """Return the level codes at the times ``t_ps``, in any order, as uint8 of shape (m,)."""
+        moments = _checks.whole_numbers("t_ps", t_ps, "whole picoseconds")
+        edges = np.searchsorted(self.times_ps, moments, side="right")
+        return np.concatenate([[np.uint8(self.initial)], self.levels])[edges]
+
+    def window(self, start_ps: int, stop_ps: int) -> EdgeStream:
+        """Return the part ``start_ps <= t < stop_ps``, starting at the level just before ``start_ps``.
+
+        Raises
+        ------
+        ArgumentError
+            ``stop_ps`` before ``start_ps``.
+        """
+        return self.part(*window_indices(self.times_ps, start_ps, stop_ps))
+
+    def part(self, first: int, last: int) -> EdgeStream:
+        """Return the edges with the indices ``first <= i < last``; ``first`` is not negative."""
+        initial = int(self.levels[first - 1]) if first else self.initial
+        return EdgeStream(self.times_ps[first:last], self.levels[first:last], initial)
+
+    def shift(self, delay_ps: int) -> EdgeStream:
+        """Return the same signals ``delay_ps`` later; negative is earlier."""
+        return EdgeStream(shifted(self.times_ps, delay_ps), self.levels, self.initial)
+
+    def chunks(self, chunk_edges: int) -> Iterator[EdgeStream]:
+        """Yield the stream in pieces of at most ``chunk_edges`` edges, at least one piece."""
+        size = _checks.chunk_size(chunk_edges)
+        for first in range(0, max(len(self), 1), size):
+            yield self.part(first, first + size)
+
+    @staticmethod
+    def concatenate(chunks: Iterable[EdgeStream]) -> EdgeStream:
+        """Join pieces that follow one another; the reverse of :meth:`chunks`.
+
+        Raises
+        ------
+        ArgumentError
+            No piece at all, or one that does not start at the level and after the time where the one before it ended.
+
+        Examples
+        --------
+        >>> stream = EdgeStream([10, 20, 30], [1, 3, 1], initial=0)
+        >>> EdgeStream.concatenate(stream.chunks(2)) == stream
+        True
+        """
+        pieces = list(chunks)
+        times = _checks.joined_times_ps(pieces)
+        return EdgeStream(times, np.concatenate([piece.levels for piece in pieces]), pieces[0].initial)
+
+    def _before(self) -> NDArray[np.uint8]:
+        """Return the level code before each edge, shape (n,)."""
+        before = np.empty_like(self.levels)
+        before[:1] = self.initial
+        before[1:] = self.levels[:-1]
+        return before
