@@ -1,1 +1,31 @@
-"""Error models that tell the PC what to correct."""
+"""Error models that tell the PC what to correct.
+
+A predictor maps position and direction to the error of the axis: actual minus target, in mm, as measured. The
+correction counters are driven towards it (added counts pull the axis back); a compensation table of a control holds
+its negative.
+"""
+
+from rtec.predictors._rows import LengthUnit
+from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
+from rtec.predictors.network import LatheNetwork, SigmoidLayer, SigmoidNetwork
+from rtec.predictors.protocol import FORWARD, REVERSE, NoError, Outside, Predictor
+from rtec.predictors.table_files import read_table, write_table
+from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
+
+__all__ = [
+    "FORWARD",
+    "REVERSE",
+    "BidirectionalTable",
+    "CompensationKind",
+    "LatheNetwork",
+    "LengthUnit",
+    "NoError",
+    "Outside",
+    "Predictor",
+    "SigmoidLayer",
+    "SigmoidNetwork",
+    "UnidirectionalTable",
+    "read_linuxcnc_table",
+    "read_table",
+    "write_table",
+]

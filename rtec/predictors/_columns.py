@@ -1,0 +1,89 @@
+"""Checks shared by everything that is made of columns of numbers: finite, equally long, ascending."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.errors import ArgumentError
+
+Floats = npt.NDArray[np.float64]
+
+LARGEST = 1e6
+"""Largest magnitude taken: a position of 1 km in mm; beyond it a unit is wrong, and differences lose their digits."""
+
+
+def column(name: str, values: npt.ArrayLike, *, rows: int | None = None) -> Floats:
+    """Return ``values`` as a read-only copy in one dimension.
+
+    Parameters
+    ----------
+    name
+        Name for the error message.
+    values
+        Numbers; each finite and within ±``LARGEST``.
+    rows
+        The length that the column must have, where another one sets it.
+
+    Raises
+    ------
+    ArgumentError
+        Not one-dimensional, of another length, or with a value that is missing, not finite or too large (its row is
+        named, counted from 1).
+
+    Examples
+    --------
+    >>> column("errors_mm", [0.001, float("nan")])
+    Traceback (most recent call last):
+    rtec.errors.ArgumentError: errors_mm, row 2: nan is not allowed; allowed: a finite number within ±1e+06
+    """
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ArgumentError(name, repr(values)[:60], "a list of numbers") from None
+    if array.ndim != 1:
+        raise ArgumentError(name, f"an array of shape {array.shape}", "a list of numbers (one dimension)")
+    if rows is not None and array.size != rows:
+        raise ArgumentError(name, f"a column of {array.size}", f"{rows} numbers, one for each position")
+    bad = np.flatnonzero(~(np.abs(array) <= LARGEST))
+    if bad.size:
+        row = int(bad[0])
+        raise ArgumentError(f"{name}, row {row + 1}", f"{array[row]:g}", f"a finite number within ±{LARGEST:g}")
+    array.setflags(write=False)
+    return array
+
+
+def first_disorder(positions: Floats) -> int | None:
+    """Return the index of the first position that is not above the one before it, or None.
+
+    Examples
+    --------
+    >>> first_disorder(np.array([0.0, 1.0, 1.0]))
+    2
+    """
+    disorder = np.flatnonzero(~(np.diff(positions) > 0.0))
+    return int(disorder[0]) + 1 if disorder.size else None
+
+
+def ascending(name: str, values: npt.ArrayLike) -> Floats:
+    """Return a column of at least two positions that ascend strictly.
+
+    Raises
+    ------
+    ArgumentError
+        Fewer than two positions, or one that repeats or falls back (its row is named, counted from 1).
+
+    Examples
+    --------
+    >>> ascending("positions_mm", [0.0, 2.0, 1.0])
+    Traceback (most recent call last):
+    rtec.errors.ArgumentError: positions_mm, row 3: 1 after 2 is not allowed; allowed: strictly ascending positions
+    """
+    positions = column(name, values)
+    if positions.size < 2:
+        raise ArgumentError(name, f"a column of {positions.size}", "at least two positions")
+    index = first_disorder(positions)
+    if index is not None:
+        found = f"{positions[index]:.15g} after {positions[index - 1]:.15g}"
+        raise ArgumentError(f"{name}, row {index + 1}", found, "strictly ascending positions")
+    return positions
