@@ -47,7 +47,7 @@ def read_linuxcnc_table(
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "z.comp"
-    ...     _ = path.writetext_of("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
+    ...     _ = path.write_text("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
     ...     table = read_linuxcnc_table(path, unit=LengthUnit.MM)
     >>> table.error_mm(10.0, [+1, -1]).round(9)
     array([ 0.002, -0.001])

@@ -1,0 +1,77 @@
+"""Properties of every table and every position."""
+
+import bisect
+import itertools
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, LatheNetwork, UnidirectionalTable
+
+POSITIONS = st.lists(st.integers(-(10**6), 10**6), min_size=2, max_size=40, unique=True).map(
+    lambda whole: [n / 1000 for n in sorted(whole)]
+)
+ERRORS = st.lists(st.integers(-1000, 1000).map(lambda n: n / 1000), min_size=40, max_size=40)
+WHERE = st.floats(-2000, 2000)
+
+
+def interpolated(positions: list[float], errors: list[float], x: float) -> float:
+    """Return the error on the chord between the neighbours, held at the ends."""
+    after = bisect.bisect_right(positions, x)
+    if after == 0:
+        return errors[0]
+    if after == len(positions):
+        return errors[-1]
+    left, right = positions[after - 1], positions[after]
+    slope = (errors[after] - errors[after - 1]) / (right - left)
+    return errors[after - 1] + slope * (x - left)
+
+
+@given(POSITIONS, ERRORS, ERRORS, WHERE)
+def test_a_table_is_its_chords_and_stays_between_its_neighbours(positions, forward, reverse, x):
+    n = len(positions)
+    table = BidirectionalTable(
+        forward_positions_mm=positions,
+        forward_errors_mm=forward[:n],
+        reverse_positions_mm=positions[::-1],
+        reverse_errors_mm=reverse[:n][::-1],
+    )
+    for direction, errors in ((FORWARD, forward[:n]), (REVERSE, reverse[:n])):
+        error = float(table.error_mm(x, direction))
+        assert abs(error - interpolated(positions, errors, x)) < 1e-9
+        assert min(errors) - 1e-15 <= error <= max(errors) + 1e-15
+        assert table.error_mm(positions, direction).tolist() == errors
+
+
+@given(POSITIONS, ERRORS, st.integers(-500, 500), WHERE)
+def test_backlash_is_the_same_everywhere(positions, errors, backlash, x):
+    table = UnidirectionalTable(
+        positions_mm=positions, errors_mm=errors[: len(positions)], backlash_mm=backlash / 1000
+    )
+    assert abs(float(table.error_mm(x, REVERSE) - table.error_mm(x, FORWARD)) - backlash / 1000) < 1e-12
+
+
+@given(POSITIONS, ERRORS, st.integers(1, 4), st.randoms())
+def test_repeated_readings_in_any_order_give_the_table(positions, errors, runs, random):
+    readings = list(itertools.product(range(len(positions)), (FORWARD, REVERSE), range(runs)))
+    random.shuffle(readings)
+    table = BidirectionalTable.from_readings(
+        [positions[i] for i, _, _ in readings],
+        [errors[i] * way + run - (runs - 1) / 2 for i, way, run in readings],
+        [way for _, way, _ in readings],
+    )
+    expected = np.array(errors[: len(positions)])
+    assert table.forward_positions_mm.tolist() == table.reverse_positions_mm.tolist() == positions
+    np.testing.assert_allclose(table.forward_errors_mm, expected, atol=1e-12)
+    np.testing.assert_allclose(table.reverse_errors_mm, -expected, atol=1e-12)
+
+
+@settings(max_examples=50)
+@given(st.floats(30.0, 1000.0), st.sampled_from([FORWARD, REVERSE]))
+def test_the_lathe_has_no_jump_but_at_the_multiples_of_the_pitch(x, direction):
+    lathe = LatheNetwork()
+    apart = min(x % 6.35, 6.35 - x % 6.35)
+    assume(apart > 1e-6)
+    near = lathe.error_mm([x, x + 5e-7], direction)
+    assert abs(near[1] - near[0]) < 1e-7

@@ -1,0 +1,238 @@
+"""The lathe's network: the printed numbers, the formula, and the figures of the machine."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from rtec.errors import ArgumentError
+from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Outside, Predictor, SigmoidLayer, SigmoidNetwork, _kernels
+
+INCH = 25.4
+LATHE = LatheNetwork()
+
+
+def on_grid(step_hundredths: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return forward and reverse errors in inches from 1 inch on."""
+    position_mm = (1.0 + np.arange(count) * step_hundredths / 100) * INCH
+    return LATHE.error_mm(position_mm, FORWARD) / INCH, LATHE.error_mm(position_mm, REVERSE) / INCH
+
+
+@pytest.mark.parametrize("appendix", ["Appendix D", "Appendix E"])
+def test_committed_numbers_are_those_of_both_appendices(oracle, paper, committed, appendix):
+    listing = paper.index("/* calcZ.c */")
+    text = (
+        paper[listing:]
+        if appendix == "Appendix E"
+        else paper[paper.index("It is the output of netvalues.m") : listing]
+    )
+    assert oracle.printed_numbers(text) == committed
+
+
+def test_shape_of_the_printed_network(committed):
+    assert {name: len(values) for name, values in committed.items()} == {
+        **dict.fromkeys(("FullIW2", "FullBias1", "FullIW_B1", "FullLW"), 30),
+        **dict.fromkeys(("cyclicIW2", "cyclicBias1", "cyclicIW_B1", "cyclicLW"), 8),
+        "FullBias2": 1,
+        "cyclicBias2": 1,
+    }
+
+
+@pytest.mark.parametrize("direction", [FORWARD, REVERSE])
+def test_equals_the_formula_of_the_thesis(oracle, numbers, direction):
+    # phase in thousandths of an inch by whole numbers, so that no rounding chooses a turn
+    thousandths = np.arange(1000, 40001, 7)
+    expected = [oracle.error_inch(numbers, direction < 0, n / 1000, n % 250 / 1000) for n in thousandths]
+    assert_allclose(LATHE.error_mm(thousandths / 1000 * INCH, direction) / INCH, expected, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("step_hundredths", "count", "average", "reversal"),
+    [(2.5, 1561, 0.005176, 0.003892), (52, 76, 0.005087, 0.003908), (0.01, 390001, 0.005226, 0.003923)],
+    ids=["0.025 inch", "0.52 inch", "continuous"],
+)
+def test_figures_of_the_machine(step_hundredths, count, average, reversal):
+    forward, reverse = on_grid(step_hundredths, count)
+    assert round(np.ptp([forward, reverse]), 6) == average
+    assert round(np.abs(reverse - forward).max(), 6) == reversal
+
+
+def test_extremes_in_each_direction():
+    forward, reverse = on_grid(2.5, 1561)
+    assert_allclose(np.array([forward.min(), forward.max()]) * 25400, [13.4, 70.6], atol=0.05)
+    assert_allclose(np.array([reverse.min(), reverse.max()]) * 25400, [83.8, 144.9], atol=0.05)
+    forward, reverse = on_grid(0.01, 390001)
+    assert_allclose(np.array([forward.min(), forward.max()]) * 25400, [12.2, 71.0], atol=0.05)
+    assert_allclose(np.array([reverse.min(), reverse.max()]) * 25400, [82.2, 144.9], atol=0.05)
+
+
+@pytest.mark.parametrize("direction", [FORWARD, REVERSE])
+@pytest.mark.parametrize("turns", [5, 28, 79, 159])
+def test_a_multiple_of_the_pitch_belongs_to_the_turn_that_begins(oracle, numbers, direction, turns):
+    position = turns * 0.25
+    begins = oracle.error_inch(numbers, direction < 0, position, 0.0)
+    ends = oracle.error_inch(numbers, direction < 0, position, 0.25)
+    assert begins - ends > 6e-5
+    near_mm = position * INCH + np.array([-2e-8, -1e-12, 0.0, 1e-12, 2e-8])
+    assert_allclose(LATHE.error_mm(near_mm, direction) / INCH, begins, rtol=0, atol=1e-9)
+    assert_allclose(LATHE.error_mm(position * INCH - 5e-8, direction) / INCH, ends, rtol=0, atol=1e-9)
+
+
+def test_held_outside_the_trained_range():
+    beyond = LATHE.error_mm([0.9 * INCH, 40.1 * INCH, -1e9, 1e9], FORWARD)
+    ends = LATHE.error_mm([INCH, 40.0 * INCH], FORWARD)
+    assert beyond.tolist() == [ends[0], ends[1], ends[0], ends[1]]
+    assert LATHE.range_mm == (25.4, 1016.0)
+
+
+def test_refused_outside_the_range_on_request():
+    assert LATHE.error_mm([25.4, 1016.0], REVERSE, outside=Outside.REFUSE).shape == (2,)
+    with pytest.raises(ArgumentError, match=r"1018\.54 mm is not allowed; allowed: 25\.4 to 1016 mm"):
+        LATHE.error_mm([508.0, 40.1 * INCH], REVERSE, outside=Outside.REFUSE)
+    with pytest.raises(ArgumentError, match=r"22\.86 mm"):
+        LATHE.error_mm(0.9 * INCH, FORWARD, outside=Outside.REFUSE)
+
+
+def test_positions_and_directions_broadcast():
+    both = LATHE.error_mm([[300.0], [400.0]], [FORWARD, REVERSE])
+    assert both.shape == (2, 2)
+    assert both[1, 1] == LATHE.error_mm(400.0, REVERSE)
+    assert both[1, 0] == LATHE.error_mm(400.0, FORWARD)
+
+
+@pytest.mark.parametrize(
+    ("position", "direction", "named"),
+    [
+        (float("nan"), 1, "position_mm"),
+        ([1.0, float("inf")], 1, "position_mm"),
+        ("far", 1, "position_mm"),
+        (1.0, 0, "direction"),
+        (1.0, 2, "direction"),
+        ([1.0, 2.0, 3.0], [1, -1], "direction"),
+    ],
+)
+def test_bad_positions_and_directions(position, direction, named):
+    with pytest.raises(ArgumentError) as caught:
+        LATHE.error_mm(position, direction)
+    assert caught.value.name == named
+
+
+def test_packed_is_a_fresh_array_of_one_type():
+    first = LATHE.packed
+    first[:] = 0.0
+    assert first.flags.writeable
+    assert np.any(LATHE.packed != 0.0)
+    assert isinstance(LATHE, Predictor)
+    assert LATHE == LatheNetwork()
+    assert hash(LATHE) == hash(LatheNetwork())
+
+
+def simple_layer(weight: float, bias: float, out: float) -> SigmoidLayer:
+    return SigmoidLayer(
+        position_weights=[weight],
+        forward_biases=[bias],
+        reverse_biases=[-bias],
+        output_weights=[out],
+        output_bias=0.5,
+    )
+
+
+def test_a_network_by_hand():
+    # logsig(ln 3) = 3/4 forward, logsig(-ln 3) = 1/4 in reverse; each network gives 0.5 + 2 times that
+    layer = simple_layer(0.0, np.log(3.0), 2.0)
+    network = SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=4.0, range_mm=(-10.0, 10.0), unit_mm=2.0)
+    assert_allclose(network.error_mm([-7.0, 3.0], [FORWARD, REVERSE]), [2 * (2 * 2.0), 2 * (2 * 1.0)], rtol=1e-15)
+
+
+def test_phase_of_negative_positions_stays_within_the_turn():
+    flat = SigmoidLayer(position_weights=[], forward_biases=[], reverse_biases=[], output_weights=[], output_bias=0.0)
+    turn = simple_layer(1.0, 0.0, 1.0)
+    network = SigmoidNetwork(long_range=flat, cyclic=turn, pitch_mm=4.0, range_mm=(-100.0, 100.0), unit_mm=1.0)
+    assert_allclose(network.error_mm([-1.0, -93.0], FORWARD), network.error_mm([3.0, 3.0], FORWARD), rtol=1e-15)
+    assert_allclose(network.error_mm(3.0, FORWARD), 0.5 + 1 / (1 + np.exp(-3.0)), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"pitch_mm": 0.0}, "pitch_mm"),
+        ({"pitch_mm": -6.35}, "pitch_mm"),
+        ({"pitch_mm": float("nan")}, "pitch_mm, row 1"),
+        ({"range_mm": (5.0, 5.0)}, "range_mm"),
+        ({"range_mm": (1.0, 2.0, 3.0)}, "range_mm"),
+        ({"unit_mm": float("inf")}, "unit_mm, row 1"),
+    ],
+)
+def test_bad_networks(changes, named):
+    layer = simple_layer(1.0, 1.0, 1.0)
+    good = {"long_range": layer, "cyclic": layer, "pitch_mm": 4.0, "range_mm": (0.0, 10.0), "unit_mm": 1.0}
+    with pytest.raises(ArgumentError) as caught:
+        SigmoidNetwork(**{**good, **changes})
+    assert caught.value.name == named
+
+
+def test_a_layer_needs_columns_of_one_length():
+    with pytest.raises(ArgumentError, match="reverse_biases: a column of 2"):
+        SigmoidLayer(
+            position_weights=[1.0],
+            forward_biases=[1.0],
+            reverse_biases=[1.0, 2.0],
+            output_weights=[1.0],
+            output_bias=0.0,
+        )
+
+
+def test_large_inputs_saturate_without_overflow():
+    layer = simple_layer(1e6, 0.0, 1.0)
+    network = SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=1e6, range_mm=(-1e6, 1e6), unit_mm=1.0)
+    assert network.error_mm([-1e6 + 1, 1e6 - 1], FORWARD).tolist() == [0.5 + 1.5, 1.5 + 1.5]
+
+
+SAMPLE = """
+import numpy as np
+from numba import config
+from rtec.predictors import LatheNetwork, BidirectionalTable, SigmoidLayer, SigmoidNetwork, _kernels
+from rtec.predictors._kernels import predict_mm
+print(int(config.DISABLE_JIT))
+lathe = LatheNetwork()
+grid = np.linspace(20.0, 1030.0, 60)
+table = BidirectionalTable.sampled_from(lathe, grid[5:40:7])
+for predictor in (lathe, table):
+    for direction in (1, -1):
+        print(*(float(x).hex() for x in predictor.error_mm(grid, direction)))
+print(predict_mm(_kernels.NONE, np.zeros(1), 3.0, 1))
+layer = SigmoidLayer(position_weights=[1e6, -1e6], forward_biases=[0, 0], reverse_biases=[0, 0],
+                     output_weights=[1, 1], output_bias=0)
+print(SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=5, range_mm=(0, 9)).error_mm([0.1, 9.0], 1).tolist())
+"""
+
+
+def sample(disable: str) -> list[str]:
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", SAMPLE],
+        env={**os.environ, "NUMBA_DISABLE_JIT": disable},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    return run.stdout.splitlines()
+
+
+def test_the_same_numbers_without_compilation_and_no_warning():
+    compiled, plain = sample("0"), sample("1")
+    assert (compiled[0], plain[0]) == ("0", "1")
+    for left, right in zip(compiled[1:5], plain[1:5], strict=True):
+        values = [[float.fromhex(word) for word in line.split()] for line in (left, right)]
+        assert len(values[0]) == 60
+        assert_allclose(values[0], values[1], rtol=1e-12)
+    assert compiled[5:] == plain[5:] == ["0.0", "[50.8, 50.8]"]
+
+
+def test_none_is_zero_whatever_is_packed():
+    error = np.full(2, 7.0)
+    _kernels.predict_many(_kernels.NONE, np.array([9.0]), np.array([1.0, 2.0]), np.array([1, -1]), error)
+    assert error.tolist() == [0.0, 0.0]

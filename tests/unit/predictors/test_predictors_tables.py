@@ -1,0 +1,206 @@
+"""Tables: the thesis's own, by hand, and everything that a table refuses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from rtec.errors import ArgumentError
+from rtec.predictors import (
+    FORWARD,
+    REVERSE,
+    BidirectionalTable,
+    LatheNetwork,
+    NoError,
+    Outside,
+    Predictor,
+    UnidirectionalTable,
+)
+
+NAN = float("nan")
+
+# thesis, Tables 3-1 to 3-3; the unit there is the inch, here it does not matter
+ONE_WAY = UnidirectionalTable(
+    positions_mm=[0, 1, 2, 3, 4, 5], errors_mm=[-0.001, -0.001, -0.001, 0, 0.001, 0.001], backlash_mm=-0.003
+)
+BOTH_WAYS = BidirectionalTable(
+    forward_positions_mm=[0, 1, 2, 3, 4],
+    forward_errors_mm=[0.001, 0.001, 0, -0.001, -0.002],
+    reverse_positions_mm=[4, 3, 2, 1, 0],
+    reverse_errors_mm=[-0.004, -0.003, -0.002, -0.001, -0.001],
+)
+
+
+@pytest.mark.parametrize(
+    ("position", "forward"),
+    [(0, -0.001), (2, -0.001), (2.25, -0.00075), (3, 0), (3.5, 0.0005), (5, 0.001), (-7, -0.001), (99, 0.001)],
+)
+def test_one_direction_and_backlash(position, forward):
+    assert_allclose(ONE_WAY.error_mm(position, FORWARD), forward, atol=1e-17)
+    assert_allclose(ONE_WAY.error_mm(position, REVERSE), forward - 0.003, atol=1e-17)
+
+
+@pytest.mark.parametrize(
+    ("position", "forward", "reverse"),
+    [
+        (0, 0.001, -0.001),
+        (0.5, 0.001, -0.001),
+        (1.75, 0.00025, -0.00175),
+        (3, -0.001, -0.003),
+        (4, -0.002, -0.004),
+        (4.1, -0.002, -0.004),
+        (-0.1, 0.001, -0.001),
+    ],
+)
+def test_both_directions(position, forward, reverse):
+    assert_allclose(BOTH_WAYS.error_mm(position, FORWARD), forward, atol=1e-17)
+    assert_allclose(BOTH_WAYS.error_mm(position, REVERSE), reverse, atol=1e-17)
+
+
+def test_a_descending_reverse_listing_is_turned_round():
+    assert BOTH_WAYS.reverse_positions_mm.tolist() == [0, 1, 2, 3, 4]
+    assert BOTH_WAYS.reverse_errors_mm.tolist() == [-0.001, -0.001, -0.002, -0.003, -0.004]
+
+
+def test_directions_may_have_points_of_their_own():
+    table = BidirectionalTable(
+        forward_positions_mm=[0, 10],
+        forward_errors_mm=[0, 1],
+        reverse_positions_mm=[2, 4, 12],
+        reverse_errors_mm=[5, 7, 7],
+    )
+    assert table.error_mm([5, 3, 0], [FORWARD, REVERSE, REVERSE]).tolist() == [0.5, 6.0, 5.0]
+    assert table.range_mm == (2.0, 10.0)
+    with pytest.raises(ArgumentError, match=r"11 mm is not allowed; allowed: 2 to 10 mm"):
+        table.error_mm([5, 11], REVERSE, outside=Outside.REFUSE)
+
+
+@pytest.mark.parametrize(
+    ("positions", "name", "value"),
+    [
+        ([0, 2, 1, 3], "positions_mm, row 3", "1 after 2"),
+        ([0, 1, 1, 3], "positions_mm, row 3", "1 after 1"),
+        ([0, 1, NAN, 3], "positions_mm, row 3", "nan"),
+        ([0, 1, 2, float("inf")], "positions_mm, row 4", "inf"),
+        ([0, 1, None, 3], "positions_mm, row 3", "nan"),
+        ([3, 2, 1, 0], "positions_mm, row 2", "2 after 3"),
+        ([0, 1, 2, 2e6], "positions_mm, row 4", "2e+06"),
+        ([0], "positions_mm", "a column of 1"),
+        ([], "positions_mm", "a column of 0"),
+        ([[0, 1], [2, 3]], "positions_mm", "an array of shape (2, 2)"),
+        (["a", "b"], "positions_mm", "['a', 'b']"),
+        ([0, 1, 2], "errors_mm", "a column of 4"),
+    ],
+)
+def test_bad_positions_name_row_and_value(positions, name, value):
+    with pytest.raises(ArgumentError) as caught:
+        UnidirectionalTable(positions_mm=positions, errors_mm=[0, 0, 0, 0], backlash_mm=0)
+    assert (caught.value.name, str(caught.value.value)) == (name, value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"reverse_positions_mm": [2, 0, 1]}, "reverse_positions_mm, row 2"),
+        ({"reverse_positions_mm": [2, 1, 1]}, "reverse_positions_mm, row 2"),
+        ({"reverse_positions_mm": [0, NAN, 2]}, "reverse_positions_mm, row 2"),
+        ({"reverse_errors_mm": [0, 0]}, "reverse_errors_mm"),
+        ({"reverse_errors_mm": [0, 0, NAN]}, "reverse_errors_mm, row 3"),
+        ({"forward_errors_mm": [0, 0, NAN]}, "forward_errors_mm, row 3"),
+        ({"forward_positions_mm": [2, 1, 0]}, "forward_positions_mm, row 2"),
+        ({"reverse_positions_mm": [2, 3, 4]}, "reverse_positions_mm"),
+    ],
+)
+def test_bad_bidirectional_tables(changes, name):
+    good = {f"{way}_positions_mm": [0, 1, 2] for way in ("forward", "reverse")}
+    good |= {f"{way}_errors_mm": [0, 0, 0] for way in ("forward", "reverse")}
+    BidirectionalTable(**good)
+    with pytest.raises(ArgumentError) as caught:
+        BidirectionalTable(**{**good, **changes})
+    assert caught.value.name == name
+
+
+def test_readings_are_averaged_by_target_and_direction():
+    # two runs, targets out of order; forward means 2 and 4, reverse means 10 and 20; rounding does not split a target
+    targets = [0.3, 0.0, 0.0, 0.1 + 0.2, 0.0, 0.3, 0.3, 0.0]
+    deviation = [3.0, 1.0, 8.0, 5.0, 3.0, 21.0, 19.0, 12.0]
+    direction = [1, 1, -1, 1, 1, -1, -1, -1]
+    table = BidirectionalTable.from_readings(targets, deviation, direction)
+    assert table.forward_positions_mm.tolist() == [0.0, 0.3]
+    assert table.forward_errors_mm.tolist() == [2.0, 4.0]
+    assert table.reverse_errors_mm.tolist() == [10.0, 20.0]
+    one_way = UnidirectionalTable.from_readings(targets, deviation, direction)
+    assert one_way.errors_mm.tolist() == [2.0, 4.0]
+    assert one_way.backlash_mm == (8.0 + 16.0) / 2
+
+
+def test_backlash_uses_the_targets_of_both_directions_only():
+    table = UnidirectionalTable.from_readings([0, 10, 20, 10, 15], [1, 2, 3, 7, 100], [1, 1, 1, -1, -1])
+    assert table.backlash_mm == 5.0
+    assert table.positions_mm.tolist() == [0, 10, 20]
+    with pytest.raises(ArgumentError, match="at least one target measured in both directions"):
+        UnidirectionalTable.from_readings([0, 10, 1, 9], [0, 0, 0, 0], [1, 1, -1, -1])
+
+
+@pytest.mark.parametrize(
+    ("targets", "deviation", "direction", "name"),
+    [
+        ([0, 1], [0, 0], [1, -1], "targets_mm"),
+        ([], [], [], "targets_mm"),
+        ([0, 1], [0], [1, -1], "deviation_mm"),
+        ([0, 1], [0, 0], [1, 0], "direction, row 2"),
+        ([0, NAN], [0, 0], [1, -1], "targets_mm, row 2"),
+    ],
+)
+def test_bad_readings(targets, deviation, direction, name):
+    with pytest.raises(ArgumentError) as caught:
+        BidirectionalTable.from_readings(targets, deviation, direction)
+    assert caught.value.name == name
+
+
+def test_a_table_of_the_lathe_is_exact_on_its_grid():
+    lathe = LatheNetwork()
+    grid = (1.0 + np.arange(1561) * 0.025) * 25.4
+    table = BidirectionalTable.sampled_from(lathe, grid)
+    for direction in (FORWARD, REVERSE):
+        assert_allclose(table.error_mm(grid, direction), lathe.error_mm(grid, direction), rtol=1e-15)
+    middle = (grid[:-1] + grid[1:]) / 2
+    between = (table.error_mm(grid[:-1], FORWARD) + table.error_mm(grid[1:], FORWARD)) / 2
+    assert_allclose(table.error_mm(middle, FORWARD), between, rtol=1e-9)
+
+
+def test_one_backlash_for_the_lathe_is_its_mean():
+    lathe = LatheNetwork()
+    grid = np.linspace(100.0, 900.0, 33)
+    table = UnidirectionalTable.sampled_from(lathe, grid)
+    expected = sum(float(lathe.error_mm(x, REVERSE) - lathe.error_mm(x, FORWARD)) for x in grid) / 33
+    assert_allclose(table.backlash_mm, expected, rtol=1e-12)
+
+
+def test_tables_are_frozen_values():
+    positions = np.array([0.0, 1.0])
+    table = UnidirectionalTable(positions_mm=positions, errors_mm=[0, 1], backlash_mm=0)
+    positions[1] = 9.0
+    assert table.range_mm == (0.0, 1.0)
+    with pytest.raises(ValueError, match="read-only"):
+        table.positions_mm[0] = 5.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        table.backlash_mm = 3.0
+    assert table == dataclasses.replace(table)
+    assert table != dataclasses.replace(table, backlash_mm=1.0)
+    assert table != NoError()
+
+
+@pytest.mark.parametrize("predictor", [ONE_WAY, BOTH_WAYS, NoError(), LatheNetwork()])
+def test_every_predictor_keeps_the_protocol(predictor):
+    assert isinstance(predictor, Predictor)
+    packed = predictor.packed
+    assert (packed.dtype, packed.ndim, packed.flags.c_contiguous, packed.flags.writeable) == (
+        np.float64,
+        1,
+        True,
+        True,
+    )
+    assert predictor.error_mm([[1.0, 2.0]], FORWARD).shape == (1, 2)
+    assert predictor.error_mm(1.0, FORWARD).shape == ()
