@@ -13,6 +13,15 @@ from rtec.errors import ArgumentError
 from rtec.signal._kernels import NEVER
 
 
+def shown(value: object) -> str:
+    """Return a value as an error message shows it, cut where it is long."""
+    try:
+        text = str(value)
+    except ValueError:  # Python refuses to print an int of more than 4300 digits
+        return "a number of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 def whole_numbers(name: str, values: ArrayLike, allowed: str) -> NDArray[np.signedinteger | np.unsignedinteger]:
     """Return ``values`` as a one-dimensional array of whole numbers, not copied where it is one already."""
     try:
@@ -24,7 +33,7 @@ def whole_numbers(name: str, values: ArrayLike, allowed: str) -> NDArray[np.sign
     if array.size == 0:
         return np.empty(0, dtype=np.int64)
     if array.dtype.kind not in "iu":
-        raise ArgumentError(f"{name}[0]", f"{array[0]!r} of type {array.dtype}", allowed)
+        raise ArgumentError(f"{name}[0]", f"{shown(array[0])} of type {array.dtype}", allowed)
     return array
 
 
@@ -63,7 +72,7 @@ def code(name: str, value: object, highest: int) -> int:
     """Return ``value`` as a whole number 0..``highest``."""
     number = whole_number(name, value, f"a whole number 0..{highest}")
     if not 0 <= number <= highest:
-        raise ArgumentError(name, number, f"a whole number 0..{highest}")
+        raise ArgumentError(name, shown(number), f"a whole number 0..{highest}")
     return number
 
 
@@ -71,7 +80,7 @@ def time_ps(name: str, value: object) -> int:
     """Return ``value`` as whole picoseconds within ±NEVER."""
     number = whole_number(name, value, "whole picoseconds")
     if not -NEVER <= number <= NEVER:
-        raise ArgumentError(name, f"{number} ps", f"a time within ±{NEVER} ps")
+        raise ArgumentError(name, f"{shown(number)} ps", f"a time within ±{NEVER} ps")
     return number
 
 
@@ -80,14 +89,14 @@ def whole_number(name: str, value: object, allowed: str) -> int:
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise ArgumentError(name, repr(value), allowed) from None
+        raise ArgumentError(name, shown(value), allowed) from None
 
 
 def chunk_size(value: object) -> int:
     """Return the number of edges of a chunk, at least one."""
     number = whole_number("chunk_edges", value, "a whole number above 0")
     if number < 1:
-        raise ArgumentError("chunk_edges", number, "a whole number above 0")
+        raise ArgumentError("chunk_edges", shown(number), "a whole number above 0")
     return number
 
 

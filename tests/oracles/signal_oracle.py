@@ -1,0 +1,148 @@
+"""Slow, plain models of the signal room: states looked up, merging asked at every time, VCD read word by word.
+
+Nothing here imports rtec.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+FORWARD = ("00", "10", "11", "01")
+"""Levels "A B" of the states 1..4 (NISTIR 4832, design A, state table)."""
+
+ILLEGAL = "illegal"
+
+
+def decode_step(before: str, after: str) -> int | str:
+    """Return the count of one transition between levels written "A B"."""
+    if before == after:
+        return 0
+    if before[0] != after[0] and before[1] != after[1]:
+        return ILLEGAL
+    return 1 if FORWARD[(FORWARD.index(before) + 1) % 4] == after else -1
+
+
+def running_counts(levels: Sequence[str]) -> list[int]:
+    """Return the count after each of a sequence of levels, 0 at the first; an illegal transition is an error."""
+    counts = [0]
+    for before, after in pairwise(levels):
+        step = decode_step(before, after)
+        if step == ILLEGAL:
+            raise AssertionError(f"illegal transition {before} -> {after} in {levels}")
+        counts.append(counts[-1] + int(step))
+    return counts
+
+
+def text(code: int) -> str:
+    """Return a level code A + 2 B as "A B"."""
+    return f"{code % 2}{code // 2}"
+
+
+def pulsed(levels: str, first: tuple[str, str], second: tuple[str, str]) -> list[str]:
+    """Return the output of OR and AND gates on lines at rest, with two pulses that overlap by half, after each step.
+
+    A pulse is (line, polarity), as in ("A", "high").
+    """
+    output = []
+    for step in (1, 2, 3, 4):
+        line = {"A": levels[0], "B": levels[1]}
+        for (name, polarity), start in ((first, 1), (second, 2)):
+            if start <= step < start + 2:
+                line[name] = {"high": "1", "low": "0"}[polarity]
+        output.append(line["A"] + line["B"])
+    return output
+
+
+def inverted(levels: str, lines: Iterable[str]) -> list[str]:
+    """Return the levels after each of a series of inversions of "A" or "B"."""
+    output = []
+    for name in lines:
+        a, b = levels
+        flip = {"0": "1", "1": "0"}
+        levels = flip[a] + b if name == "A" else a + flip[b]
+        output.append(levels)
+    return output
+
+
+def level_at(times: Sequence[int], initial: int, t: int) -> int:
+    """Return the level of a line at ``t`` by counting the toggles up to it."""
+    return (initial + sum(1 for time in times if time <= t)) % 2
+
+
+def merged(
+    table: Sequence[int] | Callable[[int, int], int],
+    a: tuple[Sequence[int], int],
+    b: tuple[Sequence[int], int],
+) -> tuple[list[int], int]:
+    """Return the toggles and the initial level of two merged lines, evaluated afresh at every time of either."""
+
+    def gate(x: int, y: int) -> int:
+        return table(x, y) if callable(table) else table[x + 2 * y]
+
+    initial = last = gate(a[1], b[1])
+    toggles = []
+    for t in sorted({*a[0], *b[0]}):
+        now = gate(level_at(*a, t), level_at(*b, t))
+        if now != last:
+            toggles.append(t)
+        last = now
+    return toggles, initial
+
+
+@dataclass
+class Waves:
+    """What a VCD file says: timescale, and for each full name its width, initial value and changes."""
+
+    timescale: str = ""
+    widths: dict[str, int] = field(default_factory=dict)
+    initial: dict[str, int] = field(default_factory=dict)
+    changes: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
+    start: int = -1
+    end: int = -1
+    times: list[int] = field(default_factory=list)
+    scopes: list[str] = field(default_factory=list)
+    names: dict[str, str] = field(default_factory=dict)
+
+    def declare(self, keyword: str, body: list[str]) -> None:
+        """Take one declaration of the header."""
+        if keyword == "$timescale":
+            self.timescale = " ".join(body)
+        elif keyword == "$scope":
+            self.scopes.append(body[1])
+        elif keyword == "$upscope":
+            self.scopes.pop()
+        elif keyword == "$var":
+            name = ".".join([*self.scopes, body[3]])
+            assert body[2] not in self.names, "an identifier twice"
+            self.names[body[2]] = name
+            self.widths[name] = int(body[1])
+            self.changes[name] = []
+
+
+def read_vcd(data: bytes) -> Waves:
+    """Read the part of VCD that logic signals need, word by word (IEEE 1364-2005, 18.2)."""
+    words = iter(data.decode("ascii").split())
+    waves, dumping = Waves(), False
+    for word in words:
+        if word in ("$version", "$timescale", "$scope", "$upscope", "$var", "$enddefinitions", "$comment"):
+            body = []
+            while (part := next(words)) != "$end":
+                body.append(part)
+            waves.declare(word, body)
+        elif word == "$dumpvars":
+            dumping = True
+        elif word == "$end":
+            assert dumping, "$end without a beginning"
+            dumping = False
+        elif word.startswith("#"):
+            waves.times.append(int(word[1:]))
+        else:
+            value, code = (word[1:], next(words)) if word[0] == "b" else (word[0], word[1:])
+            if dumping:
+                waves.initial[waves.names[code]] = int(value, 2)
+            else:
+                waves.changes[waves.names[code]].append((waves.times[-1], int(value, 2)))
+    waves.start, waves.end = waves.times[0], waves.times[-1]
+    return waves

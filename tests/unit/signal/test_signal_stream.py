@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+
+from rtec.errors import ArgumentError
+from rtec.signal import NEVER, Counts, EdgeStream, LevelStream
+
+CYCLE = EdgeStream([10, 20, 30, 40], [1, 3, 2, 0], initial=0)
+
+
+def test_counts_of_forward_backward_and_illegal():
+    assert CYCLE.counts() == Counts(net=4, illegal=0)
+    assert EdgeStream([1, 2], [2, 3], initial=0).counts() == Counts(net=-2, illegal=0)
+    assert EdgeStream([1, 2, 3], [3, 0, 1], initial=0).counts() == Counts(net=1, illegal=2)
+    assert EdgeStream([], [], initial=3).counts() == Counts(net=0, illegal=0)
+
+
+def test_level_is_the_new_one_at_the_time_of_the_edge():
+    assert [CYCLE.level_at(t) for t in (-5, 9, 10, 19, 20, 39, 40, 10**9)] == [0, 0, 1, 1, 3, 2, 0, 0]
+    assert CYCLE.levels_at([30, 10]).tolist() == [2, 1]
+
+
+def test_window_is_half_open_and_starts_at_the_level_before():
+    part = CYCLE.window(20, 40)
+    assert part == EdgeStream([20, 30], [3, 2], initial=1)
+    assert CYCLE.window(41, 50) == EdgeStream([], [], initial=0)
+    assert CYCLE.window(20, 20) == EdgeStream([], [], initial=1)
+
+
+def test_shift_moves_the_times_alone():
+    assert CYCLE.shift(-15) == EdgeStream([-5, 5, 15, 25], [1, 3, 2, 0], initial=0)
+
+
+def test_from_states_and_lines():
+    assert EdgeStream.from_states([10, 20, 30, 40], [1, 2, 3, 0], initial_state=0) == CYCLE
+    a, b = CYCLE.lines()
+    assert (a, b) == (LevelStream([10, 30], 0), LevelStream([20, 40], 0))
+    assert EdgeStream.from_lines(a, b) == CYCLE
+
+
+def test_toggles_of_both_lines_at_once_are_one_illegal_edge():
+    joined = EdgeStream.from_lines(LevelStream([5], 1), LevelStream([5], 0))
+    assert joined == EdgeStream([5], [2], initial=1)
+    assert joined.counts() == Counts(net=0, illegal=1)
+
+
+def test_chunks_join_again():
+    pieces = list(CYCLE.chunks(3))
+    assert [len(piece) for piece in pieces] == [3, 1]
+    assert pieces[1].initial == 2
+    assert EdgeStream.concatenate(pieces) == CYCLE
+    assert [len(piece) for piece in EdgeStream([], [], 2).chunks(5)] == [0]
+
+
+def test_shortest_separation():
+    assert EdgeStream([10, 25, 32], [1, 3, 2], initial=0).min_separation_ps() == 7
+    assert EdgeStream([10], [1], initial=0).min_separation_ps() is None
+
+
+def test_arrays_are_typed_read_only_and_not_copied():
+    times = np.array([1, 2], dtype=np.int64)
+    stream = EdgeStream(times, [1, 3], initial=0)
+    assert (stream.times_ps.dtype, stream.levels.dtype) == (np.int64, np.uint8)
+    assert np.shares_memory(stream.times_ps, times)
+    assert times.flags.writeable
+    with pytest.raises(ValueError, match="read-only"):
+        stream.times_ps[0] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        stream.levels[0] = 0
+
+
+def test_equality():
+    assert EdgeStream([1], [1], 0) != EdgeStream([1], [2], 0)
+    assert EdgeStream([1], [1], 0) != EdgeStream([2], [1], 0)
+    assert EdgeStream([1], [1], 0) != LevelStream([1], 0)
+    assert LevelStream([1], 0) != LevelStream([1], 1)
+
+
+@pytest.mark.parametrize(
+    ("times", "levels", "initial", "message"),
+    [
+        ([1, 5, 5], [1, 3, 2], 0, r"times_ps\[2\]: 5 ps after 5 ps is not allowed"),
+        ([1, 5, 4], [1, 3, 2], 0, r"times_ps\[2\]: 4 ps after 5 ps is not allowed"),
+        ([1.0, 2.0], [1, 3], 0, r"times_ps\[0\]: .*float64"),
+        ([float("nan")], [1], 0, r"times_ps\[0\]: .*nan"),
+        ([True], [1], 0, r"times_ps\[0\]: .*bool"),
+        ([10**400], [1], 0, r"times_ps\[0\]: 1000"),
+        ([10**5000], [1], 0, r"times_ps\[0\]: a number of thousands of digits"),
+        ([2**63, 2**63 + 5], [1, 3], 0, r"times_ps\[0\]: 9223372036854775808 ps"),
+        ([0, 2**63], [1, 3], 0, r"times_ps\[0\]"),
+        ([NEVER], [1], 0, r"times_ps\[0\]: 4611686018427387904 ps"),
+        ([-NEVER], [1], 0, r"times_ps\[0\]"),
+        ([[1, 2]], [1], 0, r"times_ps: an array of shape \(1, 2\)"),
+        ([1, 2], [1, 4], 0, r"levels\[1\]: 4 is not allowed; allowed: a whole number 0..3"),
+        ([1, 2], [1, -1], 0, r"levels\[1\]: -1"),
+        ([1, 2], [1, 256], 0, r"levels\[1\]: 256"),
+        ([1, 2, 3], [1, 3, 3], 0, r"levels\[2\]: 3 is not allowed; allowed: a level other than the one before"),
+        ([1], [2], 2, r"levels\[0\]: 2 is not allowed; allowed: a level other than the initial"),
+        ([1, 2], [1], 0, r"levels: 1 values"),
+        ([], [], 4, r"initial: 4"),
+        ([], [], 1.0, r"initial: 1.0"),
+        ([], [], None, r"initial: None"),
+        pytest.param([], [], 10**5000, r"initial: a number of thousands of digits", id="5000 digits"),
+    ],
+)
+def test_broken_invariant_is_one_clear_error(times, levels, initial, message):
+    with pytest.raises(ArgumentError, match=message):
+        EdgeStream(times, levels, initial)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: CYCLE.window(20, 10), "stop_ps: 10 ps"),
+        (lambda: CYCLE.window(1.5, 10), "start_ps: 1.5"),
+        (lambda: CYCLE.shift(2**62), r"times_ps\[0\]"),
+        (lambda: CYCLE.shift(2**63), "delay_ps: 9223372036854775808 ps"),
+        (lambda: CYCLE.level_at(0.5), "t_ps: 0.5"),
+        (lambda: CYCLE.levels_at([0.5]), r"t_ps\[0\]"),
+        (lambda: list(CYCLE.chunks(0)), "chunk_edges: 0"),
+        (lambda: EdgeStream.concatenate([]), "chunks: an empty sequence"),
+        (lambda: EdgeStream.concatenate([CYCLE, CYCLE.shift(30)]), r"chunks\[1\].times_ps\[0\]: 40 ps"),
+        (lambda: EdgeStream.concatenate([CYCLE, EdgeStream([], [], 1)]), r"chunks\[1\].initial: 1"),
+        (
+            lambda: EdgeStream.concatenate([CYCLE, EdgeStream([], [], 0), CYCLE.shift(30)]),
+            r"chunks\[2\].times_ps\[0\]: 40 ps",
+        ),
+    ],
+)
+def test_wrong_call_is_one_clear_error(call, message):
+    with pytest.raises(ArgumentError, match=message):
+        call()
+
+
+def test_line_levels_windows_and_inversion():
+    line = LevelStream([10, 20, 30], initial=1)
+    assert line.levels.tolist() == [0, 1, 0]
+    assert [line.level_at(t) for t in (9, 10, 20, 30)] == [1, 0, 1, 0]
+    assert line.window(11, 30) == LevelStream([20], initial=0)
+    assert line.inverted() == LevelStream([10, 20, 30], initial=0)
+    assert (line.final, LevelStream([], 1).final) == (0, 1)
+    assert line.shift(5).times_ps.tolist() == [15, 25, 35]
