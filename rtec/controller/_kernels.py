@@ -1,0 +1,223 @@
+"""Compiled parts of the controller's input: line receiver with digital filter, quadrature decoder, latches.
+
+The receiver samples each line at the ticks of its clock, tick k at k / clock_hz, and takes a new level over once
+``samples`` ticks in a row have seen it; a change that falls on a tick is seen by it. Nothing runs at the clock: each
+raw change settles what the ticks before it must have seen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import helper, kernel, step
+from rtec.signal._kernels import NEVER, count_delta
+
+PS_PER_S = 1_000_000_000_000
+LOG_LENGTH = 64
+"""Illegal transitions kept with their times; all of them are counted."""
+
+X1, X2, X4 = 1, 2, 4
+IGNORE, FAULT, GUESS = 0, 1, 2
+SIMULTANEOUS, UNRESOLVED = 0, 1
+"""Classes of an illegal transition: both lines changed at one instant, or too soon after each other to tell apart."""
+
+RECEIVER = np.dtype(
+    [
+        # parameters
+        ("samples", np.int64),  # of the filter; 0: no filter, every change counts at once
+        ("clock_hz", np.int64),
+        ("tick_num", np.int64),  # the clock's period is tick_num / tick_den picoseconds
+        ("tick_den", np.int64),
+        ("ticks_per_ps", np.float64),
+        ("sure_ps", np.int64),  # a level that has stood for longer is through the filter, wherever the ticks fell
+        ("multiplication", np.int64),
+        ("policy", np.int64),
+        # state
+        ("raw", np.int64),  # levels at the input
+        ("accepted", np.int64),  # levels behind the filter
+        ("changed_a_ps", np.int64),  # last raw change of each line
+        ("changed_b_ps", np.int64),
+        ("reference_ps", np.int64),  # a whole second, and the number of its tick
+        ("reference_tick", np.int64),
+        ("count", np.int64),
+        ("direction", np.int64),
+        # observations
+        ("last_ps", np.int64),
+        ("min_separation_ps", np.int64),
+        ("filtered", np.int64),  # changes taken back before the filter saw them often enough
+        ("simultaneous", np.int64),
+        ("unresolved", np.int64),
+        ("fault", np.int64),
+        ("fault_ps", np.int64),
+        ("index_count", np.int64),
+        ("index_pulses", np.int64),
+        ("probe_count", np.int64),
+        ("probe_trips", np.int64),
+        ("log_ps", np.int64, (LOG_LENGTH,)),
+        ("log_class", np.int64, (LOG_LENGTH,)),
+    ],
+    align=True,
+)
+
+
+@step
+def first_tick(rx: np.record, t_ps: int) -> int:
+    """Return the number of the first tick at or after ``t_ps``, exactly, whatever the clock's period."""
+    if t_ps - rx.reference_ps >= PS_PER_S:
+        seconds = (t_ps - rx.reference_ps) // PS_PER_S
+        rx.reference_ps += seconds * PS_PER_S
+        rx.reference_tick += seconds * rx.clock_hz
+    since_ps = t_ps - rx.reference_ps
+    # the product in floating point is off by one at most, and the remainder tells; a division would cost more
+    tick = int(since_ps * rx.ticks_per_ps)
+    rest = since_ps * rx.tick_den - tick * rx.tick_num
+    if rest < 0:
+        tick -= 1
+        rest += rx.tick_num
+    elif rest >= rx.tick_num:
+        tick += 1
+        rest -= rx.tick_num
+    return rx.reference_tick + tick + (1 if rest > 0 else 0)  # type: ignore[no-any-return]
+
+
+@helper
+def note_illegal(rx: np.record, t_ps: int) -> None:
+    """Record an illegal transition under the chosen policy."""
+    kind = SIMULTANEOUS if rx.changed_a_ps == rx.changed_b_ps else UNRESOLVED
+    n = rx.simultaneous + rx.unresolved
+    if n < LOG_LENGTH:
+        rx.log_ps[n] = t_ps
+        rx.log_class[n] = kind
+    if kind == SIMULTANEOUS:
+        rx.simultaneous += 1
+    else:
+        rx.unresolved += 1
+    if rx.policy == FAULT and rx.fault == 0:
+        rx.fault = 1
+        rx.fault_ps = t_ps
+    elif rx.policy == GUESS:
+        rx.count += 2 * rx.direction if rx.multiplication == X4 else rx.direction if rx.multiplication == X2 else 0
+
+
+@step
+def accept(rx: np.record, t_ps: int, ab: int) -> None:
+    """Take the filtered levels ``ab`` over and count their transition."""
+    delta = count_delta(rx.accepted, ab)
+    if delta == 2:
+        note_illegal(rx, t_ps)
+    else:
+        rx.direction = delta
+        if rx.multiplication == X4:
+            rx.count += delta
+        elif (rx.accepted ^ ab) & 1 and (rx.multiplication == X2 or ab & 2 == 0):
+            rx.count += delta  # x2 counts both edges of A; x1 those while B is low
+    rx.accepted = ab
+
+
+@helper
+def settle_closely(rx: np.record, t_ps: int) -> None:
+    """Settle by the numbers of the ticks: both lines are under way, or one has changed just before ``t_ps``."""
+    pending = rx.raw ^ rx.accepted
+    tick = first_tick(rx, t_ps)
+    ready_a = ready_b = tick
+    if pending & 1:
+        ready_a = first_tick(rx, rx.changed_a_ps) + rx.samples - 1
+    if pending & 2:
+        ready_b = first_tick(rx, rx.changed_b_ps) + rx.samples - 1
+    if ready_a == ready_b < tick:
+        accept(rx, t_ps, rx.accepted ^ 3)
+    else:
+        if ready_b < min(ready_a, tick):
+            accept(rx, t_ps, rx.accepted ^ 2)
+        if ready_a < tick:
+            accept(rx, t_ps, rx.accepted ^ 1)
+        if ready_a < ready_b < tick:
+            accept(rx, t_ps, rx.accepted ^ 2)
+
+
+@step
+def settle_before(rx: np.record, t_ps: int) -> None:
+    """Let the filter take over what its ticks before ``t_ps`` have seen often enough."""
+    pending = rx.raw ^ rx.accepted
+    if pending != 0:
+        changed_ps = rx.changed_a_ps if pending == 1 else rx.changed_b_ps
+        if pending != 3 and t_ps - changed_ps > rx.sure_ps:
+            accept(rx, t_ps, rx.raw)
+        else:
+            settle_closely(rx, t_ps)
+
+
+@step
+def receiver_settle(rx: np.record, t_ps: int) -> None:
+    """Bring the count up to ``t_ps``: what a tick at or before it has completed is counted."""
+    settle_before(rx, t_ps + 1)
+
+
+@step
+def receiver_edge(rx: np.record, t_ps: int, ab: int) -> None:
+    """Take the levels ``ab`` from ``t_ps`` on; times never decrease, and ``ab`` differs from the levels before."""
+    settle_before(rx, t_ps)
+    change = rx.raw ^ ab
+    if change & (rx.raw ^ rx.accepted):
+        rx.filtered += 1  # the line goes back to what the filter still holds
+    separation_ps = t_ps - rx.last_ps
+    if separation_ps < rx.min_separation_ps:
+        rx.min_separation_ps = separation_ps
+    rx.last_ps = t_ps
+    rx.raw = ab
+    if change & 1:
+        rx.changed_a_ps = t_ps
+    if change & 2:
+        rx.changed_b_ps = t_ps
+    if rx.samples == 0:
+        accept(rx, t_ps, ab)
+
+
+@step
+def receiver_index(rx: np.record, t_ps: int) -> None:
+    """Latch the count at an index pulse."""
+    receiver_settle(rx, t_ps)
+    rx.index_count = rx.count
+    rx.index_pulses += 1
+
+
+@step
+def receiver_probe(rx: np.record, t_ps: int) -> None:
+    """Latch the count at a probe trip."""
+    receiver_settle(rx, t_ps)
+    rx.probe_count = rx.count
+    rx.probe_trips += 1
+
+
+@step
+def receiver_reset(rx: np.record, ab: int) -> None:
+    """Start at time 0 with the levels ``ab`` at rest and the count zero."""
+    rx.raw = ab
+    rx.accepted = ab
+    rx.changed_a_ps = -NEVER
+    rx.changed_b_ps = -NEVER + 1
+    rx.last_ps = -NEVER
+    rx.min_separation_ps = NEVER
+
+
+@kernel
+def receive(rx: np.record, times_ps: NDArray[np.int64], levels: NDArray[np.uint8]) -> None:
+    """Run the receiver over a chunk of edges."""
+    for i in range(times_ps.size):
+        receiver_edge(rx, times_ps[i], np.int64(levels[i]))
+
+
+@kernel
+def settle(rx: np.record, t_ps: int) -> None:
+    """Bring the count up to ``t_ps``."""
+    receiver_settle(rx, t_ps)
+
+
+@kernel
+def latch(rx: np.record, t_ps: int, index: int) -> None:
+    """Latch the count at ``t_ps``, for the index if ``index`` is 1, else for the probe."""
+    if index == 1:
+        receiver_index(rx, t_ps)
+    else:
+        receiver_probe(rx, t_ps)

@@ -1,0 +1,142 @@
+"""The box's side of the conversation: one state machine, sampled every millisecond.
+
+It reads the PC's "Correction Requested" and "Status" words, decides whether it believes them, and answers with its
+position, the total it has accepted, the corrections completed and a status (NISTIR 4832, General Considerations).
+
+::
+
+    NOT_HOMED --home command at home--> RUNNING --third unbelievable reading in a row--> FATAL
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec._jit import kernel, step
+from rtec.link._kernels import deliver, post
+
+NOT_HOMED, RUNNING, FATAL = 0, 1, 2
+
+# what the status word says; the most serious first where several apply
+OK = 0
+STATUS_NOT_HOMED = 1
+STATUS_PROBING = 2
+STATUS_DISABLED = 3  # a nonzero request while the switch forbids corrections
+I_DONT_BELIEVE_YOU = 4
+I_STILL_DONT_BELIEVE_YOU = 5
+
+# flags of the PC's status word
+LARGE_CORRECTION = 1
+PROBING = 2
+GO_HOME = 4
+
+BOX = np.dtype(
+    [
+        # parameters
+        ("period_ps", np.int64),
+        ("update_ps", np.int64),  # Data Valid is low for so long while the words change
+        ("window", np.int64),
+        ("grace", np.int64),  # unbelievable readings after the first that are still forgiven
+        ("switch_on", np.int64),  # hardware switch: 0 forbids corrections
+        # state
+        ("next_ps", np.int64),
+        ("state", np.int64),
+        ("status", np.int64),
+        ("zero", np.int64),  # count of the box's decoder at home
+        ("accepted", np.int64),
+        ("doubts", np.int64),  # unbelievable readings in a row
+        ("probing", np.int64),
+        ("trip_position", np.int64),
+        ("trips", np.int64),
+        # observations
+        ("readings", np.int64),
+        ("refused", np.int64),
+    ],
+    align=True,
+)
+
+
+@step
+def believe(b: np.record, total: int, flags: int) -> None:
+    """Judge a requested total: accept it, doubt it, or stop for good."""
+    change = total - b.accepted
+    if change == 0:
+        b.doubts = 0
+        b.status = OK
+    elif -b.window <= change <= b.window or flags & LARGE_CORRECTION:
+        b.accepted = total
+        b.doubts = 0
+        b.status = OK
+    else:
+        b.refused += 1
+        b.doubts += 1
+        b.status = I_DONT_BELIEVE_YOU
+        if b.doubts > b.grace:
+            b.state = FATAL
+            b.status = I_STILL_DONT_BELIEVE_YOU
+
+
+@step
+def box_tick(b: np.record, down: np.record, up: np.record, t_ps: int, count: int, completed: int) -> int:
+    """Read the PC's words, answer, and return the total that the injector is to reach.
+
+    ``count`` is the box's own decoder on the encoder's side; ``completed`` the total inserted so far.
+    """
+    b.next_ps += b.period_ps
+    b.readings += 1
+    deliver(down, t_ps)
+    if down.delivered > 0:
+        total = down.word0
+        flags = down.word1
+        b.probing = 1 if flags & PROBING else 0
+        if b.state == NOT_HOMED:
+            b.status = STATUS_NOT_HOMED
+            if flags & GO_HOME:
+                b.zero = count
+                b.accepted = completed
+                b.state = RUNNING
+                b.status = OK
+        elif b.state == RUNNING:
+            if b.probing == 1:
+                b.status = STATUS_PROBING
+            elif b.switch_on == 0:
+                b.status = STATUS_DISABLED if total != completed else OK
+            else:
+                believe(b, total, flags)
+    post(up, t_ps, count - b.zero, completed, b.accepted, b.status)
+    return b.accepted  # type: ignore[no-any-return]
+
+
+@step
+def box_trip(b: np.record, count: int) -> None:
+    """Latch the axis position at a probe trip."""
+    b.trip_position = count - b.zero
+    b.trips += 1
+
+
+@step
+def box_reset(b: np.record, first_ps: int) -> None:
+    """Switch the box on; it has no home yet."""
+    b.next_ps = first_ps
+    b.state = NOT_HOMED
+    b.status = STATUS_NOT_HOMED
+    b.zero = 0
+    b.accepted = 0
+    b.doubts = 0
+    b.probing = 0
+    b.trips = 0
+    b.readings = 0
+    b.refused = 0
+
+
+@kernel
+def tick(b: np.record, down: np.record, up: np.record, t_ps: int, count: int, completed: int) -> int:
+    """Run one sample of the box from outside."""
+    b.next_ps = t_ps
+    return box_tick(b, down, up, t_ps, count, completed)  # type: ignore[no-any-return]
+
+
+@kernel
+def trip(b: np.record, count: int) -> None:
+    """Trip the probe from outside."""
+    box_trip(b, count)

@@ -1,0 +1,171 @@
+"""The PC's side of the conversation: one state machine, run every 10 ms.
+
+It reads the box's words while Data Valid is high, follows the direction of motion with a hysteresis, turns the
+predicted error into a total of steps, and slews its request towards it, never by more than the window beyond what the
+box has accepted, and never before the box has sampled the last request.
+
+::
+
+    WAITING --home position read--> ACTIVE --fatal status read--> HOLD
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtec._jit import kernel, step
+from rtec.link._kernels import deliver, post
+from rtec.requester._box_kernels import (
+    GO_HOME,
+    I_STILL_DONT_BELIEVE_YOU,
+    LARGE_CORRECTION,
+    OK,
+    PROBING,
+    STATUS_NOT_HOMED,
+)
+
+WAITING, ACTIVE, HOLD = 0, 1, 2
+
+PC = np.dtype(
+    [
+        # parameters
+        ("period_ps", np.int64),
+        ("retry_ps", np.int64),  # until the next look where Data Valid was low
+        ("valid_after_ps", np.int64),  # Data Valid is low for so long after the words have arrived
+        ("window", np.int64),
+        ("word_limit", np.int64),  # largest total that the request's word holds
+        ("count_mm", np.float64),
+        ("step_mm", np.float64),
+        ("reversal_mm", np.float64),  # hysteresis of the direction
+        ("margin_steps", np.float64),  # hysteresis of the rounding
+        ("home_count", np.int64),  # what the box must report at home
+        # orders from the operator
+        ("probing", np.int64),
+        ("large_meant", np.int64),  # 1: the next request may exceed the window, once
+        # state
+        ("next_ps", np.int64),
+        ("slot_ps", np.int64),  # the 10 ms slot that next_ps belongs to
+        ("state", np.int64),
+        ("position", np.int64),
+        ("completed", np.int64),
+        ("accepted", np.int64),
+        ("status", np.int64),
+        ("direction", np.int64),
+        ("extreme", np.int64),
+        ("target", np.int64),  # total of steps that the prediction asks for
+        ("sent", np.int64),
+        ("unsampled", np.int64),  # 1: the last request differs from what the box has accepted
+        # observations
+        ("requests", np.int64),
+        ("not_valid", np.int64),
+        ("beyond_word", np.int64),  # steps of the target that the word cannot hold
+        ("beyond_word_max", np.int64),
+    ],
+    align=True,
+)
+
+
+@step
+def follow_direction(p: np.record, position: int) -> None:
+    """Follow the direction of motion: it turns once the axis has come back by the hysteresis."""
+    back = (p.extreme - position) * p.direction
+    if back <= 0:
+        p.extreme = position
+    elif back * p.count_mm > p.reversal_mm:
+        p.direction = -p.direction
+        p.extreme = position
+    p.position = position
+
+
+@step
+def pc_read(p: np.record, up: np.record, t_ps: int) -> bool:
+    """Look at the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
+    deliver(up, t_ps)
+    if up.delivered == 0 or t_ps - up.delivered_ps < p.valid_after_ps:
+        p.not_valid += 1
+        p.next_ps = t_ps + p.retry_ps
+        return False
+    p.slot_ps += p.period_ps
+    p.next_ps = p.slot_ps
+    p.completed = up.word1
+    p.accepted = up.word2
+    p.status = up.word3
+    if p.status == I_STILL_DONT_BELIEVE_YOU:
+        p.state = HOLD
+        return False
+    if p.state == WAITING and p.status != STATUS_NOT_HOMED and up.word0 == p.home_count:
+        p.state = ACTIVE
+        p.extreme = up.word0
+        p.sent = p.accepted
+    if p.state != ACTIVE:
+        return False
+    follow_direction(p, up.word0)
+    return True
+
+
+@step
+def pc_start(p: np.record, down: np.record, t_ps: int) -> None:
+    """Ask the box to take the axis' present position for home; nothing else happens before it answers."""
+    if p.state == WAITING:
+        post(down, t_ps, 0, GO_HOME, 0, 0)
+
+
+@step
+def pc_request(p: np.record, down: np.record, t_ps: int, deviation_mm: float) -> None:
+    """Turn the predicted deviation into the next request and send it.
+
+    Added counts pull the axis back, so the total is +deviation / step.
+    """
+    wanted = deviation_mm / p.step_mm
+    if abs(wanted - p.target) > 0.5 + p.margin_steps:
+        p.target = int(math.floor(wanted + 0.5))
+    goal = min(max(p.target, -p.word_limit), p.word_limit)
+    p.beyond_word = abs(p.target - goal)
+    p.beyond_word_max = max(p.beyond_word_max, p.beyond_word)
+    flags = PROBING if p.probing == 1 else 0
+    if p.probing == 0 and p.accepted == p.sent and p.status == OK:
+        if p.large_meant == 1:
+            p.sent = goal
+            if abs(goal - p.accepted) > p.window:
+                flags |= LARGE_CORRECTION
+            p.large_meant = 0
+        else:
+            p.sent = min(max(goal, p.accepted - p.window), p.accepted + p.window)
+    elif p.accepted != p.sent and p.unsampled == 1:
+        flags |= LARGE_CORRECTION
+    p.unsampled = 1 if flags & LARGE_CORRECTION else 0
+    p.requests += 1
+    post(down, t_ps, p.sent, flags, 0, 0)
+
+
+@step
+def pc_reset(p: np.record, first_ps: int) -> None:
+    """Switch the PC on."""
+    p.next_ps = first_ps
+    p.slot_ps = first_ps
+    p.state = WAITING
+    p.status = STATUS_NOT_HOMED
+    p.position = 0
+    p.completed = 0
+    p.accepted = 0
+    p.direction = 1
+    p.extreme = 0
+    p.target = 0
+    p.sent = 0
+    p.unsampled = 0
+    p.requests = 0
+    p.not_valid = 0
+    p.beyond_word = 0
+    p.beyond_word_max = 0
+
+
+@kernel
+def ask(p: np.record, down: np.record, up: np.record, t_ps: int, deviation_mm: float) -> bool:
+    """Run one turn of the PC from outside with a given prediction; return whether it made a request."""
+    pc_start(p, down, t_ps)
+    if not pc_read(p, up, t_ps):
+        return False
+    pc_request(p, down, t_ps, deviation_mm)
+    return True
