@@ -4,7 +4,7 @@
 //
 // Edges come 500 ns apart; those of B are late by the phase error (10 degrees of 2 us), every one is off by a
 // triangular jitter of at most 5 ns, and all are rounded to the clock of 20 ns. Every SPACING-th edge (100) carries a
-// request of one correction of two counts; a spacing that is no multiple of 2 goes through all states. The stimulus is
+// request of one correction of two counts; an odd spacing goes through all states. The stimulus is
 // made before the clock starts to count: wall_s holds the simulation alone.
 #include <chrono>
 #include <cmath>
