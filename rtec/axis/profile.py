@@ -106,7 +106,7 @@ class MotionSegments:
     block : int64 (n,)
         Index of the program block to which the piece belongs, never falling.
     block_end_ps : int64 (blocks,)
-        Time at which each block ends. A block of no length (a move to where the axis is) has no piece.
+        Time at which each block ends. A block that lasts less than half a picosecond has no piece.
     end_mm
         Position at rest after the last piece.
 
