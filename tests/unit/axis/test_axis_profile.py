@@ -1,0 +1,234 @@
+import math
+import time
+
+import numpy as np
+import pytest
+
+from rtec.axis.profile import Limits, MotionSegments, ProfileShape, plan
+from rtec.axis.program import Dwell, Move, Program, Rapid
+from rtec.errors import ArgumentError
+
+LIMITS = Limits(max_speed_mm_s=50, max_acceleration_mm_s2=100, rapid_mm_s=40, max_jerk_mm_s3=1000)
+MS = 10**9
+
+
+def one_move(target, feed, shape, start=0.0):
+    return plan(Program(blocks=(Move(target_mm=target, feed_mm_s=feed),), start_mm=start), LIMITS, shape)
+
+
+# Worked by hand from v = A T and d = v²/A (trapezoid), with A = 100 mm/s², J = 1000 mm/s³:
+#   10 mm at 20 mm/s: ramps of 0.2 s and 2 mm each, 6 mm of cruise
+#   1 mm at 20 mm/s: peak √(100 · 1) = 10 mm/s after 0.1 s
+#   S, 10 mm at 20 mm/s: Tj = 0.1 s, ramp 0.1 + 0.2 s and 20 · 0.3/2 = 3 mm, 4 mm of cruise
+#   S, 3.75 mm at 20 mm/s: peaks at 15 mm/s, ramp 0.1 + 0.15 s, 15 · 0.25 = 3.75 mm
+#   S, 1 mm at 2.5 mm/s: Tj = √(2.5/1000) = 0.05 s, ramp 0.1 s and 0.125 mm, 0.75 mm of cruise
+#   S, 0.25 mm at 20 mm/s: 2 J Tj³ = 0.25 mm with Tj = 0.05 s; so 1.458 mm with 0.09 s, and 2 mm with A/J = 0.1 s
+HAND = [
+    (ProfileShape.TRAPEZOIDAL, 10, 20, [200, 300, 200], 20),
+    (ProfileShape.TRAPEZOIDAL, 1, 20, [100, 100], 10),
+    (ProfileShape.TRAPEZOIDAL, 4, 20, [200, 200], 20),
+    (ProfileShape.JERK_LIMITED, 10, 20, [100, 100, 100, 200, 100, 100, 100], 20),
+    (ProfileShape.JERK_LIMITED, 3.75, 20, [100, 50, 100, 100, 50, 100], 15),
+    (ProfileShape.JERK_LIMITED, 1, 2.5, [50, 50, 300, 50, 50], 2.5),
+    (ProfileShape.JERK_LIMITED, 0.25, 20, [50, 50, 50, 50], 2.5),
+    (ProfileShape.JERK_LIMITED, 1.458, 20, [90, 90, 90, 90], 8.1),
+    (ProfileShape.JERK_LIMITED, 2, 20, [100, 100, 100, 100], 10),
+]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("case", HAND)
+def test_lengths_and_peak_worked_by_hand(case, sign):
+    shape, distance, feed, lengths_ms, peak = case
+    motion = one_move(7 + sign * distance, feed, shape, start=7)
+    expected = np.array(lengths_ms) * MS
+    long_enough = motion.duration_ps > 10  # ps: a phase of no length may be left with the rounding of its neighbours
+    assert np.abs(motion.duration_ps[long_enough] - expected).max() <= 1
+    middle = motion.total_ps // 2
+    assert motion.position_at(middle) == pytest.approx(7 + sign * distance / 2, abs=1e-9)
+    assert motion.velocity_at(middle) == pytest.approx(sign * peak, rel=1e-9)
+    assert motion.extremes().speed_mm_s == pytest.approx(peak, rel=1e-12)
+
+
+def test_s_curve_states_worked_by_hand():
+    # 10 mm at 20 mm/s: after 0.1 s a = 100, v = J t²/2 = 5, x = J t³/6 = 1/6; 0.1 s later v = 15, x = 1/6 + 0.5 + 0.5
+    motion = one_move(10, 20, ProfileShape.JERK_LIMITED)
+    assert motion.j0_mm_s3.tolist() == [1000, 0, -1000, 0, -1000, 0, 1000]
+    assert motion.a0_mm_s2.tolist() == pytest.approx([0, 100, 100, 0, 0, -100, -100])
+    assert motion.v0_mm_s.tolist() == pytest.approx([0, 5, 15, 20, 20, 15, 5], rel=1e-12)
+    assert motion.x0_mm.tolist() == pytest.approx([0, 1 / 6, 7 / 6, 3, 7, 10 - 7 / 6, 10 - 1 / 6], rel=1e-12)
+    assert motion.acceleration_at([50 * MS, 250 * MS, 400 * MS, 550 * MS]).tolist() == pytest.approx([50, 50, 0, -50])
+
+
+@pytest.mark.parametrize("shape", ProfileShape)
+def test_cruise_has_exactly_the_feed_and_no_acceleration(shape):
+    feed = 50 * 25.4 / 60
+    motion = one_move(-300.0, feed, shape)
+    cruise = int(np.argmax(motion.duration_ps))
+    assert [motion.v0_mm_s[cruise], motion.a0_mm_s2[cruise], motion.j0_mm_s3[cruise]] == [-feed, 0.0, 0.0]
+
+
+def test_rapid_uses_the_rapid_speed():
+    motion = plan(Program(blocks=(Rapid(target_mm=1000),)), LIMITS)
+    assert motion.extremes().speed_mm_s == 40.0
+
+
+def test_blocks_dwells_and_moves_of_no_length():
+    program = Program(
+        blocks=(
+            Dwell(seconds=2),
+            Move(target_mm=15, feed_mm_s=20),
+            Dwell(seconds=0),
+            Move(target_mm=15, feed_mm_s=20),
+            Dwell(seconds=1.5),
+            Move(target_mm=5, feed_mm_s=20),
+        ),
+        start_mm=5,
+    )
+    motion = plan(program, LIMITS)
+    assert motion.block.tolist() == [0, 1, 1, 1, 4, 5, 5, 5]
+    assert motion.block_end_ps.tolist() == [x * MS for x in (2000, 2700, 2700, 2700, 4200, 4900)]
+    assert motion.total_ps == 4900 * MS
+    for dwell, x in [(0, 5.0), (4, 15.0)]:
+        state = motion.x0_mm, motion.v0_mm_s, motion.a0_mm_s2, motion.j0_mm_s3
+        assert [array[dwell] for array in state] == [x, 0, 0, 0]
+    assert motion.position_at(motion.block_end_ps).tolist() == [5, 15, 15, 15, 15, 5]
+    assert motion.x1_mm.tolist() == [5, 7, 13, 15, 15, 13, 7, 5]
+
+
+def test_two_dwells_in_a_row_stay_two_blocks():
+    motion = plan(Program(blocks=(Dwell(seconds=1), Dwell(seconds=2)), start_mm=3), LIMITS)
+    assert motion.block.tolist() == [0, 1]
+    assert motion.duration_ps.tolist() == [10**12, 2 * 10**12]
+
+
+@pytest.mark.parametrize("blocks", [(), (Dwell(seconds=0),), (Move(target_mm=3, feed_mm_s=1),)])
+def test_program_of_no_length_rests_at_its_start(blocks):
+    motion = plan(Program(blocks=blocks, start_mm=3), LIMITS)
+    assert (motion.total_ps, motion.start_ps.size, motion.block_end_ps.tolist()) == (0, 0, [0] * len(blocks))
+    assert motion.position_at([-5, 0, 5]).tolist() == [3, 3, 3]
+    assert motion.velocity_at([0, 5]).tolist() == motion.acceleration_at([0, 5]).tolist() == [0, 0]
+    assert motion.x1_mm.size == 0
+    extremes = motion.extremes()
+    assert (extremes.min_mm, extremes.max_mm, extremes.speed_mm_s) == (3, 3, 0)
+
+
+def test_at_rest_before_and_after():
+    motion = one_move(10, 20, ProfileShape.TRAPEZOIDAL, start=-1)
+    outside = [-(2**63), -1, motion.total_ps, motion.total_ps + 1, 2**63 - 1]
+    assert motion.position_at(outside).tolist() == [-1, -1, 10, 10, 10]
+    assert motion.velocity_at(outside).tolist() == [0] * 5
+    assert motion.acceleration_at(outside).tolist() == [0] * 5
+    assert motion.acceleration_at([0, motion.total_ps - 1]).tolist() == [100, -100]
+
+
+def test_methods_keep_the_shape_of_the_times():
+    motion = one_move(10, 20, ProfileShape.TRAPEZOIDAL)
+    times = np.arange(6, dtype=np.int64).reshape(2, 3) * 100 * MS
+    for method in (motion.position_at, motion.velocity_at, motion.acceleration_at):
+        assert method(times).shape == (2, 3)
+        assert method(5).shape == ()
+
+
+@pytest.mark.parametrize("times", [0.5, [1.0, 2.0], "now", 2**70, np.array([1], dtype=np.uint64)])
+def test_times_must_be_whole_picoseconds(times):
+    with pytest.raises(ArgumentError, match="t_ps"):
+        one_move(10, 20, ProfileShape.TRAPEZOIDAL).position_at(times)
+
+
+def test_extremes_of_a_program_that_goes_below_its_ends():
+    blocks = (Move(target_mm=-4, feed_mm_s=20), Rapid(target_mm=30), Move(target_mm=2, feed_mm_s=3))
+    extremes = plan(Program(blocks=blocks), LIMITS).extremes()
+    assert (extremes.min_mm, extremes.max_mm) == (-4, 30)
+    assert (extremes.speed_mm_s, extremes.acceleration_mm_s2, extremes.jerk_mm_s3) == (40, 100, 0)
+
+
+def test_feed_above_the_largest_speed_is_refused():
+    blocks = (Dwell(seconds=1), Move(target_mm=1, feed_mm_s=51))
+    with pytest.raises(ArgumentError, match=r"feed_mm_s of blocks\[1\]: 51.0 is not allowed; .* 50 mm/s"):
+        plan(Program(blocks=blocks), LIMITS)
+
+
+def test_jerk_limited_shape_needs_a_jerk():
+    limits = Limits(max_speed_mm_s=50, max_acceleration_mm_s2=100, rapid_mm_s=40)
+    with pytest.raises(ArgumentError, match="max_jerk_mm_s3"):
+        plan(Program(blocks=()), limits, ProfileShape.JERK_LIMITED)
+
+
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        (Dwell(seconds=8.64e6), Dwell(seconds=1)),
+        (Dwell(seconds=8.64e6),) * 3,
+        (Move(target_mm=1e5, feed_mm_s=1e-9),),
+        (Move(target_mm=1e5, feed_mm_s=1e-9), Dwell(seconds=8e6)) * 5,
+    ],
+)
+def test_more_than_100_days_are_refused(blocks):
+    with pytest.raises(ArgumentError, match="100 days"):
+        plan(Program(blocks=blocks), LIMITS)
+
+
+def test_100_days_are_carried_out():
+    assert plan(Program(blocks=(Dwell(seconds=8.64e6),)), LIMITS).total_ps == 8_640_000 * 10**12
+
+
+@pytest.mark.parametrize("shape", ProfileShape)
+def test_extreme_limits_and_moves_stay_finite(shape):
+    for speed, acceleration, jerk in [(1e4, 1e6, 1e10), (1e4, 1e6, 1e-6), (1e-9, 1e-6, 1e10), (1e4, 1e-6, 1e10)]:
+        limits = Limits(
+            max_speed_mm_s=speed, max_acceleration_mm_s2=acceleration, rapid_mm_s=speed, max_jerk_mm_s3=jerk
+        )
+        for distance in (5e-324, 1e-300, 1e-15, 1e-4):
+            motion = plan(Program(blocks=(Rapid(target_mm=distance),)), limits, shape)
+            assert motion.end_mm == distance
+            assert all(np.isfinite(getattr(motion, name)).all() for name in ("x0_mm", "v0_mm_s", "a0_mm_s2"))
+
+
+@pytest.mark.parametrize("name", ["max_speed_mm_s", "max_acceleration_mm_s2", "rapid_mm_s", "max_jerk_mm_s3"])
+@pytest.mark.parametrize("value", [0, -1, math.nan, math.inf, "5", True, 10**400])
+def test_limits_refuse_what_is_no_positive_number(name, value):
+    numbers = {"max_speed_mm_s": 50, "max_acceleration_mm_s2": 100, "rapid_mm_s": 40, "max_jerk_mm_s3": 1000}
+    with pytest.raises(ArgumentError, match=name):
+        Limits(**{**numbers, name: value})
+
+
+def test_rapid_above_the_largest_speed_is_refused():
+    with pytest.raises(ArgumentError, match="rapid_mm_s: 60"):
+        Limits(max_speed_mm_s=50, max_acceleration_mm_s2=100, rapid_mm_s=60)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"duration_ps": np.array([5, 0])}, "duration_ps"),
+        ({"start_ps": np.array([0, 6])}, "start_ps"),
+        ({"start_ps": [0, 5]}, "start_ps"),
+        ({"x0_mm": np.array([0, 1])}, "x0_mm"),
+        ({"v0_mm_s": np.zeros(3)}, "v0_mm_s"),
+        ({"block": np.zeros((2, 1), np.int64)}, "block"),
+    ],
+)
+def test_segments_that_do_not_join_are_refused(changes, name):
+    zeros = dict.fromkeys(["x0_mm", "v0_mm_s", "a0_mm_s2", "j0_mm_s3"], np.zeros(2))
+    good = {"start_ps": np.array([0, 5]), "duration_ps": np.array([5, 3]), "block": np.array([0, 1])} | zeros
+    rest = {"block_end_ps": np.array([5, 8]), "end_mm": 0.0}
+    assert MotionSegments(**good, **rest).total_ps == 8
+    with pytest.raises(ArgumentError, match=name):
+        MotionSegments(**{**good, **changes}, **rest)
+
+
+@pytest.mark.parametrize("shape", ProfileShape)
+def test_the_thesis_program_joins_everywhere_and_plans_quickly(shape):
+    inch = 25.4
+    targets = [(1 + 0.025 * index) * inch for index in range(1561)]
+    program = Program.back_and_forth(targets, feed_mm_s=50 * inch / 60, dwell_s=6, overshoot_mm=0.1 * inch, runs=4)
+    before = time.perf_counter()
+    motion = plan(program, LIMITS, shape)
+    assert time.perf_counter() - before < 1.0
+    reached = motion.position_at(motion.block_end_ps[::2])
+    assert reached.tolist() == [block.target_mm for block in program.blocks[::2]]
+    tau = motion.duration_ps / 1e12
+    end = motion.x0_mm + tau * (motion.v0_mm_s + tau * (motion.a0_mm_s2 / 2 + tau * motion.j0_mm_s3 / 6))
+    assert np.abs(end - motion.x1_mm).max() < 1e-9
+    assert motion.total_ps > 12_496 * 6 * 10**12
