@@ -1,0 +1,150 @@
+"""Readings of a positioning test: the common result of the laser file, the CSV file and the simulated laser."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.errors import ArgumentError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Signs = NDArray[np.int8]
+
+_LARGEST = 1e12
+"""Largest number of a reading: a thousand million metres; squares and sums of such numbers stay finite."""
+
+
+def _column(name: str, values: object, size: int | None) -> Floats:
+    """Return ``values`` as a one-dimensional float array, refusing what is not finite."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(name, type(values).__name__, "a one-dimensional array of numbers") from None
+    if array.ndim != 1 or (size is not None and array.size != size):
+        raise ArgumentError(name, f"shape {array.shape}", "one number for each reading")
+    bad = np.flatnonzero(~(np.abs(array) <= _LARGEST))
+    if bad.size:
+        raise ArgumentError(f"{name}[{bad[0]}]", array[bad[0]], f"a finite number, at most {_LARGEST:g} in size")
+    return array
+
+
+def _signs(values: object, size: int) -> Signs:
+    array = _column("direction", values, size)
+    bad = np.flatnonzero(np.abs(array) != 1)
+    if bad.size:
+        raise ArgumentError(f"direction[{bad[0]}]", array[bad[0]], "+1 (increasing position) or -1")
+    return array.astype(np.int8)
+
+
+def _runs(values: object, size: int) -> Integers:
+    array = _column("run", values, size)
+    bad = np.flatnonzero((array != np.round(array)) | (np.abs(array) > 2**31))
+    if bad.size:
+        raise ArgumentError(f"run[{bad[0]}]", array[bad[0]], "a whole number")
+    return array.astype(np.int64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Readings:
+    """Readings of a linear axis, in the order in which they were taken.
+
+    Parameters
+    ----------
+    target_mm
+        Commanded position of each reading, shape (n,), in mm.
+    deviation_mm
+        Actual minus target, shape (n,), in mm (ISO 230-2: positioning deviation).
+    direction
+        Direction of approach, shape (n,), +1 (increasing position, "forward") or -1.
+    run
+        Repeat number, shape (n,), whole.
+    air_temperature_degc, air_pressure_kpa, material_temperature_degc
+        Surroundings at each reading, shape (n,), or None where they were not recorded.
+    status
+        Status word of the instrument, shape (n,), or None. The thesis shows 0 and does not say what others mean.
+
+    Raises
+    ------
+    ArgumentError
+        Columns of different lengths, none at all, a value that is not finite, a direction other than +1 or -1.
+
+    Examples
+    --------
+    >>> r = Readings(target_mm=[0, 10, 10, 0], deviation_mm=[0, 0.002, 0.005, 0.003],
+    ...              direction=[1, 1, -1, -1], run=[1, 1, 1, 1])
+    >>> r.size, r.direction.dtype
+    (4, dtype('int8'))
+    """
+
+    target_mm: Floats
+    deviation_mm: Floats
+    direction: Signs
+    run: Integers
+    air_temperature_degc: Floats | None = None
+    air_pressure_kpa: Floats | None = None
+    material_temperature_degc: Floats | None = None
+    status: Integers | None = field(default=None)
+
+    def __post_init__(self) -> None:
+        target = _column("target_mm", self.target_mm, None)
+        if target.size == 0:
+            raise ArgumentError("target_mm", "no reading", "at least one reading")
+        object.__setattr__(self, "target_mm", target)
+        object.__setattr__(self, "deviation_mm", _column("deviation_mm", self.deviation_mm, target.size))
+        object.__setattr__(self, "direction", _signs(self.direction, target.size))
+        object.__setattr__(self, "run", _runs(self.run, target.size))
+        for name in ("air_temperature_degc", "air_pressure_kpa", "material_temperature_degc"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _column(name, getattr(self, name), target.size))
+        if self.status is not None:
+            object.__setattr__(self, "status", _column("status", self.status, target.size).astype(np.int64))
+
+    @property
+    def size(self) -> int:
+        """Number of readings."""
+        return int(self.target_mm.size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RotaryReadings:
+    """Readings of a rotary axis, in the order in which they were taken.
+
+    Parameters
+    ----------
+    target_deg, deviation_deg
+        Commanded angle, and actual minus target, shape (n,), in degrees.
+    direction, run
+        As in `Readings`.
+
+    Raises
+    ------
+    ArgumentError
+        As in `Readings`.
+
+    Examples
+    --------
+    >>> RotaryReadings(target_deg=[0, 90], deviation_deg=[0, 0.001], direction=[1, 1], run=[1, 1]).size
+    2
+    """
+
+    target_deg: Floats
+    deviation_deg: Floats
+    direction: Signs
+    run: Integers
+
+    def __post_init__(self) -> None:
+        target = _column("target_deg", self.target_deg, None)
+        if target.size == 0:
+            raise ArgumentError("target_deg", "no reading", "at least one reading")
+        object.__setattr__(self, "target_deg", target)
+        object.__setattr__(self, "deviation_deg", _column("deviation_deg", self.deviation_deg, target.size))
+        object.__setattr__(self, "direction", _signs(self.direction, target.size))
+        object.__setattr__(self, "run", _runs(self.run, target.size))
+
+    @property
+    def size(self) -> int:
+        """Number of readings."""
+        return int(self.target_deg.size)

@@ -1,0 +1,142 @@
+"""Text files of instruments: read whole with a limit and known line numbers, written whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.errors import FileFormatError, OutputError
+
+MAX_BYTES = 1 << 28
+"""Largest file that is read (256 MiB, about five million rows): a bound on memory, not a property of a format."""
+
+
+def read_text(path: str | Path) -> str:
+    r"""Return the text of a file, with every line end turned into ``\n``.
+
+    Parameters
+    ----------
+    path
+        A regular file in UTF-8 (a byte-order mark is taken off).
+
+    Raises
+    ------
+    FileFormatError
+        The file is missing, no regular file, empty, too large, not UTF-8, or holds NUL bytes.
+
+    Examples
+    --------
+    >>> read_text("z.csv")
+    Traceback (most recent call last):
+        ...
+    rtec.errors.FileFormatError: z.csv: cannot be read (No such file or directory); allowed: a readable text file
+    """
+    file = Path(path)
+    try:
+        size = file.stat().st_size
+        if not file.is_file():
+            raise FileFormatError(path, None, "this is no regular file", "a text file")
+        if size > MAX_BYTES:
+            raise FileFormatError(path, None, f"{size} bytes", f"at most {MAX_BYTES} bytes; split the file")
+        data = file.read_bytes()
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileFormatError(path, None, f"cannot be read ({reason})", "a readable text file") from None
+    if (nul := data.find(b"\0")) >= 0:
+        raise FileFormatError(path, data.count(b"\n", 0, nul) + 1, "a NUL byte", "text in UTF-8, no binary data")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        byte = error.object[error.start]
+        raise FileFormatError(path, line, f"byte 0x{byte:02x} is no UTF-8", "text in UTF-8") from None
+    if not text.strip():
+        raise FileFormatError(path, None, "the file is empty", "a header line and rows")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def write_lines(path: str | Path, lines: Iterable[str]) -> None:
+    """Write lines to ``path``, which appears complete or stays as it was.
+
+    Raises
+    ------
+    OutputError
+        The folder is missing or not writable, or the disk is full.
+
+    Examples
+    --------
+    >>> write_lines("/nowhere/z.csv", ["a"])
+    Traceback (most recent call last):
+        ...
+    rtec.errors.OutputError: /nowhere/z.csv: cannot be written (No such file or directory)
+    """
+    file = Path(path)
+    part: str | None = None
+    try:
+        descriptor, part = tempfile.mkstemp(prefix=f".{file.name[:100]}.", dir=file.parent)
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
+            stream.writelines(f"{line}\n" for line in lines)
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(part).chmod(0o666 & ~umask)
+        Path(part).replace(file)
+        part = None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise OutputError(f"{path}: cannot be written ({reason})") from None
+    finally:
+        if part is not None:
+            with contextlib.suppress(OSError):
+                Path(part).unlink()
+
+
+def shown(text: str) -> str:
+    """Return ``text`` quoted and short enough for a one-line message.
+
+    Examples
+    --------
+    >>> shown("abc")
+    "'abc'"
+    """
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def plain_numbers(lines: list[str], columns: int, delimiter: str | None) -> NDArray[np.float64] | None:
+    """Return rows of finite numbers in one quick sweep, or None where anything else is met.
+
+    Parameters
+    ----------
+    lines
+        The rows, without header; empty ones are passed over.
+    columns
+        Numbers that each row has to have.
+    delimiter
+        What separates them; None for white space.
+
+    Returns
+    -------
+    ndarray or None
+        Shape (rows, columns). None says only that a slower reader has to find out what is wrong and where.
+
+    Examples
+    --------
+    >>> plain_numbers(["1,2", "3,4"], 2, ",").tolist()
+    [[1.0, 2.0], [3.0, 4.0]]
+    >>> plain_numbers(["1,2", "3,nan"], 2, ",") is None
+    True
+    """
+    if not any(line.strip() for line in lines):
+        return None
+    try:
+        rows = np.loadtxt(lines, delimiter=delimiter, comments=None, ndmin=2)
+    except (ValueError, OverflowError):
+        return None
+    return rows if rows.shape[1] == columns and np.isfinite(rows).all() else None
