@@ -1,0 +1,113 @@
+"""Columns of a measurement: which quantity a heading names, and the factor from its unit to the unit inside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtec.units import MM_PER_INCH
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnUnit:
+    """A unit as a heading spells it: the unit inside, and inside = (value + offset) * factor."""
+
+    inside: str
+    factor: float
+    offset: float = 0.0
+
+
+_POSITION = {
+    "mm": ColumnUnit("mm", 1.0),
+    "um": ColumnUnit("mm", 1e-3),
+    "m": ColumnUnit("mm", 1e3),
+    "inch": ColumnUnit("mm", MM_PER_INCH),
+    "deg": ColumnUnit("deg", 1.0),
+    "arcsec": ColumnUnit("deg", 1.0 / 3600.0),
+    "rev": ColumnUnit("rev", 1.0),
+    "count": ColumnUnit("count", 1.0),
+}
+_SPEED = {
+    "mm_s": ColumnUnit("mm_s", 1.0),
+    "mm_min": ColumnUnit("mm_s", 1.0 / 60.0),
+    "m_min": ColumnUnit("mm_s", 1e3 / 60.0),
+    "inch_min": ColumnUnit("mm_s", MM_PER_INCH / 60.0),
+    "deg_s": ColumnUnit("deg_s", 1.0),
+}
+_NONE = {"": ColumnUnit("", 1.0)}
+
+UNITS_OF_QUANTITY: dict[str, dict[str, ColumnUnit]] = {
+    "run": _NONE,
+    "direction": _NONE,
+    "time": {
+        "s": ColumnUnit("s", 1.0),
+        "ms": ColumnUnit("s", 1e-3),
+        "min": ColumnUnit("s", 60.0),
+        "h": ColumnUnit("s", 3600.0),
+    },
+    "target": _POSITION,
+    "actual": _POSITION,
+    "deviation": _POSITION,
+    "velocity": _SPEED,
+    "feed": _SPEED,
+    "temperature": {
+        "degc": ColumnUnit("degc", 1.0),
+        "degf": ColumnUnit("degc", 1.0 / 1.8, -32.0),
+        "k": ColumnUnit("degc", 1.0, -273.15),
+    },
+    "force": {"n": ColumnUnit("n", 1.0)},
+    "current": {"a": ColumnUnit("a", 1.0)},
+    "voltage": {"v": ColumnUnit("v", 1.0)},
+    "torque": {"nm": ColumnUnit("nm", 1.0)},
+}
+"""Quantities of a measurement file and the units their headings may carry; the unit inside is one of them too."""
+
+_SYNONYMS = {"command": "target"}
+
+
+def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
+    """Return the quantity and unit that a heading names, or None where it names none.
+
+    Parameters
+    ----------
+    heading
+        Quantity, ``_``, unit, without regard to case. ``command`` is another word for ``target``;
+        ``temperature_NAME_degc`` is a quantity of its own for each name.
+
+    Examples
+    --------
+    >>> quantity_of_heading("command_inch")
+    ('target', ColumnUnit(inside='mm', factor=25.4, offset=0.0))
+    >>> quantity_of_heading("temperature_nut_degF")[0]
+    'temperature_nut'
+    >>> quantity_of_heading("pulse_v") is None
+    True
+    """
+    text = heading.strip().lower()
+    if text in _SYNONYMS:
+        text = _SYNONYMS[text]
+    if text in ("run", "direction"):
+        return text, _NONE[""]
+    first, _, unit = text.partition("_")
+    name = first = _SYNONYMS.get(first, first)
+    if first == "temperature" and "_" in unit:
+        inner, _, unit = unit.rpartition("_")
+        name = f"temperature_{inner}"
+    found = UNITS_OF_QUANTITY.get(first, {}).get(unit) if unit else None
+    return None if found is None else (name, found)
+
+
+def units_lacking(heading: str) -> str | None:
+    """Return the headings that were probably meant where ``heading`` is a bare quantity that needs a unit.
+
+    Examples
+    --------
+    >>> units_lacking("time")
+    'time_s, time_ms, time_min, time_h'
+    >>> units_lacking("pulse") is None
+    True
+    """
+    text = heading.strip().lower()
+    units = UNITS_OF_QUANTITY.get(_SYNONYMS.get(text, text))
+    if units is None or "" in units:
+        return None
+    return ", ".join(f"{text}_{unit}" for unit in units)
