@@ -1,0 +1,228 @@
+"""The measuring program: G-code that drives an axis through the targets, and its parser for the simulated machine.
+
+The writer gives what the thesis's macro LaserMotion gives, line for line. The parser reads exactly this subset and
+refuses every other word, so that the simulated machine never guesses.
+
+References
+----------
+Thesis, section 4.1.2, Figure 4.3; Appendix B (macro and the listing that it produced).
+"""
+
+from __future__ import annotations
+
+import enum
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rtec.errors import FileFormatError
+from rtec.metrology.measuring_plan import (
+    POSITION_PATTERN,
+    AxisMeasure,
+    InchMode,
+    MeasuringPlan,
+    forward_positions,
+    return_positions,
+)
+from rtec.metrology.number_format import vb_format
+from rtec.metrology.text_file import shown
+
+_DWELL = "##"
+_FEED = "##.#"
+
+
+def measuring_program(plan: MeasuringPlan) -> list[str]:
+    """Return the measuring program of a plan.
+
+    Parameters
+    ----------
+    plan
+        Checked when it was built.
+
+    Returns
+    -------
+    list of str
+        The lines, without line ends. A run is: overshoot below the start, start, targets forward, overshoot beyond
+        the end, targets back from the end, M01. Before the first run M00 stops the machine to zero the laser.
+
+    Notes
+    -----
+    The macro adds the increments up and formats each sum to four decimals, and so does this: the sums of the way back
+    start from the end, and may differ from those of the way forth in the last digit where the increment has more.
+
+    Examples
+    --------
+    >>> plan = MeasuringPlan(start_inch=1, end_inch=2, increment_inch=1, dwell_s=2, runs=1, feed_inch_min=50,
+    ...                      overshoot_inch=0.1)
+    >>> measuring_program(plan)[:8]  # doctest: +NORMALIZE_WHITESPACE
+    ['G70', 'G01G59G90G94  (Setting Machine Modals)', 'G53Z1.0F50.', 'G53Z0.9F50.', 'G04F2', 'G53Z1.0F50.',
+     'M00  (Program Stop for Zero Laser)', '(Measurement run: 1)']
+    """
+    feed = f"F{vb_format(plan.feed_inch_min, _FEED)}"
+    dwell = f"G04F{vb_format(plan.dwell_s, _DWELL)}"
+    start = _move(plan, plan.start_inch) + feed
+    below = _move(plan, plan.start_inch - plan.overshoot_inch) + feed
+    beyond = _move(plan, plan.end_inch + plan.overshoot_inch)
+    forward = [_move(plan, position) for position in forward_positions(plan)]
+    back = [_move(plan, position) for position in return_positions(plan)]
+    lines = ["G07"] if plan.axis.measure is AxisMeasure.DIAMETER else []
+    lines += [plan.axis.inch_mode.name, "G01G59G90G94  (Setting Machine Modals)", start]
+    for run in range(1, int(plan.runs) + 1):
+        lines += [below, dwell, start]
+        lines += ["M00  (Program Stop for Zero Laser)" if run == 1 else dwell, f"(Measurement run: {run})"]
+        for move in (*forward, beyond, *back):
+            lines += [move, dwell]
+        lines.append(f"M01 (End of Run: {run})")
+    return lines
+
+
+def _move(plan: MeasuringPlan, position_inch: float) -> str:
+    return f"G53{plan.axis.letter}{vb_format(position_inch, POSITION_PATTERN)}"
+
+
+class StopKind(enum.Enum):
+    """Stops of a program."""
+
+    PROGRAM = "M00"
+    OPTIONAL = "M01"
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """A line that sets modes (G70, G07, G01G59G90G94)."""
+
+    line: int
+    codes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A feed move in machine coordinates; the feed is the last one programmed."""
+
+    line: int
+    axis: str
+    position_inch: float
+    feed_inch_min: float
+
+
+@dataclass(frozen=True, slots=True)
+class Dwell:
+    """A rest."""
+
+    line: int
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A stop, until the operator continues."""
+
+    line: int
+    kind: StopKind
+    comment: str
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A line that holds only a comment."""
+
+    line: int
+    text: str
+
+
+Block = Setup | Move | Dwell | Stop | Comment
+"""One line of a program."""
+
+_COMMENT = re.compile(r"\(([^()]*)\)")
+_REAL = r"-?(?:[0-9]{1,6}\.?[0-9]{0,8}|\.[0-9]{1,8})"
+_MOVE = re.compile(rf"G53(?P<axis>[XYZ])(?P<position>{_REAL})(?:F(?P<feed>{_REAL}))?")
+_DWELL_WORDS = re.compile(rf"G04F(?P<duration>{_REAL})")
+_MODALS = ("G01", "G59", "G90", "G94")
+_ALLOWED = "G70, G20, G07, G01G59G90G94, G53<axis><position>[F<feed>], G04F<seconds>, M00, M01, (comment)"
+
+
+def parse_program(lines: Iterable[str], *, source: str = "program") -> list[Block]:
+    """Read a measuring program.
+
+    Parameters
+    ----------
+    lines
+        Its lines; empty ones are passed over.
+    source
+        Name for messages.
+
+    Returns
+    -------
+    list of Block
+        `Setup`, `Move`, `Dwell`, `Stop` and `Comment` in order, each with its line number.
+
+    Raises
+    ------
+    FileFormatError
+        With the line: an unknown word, a move before inches and modes are set or before any feed, a feed or a dwell
+        that is not above zero, a second axis, no move at all.
+
+    Examples
+    --------
+    >>> blocks = parse_program(["G70", "G01G59G90G94", "G53Z1.0F50.", "G04F2", "M00 (zero)"])
+    >>> blocks[2]
+    Move(line=3, axis='Z', position_inch=1.0, feed_inch_min=50.0)
+    >>> blocks[4]
+    Stop(line=5, kind=<StopKind.PROGRAM: 'M00'>, comment='zero')
+    """
+    blocks: list[Block] = []
+    feed: float | None = None
+    axis: str | None = None
+    modes: set[str] = set()
+    for number, text in enumerate(lines, 1):
+        block = _parse_line(source, number, text, feed)
+        if block is None:
+            continue
+        if isinstance(block, Setup):
+            modes.update(block.codes)
+        elif isinstance(block, Move):
+            _refuse_unready(source, block, modes, axis)
+            feed, axis = block.feed_inch_min, block.axis
+        blocks.append(block)
+    if axis is None:
+        raise FileFormatError(source, None, "the program moves no axis", "moves such as G53Z1.0F50.")
+    return blocks
+
+
+def _parse_line(source: str, number: int, text: str, feed: float | None) -> Block | None:
+    """Return the block of a line, None for an empty one."""
+    comments = [comment.strip() for comment in _COMMENT.findall(text)]
+    words = "".join(_COMMENT.sub("", text).split())
+    comment = " ".join(comments)
+    if not words:
+        return Comment(number, comment) if comments else None
+    if words in ("M00", "M01"):
+        return Stop(number, StopKind(words), comment)
+    if (match := _DWELL_WORDS.fullmatch(words)) is not None:
+        duration = float(match["duration"])
+        if duration <= 0:
+            raise FileFormatError(source, number, f"dwell of {duration:g} s", "above 0 s")
+        return Dwell(number, duration)
+    if (match := _MOVE.fullmatch(words)) is not None:
+        rate = float(match["feed"]) if match["feed"] else feed
+        if rate is None:
+            raise FileFormatError(source, number, "a move before any feed", "F behind the position, such as F50.")
+        if rate <= 0:
+            raise FileFormatError(source, number, f"feed of {rate:g} inch/min", "above 0 inch/min")
+        return Move(number, match["axis"], float(match["position"]), rate)
+    codes = tuple(words[start : start + 3] for start in range(0, len(words), 3)) if len(words) <= 12 else ()
+    if (codes and all(code in _MODALS for code in codes)) or words in ("G07", *(mode.name for mode in InchMode)):
+        return Setup(number, codes)
+    raise FileFormatError(source, number, f"{shown(text.strip())} is not understood", _ALLOWED)
+
+
+def _refuse_unready(source: str, move: Move, modes: set[str], axis: str | None) -> None:
+    """Refuse a move whose unit, coordinates or axis are not what the program has said."""
+    if not modes & {mode.name for mode in InchMode}:
+        raise FileFormatError(source, move.line, "a move before the unit is set", "G70 (inches) first")
+    lacking = [code for code in _MODALS if code not in modes]
+    if lacking:
+        problem = f"a move before {', '.join(lacking)}"
+        raise FileFormatError(source, move.line, problem, "G01G59G90G94 first")
+    if axis is not None and move.axis != axis:
+        raise FileFormatError(source, move.line, f"axis {move.axis} after {axis}", "one axis in a measuring program")
