@@ -1,1 +1,57 @@
 """How an axis is measured and judged: instrument files, measuring programs, ISO 230-2."""
+
+from rtec.metrology.cyclic import CyclicError, cyclic_error
+from rtec.metrology.figures import UNITS, Coordinate, PositioningFigures, TargetFigures
+from rtec.metrology.iso230 import positioning_figures
+from rtec.metrology.laser_file import is_laser_file, read_laser_file, write_laser_file
+from rtec.metrology.load import PositioningTest, read_positioning_test
+from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.measurement_csv import read_measurement, write_measurement
+from rtec.metrology.measuring_plan import AxisMeasure, InchMode, MachineAxis, MeasuringPlan
+from rtec.metrology.measuring_program import (
+    Block,
+    Comment,
+    Dwell,
+    Move,
+    Setup,
+    Stop,
+    StopKind,
+    measuring_program,
+    parse_program,
+)
+from rtec.metrology.readings import Readings, RotaryReadings
+
+__all__ = [
+    "UNITS",
+    "AxisMeasure",
+    "Block",
+    "Column",
+    "Comment",
+    "Coordinate",
+    "CyclicError",
+    "Dwell",
+    "InchMode",
+    "MachineAxis",
+    "Measurement",
+    "MeasuringPlan",
+    "Move",
+    "PositioningFigures",
+    "PositioningTest",
+    "Readings",
+    "RotaryReadings",
+    "Setup",
+    "Stop",
+    "StopKind",
+    "TargetFigures",
+    "cyclic_error",
+    "is_laser_file",
+    "measurement_of_readings",
+    "measuring_program",
+    "parse_program",
+    "positioning_figures",
+    "read_laser_file",
+    "read_measurement",
+    "read_positioning_test",
+    "write_laser_file",
+    "write_measurement",
+]

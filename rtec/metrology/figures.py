@@ -1,0 +1,240 @@
+"""The result of a positioning test: every figure with its definition, and its form under the contract's names.
+
+Index i is the target, j the run, an up arrow the forward direction, a down arrow the backward one. n readings x_ij of
+the deviation (actual minus target) give at each target and direction the mean x̄_i and the sample standard deviation
+s_i (with n - 1). Every figure names the term of ISO 230-2:2014, clause 3, that defines it.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.errors import ArgumentError, nearest
+from rtec.metrology.cyclic import CyclicError
+from rtec.metrology.readings import Floats, Integers
+from rtec.units import MM_PER_INCH
+
+
+class Coordinate(enum.Enum):
+    """Kind of axis; the value is the unit of its figures inside."""
+
+    LINEAR = "mm"
+    ANGULAR = "deg"
+
+
+UNITS: dict[Coordinate, dict[str, float]] = {
+    Coordinate.LINEAR: {"um": 1e3, "mm": 1.0, "nm": 1e6, "inch": 1.0 / MM_PER_INCH},
+    Coordinate.ANGULAR: {"arcsec": 3600.0, "deg": 1.0, "urad": 1e6 * np.pi / 180.0},
+}
+"""Units of the results; the first is the default."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TargetFigures:
+    """Figures of each target, shape (targets,), in the unit inside; NaN where readings are lacking.
+
+    Parameters
+    ----------
+    target
+        Target positions P_i, increasing.
+    count_forward, count_backward
+        Number of readings n.
+    mean_forward, mean_backward
+        x̄_i: mean unidirectional positioning deviation at a position.
+    spread_forward, spread_backward
+        s_i: estimator of the unidirectional repeatability at a position, the standard deviation with n - 1.
+    mean
+        Mean bidirectional positioning deviation at a position, (x̄_i↑ + x̄_i↓) / 2.
+    reversal
+        B_i: reversal error at a position, x̄_i↑ - x̄_i↓.
+    repeatability_forward, repeatability_backward
+        R_i↑, R_i↓: unidirectional positioning repeatability at a position, 4 s_i.
+    repeatability
+        R_i: bidirectional positioning repeatability at a position, the largest of 2 s_i↑ + 2 s_i↓ + abs(B_i), R_i↑
+        and R_i↓.
+    extent
+        Largest minus smallest of all readings at the target, both directions.
+    """
+
+    target: Floats
+    count_forward: Integers
+    count_backward: Integers
+    mean_forward: Floats
+    mean_backward: Floats
+    spread_forward: Floats
+    spread_backward: Floats
+    mean: Floats
+    reversal: Floats
+    repeatability_forward: Floats
+    repeatability_backward: Floats
+    repeatability: Floats
+    extent: Floats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PositioningFigures:
+    """Figures of an axis, in mm for a linear axis and in degrees for a rotary one; None where not available.
+
+    Parameters
+    ----------
+    coordinate
+        Linear or angular.
+    at_targets
+        Figures of each target.
+    accuracy, accuracy_forward, accuracy_backward
+        A: bidirectional accuracy of positioning of an axis, largest x̄_i + 2 s_i of both directions minus smallest
+        x̄_i - 2 s_i of both; A↑, A↓: the same in one direction (unidirectional accuracy).
+    repeatability, repeatability_forward, repeatability_backward
+        R: bidirectional positioning repeatability of an axis, the largest R_i; R↑, R↓: the largest R_i↑, R_i↓.
+    systematic, systematic_forward, systematic_backward
+        E: bidirectional systematic positioning error, largest minus smallest x̄_i of both directions; E↑, E↓: of one.
+    mean_bidirectional
+        M: mean bidirectional positioning error, largest minus smallest (x̄_i↑ + x̄_i↓) / 2.
+    reversal
+        B: reversal error of an axis, the largest abs(B_i).
+    mean_reversal
+        B̄ (``B_mean``): mean reversal error of an axis, the mean of the signed B_i.
+    max_average_error
+        Thesis, section 5.1: highest minus lowest average value over both directions; the same as E.
+    max_reversal_error
+        Thesis, section 5.1: largest difference of the averages of both directions at one target; the same as B.
+    max_repeat
+        Thesis, Table 5-1, which prints "Max Repeat" without saying what it is. Here: largest minus smallest of all
+        readings at one target, both directions, at the target where that is largest.
+    cyclic_forward, cyclic_backward
+        Cyclic error of each direction, or None where no period was given.
+    rms
+        Root mean square of all deviations, about zero.
+    peak_to_peak
+        Largest minus smallest of all deviations.
+    runs
+        Smallest number of readings at a target from a direction that was measured.
+    warnings
+        What the reader of the figures has to know.
+    """
+
+    coordinate: Coordinate
+    at_targets: TargetFigures
+    accuracy: float | None
+    accuracy_forward: float | None
+    accuracy_backward: float | None
+    repeatability: float | None
+    repeatability_forward: float | None
+    repeatability_backward: float | None
+    systematic: float | None
+    systematic_forward: float | None
+    systematic_backward: float | None
+    mean_bidirectional: float | None
+    reversal: float | None
+    mean_reversal: float | None
+    max_average_error: float | None
+    max_reversal_error: float | None
+    max_repeat: float | None
+    cyclic_forward: CyclicError | None
+    cyclic_backward: CyclicError | None
+    rms: float
+    peak_to_peak: float
+    runs: int
+    warnings: tuple[str, ...]
+
+    @property
+    def cyclic_pp(self) -> float | None:
+        """Cyclic error peak to peak, forward as in the thesis (Figure 5.2), backward where that is all there is."""
+        first = self.cyclic_forward or self.cyclic_backward
+        return None if first is None else first.peak_to_peak
+
+    def to_dict(self, unit: str | None = None) -> dict[str, object]:
+        """Return the figures under the contract's names, ready for JSON.
+
+        Parameters
+        ----------
+        unit
+            ``um``, ``mm``, ``nm``, ``inch``; for a rotary axis ``arcsec``, ``deg``, ``urad``. None: the first.
+
+        Returns
+        -------
+        dict
+            ``unit``, ``targets`` (an entry each, its position in ``target_mm`` or ``target_deg``), ``A``, ``R``,
+            ``E`` with ``_forward`` and ``_backward``, ``M``, ``B``, ``B_mean``, the thesis's figures, ``warnings``.
+
+        Raises
+        ------
+        ArgumentError
+            A unit that the axis does not have.
+
+        Examples
+        --------
+        >>> from rtec.metrology import Readings, positioning_figures
+        >>> r = Readings(target_mm=[0, 1, 1, 0], deviation_mm=[0, 0.001, 0.004, 0.002],
+        ...              direction=[1, 1, -1, -1], run=[1, 1, 1, 1])
+        >>> d = positioning_figures(r).to_dict("um")
+        >>> d["unit"], round(d["E"], 6), round(d["B"], 6), d["R"], len(d["targets"])
+        ('um', 4.0, 3.0, None, 2)
+        """
+        name, factor = self._unit(unit)
+
+        def scaled(value: float | None) -> float | None:
+            return None if value is None or np.isnan(value) else float(value) * factor
+
+        cyclic = {"": self.cyclic_pp}
+        for suffix, fit in (("_forward", self.cyclic_forward), ("_backward", self.cyclic_backward)):
+            cyclic[suffix] = None if fit is None else fit.peak_to_peak
+        fit = self.cyclic_forward or self.cyclic_backward
+        return {
+            "unit": name,
+            "targets": self._targets(factor),
+            "A": scaled(self.accuracy),
+            "A_forward": scaled(self.accuracy_forward),
+            "A_backward": scaled(self.accuracy_backward),
+            "R": scaled(self.repeatability),
+            "R_forward": scaled(self.repeatability_forward),
+            "R_backward": scaled(self.repeatability_backward),
+            "E": scaled(self.systematic),
+            "E_forward": scaled(self.systematic_forward),
+            "E_backward": scaled(self.systematic_backward),
+            "M": scaled(self.mean_bidirectional),
+            "B": scaled(self.reversal),
+            "B_mean": scaled(self.mean_reversal),
+            "max_average_error": scaled(self.max_average_error),
+            "max_reversal_error": scaled(self.max_reversal_error),
+            "max_repeat": scaled(self.max_repeat),
+            **{f"cyclic_pp{suffix}": scaled(value) for suffix, value in cyclic.items()},
+            "cyclic_note": "no period given" if fit is None else fit.note,
+            "rms": scaled(self.rms),
+            "pp": scaled(self.peak_to_peak),
+            "runs": self.runs,
+            "warnings": list(self.warnings),
+        }
+
+    def _unit(self, unit: str | None) -> tuple[str, float]:
+        units = UNITS[self.coordinate]
+        name = next(iter(units)) if unit is None else unit.strip().replace("µ", "u").replace("μ", "u")
+        if name not in units:
+            raise ArgumentError("unit", repr(unit), ", ".join(units), nearest(name, units))
+        return name, units[name]
+
+    def _targets(self, factor: float) -> list[dict[str, float | int | None]]:
+        at = self.at_targets
+        columns = {
+            "mean_forward": at.mean_forward,
+            "mean_backward": at.mean_backward,
+            "mean": at.mean,
+            "reversal": at.reversal,
+            "s_forward": at.spread_forward,
+            "s_backward": at.spread_backward,
+            "R_forward": at.repeatability_forward,
+            "R_backward": at.repeatability_backward,
+            "R": at.repeatability,
+        }
+        rows: list[dict[str, float | int | None]] = []
+        for index, target in enumerate(at.target.tolist()):
+            row: dict[str, float | int | None] = {f"target_{self.coordinate.value}": target}
+            for key, values in columns.items():
+                value = float(values[index])
+                row[key] = None if np.isnan(value) else value * factor
+            row["n_forward"], row["n_backward"] = int(at.count_forward[index]), int(at.count_backward[index])
+            rows.append(row)
+        return rows

@@ -1,0 +1,100 @@
+"""A positioning test from a file of either format, told apart by what it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.laser_file import is_laser_file, read_laser_file
+from rtec.metrology.measurement_csv import read_measurement
+from rtec.metrology.readings import Readings, RotaryReadings
+from rtec.metrology.text_file import read_text
+from rtec.units import ANGLE, LENGTH, parse_quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PositioningTest:
+    """Readings of a file and what else it says.
+
+    Parameters
+    ----------
+    source
+        The file.
+    readings
+        Of a linear or a rotary axis.
+    facts
+        ``# key: value`` lines of a CSV file.
+    unknown
+        Headings of columns that were not used because they name no known quantity.
+    """
+
+    source: str
+    readings: Readings | RotaryReadings
+    facts: Mapping[str, str]
+    unknown: tuple[str, ...]
+
+    def period(self, given: str | None) -> float | None:
+        """Return the period of the cyclic error: as given, else the fact ``screw_pitch``, else None.
+
+        Parameters
+        ----------
+        given
+            With its unit: a length, or an angle for a rotary axis.
+
+        Returns
+        -------
+        float or None
+            In mm or degrees.
+
+        Raises
+        ------
+        ArgumentError
+            What is given is no length (angle) above zero.
+        FileFormatError
+            The fact ``screw_pitch`` of the file is none.
+        """
+        linear = isinstance(self.readings, Readings)
+        kind = LENGTH if linear else ANGLE
+        text = given if given is not None else self.facts.get("screw_pitch") if linear else None
+        if text is None:
+            return None
+        try:
+            period = parse_quantity(text, kind, name="--period")
+            if period <= 0:
+                raise ArgumentError("--period", text, f"a {kind.name} above zero")
+        except ArgumentError as error:
+            if given is not None:
+                raise
+            problem = f"screw_pitch: {error.value} is not allowed"
+            raise FileFormatError(self.source, None, problem, error.allowed) from None
+        return period
+
+
+def read_positioning_test(path: str | Path) -> PositioningTest:
+    r"""Read a positioning test from a laser file or a measurement file.
+
+    Raises
+    ------
+    FileFormatError
+        The file is of neither format, or holds no positioning test.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "x.csv"
+    >>> _ = file.write_text("# screw_pitch: 0.25 inch\ntarget_mm,deviation_um\n0,1\n1,2\n")
+    >>> test = read_positioning_test(file)
+    >>> test.readings.size, test.period(None), test.period("5 mm")
+    (2, 6.35, 5.0)
+    """
+    if is_laser_file(read_text(path)):
+        return PositioningTest(source=str(path), readings=read_laser_file(path), facts={}, unknown=())
+    measurement = read_measurement(path)
+    return PositioningTest(
+        source=str(path),
+        readings=measurement.to_readings(),
+        facts=measurement.facts,
+        unknown=tuple(measurement.unknown),
+    )
