@@ -28,7 +28,10 @@ _Changes: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int
 
 
 class Detail(enum.Enum):
-    """What a waveform file shows of an edge stream: its lines alone, or also the number 1..4 of its state."""
+    """What a waveform file shows of an edge stream: its lines alone, or also the number 1..4 of its state.
+
+    GTKWave shows the state; PulseView with libsigrok up to 0.5.2 refuses files with signals of several bits.
+    """
 
     LINES = "lines"
     LINES_AND_STATE = "lines and state"

@@ -121,12 +121,15 @@ class Waves:
             self.changes[name] = []
 
 
+DECLARATIONS = ("$comment", "$date", "$version", "$timescale", "$scope", "$upscope", "$var", "$enddefinitions")
+
+
 def read_vcd(data: bytes) -> Waves:
     """Read the part of VCD that logic signals need, word by word (IEEE 1364-2005, 18.2)."""
     words = iter(data.decode("ascii").split())
     waves, dumping = Waves(), False
     for word in words:
-        if word in ("$version", "$timescale", "$scope", "$upscope", "$var", "$enddefinitions", "$comment"):
+        if word in DECLARATIONS:
             body = []
             while (part := next(words)) != "$end":
                 body.append(part)
