@@ -48,7 +48,7 @@ def state_of_level(ab: int) -> int:
 @step
 def count_delta(before_ab: int, after_ab: int) -> int:
     """Return +1, -1, 0, or ILLEGAL for the transition between two level codes."""
-    return ((state_of_level(after_ab) - state_of_level(before_ab) + 1) & 3) - 1
+    return ((int(state_of_level(after_ab)) - int(state_of_level(before_ab)) + 1) & 3) - 1
 
 
 @kernel
