@@ -19,6 +19,7 @@ from rtec.signal import (
 )
 
 moments = st.integers(-30, 30)
+crowded = st.integers(0, 12)
 far = st.integers(-(2**61), 2**61)
 cuts = st.lists(st.integers(1, 7), min_size=1, max_size=5)
 
@@ -63,7 +64,7 @@ def test_named_gates_are_their_rules(gate, rule, a, b):
     assert merge_lines(gate, a, b) == LevelStream(np.array(toggles, dtype=np.int64), initial)
 
 
-@given(st.sampled_from(Gate), lines(), lines(), cuts, cuts)
+@given(st.sampled_from(Gate), lines(crowded), lines(crowded), cuts, cuts)
 def test_merging_in_pieces_is_merging_the_whole(gate, a, b, cuts_a, cuts_b):
     pieces = list(merge_chunks(gate, cut(a, cuts_a), cut(b, cuts_b)))
     assert LevelStream.concatenate(pieces) == merge_lines(gate, a, b)

@@ -47,6 +47,11 @@ def test_chunks_need_not_be_cut_alike():
     assert LevelStream.concatenate(pieces) == LevelStream([10, 15, 20, 25, 40], 0)
 
 
+def test_toggles_at_one_time_meet_across_a_cut():
+    pieces = merge_chunks(Gate.XOR, LevelStream([10, 11], 0).chunks(1), [LevelStream([11, 12], 0)])
+    assert LevelStream.concatenate(pieces) == LevelStream([10, 12], 0)
+
+
 def test_quiet_inputs_still_give_the_level():
     assert list(merge_chunks(Gate.OR, [LevelStream([], 1)], [LevelStream([], 0)])) == [LevelStream([], 1)]
 
