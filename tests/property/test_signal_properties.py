@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from signal_oracle import ILLEGAL, decode_step, level_at, merged, read_vcd, text
 
@@ -17,6 +17,8 @@ from rtec.signal import (
     merge_lines,
     write_vcd,
 )
+
+compiles = settings(deadline=None)  # the first example may wait for the compiler
 
 moments = st.integers(-30, 30)
 crowded = st.integers(0, 12)
@@ -49,6 +51,7 @@ def cut(stream, sizes):
             yield stream.part(min(first, len(stream)), first)
 
 
+@compiles
 @given(st.lists(st.integers(0, 1), min_size=4, max_size=4), lines(), lines())
 def test_merging_is_the_oracle_at_every_time(table, a, b):
     toggles, initial = merged(table, (a.times_ps.tolist(), a.initial), (b.times_ps.tolist(), b.initial))
@@ -58,12 +61,14 @@ def test_merging_is_the_oracle_at_every_time(table, a, b):
 @pytest.mark.parametrize(
     ("gate", "rule"), [(Gate.OR, lambda x, y: x | y), (Gate.AND, lambda x, y: x & y), (Gate.XOR, lambda x, y: x ^ y)]
 )
+@compiles
 @given(a=lines(far), b=lines(far))
 def test_named_gates_are_their_rules(gate, rule, a, b):
     toggles, initial = merged(rule, (a.times_ps.tolist(), a.initial), (b.times_ps.tolist(), b.initial))
     assert merge_lines(gate, a, b) == LevelStream(np.array(toggles, dtype=np.int64), initial)
 
 
+@compiles
 @given(st.sampled_from(Gate), lines(crowded), lines(crowded), cuts, cuts)
 def test_merging_in_pieces_is_merging_the_whole(gate, a, b, cuts_a, cuts_b):
     pieces = list(merge_chunks(gate, cut(a, cuts_a), cut(b, cuts_b)))
@@ -71,17 +76,20 @@ def test_merging_in_pieces_is_merging_the_whole(gate, a, b, cuts_a, cuts_b):
     assert all(len(piece) <= max(cuts_a) + max(cuts_b) for piece in pieces)
 
 
+@compiles
 @given(edges(), cuts)
 def test_cut_and_joined_stream_is_itself(stream, sizes):
     assert EdgeStream.concatenate(cut(stream, sizes)) == stream
     assert EdgeStream.concatenate(stream.chunks(sizes[0])) == stream
 
 
+@compiles
 @given(edges(), moments)
 def test_two_windows_join_to_the_whole(stream, t):
     assert EdgeStream.concatenate([stream.window(-100, t), stream.window(t, 100)]) == stream
 
 
+@compiles
 @given(edges(far))
 def test_lines_and_edges_are_the_same_thing(stream):
     a, b = stream.lines()
@@ -89,6 +97,7 @@ def test_lines_and_edges_are_the_same_thing(stream):
     assert (a.final, b.final) == (stream.final & 1, stream.final >> 1)
 
 
+@compiles
 @given(lines(), lines())
 def test_joined_lines_split_again(a, b):
     joined = EdgeStream.from_lines(a, b)
@@ -98,6 +107,7 @@ def test_joined_lines_split_again(a, b):
         assert joined.level_at(t) == expected
 
 
+@compiles
 @given(edges())
 def test_counts_are_the_decoders(stream):
     levels = [text(level) for level in [stream.initial, *stream.levels.tolist()]]
@@ -107,11 +117,13 @@ def test_counts_are_the_decoders(stream):
     assert net == sum(step for step in steps if step != ILLEGAL)
 
 
+@compiles
 @given(edges(far), st.integers(-(2**60), 2**60))
 def test_shifting_back_gives_the_stream(stream, delay):
     assert stream.shift(delay).shift(-delay) == stream
 
 
+@compiles
 @given(
     edges(st.integers(1, 50)),
     edges(st.integers(1, 10**6)),
