@@ -77,24 +77,23 @@ def cyclic_error(position: Floats, deviation: Floats, period: float) -> CyclicEr
     >>> round(e.peak_to_peak, 3), e.harmonics
     (1.0, 4)
     >>> cyclic_error(x[::10], x[::10], 5.0).note
-    'the targets do not resolve a period of 5: they lie at whole or half periods, or too few in number'
+    'the targets do not resolve the period: they lie at whole or half periods, or are too few'
     """
     if not 0 < period < np.inf:
         raise ArgumentError("period", period, "a length or angle above zero")
     span = float(np.ptp(position)) if position.size else 0.0
     if span < period:
-        return CyclicError(peak_to_peak=None, harmonics=0, note=f"the travel is shorter than a period of {period:g}")
+        return CyclicError(peak_to_peak=None, harmonics=0, note="the travel is shorter than the period")
     if float(np.abs(position).max()) / period > _MOST_PERIODS:
-        return CyclicError(peak_to_peak=None, harmonics=0, note=f"a period of {period:g} is lost in the last digits")
+        return CyclicError(
+            peak_to_peak=None, harmonics=0, note="so short a period is lost in the last digits of the targets"
+        )
     degree = int(min(MAX_TREND_DEGREE, span / period, position.size // 6))
     scaled = 2 * (position - position.min()) / span - 1
     trend = np.polynomial.legendre.legvander(scaled, degree)
     harmonics = _resolved_harmonics(trend, position, period)
     if harmonics == 0:
-        note = (
-            f"the targets do not resolve a period of {period:g}: they lie at whole or half periods, "
-            "or too few in number"
-        )
+        note = "the targets do not resolve the period: they lie at whole or half periods, or are too few"
         return CyclicError(peak_to_peak=None, harmonics=0, note=note)
     periodic = _periodic_columns(position / period, harmonics)
     coefficients = np.linalg.lstsq(np.hstack((trend, periodic)), deviation, rcond=None)[0][degree + 1 :]

@@ -213,7 +213,8 @@ class PositioningFigures:
         units = UNITS[self.coordinate]
         name = next(iter(units)) if unit is None else unit.strip().replace("µ", "u").replace("μ", "u")
         if name not in units:
-            raise ArgumentError("unit", repr(unit), ", ".join(units), nearest(name, units))
+            close = nearest(name, units)
+            raise ArgumentError("unit", repr(unit), ", ".join(units), close if close.startswith("did") else "")
         return name, units[name]
 
     def _targets(self, factor: float) -> list[dict[str, float | int | None]]:

@@ -165,7 +165,7 @@ class MeasuringPlan:
     def _check_increment(self) -> None:
         travel = self.end_inch - self.start_inch
         if not NEAR_ZERO_INCH <= self.increment_inch <= travel:
-            raise ArgumentError("increment_inch", self.increment_inch, f"{NEAR_ZERO_INCH} to {travel:g}, the travel")
+            raise ArgumentError("increment_inch", self.increment_inch, f"{NEAR_ZERO_INCH} to {travel}, the travel")
         if travel / self.increment_inch > MAX_TARGETS:
             raise ArgumentError("increment_inch", self.increment_inch, f"at most {MAX_TARGETS} targets in a pass")
         if not _divides_evenly(self.start_inch, self.end_inch, self.increment_inch):

@@ -134,7 +134,7 @@ Block = Setup | Move | Dwell | Stop | Comment
 """One line of a program."""
 
 _COMMENT = re.compile(r"\(([^()]*)\)")
-_REAL = r"-?(?:[0-9]{1,6}\.?[0-9]{0,8}|\.[0-9]{1,8})"
+_REAL = r"-?(?:[0-9]{1,6}(?:\.[0-9]{0,8})?|\.[0-9]{1,8})"
 _MOVE = re.compile(rf"G53(?P<axis>[XYZ])(?P<position>{_REAL})(?:F(?P<feed>{_REAL}))?")
 _DWELL_WORDS = re.compile(rf"G04F(?P<duration>{_REAL})")
 _MODALS = ("G01", "G59", "G90", "G94")
