@@ -15,12 +15,18 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numba
-from numba import config
+import numpy as np
+from numba.core import config as _numba_config
+
+config: Any = _numba_config  # its settings are made at run time
 
 _F = TypeVar("_F", bound=Callable[..., Any])
+
+Record: TypeAlias = Any
+"""The state of a stage: one element of a structured array, passed to step functions by reference."""
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -93,3 +99,16 @@ def helper(function: _F) -> _F:
 def kernel(function: _F) -> _F:
     """Compile a loop that Python calls; its machine code is cached on disk."""
     return _compile(function, cache=True, nogil=True)
+
+
+def new_record(layout: np.dtype[np.void]) -> Record:
+    """Return the state of a stage with all fields zero.
+
+    Examples
+    --------
+    >>> state = new_record(np.dtype([("count", np.int64)], align=True))
+    >>> state.count += 1
+    >>> int(state.count)
+    1
+    """
+    return np.rec.array(np.zeros(1, dtype=layout))[0]

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import helper, kernel, step
+from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import NEVER, level_of_state
 
 PS_PER_S = 1_000_000_000_000
@@ -41,7 +41,7 @@ ENCODER = np.dtype(
         # steady motion: time of the nominal crossing, kept as a ratio so that nothing drifts
         ("steady_ps", np.int64),
         ("steady_rest", np.int64),
-        ("quarter_num", np.int64),
+        ("quarter_ps", np.float64),
         ("quarter_den", np.int64),
         ("quarter_whole_ps", np.int64),
         ("quarter_left", np.int64),
@@ -77,24 +77,24 @@ def draw(seed: int, serial: int) -> int:
 
 
 @step
-def encoder_level(e: np.record) -> int:
+def encoder_level(e: Record) -> int:
     """Return the levels at the encoder's output."""
     level = level_of_state((e.count + e.home) & 3)
-    return level ^ e.glitch_mask if e.glitch_on == 1 else level  # type: ignore[no-any-return]
+    return level ^ e.glitch_mask if e.glitch_on == 1 else level
 
 
 @step
-def line_position(e: np.record, k: int) -> float:
+def line_position(e: Record, k: int) -> float:
     """Return the position of line ``k`` in counts."""
     position = k - 0.5 + e.shift[(k + e.home) & 3]
     if e.eccentric_counts != 0.0:
         angle = 2.0 * math.pi * ((k % e.counts_per_rev) / e.counts_per_rev) + e.eccentric_rad
         position += e.eccentric_counts * math.sin(angle)
-    return position  # type: ignore[no-any-return]
+    return position
 
 
 @step
-def emit(e: np.record, crossing_ps: int, sign: int) -> int:
+def emit(e: Record, crossing_ps: int, sign: int) -> int:
     """Cross one line at ``crossing_ps`` in the direction ``sign``; return the time of the edge, jitter included.
 
     The jitter is the difference of two uniform draws times half the bound's range, so triangular within its bound.
@@ -118,7 +118,7 @@ def emit(e: np.record, crossing_ps: int, sign: int) -> int:
 
 
 @step
-def glitch_toggle(e: np.record) -> int:
+def glitch_toggle(e: Record) -> int:
     """Begin or end the glitch that is due; return its time."""
     t_ps = e.glitch_next_ps
     e.glitch_on = 1 - e.glitch_on
@@ -127,11 +127,11 @@ def glitch_toggle(e: np.record) -> int:
         e.glitches += 1
     else:
         e.glitch_next_ps = NEVER
-    return t_ps  # type: ignore[no-any-return]
+    return t_ps
 
 
 @step
-def steady_crossing(e: np.record) -> int:
+def steady_crossing(e: Record) -> int:
     """Return the time of the next line at constant speed, and step on to the one after it."""
     e.steady_ps += e.quarter_whole_ps
     e.steady_rest += e.quarter_left
@@ -143,24 +143,24 @@ def steady_crossing(e: np.record) -> int:
     if e.eccentric_counts != 0.0:
         angle = 2.0 * math.pi * ((k % e.counts_per_rev) / e.counts_per_rev) + e.eccentric_rad
         shift = e.eccentric_counts * math.sin(angle) * e.step_sign
-        t_ps += int(math.floor(shift * e.quarter_num / e.quarter_den + 0.5))
-    return t_ps  # type: ignore[no-any-return]
+        t_ps += int(math.floor(shift * e.quarter_ps + 0.5))
+    return t_ps
 
 
 @step
-def place(p: np.record, s: float) -> float:
+def place(p: Record, s: float) -> float:
     """Return the position ``s`` seconds after the start of the piece."""
-    return p.x0 + s * (p.v0 + s * (p.a0 / 2.0 + s * p.j0 / 6.0))  # type: ignore[no-any-return]
+    return p.x0 + s * (p.v0 + s * (p.a0 / 2.0 + s * p.j0 / 6.0))
 
 
 @step
-def speed(p: np.record, s: float) -> float:
+def speed(p: Record, s: float) -> float:
     """Return the velocity ``s`` seconds after the start of the piece."""
-    return p.v0 + s * (p.a0 + s * p.j0 / 2.0)  # type: ignore[no-any-return]
+    return p.v0 + s * (p.a0 + s * p.j0 / 2.0)
 
 
 @helper
-def solve_crossing(p: np.record, goal: float) -> float:
+def solve_crossing(p: Record, goal: float) -> float:
     """Return when the motion of the piece passes ``goal``, which lies between its ends.
 
     Closed form for constant acceleration; with jerk, Newton's method kept inside a shrinking bracket.
@@ -195,18 +195,18 @@ def solve_crossing(p: np.record, goal: float) -> float:
 
 
 @step
-def next_crossing(e: np.record, p: np.record) -> int:
+def next_crossing(e: Record, p: Record) -> int:
     """Return when the piece crosses its next line, or NEVER."""
     if p.sign == 0:
         return NEVER
     goal = line_position(e, e.count + 1 if p.sign > 0 else e.count)
     if (goal - place(p, p.to_s)) * p.sign > 0.0:
         return NEVER
-    return p.start_ps + int(math.floor(solve_crossing(p, goal) * 1e12 + 0.5))  # type: ignore[no-any-return]
+    return p.start_ps + int(math.floor(solve_crossing(p, goal) * 1e12 + 0.5))
 
 
 @step
-def set_piece(p: np.record, from_s: float, to_s: float) -> None:
+def set_piece(p: Record, from_s: float, to_s: float) -> None:
     """Limit the piece to ``from_s``..``to_s``, between which the motion does not turn."""
     p.from_s = from_s
     p.to_s = to_s
@@ -216,7 +216,7 @@ def set_piece(p: np.record, from_s: float, to_s: float) -> None:
 
 @helper
 def turning_points(v0: float, a0: float, j0: float, end_s: float) -> tuple[float, float]:
-    """Return the times within 0..end_s at which the velocity changes sign, ascending, ``end_s`` where there is none."""
+    """Return the times in 0..end_s at which the velocity changes sign, ascending; ``end_s`` stands for none."""
     first, second = end_s, end_s
     if j0 == 0.0:
         if v0 * a0 < 0.0:
@@ -240,7 +240,7 @@ def turning_points(v0: float, a0: float, j0: float, end_s: float) -> tuple[float
 
 
 @step
-def encoder_reset(e: np.record, count: int) -> None:
+def encoder_reset(e: Record, count: int) -> None:
     """Stand still at ``count`` at time 0."""
     e.count = count
     e.serial = 0
@@ -251,8 +251,8 @@ def encoder_reset(e: np.record, count: int) -> None:
 
 @kernel
 def trace_edges(
-    e: np.record,
-    p: np.record,
+    e: Record,
+    p: Record,
     start_ps: NDArray[np.int64],
     duration_ps: NDArray[np.int64],
     x0: NDArray[np.float64],
@@ -262,7 +262,6 @@ def trace_edges(
     first: int,
     out_ps: NDArray[np.int64],
     out_levels: NDArray[np.uint8],
-    out_counts: NDArray[np.int64],
 ) -> tuple[int, int]:
     """Write the edges of the motion segments from number ``first`` on; return (edges written, next segment).
 
@@ -297,13 +296,12 @@ def trace_edges(
                 else:
                     break
                 out_levels[n] = encoder_level(e)
-                out_counts[n] = e.count
                 n += 1
     return n, start_ps.size
 
 
 @kernel
-def steady_edges(e: np.record, out_ps: NDArray[np.int64], out_levels: NDArray[np.uint8]) -> int:
+def steady_edges(e: Record, out_ps: NDArray[np.int64], out_levels: NDArray[np.uint8]) -> int:
     """Write the next edges at constant speed, a chunk of at most the arrays' length; return their number.
 
     Real edges and the toggles of glitches come in the order of their times.
@@ -323,6 +321,12 @@ def steady_edges(e: np.record, out_ps: NDArray[np.int64], out_levels: NDArray[np
 
 
 @kernel
-def reset(e: np.record, count: int) -> None:
+def level_now(e: Record) -> int:
+    """Return the levels at the encoder's output."""
+    return encoder_level(e)
+
+
+@kernel
+def reset(e: Record, count: int) -> None:
     """Stand still at ``count``."""
     encoder_reset(e, count)

@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.axis._profile_kernels import FloatArray, Ramp
-from rtec.axis.program import MAX_TIME_S, SPEED_RANGE_MM_S, Dwell, Move, Program, number_within
+from rtec.axis.program import MAX_TIME_S, SPEED_RANGE_MM_S, Dwell, Move, Program
+from rtec.checks import number_within
 from rtec.errors import ArgumentError
 from rtec.units import PS_PER_S
 

@@ -6,11 +6,10 @@ A program says where the axis goes and how fast; :func:`rtec.axis.profile.plan` 
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import InitVar, dataclass, field
-from numbers import Real
 
+from rtec.checks import number_within
 from rtec.errors import ArgumentError
 from rtec.units import seconds_to_ps
 
@@ -22,31 +21,6 @@ MAX_TIME_S = 8.64e6
 """Longest dwell and longest program: 100 days, where int64 picoseconds end."""
 MAX_BLOCKS = 1_000_000
 """Most blocks that :meth:`Program.back_and_forth` writes."""
-
-
-def number_within(name: str, value: object, low: float, high: float, *, unit: str = "") -> float:
-    """Return ``value`` as a float if it is a number from ``low`` to ``high``.
-
-    Raises
-    ------
-    ArgumentError
-        Not a real number, not finite, or outside the interval.
-
-    Examples
-    --------
-    >>> number_within("target_mm", 12, -100.0, 100.0, unit="mm")
-    12.0
-    """
-    allowed = f"a number from {low:g} to {high:g}{' ' + unit if unit else ''}"
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ArgumentError(name, repr(value)[:60], allowed)
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not low <= number <= high:
-        raise ArgumentError(name, number, allowed)
-    return number
 
 
 def _position(name: str, value: object) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import helper, kernel, step
+from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import NEVER, count_delta
 
 PS_PER_S = 1_000_000_000_000
@@ -62,7 +62,7 @@ RECEIVER = np.dtype(
 
 
 @step
-def first_tick(rx: np.record, t_ps: int) -> int:
+def first_tick(rx: Record, t_ps: int) -> int:
     """Return the number of the first tick at or after ``t_ps``, exactly, whatever the clock's period."""
     if t_ps - rx.reference_ps >= PS_PER_S:
         seconds = (t_ps - rx.reference_ps) // PS_PER_S
@@ -78,11 +78,11 @@ def first_tick(rx: np.record, t_ps: int) -> int:
     elif rest >= rx.tick_num:
         tick += 1
         rest -= rx.tick_num
-    return rx.reference_tick + tick + (1 if rest > 0 else 0)  # type: ignore[no-any-return]
+    return rx.reference_tick + tick + (1 if rest > 0 else 0)
 
 
 @helper
-def note_illegal(rx: np.record, t_ps: int) -> None:
+def note_illegal(rx: Record, t_ps: int) -> None:
     """Record an illegal transition under the chosen policy."""
     kind = SIMULTANEOUS if rx.changed_a_ps == rx.changed_b_ps else UNRESOLVED
     n = rx.simultaneous + rx.unresolved
@@ -101,7 +101,7 @@ def note_illegal(rx: np.record, t_ps: int) -> None:
 
 
 @step
-def accept(rx: np.record, t_ps: int, ab: int) -> None:
+def accept(rx: Record, t_ps: int, ab: int) -> None:
     """Take the filtered levels ``ab`` over and count their transition."""
     delta = count_delta(rx.accepted, ab)
     if delta == 2:
@@ -116,7 +116,7 @@ def accept(rx: np.record, t_ps: int, ab: int) -> None:
 
 
 @helper
-def settle_closely(rx: np.record, t_ps: int) -> None:
+def settle_closely(rx: Record, t_ps: int) -> None:
     """Settle by the numbers of the ticks: both lines are under way, or one has changed just before ``t_ps``."""
     pending = rx.raw ^ rx.accepted
     tick = first_tick(rx, t_ps)
@@ -137,7 +137,7 @@ def settle_closely(rx: np.record, t_ps: int) -> None:
 
 
 @step
-def settle_before(rx: np.record, t_ps: int) -> None:
+def settle_before(rx: Record, t_ps: int) -> None:
     """Let the filter take over what its ticks before ``t_ps`` have seen often enough."""
     pending = rx.raw ^ rx.accepted
     if pending != 0:
@@ -149,13 +149,13 @@ def settle_before(rx: np.record, t_ps: int) -> None:
 
 
 @step
-def receiver_settle(rx: np.record, t_ps: int) -> None:
+def receiver_settle(rx: Record, t_ps: int) -> None:
     """Bring the count up to ``t_ps``: what a tick at or before it has completed is counted."""
     settle_before(rx, t_ps + 1)
 
 
 @step
-def receiver_edge(rx: np.record, t_ps: int, ab: int) -> None:
+def receiver_edge(rx: Record, t_ps: int, ab: int) -> None:
     """Take the levels ``ab`` from ``t_ps`` on; times never decrease, and ``ab`` differs from the levels before."""
     settle_before(rx, t_ps)
     change = rx.raw ^ ab
@@ -175,7 +175,7 @@ def receiver_edge(rx: np.record, t_ps: int, ab: int) -> None:
 
 
 @step
-def receiver_index(rx: np.record, t_ps: int) -> None:
+def receiver_index(rx: Record, t_ps: int) -> None:
     """Latch the count at an index pulse."""
     receiver_settle(rx, t_ps)
     rx.index_count = rx.count
@@ -183,7 +183,7 @@ def receiver_index(rx: np.record, t_ps: int) -> None:
 
 
 @step
-def receiver_probe(rx: np.record, t_ps: int) -> None:
+def receiver_probe(rx: Record, t_ps: int) -> None:
     """Latch the count at a probe trip."""
     receiver_settle(rx, t_ps)
     rx.probe_count = rx.count
@@ -191,7 +191,7 @@ def receiver_probe(rx: np.record, t_ps: int) -> None:
 
 
 @step
-def receiver_reset(rx: np.record, ab: int) -> None:
+def receiver_reset(rx: Record, ab: int) -> None:
     """Start at time 0 with the levels ``ab`` at rest and the count zero."""
     rx.raw = ab
     rx.accepted = ab
@@ -202,22 +202,28 @@ def receiver_reset(rx: np.record, ab: int) -> None:
 
 
 @kernel
-def receive(rx: np.record, times_ps: NDArray[np.int64], levels: NDArray[np.uint8]) -> None:
+def receive(rx: Record, times_ps: NDArray[np.int64], levels: NDArray[np.uint8]) -> None:
     """Run the receiver over a chunk of edges."""
     for i in range(times_ps.size):
-        receiver_edge(rx, times_ps[i], np.int64(levels[i]))
+        receiver_edge(rx, times_ps[i], int(levels[i]))
 
 
 @kernel
-def settle(rx: np.record, t_ps: int) -> None:
+def settle(rx: Record, t_ps: int) -> None:
     """Bring the count up to ``t_ps``."""
     receiver_settle(rx, t_ps)
 
 
 @kernel
-def latch(rx: np.record, t_ps: int, index: int) -> None:
+def latch(rx: Record, t_ps: int, index: int) -> None:
     """Latch the count at ``t_ps``, for the index if ``index`` is 1, else for the probe."""
     if index == 1:
         receiver_index(rx, t_ps)
     else:
         receiver_probe(rx, t_ps)
+
+
+@kernel
+def reset(rx: Record, ab: int) -> None:
+    """Start with the levels ``ab`` at rest and the count zero."""
+    receiver_reset(rx, ab)

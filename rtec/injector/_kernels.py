@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import helper, kernel, step
+from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
 
 ORIGINAL, A, B, C = 0, 1, 2, 3
@@ -54,7 +54,7 @@ INJECTOR = np.dtype(
         ("inverted", np.int64),
         ("sampled", np.int64),
         ("offset", np.int64),
-        ("base", np.int64),  # angle state at the start of the insertion
+        ("origin", np.int64),  # angle state at the start of the insertion
         ("sign", np.int64),
         ("done", np.int64),  # changes made of the insertion under way
         ("last_edge_ps", np.int64),
@@ -91,26 +91,26 @@ def step_of(design: int) -> int:
 
 
 @step
-def gates(s: np.record) -> int:
+def gates(s: Record) -> int:
     """Return the levels at the controller."""
     held = s.held if s.holding == 1 else s.ab_in
     if s.design == C:
-        return held ^ s.inverted  # type: ignore[no-any-return]
+        return held ^ s.inverted
     if s.design == B:
         if s.powered == 0:
             return 0
         return level_of_state((state_of_level(s.sampled) + s.offset) & 3)
-    return (held | s.pulse_high) & ~s.pulse_low  # type: ignore[no-any-return]
+    return (held | s.pulse_high) & ~s.pulse_low
 
 
 @step
-def drive(s: np.record) -> None:
+def drive(s: Record) -> None:
     """Put the levels of the gates out."""
     s.ab_out = gates(s)
 
 
 @step
-def observe(s: np.record) -> bool:
+def observe(s: Record) -> bool:
     """Let the monitor see both sides of the box; return whether the levels at the controller changed.
 
     To be called once all events of one instant are carried out: changes at one instant are one change. While the
@@ -128,7 +128,7 @@ def observe(s: np.record) -> bool:
 
 
 @helper
-def count_difference(s: np.record) -> None:
+def count_difference(s: Record) -> None:
     """Count how far the controller's side went ahead of the encoder's, by an ideal decoder on each."""
     delta_out = count_delta(s.seen_out, s.ab_out)
     delta_in = count_delta(s.seen_in, s.ab_in)
@@ -139,7 +139,7 @@ def count_difference(s: np.record) -> None:
 
 
 @step
-def next_look(s: np.record, t_ps: int) -> int:
+def next_look(s: Record, t_ps: int) -> int:
     """Return the time of the processor's first look at or after ``t_ps``."""
     if s.poll_ps == 0:
         return t_ps
@@ -148,38 +148,38 @@ def next_look(s: np.record, t_ps: int) -> int:
 
 
 @step
-def arm(s: np.record, t_ps: int) -> None:
+def arm(s: Record, t_ps: int) -> None:
     """Recognise the moment at the next look after ``t_ps`` and plan the first change."""
     s.recognised_ps = next_look(s, t_ps)
     s.trigger_ps = t_ps
     s.next_ps = s.recognised_ps + s.decide_ps
     s.phase = ARMED
-    # an edge before the look plans anew, so the state now is the state that the look sees
-    s.base = state_of_level(s.ab_in)
+    # an edge up to the look plans anew, so the state now is the state that the look sees
+    s.origin = state_of_level(s.ab_in)
 
 
 @step
-def wanted(s: np.record) -> bool:
+def wanted(s: Record) -> bool:
     """Return whether an insertion is owed and allowed."""
-    return s.requested != s.completed and s.enabled == 1 and s.powered == 1  # type: ignore[no-any-return]
+    return s.requested != s.completed and s.enabled == 1 and s.powered == 1
 
 
 @step
-def arm_at_rest(s: np.record, t_ps: int) -> None:
+def arm_at_rest(s: Record, t_ps: int) -> None:
     """Plan an insertion for the time at which the axis will have been at rest long enough."""
     if s.phase == IDLE and wanted(s) and (s.design != ORIGINAL or s.ab_in == 0):
         arm(s, max(max(s.last_edge_ps + s.rest_ps, t_ps), s.ready_ps))
 
 
 @step
-def cancel(s: np.record) -> None:
+def cancel(s: Record) -> None:
     """Drop a planned insertion."""
     s.phase = IDLE
     s.next_ps = NEVER
 
 
 @step
-def trigger(s: np.record, t_ps: int) -> None:
+def trigger(s: Record, t_ps: int) -> None:
     """Plan an insertion right after the transition at ``t_ps``, if the axis is slow enough for it.
 
     The gate times what the report's circuits offer: the interval between A&B-low signals (Original), else the period
@@ -193,14 +193,14 @@ def trigger(s: np.record, t_ps: int) -> None:
 
 
 @step
-def begin_sampling(s: np.record, t_ps: int) -> None:
+def begin_sampling(s: Record, t_ps: int) -> None:
     """Plan Design B's next look at the lines."""
     s.next_ps = next_look(s, max(t_ps, s.ready_ps))
     s.phase = SAMPLING
 
 
 @step
-def note_edge(s: np.record, t_ps: int, ab: int) -> None:
+def note_edge(s: Record, t_ps: int, ab: int) -> None:
     """Take the levels of the transition at ``t_ps`` in, and time it as the speed gate does."""
     s.ab_in = ab
     if s.design != ORIGINAL:
@@ -213,11 +213,11 @@ def note_edge(s: np.record, t_ps: int, ab: int) -> None:
 
 
 @step
-def injector_edge(s: np.record, t_ps: int, ab: int) -> None:
+def injector_edge(s: Record, t_ps: int, ab: int) -> None:
     """Take a real transition to ``ab`` at ``t_ps``."""
     note_edge(s, t_ps, ab)
     if s.design == B:
-        if s.powered == 1 and (s.phase == IDLE or (s.phase == ARMED and t_ps < s.recognised_ps)):
+        if s.powered == 1 and (s.phase == IDLE or (s.phase == ARMED and t_ps <= s.recognised_ps)):
             begin_sampling(s, t_ps)
             if s.next_ps <= t_ps:
                 sample(s, t_ps)
@@ -225,7 +225,7 @@ def injector_edge(s: np.record, t_ps: int, ab: int) -> None:
     if s.requested != s.completed:
         if s.phase == INSERTING:
             s.real_inside += 1
-        elif s.phase == ARMED and t_ps < s.recognised_ps:
+        elif s.phase == ARMED and t_ps <= s.recognised_ps:
             cancel(s)
         if s.phase == IDLE:
             trigger(s, t_ps)
@@ -234,7 +234,7 @@ def injector_edge(s: np.record, t_ps: int, ab: int) -> None:
 
 
 @step
-def sample(s: np.record, t_ps: int) -> None:
+def sample(s: Record, t_ps: int) -> None:
     """Let Design B's processor read the lines and plan their writing."""
     s.sampled = s.ab_in
     s.next_ps = t_ps + s.latency_ps
@@ -242,7 +242,7 @@ def sample(s: np.record, t_ps: int) -> None:
 
 
 @step
-def write(s: np.record, t_ps: int) -> None:
+def write(s: Record, t_ps: int) -> None:
     """Let Design B's processor write what it read, and insert right after it if it owes a count."""
     drive(s)
     cancel(s)
@@ -254,24 +254,24 @@ def write(s: np.record, t_ps: int) -> None:
 
 
 @step
-def advance_insertion(s: np.record) -> None:
+def advance_insertion(s: Record) -> None:
     """Set the gates for the next change of the insertion under way."""
     s.done += 1
     if s.design == C:
         # forward, the state goes 0 -A-> 1 -B-> 2 -A-> 3 -B-> 0: from an even state A changes first, backward B
-        a_first = (s.base & 1 == 0) == (s.sign > 0)
+        a_first = (s.origin & 1 == 0) == (s.sign > 0)
         s.inverted ^= 1 if a_first == (s.done == 1) else 2
     elif s.design == B:
         s.offset = (s.offset + s.sign) & 3
     else:
-        start = level_of_state(s.base)
-        goal = level_of_state((s.base + s.sign * s.done) & 3)
+        start = level_of_state(s.origin)
+        goal = level_of_state((s.origin + s.sign * s.done) & 3)
         s.pulse_high = goal & ~start
         s.pulse_low = start & ~goal
 
 
 @step
-def finish_insertion(s: np.record, t_ps: int) -> None:
+def finish_insertion(s: Record, t_ps: int) -> None:
     """Book the insertion whose last change was at ``t_ps``."""
     s.completed += s.sign
     s.inserted += 1
@@ -288,7 +288,7 @@ def finish_insertion(s: np.record, t_ps: int) -> None:
 
 
 @step
-def injector_fire(s: np.record) -> None:
+def injector_fire(s: Record) -> None:
     """Carry out the box's own event at ``next_ps``."""
     t_ps = s.next_ps
     if s.phase == SAMPLING:
@@ -317,23 +317,23 @@ def injector_fire(s: np.record) -> None:
 
 
 @step
-def injector_request(s: np.record, t_ps: int, total: int) -> None:
+def injector_request(s: Record, t_ps: int, total: int) -> None:
     """Take the total of steps over that the box is to have inserted."""
     s.requested = total
     arm_at_rest(s, t_ps)
 
 
 @step
-def injector_enable(s: np.record, t_ps: int, enabled: int) -> None:
+def injector_enable(s: Record, t_ps: int, enabled: int) -> None:
     """Allow or forbid insertions; one that is recognised already is carried to its end."""
     s.enabled = enabled
-    if enabled == 0 and s.phase == ARMED and t_ps < s.recognised_ps:
+    if enabled == 0 and s.phase == ARMED and t_ps <= s.recognised_ps:
         cancel(s)
     arm_at_rest(s, t_ps)
 
 
 @step
-def injector_power(s: np.record, t_ps: int, powered: int) -> None:
+def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """Take the box's power away or give it back.
 
     Without power the OR and AND circuits, fed by the controller, pass A and B through; the inverters keep or drop
@@ -357,7 +357,7 @@ def injector_power(s: np.record, t_ps: int, powered: int) -> None:
 
 
 @step
-def injector_reset(s: np.record, ab: int) -> None:
+def injector_reset(s: Record, ab: int) -> None:
     """Start at rest with the levels ``ab``, powered and enabled, nothing requested."""
     s.enabled = 1
     s.powered = 1
@@ -375,7 +375,7 @@ def injector_reset(s: np.record, ab: int) -> None:
 
 @kernel
 def inject(
-    s: np.record,
+    s: Record,
     times_ps: NDArray[np.int64],
     levels: NDArray[np.uint8],
     until_ps: int,
@@ -396,7 +396,7 @@ def inject(
         while s.next_ps <= t_ps:
             injector_fire(s)
         if edge_ps == t_ps:
-            injector_edge(s, t_ps, np.int64(levels[i]))
+            injector_edge(s, t_ps, int(levels[i]))
             i += 1
         if observe(s):
             out_ps[n] = t_ps
@@ -405,13 +405,13 @@ def inject(
 
 
 @kernel
-def request(s: np.record, t_ps: int, total: int) -> None:
+def request(s: Record, t_ps: int, total: int) -> None:
     """Request a total from outside."""
     injector_request(s, t_ps, total)
 
 
 @kernel
-def switch(s: np.record, t_ps: int, enabled: int, powered: int) -> None:
+def switch(s: Record, t_ps: int, enabled: int, powered: int) -> None:
     """Set the switch and the power from outside."""
     if enabled != s.enabled:
         injector_enable(s, t_ps, enabled)
@@ -420,6 +420,6 @@ def switch(s: np.record, t_ps: int, enabled: int, powered: int) -> None:
 
 
 @kernel
-def reset(s: np.record, ab: int) -> None:
+def reset(s: Record, ab: int) -> None:
     """Start at rest with the levels ``ab``."""
     injector_reset(s, ab)

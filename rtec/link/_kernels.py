@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import step
+from rtec._jit import Record, step
 from rtec.signal._kernels import NEVER
 
 SLOTS = 16
@@ -34,7 +34,7 @@ MAILBOX = np.dtype(
 
 
 @step
-def post(m: np.record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
+def post(m: Record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
     """Send a message at ``t_ps``."""
     if m.waiting == SLOTS:
         m.lost += 1
@@ -49,7 +49,7 @@ def post(m: np.record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
 
 
 @step
-def deliver(m: np.record, t_ps: int) -> None:
+def deliver(m: Record, t_ps: int) -> None:
     """Deliver what has arrived by ``t_ps``; the latest message stands in ``word0`` .. ``word3``."""
     while m.waiting > 0 and m.arrives_ps[m.first] <= t_ps:
         slot = m.first
@@ -64,7 +64,7 @@ def deliver(m: np.record, t_ps: int) -> None:
 
 
 @step
-def mailbox_reset(m: np.record) -> None:
+def mailbox_reset(m: Record) -> None:
     """Empty the mailbox."""
     m.first = 0
     m.waiting = 0

@@ -39,10 +39,10 @@ NETWORK_HEAD = 5
 def _interpolate(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> float:
     """Return the error of the table whose positions start at index ``first``."""
     if x_mm <= par[first]:
-        return par[first + n]  # type: ignore[no-any-return]
+        return par[first + n]
     last = first + n - 1
     if x_mm >= par[last]:
-        return par[last + n]  # type: ignore[no-any-return]
+        return par[last + n]
     below = first
     above = last
     while above - below > 1:
@@ -52,7 +52,7 @@ def _interpolate(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) 
         else:
             above = middle
     share = (x_mm - par[below]) / (par[above] - par[below])
-    return (1.0 - share) * par[below + n] + share * par[above + n]  # type: ignore[no-any-return]
+    return (1.0 - share) * par[below + n] + share * par[above + n]
 
 
 @helper
@@ -74,7 +74,7 @@ def _network(par: npt.NDArray[np.float64], start: int, position: float, directio
     total = par[layer + n]
     for i in range(n):
         total += par[layer + i] * _logsig(par[biases + i] + par[weights + i] * position)
-    return total  # type: ignore[no-any-return]
+    return total
 
 
 @helper
@@ -95,7 +95,7 @@ def predict_mm(kind: int, par: npt.NDArray[np.float64], x_mm: float, direction: 
         unit_mm = par[4]
         cyclic = NETWORK_HEAD + 4 * int(par[NETWORK_HEAD]) + 2
         long_range = _network(par, NETWORK_HEAD, held_mm / unit_mm, direction)
-        return (long_range + _network(par, cyclic, phase_mm / unit_mm, direction)) * unit_mm  # type: ignore[no-any-return]
+        return (long_range + _network(par, cyclic, phase_mm / unit_mm, direction)) * unit_mm
     return 0.0
 
 

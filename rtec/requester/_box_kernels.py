@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import kernel, step
+from rtec._jit import Record, kernel, step
 from rtec.link._kernels import deliver, post
 
 NOT_HOMED, RUNNING, FATAL = 0, 1, 2
@@ -57,7 +57,7 @@ BOX = np.dtype(
 
 
 @step
-def believe(b: np.record, total: int, flags: int) -> None:
+def believe(b: Record, total: int, flags: int) -> None:
     """Judge a requested total: accept it, doubt it, or stop for good."""
     change = total - b.accepted
     if change == 0:
@@ -77,7 +77,7 @@ def believe(b: np.record, total: int, flags: int) -> None:
 
 
 @step
-def box_tick(b: np.record, down: np.record, up: np.record, t_ps: int, count: int, completed: int) -> int:
+def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, completed: int) -> int:
     """Read the PC's words, answer, and return the total that the injector is to reach.
 
     ``count`` is the box's own decoder on the encoder's side; ``completed`` the total inserted so far.
@@ -100,22 +100,22 @@ def box_tick(b: np.record, down: np.record, up: np.record, t_ps: int, count: int
             if b.probing == 1:
                 b.status = STATUS_PROBING
             elif b.switch_on == 0:
-                b.status = STATUS_DISABLED if total != completed else OK
+                b.status = STATUS_DISABLED if total != 0 else OK
             else:
                 believe(b, total, flags)
     post(up, t_ps, count - b.zero, completed, b.accepted, b.status)
-    return b.accepted  # type: ignore[no-any-return]
+    return b.accepted
 
 
 @step
-def box_trip(b: np.record, count: int) -> None:
+def box_trip(b: Record, count: int) -> None:
     """Latch the axis position at a probe trip."""
     b.trip_position = count - b.zero
     b.trips += 1
 
 
 @step
-def box_reset(b: np.record, first_ps: int) -> None:
+def box_reset(b: Record, first_ps: int) -> None:
     """Switch the box on; it has no home yet."""
     b.next_ps = first_ps
     b.state = NOT_HOMED
@@ -130,13 +130,25 @@ def box_reset(b: np.record, first_ps: int) -> None:
 
 
 @kernel
-def tick(b: np.record, down: np.record, up: np.record, t_ps: int, count: int, completed: int) -> int:
-    """Run one sample of the box from outside."""
-    b.next_ps = t_ps
-    return box_tick(b, down, up, t_ps, count, completed)  # type: ignore[no-any-return]
+def converse(
+    b: Record, down: Record, up: Record, t_ps: int, total: int, flags: int, count: int, completed: int
+) -> int:
+    """Hand the box one request from outside and let it sample; return the total to reach."""
+    down.latency_ps = 0
+    up.latency_ps = 0
+    post(down, t_ps, total, flags, 0, 0)
+    reached = box_tick(b, down, up, t_ps, count, completed)
+    deliver(up, t_ps)
+    return reached
 
 
 @kernel
-def trip(b: np.record, count: int) -> None:
+def trip(b: Record, count: int) -> None:
     """Trip the probe from outside."""
     box_trip(b, count)
+
+
+@kernel
+def reset(b: Record, first_ps: int) -> None:
+    """Switch the box on from outside."""
+    box_reset(b, first_ps)

@@ -15,10 +15,11 @@ import math
 
 import numpy as np
 
-from rtec._jit import kernel, step
+from rtec._jit import Record, kernel, step
 from rtec.link._kernels import deliver, post
 from rtec.requester._box_kernels import (
     GO_HOME,
+    I_DONT_BELIEVE_YOU,
     I_STILL_DONT_BELIEVE_YOU,
     LARGE_CORRECTION,
     OK,
@@ -68,7 +69,7 @@ PC = np.dtype(
 
 
 @step
-def follow_direction(p: np.record, position: int) -> None:
+def follow_direction(p: Record, position: int) -> None:
     """Follow the direction of motion: it turns once the axis has come back by the hysteresis."""
     back = (p.extreme - position) * p.direction
     if back <= 0:
@@ -80,7 +81,7 @@ def follow_direction(p: np.record, position: int) -> None:
 
 
 @step
-def pc_read(p: np.record, up: np.record, t_ps: int) -> bool:
+def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     """Look at the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
     deliver(up, t_ps)
     if up.delivered == 0 or t_ps - up.delivered_ps < p.valid_after_ps:
@@ -106,14 +107,14 @@ def pc_read(p: np.record, up: np.record, t_ps: int) -> bool:
 
 
 @step
-def pc_start(p: np.record, down: np.record, t_ps: int) -> None:
+def pc_start(p: Record, down: Record, t_ps: int) -> None:
     """Ask the box to take the axis' present position for home; nothing else happens before it answers."""
     if p.state == WAITING:
         post(down, t_ps, 0, GO_HOME, 0, 0)
 
 
 @step
-def pc_request(p: np.record, down: np.record, t_ps: int, deviation_mm: float) -> None:
+def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     """Turn the predicted deviation into the next request and send it.
 
     Added counts pull the axis back, so the total is +deviation / step.
@@ -125,7 +126,7 @@ def pc_request(p: np.record, down: np.record, t_ps: int, deviation_mm: float) ->
     p.beyond_word = abs(p.target - goal)
     p.beyond_word_max = max(p.beyond_word_max, p.beyond_word)
     flags = PROBING if p.probing == 1 else 0
-    if p.probing == 0 and p.accepted == p.sent and p.status == OK:
+    if p.probing == 0 and (p.status == I_DONT_BELIEVE_YOU or (p.accepted == p.sent and p.status == OK)):
         if p.large_meant == 1:
             p.sent = goal
             if abs(goal - p.accepted) > p.window:
@@ -141,7 +142,7 @@ def pc_request(p: np.record, down: np.record, t_ps: int, deviation_mm: float) ->
 
 
 @step
-def pc_reset(p: np.record, first_ps: int) -> None:
+def pc_reset(p: Record, first_ps: int) -> None:
     """Switch the PC on."""
     p.next_ps = first_ps
     p.slot_ps = first_ps
@@ -162,10 +163,27 @@ def pc_reset(p: np.record, first_ps: int) -> None:
 
 
 @kernel
-def ask(p: np.record, down: np.record, up: np.record, t_ps: int, deviation_mm: float) -> bool:
-    """Run one turn of the PC from outside with a given prediction; return whether it made a request."""
+def converse(
+    p: Record,
+    down: Record,
+    up: Record,
+    t_ps: int,
+    position: int,
+    completed: int,
+    accepted: int,
+    status: int,
+    deviation_mm: float,
+) -> None:
+    """Hand the PC the box's words from outside and let it make its request."""
+    up.latency_ps = 0
+    post(up, t_ps - p.valid_after_ps, position, completed, accepted, status)
     pc_start(p, down, t_ps)
-    if not pc_read(p, up, t_ps):
-        return False
-    pc_request(p, down, t_ps, deviation_mm)
-    return True
+    if pc_read(p, up, t_ps):
+        pc_request(p, down, t_ps, deviation_mm)
+    deliver(down, t_ps + down.latency_ps)
+
+
+@kernel
+def reset(p: Record, first_ps: int) -> None:
+    """Switch the PC on from outside."""
+    pc_reset(p, first_ps)

@@ -1,0 +1,451 @@
+"""The closed loop in one compiled function: program, servo, axis, encoder, box, PC and receiver.
+
+Time advances from one servo tick to the next. Within a tick the acceleration is constant, so that the lines' crossing
+times have a closed form; box, PC and encoder events are taken in the order of their times. An axis at rest, with
+nothing left to do for box and PC, is carried to the next time at which anything can change.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, helper, kernel, step
+from rtec.axis._kernels import (
+    ENCODER,
+    PIECE,
+    emit,
+    encoder_level,
+    encoder_reset,
+    glitch_toggle,
+    next_crossing,
+    set_piece,
+    turning_points,
+)
+from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_index, receiver_reset, receiver_settle
+from rtec.injector._kernels import (
+    INJECTOR,
+    injector_edge,
+    injector_enable,
+    injector_fire,
+    injector_request,
+    injector_reset,
+    observe,
+)
+from rtec.link._kernels import MAILBOX, mailbox_reset
+from rtec.predictors._kernels import predict_mm
+from rtec.requester._box_kernels import BOX, box_reset, box_tick
+from rtec.requester._pc_kernels import ACTIVE, HOLD, PC, pc_read, pc_request, pc_reset, pc_start
+from rtec.signal._kernels import NEVER
+
+PS_PER_S = 1_000_000_000_000
+
+RUNNING, FINISHED, HELD, FAULTED = 0, 1, 2, 3
+
+SERVO = np.dtype(
+    [
+        # parameters
+        ("period_ps", np.int64),
+        ("period_s", np.float64),
+        ("gain_per_s", np.float64),  # Kv
+        ("feedforward", np.float64),
+        ("lag_share", np.float64),  # 1 - exp(-period / lag): what the velocity gains of its error in one tick
+        ("max_speed", np.float64),  # counts/s
+        ("deadband", np.float64),  # counts
+        ("standstill", np.float64),  # counts/s below which friction holds the axis
+        ("dither", np.float64),  # counts
+        ("dither_hz", np.float64),
+        ("counts_per_unit", np.float64),  # encoder counts in one unit of the controller's counter
+        ("count_mm", np.float64),
+        # state
+        ("now_ps", np.int64),
+        ("x", np.float64),  # counts
+        ("v", np.float64),  # counts/s
+        ("command", np.float64),  # counts
+        ("segment", np.int64),
+        ("moving", np.int64),  # sign of the last motion
+        ("program", np.int64),  # sign of the last commanded motion
+        # observations
+        ("following_max", np.float64),
+        ("ticks", np.int64),
+        ("skipped", np.int64),
+    ],
+    align=True,
+)
+
+PLAY = np.dtype(
+    [
+        ("y_mm", np.float64),  # true position
+        ("growth_mm", np.float64),  # thermal growth reached in the end, and its time constant
+        ("growth_tau_s", np.float64),
+    ],
+    align=True,
+)
+
+READER = np.dtype(
+    [
+        ("window_mm", np.float64),  # the laser's timer starts once the axis is so close to the target
+        ("half_ps", np.int64),  # its reading begins here
+        ("full_ps", np.int64),  # and ends here
+        ("next", np.int64),
+        ("begun_ps", np.int64),
+        ("sum_mm", np.float64),
+        ("weight", np.int64),
+    ],
+    align=True,
+)
+
+MACHINE = np.dtype(
+    [
+        ("encoder", ENCODER),
+        ("piece", PIECE),
+        ("injector", INJECTOR),
+        ("receiver", RECEIVER),
+        ("servo", SERVO),
+        ("play", PLAY),
+        ("reader", READER),
+        ("box", BOX),
+        ("pc", PC),
+        ("down", MAILBOX),
+        ("up", MAILBOX),
+        ("correcting", np.int64),  # 0: no PC and no box, the lines pass
+        ("skipping", np.int64),  # 0: every tick is computed, for comparison
+        ("status", np.int64),
+    ],
+    align=True,
+)
+
+
+@step
+def grown_mm(play: Record, t_ps: int) -> float:
+    """Return the thermal growth at ``t_ps``: a first-order approach."""
+    if play.growth_mm == 0.0:
+        return 0.0
+    return play.growth_mm * (1.0 - math.exp(-t_ps / 1e12 / play.growth_tau_s))
+
+
+@helper
+def follow_play(m: Record, error_kind: int, error: NDArray[np.float64]) -> None:
+    """Let the true position follow the encoder's within the play between the forward and the reverse curve."""
+    x_mm = m.servo.x * m.servo.count_mm
+    low = x_mm + predict_mm(error_kind, error, x_mm, 1)
+    high = x_mm + predict_mm(error_kind, error, x_mm, -1)
+    m.play.y_mm = min(max(m.play.y_mm, low), high)
+
+
+@step
+def deliver_lines(m: Record, t_ps: int) -> None:
+    """Let the receiver see what the box drives, once all events of this instant are carried out."""
+    if observe(m.injector):
+        receiver_edge(m.receiver, t_ps, m.injector.ab_out)
+
+
+@step
+def take_edge(m: Record, t_ps: int) -> None:
+    """Send a transition of the encoder through the box."""
+    while m.injector.next_ps <= t_ps:
+        injector_fire(m.injector)
+    injector_edge(m.injector, t_ps, encoder_level(m.encoder))
+    deliver_lines(m, t_ps)
+
+
+@helper
+def converse_box(m: Record, t_ps: int) -> None:
+    """Let the box read the PC's words and pass its request on to the injector."""
+    total = box_tick(m.box, m.down, m.up, t_ps, m.encoder.count, m.injector.completed)
+    allowed = 1 if m.box.switch_on == 1 and m.box.probing == 0 else 0
+    if m.injector.enabled != allowed:
+        injector_enable(m.injector, t_ps, allowed)
+    if total != m.injector.requested:
+        injector_request(m.injector, t_ps, total)
+
+
+@helper
+def converse_pc(m: Record, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+    """Let the PC look at the box's words and send its next request."""
+    pc_start(m.pc, m.down, t_ps)
+    if pc_read(m.pc, m.up, t_ps):
+        position_mm = m.pc.position * m.pc.count_mm
+        deviation_mm = predict_mm(model_kind, model, position_mm, m.pc.direction)
+        pc_request(m.pc, m.down, t_ps, deviation_mm + grown_mm(m.play, t_ps))
+
+
+@step
+def run_part(m: Record, end_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+    """Carry out all events of one part of a tick, in which the motion does not turn."""
+    e, s = m.encoder, m.injector
+    crossing_ps = next_crossing(e, m.piece)
+    while True:
+        other_ps = min(s.next_ps, e.glitch_next_ps)
+        if m.correcting == 1:
+            other_ps = min(other_ps, min(m.box.next_ps, m.pc.next_ps))
+        if crossing_ps <= other_ps:
+            if crossing_ps == NEVER:
+                return
+            t_ps = emit(e, crossing_ps, m.piece.sign)
+            take_edge(m, t_ps)
+            if e.index_every > 0 and e.count % e.index_every == 0:
+                receiver_index(m.receiver, t_ps)
+            crossing_ps = next_crossing(e, m.piece)
+        elif other_ps >= end_ps and crossing_ps == NEVER:
+            return
+        elif other_ps == e.glitch_next_ps:
+            t_ps = max(glitch_toggle(e), e.last_ps + 1)
+            e.last_ps = t_ps
+            take_edge(m, t_ps)
+        elif other_ps == s.next_ps:
+            injector_fire(s)
+            if s.next_ps > other_ps:
+                deliver_lines(m, other_ps)
+        elif other_ps == m.box.next_ps:
+            converse_box(m, other_ps)
+        else:
+            converse_pc(m, other_ps, model_kind, model)
+
+
+@step
+def command_at(
+    servo: Record,
+    t_ps: int,
+    start_ps: NDArray[np.int64],
+    duration_ps: NDArray[np.int64],
+    motion: NDArray[np.float64],
+) -> float:
+    """Return the commanded velocity in counts/s and set the command, walking along the motion segments."""
+    last = start_ps.size - 1
+    while servo.segment < last and t_ps >= start_ps[servo.segment] + duration_ps[servo.segment]:
+        servo.segment += 1
+    i = servo.segment
+    s = min(t_ps - start_ps[i], duration_ps[i]) / 1e12
+    servo.command = motion[0, i] + s * (motion[1, i] + s * (motion[2, i] / 2.0 + s * motion[3, i] / 6.0))
+    return motion[1, i] + s * (motion[2, i] + s * motion[3, i] / 2.0)
+
+
+@step
+def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64]) -> float:
+    """Close the position loop once; return the acceleration of this tick in counts/s^2.
+
+    ``own`` is the controller's own compensation table; it moves the command.
+    """
+    servo = m.servo
+    receiver_settle(m.receiver, servo.now_ps)
+    if speed != 0.0:
+        servo.program = 1 if speed > 0.0 else -1
+    goal = servo.command
+    if own_kind != 0:
+        goal -= predict_mm(own_kind, own, goal * servo.count_mm, servo.program) / servo.count_mm
+    if servo.dither != 0.0:
+        goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / 1e12))
+    lag = goal - m.receiver.count * servo.counts_per_unit
+    servo.following_max = max(servo.following_max, abs(lag))
+    if abs(lag) <= servo.deadband:
+        lag = 0.0
+    wanted = servo.gain_per_s * lag + servo.feedforward * speed
+    wanted = min(max(wanted, -servo.max_speed), servo.max_speed)
+    if wanted == 0.0 and abs(servo.v) < servo.standstill:
+        servo.v = 0.0
+        return 0.0
+    return (wanted - servo.v) * servo.lag_share / servo.period_s
+
+
+@step
+def read_laser(
+    m: Record,
+    ticks: int,
+    targets_mm: NDArray[np.float64],
+    begins_ps: NDArray[np.int64],
+    ends_ps: NDArray[np.int64],
+    readings_mm: NDArray[np.float64],
+    error_kind: int,
+    error: NDArray[np.float64],
+) -> None:
+    """Let the laser system look at the axis for ``ticks`` servo ticks from now on, during which nothing moves."""
+    r = m.reader
+    t_ps = m.servo.now_ps
+    if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:
+        return
+    if r.begun_ps == NEVER and abs(m.servo.x * m.servo.count_mm - targets_mm[r.next]) <= r.window_mm:
+        r.begun_ps = t_ps
+    if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
+        follow_play(m, error_kind, error)
+        r.sum_mm += (m.play.y_mm + grown_mm(m.play, t_ps)) * ticks
+        r.weight += ticks
+    if t_ps >= ends_ps[r.next] or (r.begun_ps < NEVER and t_ps >= r.begun_ps + r.full_ps):
+        readings_mm[r.next] = r.sum_mm / r.weight if r.weight > 0 else np.nan
+        r.next += 1
+        r.begun_ps = NEVER
+        r.sum_mm = 0.0
+        r.weight = 0
+
+
+@step
+def ticks_at_rest(
+    m: Record,
+    begins_ps: NDArray[np.int64],
+    ends_ps: NDArray[np.int64],
+    start_ps: NDArray[np.int64],
+    duration_ps: NDArray[np.int64],
+    motion: NDArray[np.float64],
+    until_ps: int,
+) -> int:
+    """Return for how many ticks from now on nothing can change; at least 1."""
+    servo, s, r = m.servo, m.injector, m.reader
+    i = servo.segment
+    if m.skipping == 0 or servo.dither != 0.0 or motion[1, i] != 0.0 or motion[2, i] != 0.0 or motion[3, i] != 0.0:
+        return 1
+    if s.next_ps != NEVER or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
+        return 1
+    if m.correcting == 1:
+        settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
+        goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
+        reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
+        if not settled or goal != m.pc.sent or not reported or m.play.growth_mm != 0.0:
+            return 1
+    # one period of margin: what is due at a boundary is computed tick by tick
+    bound_ps = min(start_ps[i] + duration_ps[i], until_ps)
+    if r.next < begins_ps.size:
+        if servo.now_ps < begins_ps[r.next]:
+            bound_ps = min(bound_ps, begins_ps[r.next])
+        elif r.begun_ps < NEVER:
+            half_ps = r.begun_ps + r.half_ps
+            bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
+        else:
+            bound_ps = min(bound_ps, ends_ps[r.next])
+    return max((bound_ps - servo.now_ps) // servo.period_ps, 1)
+
+
+@helper
+def carry_to(m: Record, t_ps: int) -> None:
+    """Let box and PC have repeated themselves up to ``t_ps``."""
+    if m.correcting == 1:
+        turns = max((t_ps - m.box.next_ps + m.box.period_ps - 1) // m.box.period_ps, 0)
+        m.box.next_ps += turns * m.box.period_ps
+        m.box.readings += turns
+        turns = max((t_ps - m.pc.next_ps + m.pc.period_ps - 1) // m.pc.period_ps, 0)
+        m.pc.next_ps += turns * m.pc.period_ps
+        m.pc.slot_ps += turns * m.pc.period_ps
+        m.pc.requests += turns
+
+
+@kernel
+def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
+    """Stand still at ``count`` at time 0, everything switched on."""
+    encoder_reset(m.encoder, count)
+    level = encoder_level(m.encoder)
+    injector_reset(m.injector, level)
+    receiver_reset(m.receiver, level)
+    box_reset(m.box, box_first_ps)
+    pc_reset(m.pc, pc_first_ps)
+    mailbox_reset(m.down)
+    mailbox_reset(m.up)
+    m.servo.x = count
+    m.servo.v = 0.0
+    m.servo.command = count
+    m.servo.moving = 0
+    m.servo.program = 1
+    m.reader.begun_ps = NEVER
+    m.reader.next = 0
+    m.play.y_mm = count * m.servo.count_mm
+    m.status = RUNNING
+
+
+@kernel
+def run(
+    m: Record,
+    until_ps: int,
+    start_ps: NDArray[np.int64],
+    duration_ps: NDArray[np.int64],
+    motion: NDArray[np.float64],
+    targets_mm: NDArray[np.float64],
+    begins_ps: NDArray[np.int64],
+    ends_ps: NDArray[np.int64],
+    readings_mm: NDArray[np.float64],
+    error_kind: int,
+    error: NDArray[np.float64],
+    model_kind: int,
+    model: NDArray[np.float64],
+    own_kind: int,
+    own: NDArray[np.float64],
+    trace: Any,
+) -> None:
+    """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
+
+    ``trace`` is None or (array (n, 8), every so many ticks, [rows used]).
+    """
+    servo, piece = m.servo, m.piece
+    while servo.now_ps < until_ps:
+        speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
+        acceleration = servo_tick(m, speed, own_kind, own)
+        if trace is not None:
+            rows, every, used = trace
+            if servo.ticks % every == 0 and used[0] < rows.shape[0]:
+                follow_play(m, error_kind, error)
+                row = rows[used[0]]
+                row[0] = servo.now_ps / 1e12
+                row[1] = servo.command * servo.count_mm
+                row[2] = servo.x * servo.count_mm
+                row[3] = m.play.y_mm + grown_mm(m.play, servo.now_ps)
+                row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
+                row[5] = m.pc.target
+                row[6] = m.injector.completed
+                row[7] = m.encoder.count
+                used[0] += 1
+        resting = servo.v == 0.0 and acceleration == 0.0
+        ticks = 1
+        if resting:
+            ticks = ticks_at_rest(m, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps)
+        read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error_kind, error)
+        if ticks > 1:
+            servo.now_ps += ticks * servo.period_ps
+            servo.skipped += ticks
+            servo.ticks += ticks
+            carry_to(m, servo.now_ps)
+            continue
+        piece.start_ps = servo.now_ps
+        piece.x0 = servo.x
+        piece.v0 = servo.v
+        piece.a0 = acceleration
+        piece.j0 = 0.0
+        turn_s, _ = turning_points(servo.v, acceleration, 0.0, servo.period_s)
+        from_s = 0.0
+        while from_s < servo.period_s:
+            to_s = turn_s if from_s < turn_s else servo.period_s
+            set_piece(piece, from_s, to_s)
+            if piece.sign != 0 and piece.sign != servo.moving:
+                follow_play(m, error_kind, error)  # the axis turns here
+                servo.moving = piece.sign
+            run_part(m, servo.now_ps + int(to_s * 1e12 + 0.5), model_kind, model)
+            servo.x = piece.x0 + to_s * (piece.v0 + to_s * piece.a0 / 2.0)
+            from_s = to_s
+        servo.v += acceleration * servo.period_s
+        servo.now_ps += servo.period_ps
+        servo.ticks += 1
+        if m.correcting == 1 and m.pc.state == HOLD:
+            m.status = HELD
+            return
+        if m.receiver.fault == 1:
+            m.status = FAULTED
+            return
+    m.status = FINISHED
+
+
+@kernel
+def exchange(m: Record, turns: int, ramp_mm: float) -> int:
+    """Let PC and box converse ``turns`` times about a slowly growing error; return the exchanges made.
+
+    An exchange is one reading by the PC, one request, and one sample by the box that answers it.
+    """
+    t_ps = 0
+    made = 0
+    for i in range(turns):
+        t_ps += m.pc.period_ps
+        total = box_tick(m.box, m.down, m.up, t_ps - m.pc.period_ps // 2, 0, m.box.accepted)
+        m.injector.requested = total
+        pc_start(m.pc, m.down, t_ps)
+        if pc_read(m.pc, m.up, t_ps):
+            pc_request(m.pc, m.down, t_ps, ramp_mm * (i % 1000))
+            made += 1
+    return made

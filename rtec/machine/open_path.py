@@ -1,0 +1,278 @@
+"""The open signal path: an encoder at constant speed, the box, and the controller's input."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from rtec._jit import Record, new_record
+from rtec.axis import Encoder
+from rtec.checks import whole_within
+from rtec.controller import ReceiverResult, ReceiverSettings
+from rtec.controller.receiver import result_of
+from rtec.injector import InjectorSettings, Insertions
+from rtec.injector.box import insertions_of
+from rtec.machine import _open_kernels
+from rtec.signal import VcdSignal, VcdWriter
+
+MAX_EDGES = 1 << 40
+_CHUNK_EDGES = 2_000_000
+_TAPE_EDGES = 100_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenPath:
+    """A run of the open path.
+
+    Parameters
+    ----------
+    injector
+        Design, timing and choices of the box.
+    encoder
+        The encoder with its imperfections.
+    receiver
+        The controller's input.
+    frequency_hz
+        Of the encoder's A (or B) square wave.
+    cycles
+        Length of the motion in cycles of four counts.
+    corrections
+        Steps asked for, spread evenly over the motion; negative ones take counts away.
+    direction
+        +1 or -1.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+
+    Examples
+    --------
+    >>> from rtec.injector import Design, Processor, Timing
+    >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST))
+    >>> path = OpenPath(injector=box, frequency_hz=500e3, cycles=1000, corrections=40)
+    >>> result = simulate(path)
+    >>> result.encoder_counts, result.controller_counts, result.audit
+    (4000, 4080, True)
+    """
+
+    injector: InjectorSettings
+    frequency_hz: float
+    cycles: int
+    corrections: int = 0
+    direction: int = 1
+    encoder: Encoder = field(default_factory=Encoder)
+    receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        cycles = whole_within("cycles", self.cycles, 1, MAX_EDGES // 4)
+        whole_within("corrections", self.corrections, -16 * cycles, 16 * cycles, unit="(at most 4 an edge)")
+
+    def state(self) -> Record:
+        """Return the kernel's state at the start."""
+        state = new_record(_open_kernels.OPEN_PATH)
+        self.encoder.fill_steady(state.encoder, self.frequency_hz, 1 if self.direction > 0 else -1)
+        self.injector.fill(state.injector)
+        self.receiver.fill(state.receiver)
+        state.edges = 4 * self.cycles
+        state.corrections = abs(self.corrections)
+        state.sign = 1 if self.corrections >= 0 else -1
+        _open_kernels.start(state, 0)
+        return state
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenPathResult:
+    """What came out of a run of the open path."""
+
+    design: str
+    frequency_hz: float
+    edges: int
+    """Real edges of the encoder."""
+    encoder_counts: int
+    controller_counts: int
+    corrections_requested: int
+    corrections_inserted: int
+    """Net total of steps completed."""
+    step_counts: int
+    insertions: Insertions
+    received: ReceiverResult
+    glitches: int
+    audit: bool
+    """Controller counts less encoder counts equal the completed steps, and so says the monitor at the gates."""
+    simulated_s: float
+    wall_s: float
+
+    @property
+    def pending(self) -> int:
+        """Return the steps asked for and not inserted."""
+        return self.corrections_requested - self.corrections_inserted
+
+    @property
+    def good(self) -> bool:
+        """Return whether all was inserted and every count is right."""
+        return self.audit and self.pending == 0 and self.received.illegal_transitions == 0
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the result under the names that scripts rely on."""
+        return {
+            "design": self.design,
+            "frequency_hz": self.frequency_hz,
+            "edges": self.edges,
+            "encoder_counts": self.encoder_counts,
+            "controller_counts": self.controller_counts,
+            "corrections_requested": self.corrections_requested,
+            "corrections_inserted": self.corrections_inserted,
+            "corrections_pending": self.pending,
+            "step_counts": self.step_counts,
+            "illegal_transitions": self.received.illegal_transitions,
+            "illegal_simultaneous": self.received.simultaneous,
+            "illegal_unresolved": self.received.unresolved,
+            "first_illegal_ps": [illegal.time_ps for illegal in self.received.first_illegal],
+            "min_separation_ps": self.received.min_separation_ps,
+            "filtered_pulses": self.received.filtered,
+            "servo_fault_ps": self.received.fault_ps,
+            "refused_too_fast": self.insertions.refused,
+            "real_edges_inside_insertions": self.insertions.real_inside,
+            "longest_insertion_ps": self.insertions.longest_ps,
+            "monitor_inserted_counts": self.insertions.ahead_counts,
+            "monitor_illegal": self.insertions.illegal,
+            "glitches": self.glitches,
+            "audit": self.audit,
+            "simulated_s": self.simulated_s,
+            "wall_s": self.wall_s,
+            "edges_per_s": self.edges / self.wall_s if self.wall_s > 0 else None,
+        }
+
+
+class _Tape:
+    """Edges of both sides of the box on their way into a waveform file."""
+
+    def __init__(self, path: Path, level: int) -> None:
+        room = 8 * _TAPE_EDGES
+        self.arrays = (np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64))
+        self.levels = [level, level]
+        scopes = ("encoder", "controller")
+        self.writer = VcdWriter(
+            path,
+            signals=[VcdSignal(scope=s, name=n, initial=level >> b & 1) for s in scopes for b, n in enumerate("AB")],
+        )
+
+    def spool(self) -> None:
+        """Write what stands on the tape, in the order of time."""
+        times, levels, used = self.arrays
+        parts_t, parts_s, parts_v = [], [], []
+        for side in range(2):
+            n = int(used[side])
+            after = levels[side, :n]
+            changed = after ^ np.concatenate(([self.levels[side]], after[:-1])).astype(np.uint8)[:n]
+            self.levels[side] = int(after[-1]) if n else self.levels[side]
+            for bit in range(2):
+                here = np.flatnonzero(changed >> bit & 1)
+                parts_t.append(times[side, here])
+                parts_s.append(np.full(here.size, 2 * side + bit, dtype=np.int64))
+                parts_v.append((after[here] >> bit & 1).astype(np.int64))
+        t, s, v = np.concatenate(parts_t), np.concatenate(parts_s), np.concatenate(parts_v)
+        order = np.argsort(t, kind="stable")
+        self.writer.write(t[order], s[order], v[order])
+        used[:] = 0
+
+
+def simulate(
+    path: OpenPath, *, vcd: Path | None = None, progress: Callable[[float], None] | None = None
+) -> OpenPathResult:
+    """Run the open path and return what came out.
+
+    Parameters
+    ----------
+    path
+        The run.
+    vcd
+        Waveform file to write both sides of the box to.
+    progress
+        Called with the share done, now and then.
+
+    Raises
+    ------
+    OutputError
+        The waveform file could not be written.
+
+    Notes
+    -----
+    Memory does not grow with the length of the run. At the end the axis stops: an insertion under way is ended, none
+    is begun at rest.
+    """
+    state = path.state()
+    total = 4 * path.cycles
+    _open_kernels.run(state, 0, None)  # machine code is loaded before the clock starts
+    if vcd is None:
+        wall_s = _run(state, total, _CHUNK_EDGES, None, progress)
+        end_ps = _open_kernels.finish(state, _settle_ps(path), None)
+    else:
+        tape = _Tape(vcd, int(state.injector.ab_out))
+        with tape.writer:
+            wall_s = _run(state, total, _TAPE_EDGES, tape, progress)
+            end_ps = _open_kernels.finish(state, _settle_ps(path), tape.arrays)
+            tape.spool()
+            tape.writer.finish(int(end_ps))
+    return _result(path, state, end_ps, wall_s)
+
+
+def _settle_ps(path: OpenPath) -> int:
+    """Return how long to wait after the last edge: more than four clocks of the filter beyond its delay."""
+    return path.receiver.delay_ps + -(-5 * 1_000_000_000_000 // path.receiver.clock_hz)
+
+
+def _run(
+    state: Record, total: int, chunk: int, tape: _Tape | None, progress: Callable[[float], None] | None
+) -> float:
+    """Run all edges chunk by chunk; return the wall-clock seconds."""
+    begun = time.perf_counter()
+    done = 0
+    while done < total:
+        part = min(chunk, total - done)
+        _open_kernels.run(state, part, None if tape is None else tape.arrays)
+        if tape is not None:
+            tape.spool()
+        done += part
+        if progress is not None:
+            progress(done / total)
+    return time.perf_counter() - begun
+
+
+def _result(path: OpenPath, state: Record, end_ps: int, wall_s: float) -> OpenPathResult:
+    """Collect what the run's state says."""
+    insertions = insertions_of(state.injector)
+    received = result_of(state.receiver)
+    encoder_counts = int(state.encoder.count)
+    step = path.injector.design.step_counts
+    added = insertions.completed * step
+    per_cycle = path.receiver.multiplication.value
+    # x1 and x2 count only some of the edges, so that up to one of their counts is hidden in the rest of a cycle
+    expected = (encoder_counts + added) * per_cycle / 4
+    right = (
+        abs(path.receiver.wrapped(round(received.count - expected))) * 4 < 4
+        if per_cycle < 4
+        else (path.receiver.wrapped(received.count - encoder_counts - added) == 0)
+    )
+    return OpenPathResult(
+        design=path.injector.design.value,
+        frequency_hz=path.frequency_hz,
+        edges=4 * path.cycles,
+        encoder_counts=encoder_counts,
+        controller_counts=path.receiver.wrapped(received.count),
+        corrections_requested=insertions.requested,
+        corrections_inserted=insertions.completed,
+        step_counts=step,
+        insertions=insertions,
+        received=received,
+        glitches=int(state.encoder.glitches),
+        audit=bool(right and insertions.ahead_counts == added),
+        simulated_s=end_ps / 1e12,
+        wall_s=wall_s,
+    )

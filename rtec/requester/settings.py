@@ -1,0 +1,124 @@
+"""Parameters of the conversation between PC and box."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from rtec._jit import Record
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError
+from rtec.link._kernels import SLOTS
+from rtec.requester import _box_kernels, _pc_kernels
+
+US = 1_000_000
+MS = 1_000 * US
+
+
+class Status(enum.IntEnum):
+    """What the box's status word says."""
+
+    OK = _box_kernels.OK
+    NOT_HOMED = _box_kernels.STATUS_NOT_HOMED
+    PROBING = _box_kernels.STATUS_PROBING
+    DISABLED = _box_kernels.STATUS_DISABLED
+    I_DONT_BELIEVE_YOU = _box_kernels.I_DONT_BELIEVE_YOU
+    I_STILL_DONT_BELIEVE_YOU = _box_kernels.I_STILL_DONT_BELIEVE_YOU
+
+
+class PcState(enum.IntEnum):
+    """What the PC is doing."""
+
+    WAITING = _pc_kernels.WAITING
+    """For the box to report the home position."""
+    ACTIVE = _pc_kernels.ACTIVE
+    HOLD = _pc_kernels.HOLD
+    """The machine is held: the box still does not believe."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conversation:
+    """How PC and box talk (NISTIR 4832, General Considerations).
+
+    Parameters
+    ----------
+    window_steps
+        Largest change of the requested total that the box believes.
+    grace_readings
+        Unbelievable readings after the first one that it forgives before it stops for good.
+    box_period_ps
+        The box samples the request this often.
+    update_ps
+        Data Valid is low for so long while the box's words change.
+    pc_period_ps
+        The PC makes a request this often.
+    retry_ps
+        Until the PC's next look where Data Valid was low.
+    latency_ps
+        Of a message either way.
+    reversal_mm
+        Hysteresis of the direction that the PC follows: a correction at rest moves the axis, too.
+    rounding_margin
+        Hysteresis of the rounding to whole steps, in steps, so that a correction does not undo itself.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+
+    Examples
+    --------
+    >>> Conversation().window_steps
+    3
+    """
+
+    window_steps: int = 3
+    grace_readings: int = 2
+    box_period_ps: int = 1 * MS
+    update_ps: int = 20 * US
+    pc_period_ps: int = 10 * MS
+    retry_ps: int = 100 * US
+    latency_ps: int = 100 * US
+    reversal_mm: float = 0.020
+    rounding_margin: float = 0.03
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        whole_within("window_steps", self.window_steps, 1, 32767)
+        whole_within("grace_readings", self.grace_readings, 0, 1000)
+        whole_within("box_period_ps", self.box_period_ps, US, 1000 * MS, unit="ps")
+        whole_within("pc_period_ps", self.pc_period_ps, US, 10_000 * MS, unit="ps")
+        whole_within("update_ps", self.update_ps, 0, self.box_period_ps - 1, unit="ps (below box_period_ps)")
+        whole_within("retry_ps", self.retry_ps, US, self.pc_period_ps, unit="ps (up to pc_period_ps)")
+        longest_ps = (SLOTS - 1) * min(self.box_period_ps, self.pc_period_ps)
+        whole_within("latency_ps", self.latency_ps, 0, longest_ps, unit="ps (messages under way are limited)")
+        number_within("reversal_mm", self.reversal_mm, 0.0, 1e3, unit="mm")
+        number_within("rounding_margin", self.rounding_margin, 0.0, 0.5, unit="steps")
+        if self.retry_ps + self.update_ps >= self.box_period_ps and self.update_ps > 0:
+            raise ArgumentError(
+                "retry_ps",
+                self.retry_ps,
+                f"less than {self.box_period_ps - self.update_ps} ps",
+                "else the PC's looks may meet Data Valid low every time",
+            )
+
+    def fill_box(self, box: Record, *, switch_on: bool = True) -> None:
+        """Write the parameters into the box's state."""
+        box.period_ps = self.box_period_ps
+        box.update_ps = self.update_ps
+        box.window = self.window_steps
+        box.grace = self.grace_readings
+        box.switch_on = int(switch_on)
+
+    def fill_pc(self, pc: Record, *, count_mm: float, step_counts: int, word_limit: int) -> None:
+        """Write the parameters into the PC's state."""
+        pc.period_ps = self.pc_period_ps
+        pc.retry_ps = self.retry_ps
+        pc.valid_after_ps = self.update_ps
+        pc.window = self.window_steps
+        pc.word_limit = word_limit
+        pc.count_mm = count_mm
+        pc.step_mm = count_mm * step_counts
+        pc.reversal_mm = self.reversal_mm
+        pc.margin_steps = self.rounding_margin
+        pc.home_count = 0
