@@ -227,6 +227,8 @@ def injector_edge(s: Record, t_ps: int, ab: int) -> None:
             s.real_inside += 1
         elif s.phase == ARMED and t_ps <= s.recognised_ps:
             cancel(s)
+        elif s.phase == ARMED and s.holds == 1:
+            hold(s)
         if s.phase == IDLE:
             trigger(s, t_ps)
             arm_at_rest(s, t_ps)
@@ -271,17 +273,30 @@ def advance_insertion(s: Record) -> None:
 
 
 @step
+def hold(s: Record) -> None:
+    """Keep the levels that the processor recognised: the latch closes before it reads them."""
+    s.holding = 1
+    s.held = level_of_state(s.origin)
+
+
+@step
+def finish_holding(s: Record, t_ps: int) -> None:
+    """End with what is under way; real transitions held back go through one step later."""
+    cancel(s)
+    if s.holding == 1:
+        s.next_ps = t_ps + s.step_ps
+        s.phase = RELEASING
+
+
+@step
 def finish_insertion(s: Record, t_ps: int) -> None:
     """Book the insertion whose last change was at ``t_ps``."""
     s.completed += s.sign
     s.inserted += 1
     s.longest_ps = max(s.longest_ps, t_ps - s.trigger_ps)
     s.ready_ps = t_ps + s.recover_ps
-    cancel(s)
-    if s.holding == 1:
-        s.next_ps = t_ps + s.step_ps
-        s.phase = RELEASING
-    elif s.design == B and s.ab_in != s.sampled:
+    finish_holding(s, t_ps)
+    if s.design == B and s.ab_in != s.sampled:
         begin_sampling(s, t_ps)
     else:
         arm_at_rest(s, t_ps)
@@ -301,14 +316,14 @@ def injector_fire(s: Record) -> None:
         drive(s)
         arm_at_rest(s, t_ps)
     elif s.requested == s.completed and s.phase == ARMED:
-        cancel(s)  # the request went back before the start
+        finish_holding(s, t_ps)  # the request went back before the start
     else:
         if s.phase == ARMED:
             s.phase = INSERTING
             s.done = 0
             s.sign = 1 if s.requested > s.completed else -1
-            s.holding = 1 if s.holds == 1 and s.design != B else 0
-            s.held = s.ab_in
+            if s.holds == 1 and s.design != B:
+                hold(s)
         advance_insertion(s)
         drive(s)
         s.next_ps = t_ps + s.step_ps

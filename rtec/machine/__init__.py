@@ -1,5 +1,30 @@
 """The parts joined: the open signal path and the closed loop."""
 
+from rtec.machine.closed_loop import (
+    TRACE_COLUMNS,
+    Ending,
+    Growth,
+    LoopResult,
+    Machine,
+    readings_of,
+    run_machine,
+)
+from rtec.machine.measuring_run import Laser, MeasuringRun, measuring_run, straight_pass
 from rtec.machine.open_path import OpenPath, OpenPathResult, simulate
 
-__all__ = ["OpenPath", "OpenPathResult", "simulate"]
+__all__ = [
+    "TRACE_COLUMNS",
+    "Ending",
+    "Growth",
+    "Laser",
+    "LoopResult",
+    "Machine",
+    "MeasuringRun",
+    "OpenPath",
+    "OpenPathResult",
+    "measuring_run",
+    "readings_of",
+    "run_machine",
+    "simulate",
+    "straight_pass",
+]

@@ -1,0 +1,326 @@
+"""The whole machine: program, servo, axis, encoder, box, PC and controller, run in simulated time."""
+
+from __future__ import annotations
+
+import enum
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, new_record
+from rtec.axis import Encoder, MotionSegments, Servo
+from rtec.checks import number_within
+from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
+from rtec.controller.receiver import result_of
+from rtec.errors import ArgumentError
+from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
+from rtec.injector.box import insertions_of
+from rtec.machine import _loop_kernels
+from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
+from rtec.metrology import Readings
+from rtec.predictors import NoError, Predictor
+from rtec.requester import Conversation, Status
+
+_SLICES = 100
+_BOX_FIRST_PS = 300_000_000
+_PC_FIRST_PS = 5_500_000_000
+TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
+"""What a row of a trace holds; the totals in steps."""
+
+
+class Ending(enum.Enum):
+    """How a run ended."""
+
+    FINISHED = _loop_kernels.FINISHED
+    HELD = _loop_kernels.HELD
+    """The PC held the machine after "I Still Don't Believe You"."""
+    FAULTED = _loop_kernels.FAULTED
+    """The controller latched a servo fault."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Growth:
+    """Thermal growth of the axis: a first-order approach to ``final_mm``, known to the PC by its temperature sensors.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+    """
+
+    final_mm: float = 0.0
+    time_constant_s: float = 60.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        number_within("final_mm", self.final_mm, -10.0, 10.0, unit="mm")
+        number_within("time_constant_s", self.time_constant_s, 1e-3, 1e6, unit="s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Machine:
+    """An axis with everything that moves and corrects it.
+
+    Parameters
+    ----------
+    axis_error
+        True error of the axis, actual minus encoder's position; the play lies between its two directions.
+    injector
+        The box; None where the lines go straight to the controller.
+    model
+        The PC's idea of ``axis_error``.
+    own_table
+        The controller's own compensation, ideally applied to the command; none by default.
+    encoder, servo, receiver, conversation, laser, growth
+        The other parts.
+    switch_on
+        False: the box's hardware switch forbids corrections.
+
+    Raises
+    ------
+    ArgumentError
+        An error whose reverse curve lies below its forward curve, or climbs faster than the axis moves.
+    """
+
+    axis_error: Predictor = field(default_factory=NoError)
+    injector: InjectorSettings | None = None
+    model: Predictor = field(default_factory=NoError)
+    own_table: Predictor = field(default_factory=NoError)
+    encoder: Encoder = field(default_factory=Encoder)
+    servo: Servo = field(default_factory=Servo)
+    receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
+    conversation: Conversation = field(default_factory=Conversation)
+    laser: Laser = field(default_factory=Laser)
+    growth: Growth = field(default_factory=Growth)
+    switch_on: bool = True
+
+    def __post_init__(self) -> None:
+        """Check that the true error is one that a play between two flanks can have."""
+        low, high = self.axis_error.range_mm
+        if not (np.isfinite(low) and np.isfinite(high)):
+            return
+        grid = np.linspace(low, high, 4001)
+        forward, reverse = self.axis_error.error_mm(grid, 1), self.axis_error.error_mm(grid, -1)
+        gap = reverse - forward
+        if gap.min() < -1e-9:
+            worst = int(np.argmin(gap))
+            raise ArgumentError(
+                "axis_error",
+                f"{gap[worst] * 1000:.3f} µm of play at {grid[worst]:.3f} mm",
+                "a reverse error not below the forward error",
+                "swap the directions: lost motion leaves the axis behind",
+            )
+
+    def state(self) -> Record:
+        """Return the kernel's state at home, everything switched on."""
+        state = new_record(_loop_kernels.MACHINE)
+        box = self.injector or InjectorSettings(
+            design=Design.ORIGINAL, timing=Timing.of(Design.ORIGINAL, Processor.MCS51)
+        )
+        self.encoder.fill(state.encoder)
+        box.fill(state.injector)
+        self.receiver.fill(state.receiver)
+        count_mm = self.encoder.count_mm
+        self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=4.0 / self.receiver.multiplication.value)
+        self.conversation.fill_box(state.box, switch_on=self.switch_on)
+        self.conversation.fill_pc(
+            state.pc, count_mm=count_mm, step_counts=box.design.step_counts, word_limit=box.design.word_limit
+        )
+        state.down.latency_ps = self.conversation.latency_ps
+        state.up.latency_ps = self.conversation.latency_ps
+        state.reader.window_mm = self.laser.window_mm
+        state.reader.full_ps = round(self.laser.dwell_s * 1e12)
+        state.reader.half_ps = state.reader.full_ps // 2
+        state.play.growth_mm = self.growth.final_mm
+        state.play.growth_tau_s = self.growth.time_constant_s
+        state.correcting = int(self.injector is not None)
+        state.skipping = 1
+        _loop_kernels.start(state, 0, _BOX_FIRST_PS, _PC_FIRST_PS)
+        return state
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoopResult:
+    """What came out of a run of the whole machine."""
+
+    ending: Ending
+    deviation_mm: NDArray[np.float64]
+    """Actual less target of each reading; NaN where none could be taken."""
+    insertions: Insertions
+    received: ReceiverResult
+    encoder_counts: int
+    controller_counts: int
+    step_counts: int
+    wanted_steps: int
+    """Total that the prediction asked for in the end."""
+    pending_steps: int
+    """What of it was not inserted."""
+    beyond_word_steps: int
+    """Largest excess over what the request's word can hold, at any time."""
+    status: Status
+    refused: int
+    """Requests that the box did not believe."""
+    exchanges: int
+    not_valid: int
+    """Looks of the PC at words that were being updated, repeated later."""
+    audit_counts: int
+    """By how much the controller's count is off: 0 where the audit holds."""
+    at_rest: bool
+    """No insertion was under way at the end."""
+    following_max_mm: float
+    ticks: int
+    ticks_skipped: int
+    simulated_s: float
+    wall_s: float
+    trace: NDArray[np.float64] | None
+    """Rows of ``TRACE_COLUMNS``, where one was asked for."""
+
+    @property
+    def audit(self) -> bool:
+        """Return whether every count at the controller is accounted for."""
+        return self.audit_counts == 0 and self.at_rest and self.received.illegal_transitions == 0
+
+
+def run_machine(
+    machine: Machine,
+    task: MeasuringRun | MotionSegments,
+    *,
+    trace_every: int = 0,
+    progress: Callable[[float], None] | None = None,
+    skip_rest: bool = True,
+) -> LoopResult:
+    """Run the machine through a measuring run, or through a motion without readings.
+
+    Parameters
+    ----------
+    machine
+        The parts.
+    task
+        What it does.
+    trace_every
+        Keep a row of ``TRACE_COLUMNS`` every so many servo ticks; 0 keeps none.
+    progress
+        Called with the share done, now and then.
+    skip_rest
+        False computes every servo tick, also those in which nothing can change; the result is the same.
+
+    Raises
+    ------
+    ArgumentError
+        A receiver whose counts are coarser than the encoder's, with a box that corrects by single counts.
+    """
+    if machine.injector is not None and machine.receiver.multiplication is not Multiplication.X4:
+        raise ArgumentError(
+            "multiplication",
+            machine.receiver.multiplication.value,
+            "4 (x4) in a corrected machine",
+            "the box's steps are counts of the x4 decoder",
+        )
+    motion = task.motion if isinstance(task, MeasuringRun) else task
+    state = machine.state()
+    state.skipping = int(skip_rest)
+    total_ps = end_ps(motion)
+    readings, arrays = _arrays(machine, task, motion)
+    trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
+    models: Any = (
+        machine.axis_error.kind, machine.axis_error.packed,
+        machine.model.kind, machine.model.packed,
+        machine.own_table.kind, machine.own_table.packed,
+    )  # fmt: skip
+    begun = time.perf_counter()
+    for part in range(1, _SLICES + 1):
+        until_ps = total_ps * part // _SLICES
+        _loop_kernels.run(state, until_ps, *arrays, readings, *models, trace)
+        if progress is not None:
+            progress(part / _SLICES)
+        if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
+            break
+    wall_s = time.perf_counter() - begun
+    target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
+    return _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
+
+
+def _arrays(
+    machine: Machine, task: MeasuringRun | MotionSegments, motion: MotionSegments
+) -> tuple[NDArray[np.float64], Any]:
+    """Return the array of readings to fill, and motion and schedule as the kernel wants them."""
+    per_mm = 1.0 / machine.encoder.count_mm
+    columns = [motion.x0_mm, motion.v0_mm_s, motion.a0_mm_s2, motion.j0_mm_s3]
+    shape = np.ascontiguousarray(np.stack(columns) * per_mm)
+    if isinstance(task, MeasuringRun):
+        schedule = (task.target_mm, task.begins_ps, task.ends_ps)
+    else:
+        schedule = (np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
+    readings = np.full(schedule[0].size, np.nan)
+    arrays = tuple(np.array(part) for part in (motion.start_ps, motion.duration_ps, shape, *schedule))
+    return readings, arrays
+
+
+def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]] | None:
+    if every <= 0:
+        return None
+    rows = ticks // every + 2
+    if rows > 20_000_000:
+        raise ArgumentError("trace_every", every, f"at least {ticks // 10_000_000}", "a trace is held in memory")
+    return np.zeros((rows, len(TRACE_COLUMNS))), every, np.zeros(1, np.int64)
+
+
+def _result(
+    machine: Machine, state: Record, deviation: NDArray[np.float64], trace: NDArray[np.float64] | None, wall_s: float
+) -> LoopResult:
+    """Collect what the state says at the end, and audit the counts."""
+    insertions = insertions_of(state.injector)
+    received = result_of(state.receiver)
+    step = machine.injector.design.step_counts if machine.injector else 0
+    scale = 4 // machine.receiver.multiplication.value
+    encoder_counts = int(state.encoder.count)
+    off = machine.receiver.wrapped(received.count - (encoder_counts + insertions.completed * step) // scale)
+    wanted = int(state.pc.target) if machine.injector else 0
+    return LoopResult(
+        ending=Ending(int(state.status)),
+        deviation_mm=deviation,
+        insertions=insertions,
+        received=received,
+        encoder_counts=encoder_counts,
+        controller_counts=machine.receiver.wrapped(received.count),
+        step_counts=step,
+        wanted_steps=wanted,
+        pending_steps=wanted - insertions.completed if machine.injector else 0,
+        beyond_word_steps=int(state.pc.beyond_word_max),
+        status=Status(int(state.box.status)) if machine.injector else Status.OK,
+        refused=int(state.box.refused),
+        exchanges=int(state.pc.requests),
+        not_valid=int(state.pc.not_valid),
+        audit_counts=off if off else insertions.ahead_counts - insertions.completed * step,
+        at_rest=int(state.injector.phase) in (0, 1),
+        following_max_mm=float(state.servo.following_max) * machine.encoder.count_mm,
+        ticks=int(state.servo.ticks),
+        ticks_skipped=int(state.servo.skipped),
+        simulated_s=int(state.servo.now_ps) / 1e12,
+        wall_s=wall_s,
+        trace=trace,
+    )
+
+
+def readings_of(task: MeasuringRun, deviation_mm: NDArray[np.float64]) -> Readings:
+    """Return the readings of a run as the laser system would hand them over.
+
+    Raises
+    ------
+    ArgumentError
+        A reading that could not be taken: the axis never came within the laser's window, or left it too early.
+    """
+    missing = np.flatnonzero(~np.isfinite(deviation_mm))
+    if missing.size:
+        first = int(missing[0])
+        raise ArgumentError(
+            "readings",
+            f"{missing.size} of {deviation_mm.size} missing, the first at {task.target_mm[first]:.4f} mm",
+            "a dwell longer than the laser's, at a target that the axis reaches",
+            "lengthen the dwell of the plan",
+        )
+    return Readings(target_mm=task.target_mm, deviation_mm=deviation_mm, direction=task.direction, run=task.run)
