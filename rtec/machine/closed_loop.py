@@ -225,7 +225,7 @@ def run_machine(
     state.skipping = int(skip_rest)
     total_ps = end_ps(motion)
     readings, arrays = _arrays(machine, task, motion)
-    trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
+    trace: Any = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
     models: Any = (
         machine.axis_error.kind, machine.axis_error.packed,
         machine.model.kind, machine.model.packed,
@@ -234,7 +234,7 @@ def run_machine(
     begun = time.perf_counter()
     for part in range(1, _SLICES + 1):
         until_ps = total_ps * part // _SLICES
-        _loop_kernels.run(state, until_ps, *arrays, readings, *models, trace)
+        _loop_kernels.run(state, until_ps, *arrays, *models, trace)
         if progress is not None:
             progress(part / _SLICES)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
@@ -257,6 +257,7 @@ def _arrays(
         schedule = (np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
     readings = np.full(schedule[0].size, np.nan)
     arrays = tuple(np.array(part) for part in (motion.start_ps, motion.duration_ps, shape, *schedule))
+    arrays = (*arrays, readings)
     return readings, arrays
 
 

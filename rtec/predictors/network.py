@@ -20,8 +20,12 @@ from rtec.units import MM_PER_INCH
 
 Floats = npt.NDArray[np.float64]
 
-TOUCH_MM = 1e-9 * MM_PER_INCH
-"""A position at most this far below a multiple of the pitch counts as that multiple (1e-9 inch)."""
+TOUCH_MM = 0.0005
+"""A position at most this far below a multiple of the pitch counts as that multiple: half a count of the lathe's scale.
+
+The printed cyclic network jumps where the screw has turned once, which no screw does. An axis at rest at such a target
+stands up to half a count beside it, and must not fall on the wrong side of the jump.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,7 +107,7 @@ class SigmoidNetwork(PackedPredictor):
     Notes
     -----
     Nothing makes the cyclic network meet itself at the end of a turn. There the error jumps; a position at a multiple
-    of the pitch, or less than 1e-9 inch below it, belongs to the turn that begins.
+    of the pitch, or at most half a micrometre below it, belongs to the turn that begins.
 
     Examples
     --------
