@@ -231,10 +231,11 @@ def run_machine(
         machine.model.kind, machine.model.packed,
         machine.own_table.kind, machine.own_table.packed,
     )  # fmt: skip
+    advance: Any = _loop_kernels.run
     begun = time.perf_counter()
     for part in range(1, _SLICES + 1):
         until_ps = total_ps * part // _SLICES
-        _loop_kernels.run(state, until_ps, *arrays, *models, trace)
+        advance(state, until_ps, *arrays, *models, trace)
         if progress is not None:
             progress(part / _SLICES)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):

@@ -1,0 +1,186 @@
+"""What a study hands to the report: results only, in inside units (mm, s, ps, counts)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.metrology import PositioningFigures, Readings
+from rtec.signal import EdgeStream
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StudyRow:
+    """One way of correcting the axis, measured by the laser."""
+
+    name: str
+    """``uncompensated``, ``table``, or the design."""
+    title: str
+    readings: Readings
+    figures: PositioningFigures
+    step_counts: int
+    """Counts of one step; 0 where no box is at work."""
+    corrections_inserted: int
+    """Insertions made during the run, of either sign."""
+    corrections_pending: int
+    """Steps that the prediction asks for and the box has not inserted at the end."""
+    beyond_word_steps: int
+    """Largest excess of the wanted total over what the request's word holds."""
+    illegal_transitions: int
+    refused: int
+    """Requests that the box did not believe."""
+    refused_too_fast: int
+    """Moments at which the speed gate refused to insert."""
+    audit: bool
+    audit_counts: int
+    """By how many counts the controller is off."""
+    ending: str
+    """``FINISHED``, ``HELD`` or ``FAULTED``."""
+    exchanges: int
+    simulated_s: float
+    wall_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FeedCurve:
+    """Error in motion of one design against the feed."""
+
+    name: str
+    feed_mm_s: Floats
+    """Shape (n,), ascending."""
+    forward_pp_mm: Floats
+    reverse_pp_mm: Floats
+    forward_rms_mm: Floats
+    reverse_rms_mm: Floats
+    follows_up_to_mm_s: float
+    """Feed up to which window and update rate follow the steepest slope of the error."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HoldCurve:
+    """An axis held at one position while its error grows."""
+
+    name: str
+    state: int
+    """Angle state 0..3 in which the axis stands."""
+    time_s: Floats
+    deviation_mm: Floats
+    """True position less commanded, relative to the start."""
+    corrections_inserted: int
+    corrections_pending: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Waveform:
+    """The lines before and behind the box around one insertion."""
+
+    name: str
+    processor: str
+    encoder: EdgeStream
+    controller: EdgeStream
+    from_ps: int
+    to_ps: int
+    inserted_ps: tuple[int, ...]
+    """Times of the changes that the box made."""
+    counts_added: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limit:
+    """What limits one design in the study, and where."""
+
+    name: str
+    follows_up_to_mm_s: float
+    """From window and update rate."""
+    gate_refuses_above_mm_s: float
+    """From the speed gate."""
+    word_holds_mm: float
+    """Largest error that the request's word can ask for."""
+    largest_error_mm: float
+    """Largest error of the study's predictor."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StudyResult:
+    """A whole study."""
+
+    study: str
+    title: str
+    unit: str
+    """``um``, ``mm`` or ``inch``: of tables and plots."""
+    facts: tuple[tuple[str, str], ...]
+    """What the study is about: label and value, for the reader."""
+    repeatability_mm: float
+    """Standard deviation of one reading; 0 for none."""
+    period_mm: float | None
+    """Of the cyclic error."""
+    position_mm: Floats
+    """Grid of the true error curves, shape (n,)."""
+    forward_error_mm: Floats
+    reverse_error_mm: Floats
+    rows: tuple[StudyRow, ...]
+    feed_curves: tuple[FeedCurve, ...]
+    program_feed_mm_s: float
+    hold_curves: tuple[HoldCurve, ...]
+    hold_growth_mm: float
+    waveforms: tuple[Waveform, ...]
+    limits: tuple[Limit, ...]
+    count_mm: float
+    seed: int
+    wall_s: float
+    warnings: tuple[str, ...]
+
+    @property
+    def good(self) -> bool:
+        """Return whether every count of every row is accounted for."""
+        return all(row.audit and row.ending == "FINISHED" for row in self.rows)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the rows under the names that scripts rely on, lengths in µm."""
+        return {
+            "study": self.study,
+            "unit": "um",
+            "repeatability_um": self.repeatability_mm * 1000.0,
+            "seed": self.seed,
+            "rows": [row_dict(row) for row in self.rows],
+            "warnings": list(self.warnings),
+            "wall_s": self.wall_s,
+        }
+
+
+def row_dict(row: StudyRow) -> dict[str, object]:
+    """Return one row under the names that scripts rely on, lengths in µm."""
+    figures = row.figures
+
+    def um(value_mm: float | None) -> float | None:
+        return None if value_mm is None else value_mm * 1000.0
+
+    return {
+        "name": row.name,
+        "max_average_error_um": um(figures.max_average_error),
+        "max_reversal_error_um": um(figures.max_reversal_error),
+        "iso230": {
+            "A": um(figures.accuracy),
+            "R": um(figures.repeatability),
+            "E": um(figures.systematic),
+            "M": um(figures.mean_bidirectional),
+            "B": um(figures.reversal),
+        },
+        "max_repeat_um": um(figures.max_repeat),
+        "cyclic_pp_um": um(figures.cyclic_pp),
+        "rms_um": um(figures.rms),
+        "pp_um": um(figures.peak_to_peak),
+        "corrections_inserted": row.corrections_inserted,
+        "corrections_pending": row.corrections_pending,
+        "beyond_word_steps": row.beyond_word_steps,
+        "illegal_transitions": row.illegal_transitions,
+        "refused": row.refused,
+        "refused_too_fast": row.refused_too_fast,
+        "audit": row.audit,
+        "audit_counts": row.audit_counts,
+        "ending": row.ending,
+    }
