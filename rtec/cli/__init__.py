@@ -1,1 +1,38 @@
-"""The command line: one file a verb, no logic."""
+"""The command line: one file a verb, no logic.
+
+Exit codes: 0 done, 1 done and the answer is "fails", 2 a bad argument or file, 130 Ctrl-C, 141 nobody reads the
+output any more, 70 a bug in rtec. Whatever is wrong is said in one line on stderr.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from rtec.cli._outcome import exit_code
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Carry out one command and return the exit code of the process.
+
+    Parameters
+    ----------
+    argv
+        The words after ``rtec``; those of the process by default.
+
+    Examples
+    --------
+    >>> main(["--version"])
+    rtec 0.1.0
+    0
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+
+    def carry_out() -> None:
+        from rtec.cli._verbs import call  # noqa: PLC0415 - Ctrl-C while it loads must meet the handler, too
+
+        call(words)
+
+    return exit_code(carry_out)

@@ -1,0 +1,92 @@
+"""What the verbs show: JSON and tables on stdout, notes and progress on stderr."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+COMPILING = "compiling the simulation for this machine, once (about a minute) ..."
+_PATIENCE_S = 1.0
+"""Work shorter than this shows no progress."""
+
+
+def print_json(document: Mapping[str, object]) -> None:
+    """Print one strict JSON document on stdout; what JSON has no number for becomes null.
+
+    Examples
+    --------
+    >>> print_json({"A": 1.5, "B": float("nan"), "rows": (1, float("inf"))})
+    {"A": 1.5, "B": null, "rows": [1, null]}
+    """
+    import json  # noqa: PLC0415 - not needed for --help
+
+    sys.stdout.write(json.dumps(_strict(document), allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def _strict(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {str(key): _strict(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_strict(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def note(message: str) -> None:
+    """Write one line on stderr."""
+    sys.stderr.write(f"rtec: {message}\n")
+    sys.stderr.flush()
+
+
+def compilation_ahead() -> bool:
+    """Return whether nothing is compiled yet on this machine, so that the first run takes long."""
+    from rtec import _jit  # noqa: PLC0415 - loads the compiler
+
+    if _jit.config.DISABLE_JIT:
+        return False
+    # a command that was refused has made the folder and compiled nothing
+    return _jit.FIRST_RUN or next(_jit.CACHE_FOLDER.rglob("*.nbi"), None) is None
+
+
+def announce_compilation() -> None:
+    """Say that the first run takes long, and why; call it when the input is known to be good."""
+    if compilation_ahead():
+        note(COMPILING)
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[float], None]]:
+    """Show the share done of long work on stderr where that is a terminal.
+
+    Yields
+    ------
+    Callable
+        To be called now and then with the share done, 0..1.
+    """
+    if not sys.stderr.isatty():
+        yield lambda share: None
+        return
+    begun = time.monotonic()
+    shown: list[tuple[Any, Any]] = []
+
+    def show(share: float) -> None:
+        if not shown and time.monotonic() - begun > _PATIENCE_S:
+            from rich.console import Console  # noqa: PLC0415 - needed for long work only
+            from rich.progress import Progress  # noqa: PLC0415
+
+            bar = Progress(console=Console(stderr=True), transient=True)
+            bar.start()
+            shown.append((bar, bar.add_task(label, total=1.0)))
+        for bar, task in shown:
+            bar.update(task, completed=share)
+
+    try:
+        yield show
+    finally:
+        for bar, _ in shown:
+            bar.stop()

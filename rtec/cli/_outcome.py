@@ -1,0 +1,117 @@
+"""How a command ends: every error becomes one line on stderr and an exit code."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, TextIO
+
+from rtec.errors import RtecError, nearest
+
+BAD_INPUT = 2
+INTERNAL = 70
+"""EX_SOFTWARE of sysexits.h."""
+INTERRUPTED = 130
+"""128 + SIGINT, as shells have it."""
+UNREAD = 141
+"""128 + SIGPIPE, as shells have it."""
+
+
+def exit_code(command: Callable[[], None]) -> int:
+    """Carry out ``command``, say in one line what went wrong, and return the exit code.
+
+    Examples
+    --------
+    >>> exit_code(lambda: None)
+    0
+    """
+    _open_streams()
+    try:
+        code = _ended(command)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        code = _say("interrupted; nothing half-written is left", INTERRUPTED)
+    except Exception as error:
+        code = _explained(error)
+    if code != 0:
+        _discard_unwritten(sys.stdout)
+    return code
+
+
+def _open_streams() -> None:
+    """Give a process started without stdout or stderr somewhere to write; let no letter be unprintable."""
+    for name in ("stdout", "stderr"):
+        stream: Any = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+        elif hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _ended(command: Callable[[], None]) -> int:
+    """Return the exit code of a command that came to its end."""
+    import typer  # noqa: PLC0415 - Ctrl-C while it loads must meet the handler, too
+
+    # typer keeps the base of its errors in click or in a copy of click, depending on its version
+    usage_error: Any = typer.BadParameter.__mro__[2]
+    try:
+        command()
+    except typer.Exit as ended:
+        return ended.exit_code
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except usage_error as error:
+        return _say(_usage(error), BAD_INPUT)
+    return 0
+
+
+def _usage(error: Any) -> str:
+    """Return one line for an unknown option, a missing argument and the like."""
+    context = getattr(error, "ctx", None)
+    path = context.command_path if context is not None else "rtec"
+    option = getattr(error, "option_name", None)
+    if option is not None and hasattr(error, "possibilities") and context is not None:
+        known = [name for parameter in context.command.params for name in parameter.opts if name.startswith("--")]
+        return f"{path}: no option {option[:60]!r}; {nearest(option, [*known, '--help'])}"
+    return f"{path}: {error.format_message().rstrip('.')}; '{path} --help' shows what is allowed"
+
+
+def _explained(error: Exception) -> int:
+    """Say what an exception means to the user; return its exit code."""
+    if os.environ.get("RTEC_DEBUG"):
+        traceback.print_exc()
+    if isinstance(error, RtecError):
+        return _say(str(error), BAD_INPUT)
+    if isinstance(error, OSError):
+        if error.errno == errno.EPIPE:
+            _discard_unwritten(sys.stdout)
+            return UNREAD
+        where = error.filename if error.filename is not None else "output"
+        return _say(f"{where}: {error.strerror or error}", BAD_INPUT)
+    if isinstance(error, MemoryError):
+        return _say("not enough memory for this; ask for less", BAD_INPUT)
+    what = f"{type(error).__name__}: {error}"
+    return _say(f"a bug in rtec, please report it: {what}; RTEC_DEBUG=1 shows the traceback", INTERNAL)
+
+
+def _say(message: str, code: int) -> int:
+    """Write one line on stderr; return ``code``."""
+    with suppress(OSError, ValueError):
+        sys.stderr.write(f"rtec: {' '.join(message.split())}\n")
+        sys.stderr.flush()
+    return code
+
+
+def _discard_unwritten(stream: TextIO) -> None:
+    """Write what can still be written; else drop it, so that the interpreter does not stumble over it at its end."""
+    try:
+        stream.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)

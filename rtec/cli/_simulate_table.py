@@ -1,0 +1,99 @@
+"""How ``rtec simulate`` tells its result on the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from rtec.injector import Timing
+from rtec.machine import OpenPath, OpenPathResult
+
+
+def show(path: OpenPath, result: OpenPathResult) -> None:
+    """Print the result as a table, and the verdict in words."""
+    timing, design = path.injector.timing, path.injector.design
+    forward = "+" if path.direction > 0 else "-"
+    insertions, received = result.insertions, result.received
+    rows = [
+        ("encoder frequency", _hertz(result.frequency_hz)),
+        ("real edges", f"{_whole(result.edges)} in {forward} direction"),
+        ("encoder counts", _whole(result.encoder_counts)),
+        ("controller counts", _whole(result.controller_counts)),
+        ("corrections asked for", f"{_whole(result.corrections_requested)} steps of {result.step_counts} counts"),
+        ("corrections inserted", f"{_whole(result.corrections_inserted)} steps"),
+        ("corrections left over", f"{_whole(result.pending)} steps"),
+        ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
+        ("last change after its edge, at most", _time(insertions.longest_ps)),
+        ("real edges inside insertions", _whole(insertions.real_inside)),
+        ("illegal transitions", _whole(received.illegal_transitions)),
+        ("shortest time between edges", _time(received.min_separation_ps)),
+        ("changes swallowed by the filter", _whole(received.filtered)),
+        ("glitches", _whole(result.glitches)),
+        ("servo fault", "none" if received.fault_ps is None else f"at {_time(received.fault_ps)}"),
+        ("simulated", f"{result.simulated_s:.6g} s in {result.wall_s:.3g} s"),
+    ]
+    table = Table(title=f"design {design.value}, worst insertion {_time(timing.worst_ps(design))}", show_header=False)
+    table.add_column()
+    table.add_column(justify="right")
+    for row in rows:
+        table.add_row(*row)
+    console = Console(highlight=False, soft_wrap=False)
+    console.print(table)
+    console.print(verdict(path, result), style="green" if result.good else "bold red", soft_wrap=True)
+
+
+def verdict(path: OpenPath, result: OpenPathResult) -> str:
+    """Return in words whether all was inserted and every count is right."""
+    if result.good:
+        added = result.corrections_inserted * result.step_counts
+        return f"good: all corrections inserted ({added:+d} counts), every count right, no illegal transition"
+    reasons = []
+    if result.pending:
+        reasons.append(f"{_whole(abs(result.pending))} corrections are left over{_gate_reason(path, result)}")
+    illegal = result.received.illegal_transitions
+    if illegal:
+        plural = "s" if illegal > 1 else ""
+        reasons.append(f"{_whole(illegal)} illegal transition{plural} at the controller")
+    if not result.audit:
+        reasons.append(_audit_reason(path, result))
+    return "fails: " + "; ".join(reasons)
+
+
+def _gate_reason(path: OpenPath, result: OpenPathResult) -> str:
+    timing: Timing = path.injector.timing
+    if not result.insertions.refused or timing.gate_margin is None:
+        return ""
+    limit_hz = timing.limit_hz(path.injector.design) / (1.0 + timing.gate_margin)
+    return f" (the speed gate lets through up to {_hertz(limit_hz)})"
+
+
+def _audit_reason(path: OpenPath, result: OpenPathResult) -> str:
+    added = result.corrections_inserted * result.step_counts
+    if path.receiver.multiplication.value == 4:
+        wrong = path.receiver.wrapped(result.controller_counts - result.encoder_counts - added)
+        if wrong:
+            return f"the controller's count is wrong by {wrong:+d}"
+    elsewhere = result.insertions.ahead_counts - added
+    return (
+        f"the gates put in {elsewhere:+d} counts more than the box believes" if elsewhere else "the counts disagree"
+    )
+
+
+def _whole(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
+
+
+def _hertz(hertz: float) -> str:
+    for factor, unit in ((1e6, "MHz"), (1e3, "kHz")):
+        if hertz >= factor:
+            return f"{hertz / factor:.6g} {unit}"
+    return f"{hertz:.6g} Hz"
+
+
+def _time(time_ps: int | None) -> str:
+    if time_ps is None:
+        return "none"
+    for factor, unit in ((10**12, "s"), (10**9, "ms"), (10**6, "us"), (10**3, "ns")):
+        if time_ps >= factor:
+            return f"{time_ps / factor:.6g} {unit}"
+    return f"{time_ps} ps"

@@ -1,0 +1,75 @@
+"""The table of verbs, and how the words of a command line reach one of them."""
+
+from __future__ import annotations
+
+import os
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from rtec import __version__
+from rtec.errors import ArgumentError, nearest
+
+
+class Verbs(TyperGroup):
+    """A group of commands that names the nearest one where a word is unknown."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that the first word names.
+
+        Raises
+        ------
+        ArgumentError
+            A word that is no verb.
+        """
+        if args and args[0] not in self.commands:
+            verbs = sorted(self.commands)
+            raise ArgumentError("rtec", repr(args[0][:60]), ", ".join(verbs), nearest(args[0], verbs))
+        return super().resolve_command(ctx, args)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"rtec {__version__}")
+        raise typer.Exit
+
+
+def _frame(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and exit.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Emulate a real-time error corrector: counts inserted between an encoder and a machine-tool controller.
+
+    Every command has --help with an example, and --json for one JSON document on stdout.
+
+    Exit codes: 0 done, 1 done and the answer is "fails", 2 a bad argument or file.
+
+    Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000
+    """
+
+
+def application() -> typer.Typer:
+    """Return the command line with all its verbs, in the order in which help lists them."""
+    from rtec.cli.iso230 import iso230  # noqa: PLC0415 - a name of the package would hide the module
+    from rtec.cli.simulate import simulate  # noqa: PLC0415 - as above
+
+    app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
+    app.callback()(_frame)
+    for verb in (simulate, iso230):
+        app.command(verb.__name__)(verb)
+    return app
+
+
+def call(words: list[str]) -> None:
+    """Carry out the command that ``words`` say; what goes wrong is raised.
+
+    ``main`` of the group would end the process itself for some errors, so it serves the shell's completion only.
+    """
+    group = typer.main.get_command(application())
+    if "_RTEC_COMPLETE" in os.environ:
+        group.main(prog_name="rtec")
+        return
+    with group.make_context("rtec", words or ["--help"]) as context:
+        group.invoke(context)
