@@ -20,6 +20,9 @@ from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
 
 ORIGINAL, A, B, C = 0, 1, 2, 3
+UNTIMED_PS = NEVER // 2
+"""An interval longer than this began before the box was switched on: the speed gate has not timed any yet."""
+
 IDLE, ARMED, INSERTING, RELEASING, SAMPLING, WRITING = 0, 1, 2, 3, 4, 5
 """What the next event of the box is: none, start of an insertion, its next change, end of holding, and for Design B
 the sampling and the writing of the lines."""
@@ -186,7 +189,7 @@ def trigger(s: Record, t_ps: int) -> None:
     of the exclusive OR, two edges.
     """
     if wanted(s) and (s.design != ORIGINAL or s.ab_in == 0):
-        if s.interval_ps < s.gate_ps:
+        if s.gate_ps > 0 and not s.gate_ps <= s.interval_ps < UNTIMED_PS:
             s.refused += 1
         elif t_ps >= s.ready_ps:  # a busy processor would look too late after the transition
             arm(s, t_ps)
@@ -368,6 +371,8 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
         s.requested = 0
         s.completed = 0
         s.ready_ps = t_ps + s.recover_ps
+        s.last_edge_ps = t_ps  # whether the axis rests, and how fast it moves, is still to be seen
+        s.edge_before_ps = -NEVER
     drive(s)
 
 
