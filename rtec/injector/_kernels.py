@@ -255,6 +255,10 @@ def write(s: Record, t_ps: int) -> None:
         begin_sampling(s, t_ps)
     elif s.requested != s.completed:
         trigger(s, t_ps)
+        if s.phase == ARMED:  # the processor is at it already: no further look
+            s.trigger_ps = s.last_edge_ps
+            s.recognised_ps = t_ps
+            s.next_ps = t_ps + s.decide_ps
         arm_at_rest(s, t_ps)
 
 
