@@ -48,7 +48,8 @@ def choice(text: str, known: Iterable[str], *, name: str) -> str:
     """
     words = list(known)
     if text.lower() not in words:
-        raise ArgumentError(name, repr(text[:60]), ", ".join(words), nearest(text.lower(), words))
+        near = nearest(text[:60].lower(), words)
+        raise ArgumentError(name, repr(text[:60]), ", ".join(words), near if near.startswith("did") else "")
     return text.lower()
 
 

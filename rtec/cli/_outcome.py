@@ -35,6 +35,11 @@ def exit_code(command: Callable[[], None]) -> int:
         sys.stdout.flush()
     except KeyboardInterrupt:
         code = _say("interrupted; nothing half-written is left", INTERRUPTED)
+    except SystemExit as ended:
+        # rich answers a broken pipe so
+        if not isinstance(ended.__context__, BrokenPipeError):
+            raise
+        code = UNREAD
     except Exception as error:
         code = _explained(error)
     if code != 0:
@@ -72,12 +77,15 @@ def _ended(command: Callable[[], None]) -> int:
 def _usage(error: Any) -> str:
     """Return one line for an unknown option, a missing argument and the like."""
     context = getattr(error, "ctx", None)
-    path = context.command_path if context is not None else "rtec"
-    option = getattr(error, "option_name", None)
-    if option is not None and hasattr(error, "possibilities") and context is not None:
+    message = str(error.format_message()).rstrip(".")
+    if context is None:
+        return message
+    verb = context.command_path.removeprefix("rtec").strip()
+    where = f"{verb}: " if verb else ""
+    if hasattr(error, "possibilities"):
         known = [name for parameter in context.command.params for name in parameter.opts if name.startswith("--")]
-        return f"{path}: no option {option[:60]!r}; {nearest(option, [*known, '--help'])}"
-    return f"{path}: {error.format_message().rstrip('.')}; '{path} --help' shows what is allowed"
+        return f"{where}no option {error.option_name[:60]!r}; {nearest(error.option_name, [*known, '--help'])}"
+    return f"{where}{message}; '{context.command_path} --help' shows what is allowed"
 
 
 def _explained(error: Exception) -> int:

@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from rtec import __version__
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import RtecError, nearest
 
 
 class Verbs(TyperGroup):
@@ -20,12 +20,11 @@ class Verbs(TyperGroup):
 
         Raises
         ------
-        ArgumentError
+        RtecError
             A word that is no verb.
         """
         if args and args[0] not in self.commands:
-            verbs = sorted(self.commands)
-            raise ArgumentError("rtec", repr(args[0][:60]), ", ".join(verbs), nearest(args[0], verbs))
+            raise RtecError(f"no command {args[0][:60]!r}; {nearest(args[0][:60], self.commands)}")
         return super().resolve_command(ctx, args)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -39,6 +40,10 @@ _OPTIONS = {
     "eccentricity_deg": "--eccentricity-phase",
     "counts_per_rev": "--counts-per-rev",
     "jitter": "--jitter",
+    "seed": "--seed",
+    "home_state": "--home-state",
+    "filter_samples": "--filter-samples",
+    "counter_bits": "--counter-bits",
     "jitter_ps": "--jitter",
     "glitch_probability": "--glitch-probability",
     "glitch_ps": "--glitch-width",
@@ -48,6 +53,7 @@ _OPTIONS = {
     "design": "--design",
 }
 """The option behind each parameter that a face can refuse."""
+_PARAMETER = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
 
 
 def _option(name: str, panel: str | None, metavar: str, text: str) -> Any:
@@ -61,7 +67,10 @@ def _named_as_options() -> Iterator[None]:
         yield
     except ArgumentError as error:
         name = _OPTIONS.get(error.name, error.name)
-        raise ArgumentError(name, error.value, error.allowed, error.hint) from error
+        allowed, hint = (
+            _PARAMETER.sub(lambda m: _OPTIONS.get(m[0], m[0]), text) for text in (error.allowed, error.hint)
+        )
+        raise ArgumentError(name, error.value, allowed, hint) from error
 
 
 def simulate(
