@@ -324,6 +324,8 @@ def injector_fire(s: Record) -> None:
         arm_at_rest(s, t_ps)
     elif s.requested == s.completed and s.phase == ARMED:
         finish_holding(s, t_ps)  # the request went back before the start
+        if s.design == B and s.ab_in != s.sampled:
+            begin_sampling(s, t_ps)
     else:
         if s.phase == ARMED:
             s.phase = INSERTING
@@ -342,6 +344,8 @@ def injector_fire(s: Record) -> None:
 def injector_request(s: Record, t_ps: int, total: int) -> None:
     """Take the total of steps over that the box is to have inserted."""
     s.requested = total
+    if total == s.completed and s.phase == ARMED and t_ps <= s.recognised_ps:
+        cancel(s)
     arm_at_rest(s, t_ps)
 
 
