@@ -1,0 +1,103 @@
+"""``rtec run``: the main job, from a measured error to four designs and a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.errors import ArgumentError, OutputError
+
+_DONE = 0
+_FAILS = 1
+
+
+def run(
+    study: Annotated[
+        Path | None, typer.Argument(metavar="[STUDY.toml]", help="Study to run; the built-in one without it.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the report; a new one without it.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write into a folder or over a file that exists.")] = False,
+    repeatability: Annotated[
+        str | None, typer.Option(help="Standard deviation of a reading, such as 1um; 0um for readings without noise.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the readings' noise.")] = None,
+    write_study: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the built-in study to FILE for you to change, and stop."),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+) -> None:
+    """Measure an axis, correct it with each insertion design, and report before and after.
+
+    Exit code 1: a count at the controller is not accounted for, or a run was held.
+
+    Example: rtec run --repeatability 0um -o before-after
+    """
+    if write_study is not None:
+        _write_builtin(write_study, force)
+        return
+    from dataclasses import replace  # noqa: PLC0415 - heavy modules are loaded once a study is to be run
+
+    from rtec.report import check_folder, terminal_table, write_report  # noqa: PLC0415
+    from rtec.study import builtin_study, read_study, run_study  # noqa: PLC0415
+    from rtec.study.definition import check_repeatability  # noqa: PLC0415
+    from rtec.units import LENGTH, parse_quantity  # noqa: PLC0415
+
+    what = builtin_study() if study is None else read_study(study)
+    if repeatability is not None:
+        spread = parse_quantity(repeatability, LENGTH, name="--repeatability")
+        check_repeatability("--repeatability", spread)
+        what = replace(what, repeatability_mm=spread)
+    if seed is not None:
+        what = replace(what, seed=seed)
+    if output is not None:
+        check_folder(output, force=force)
+    announce_compilation()
+    with progress(f"study {what.name}") as show:
+        result = run_study(what, progress=lambda _, share: show(0.9 * share))
+        folder = output if output is not None else _new_folder(what.name)
+        page = write_report(result, folder, force=force)
+        show(1.0)
+    if json:
+        print_json({**result.to_dict(), "report": str(page)})
+    else:
+        from rich.console import Console  # noqa: PLC0415
+
+        Console().print(terminal_table(result))
+        for warning in result.warnings:
+            note(f"warning: {warning}")
+        typer.echo(f"Report: {page}")
+    raise typer.Exit(_DONE if result.good else _FAILS)
+
+
+def _new_folder(name: str) -> Path:
+    """Make the first of ``rtec-NAME-1``, ``-2``, ... that does not exist; two runs at once never share one."""
+    for number in range(1, 100_000):
+        folder = Path(f"rtec-{name}-{number}")
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise OutputError(f"{folder}: cannot be made: {error.strerror}; choose a folder with -o") from None
+        return folder
+    raise ArgumentError("-o", f"rtec-{name}-1 to -99999 all exist", "a folder that does not exist", "choose one")
+
+
+def _write_builtin(file: Path, force: bool) -> None:
+    """Write the built-in study to a file of the user's."""
+    from rtec.study import builtin_text  # noqa: PLC0415 - loads the study's parts
+
+    try:
+        with file.open("w" if force else "x", encoding="utf-8") as handle:
+            handle.write(builtin_text())
+    except FileExistsError:
+        raise ArgumentError("--write-study", file, "a file that does not exist", "or --force to replace it") from None
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be written: {error.strerror}") from None
+    typer.echo(f"Wrote {file}; change it and run: rtec run {file}")

@@ -1,0 +1,284 @@
+"""A study: what is measured, on which axis, corrected by which designs - read from a TOML file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
+from rtec.controller import IllegalPolicy, ReceiverSettings
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.machine import Growth, Laser
+from rtec.metrology import MachineAxis, MeasuringPlan
+from rtec.predictors import LatheNetwork, Predictor, read_table
+from rtec.requester import Conversation
+from rtec.study.sections import Section, choice, parse_toml, read_toml
+from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SHARE, SPEED, TIME
+
+UNITS = ("um", "mm", "inch")
+_SECTIONS = (
+    "axis", "encoder", "servo", "program", "laser", "controller", "box", "conversation", "predictor", "figures",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """Everything that ``rtec run`` needs to know.
+
+    Examples
+    --------
+    >>> study = builtin_study()
+    >>> study.name, study.plan.number_of_readings, [design.value for design in study.designs]
+    ('lathe', 760, ['original', 'a', 'b', 'c'])
+    """
+
+    name: str
+    title: str
+    unit: str
+    axis_error: Predictor
+    period_mm: float | None
+    limits: Limits
+    shape: ProfileShape
+    encoder: Encoder
+    servo: Servo
+    plan: MeasuringPlan
+    laser: Laser
+    repeatability_mm: float
+    seed: int
+    receiver: ReceiverSettings
+    table_interval_mm: float
+    designs: tuple[Design, ...]
+    processor: Processor
+    real_edges: RealEdges
+    gate_margin: float
+    rest_ps: int
+    conversation: Conversation
+    model: Predictor
+    feeds_mm_s: tuple[float, ...]
+    span_mm: float
+    growth: Growth
+
+    def timing(self, design: Design) -> Timing:
+        """Return the timing of a design on the study's processor."""
+        profile = Timing.of(design, self.processor)
+        return Timing(
+            poll_ps=profile.poll_ps,
+            decide_ps=profile.decide_ps,
+            step_ps=profile.step_ps,
+            recover_ps=profile.recover_ps,
+            latency_ps=profile.latency_ps,
+            rest_ps=self.rest_ps,
+            gate_margin=self.gate_margin,
+        )
+
+    def injector(self, design: Design) -> InjectorSettings:
+        """Return the box with a design in it."""
+        return InjectorSettings(design=design, timing=self.timing(design), real_edges=self.real_edges)
+
+
+def builtin_text() -> str:
+    """Return the built-in study as the file that users copy."""
+    return resources.files("rtec.study").joinpath("lathe.toml").read_text(encoding="utf-8")
+
+
+def builtin_study() -> Study:
+    """Return the built-in study ``lathe``."""
+    return _study({}, "built-in study", Path())
+
+
+def read_study(path: Path) -> Study:
+    """Read a study from a TOML file; keys that it leaves out have the built-in study's values.
+
+    Raises
+    ------
+    FileFormatError
+        A file that is no TOML, or a key or table that does not exist; the nearest name is suggested.
+    ArgumentError
+        A value without its unit or outside its range.
+    """
+    return _study(read_toml(path), path, path.parent)
+
+
+def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
+    builtin = parse_toml(builtin_text(), "built-in study")
+    top = Section(path, "", given, builtin)
+
+    def section(name: str, *optional: str) -> Section:
+        return Section(path, name, top.raw(name), builtin[name], optional=optional)
+
+    # tables given are merged key by key with the built-in ones, so only the top level is taken as it stands
+    parts = {name: section(name, *(("jerk",) if name == "axis" else ())) for name in _SECTIONS}
+    unit = top.text("unit")
+    if unit not in UNITS:
+        raise ArgumentError(top.where("unit"), repr(unit), ", ".join(UNITS))
+    axis_error = _predictor(parts["axis"], "error", folder, None)
+    try:
+        return Study(
+            name=_plain_name(top),
+            title=top.text("title"),
+            unit=unit,
+            axis_error=axis_error,
+            model=_predictor(parts["predictor"], "model", folder, axis_error),
+            **_axis(parts["axis"]),
+            encoder=_encoder(parts["encoder"]),
+            servo=_servo(parts["servo"], parts["axis"]),
+            plan=_plan(parts["program"]),
+            **_laser(parts["laser"]),
+            **_controller(parts["controller"]),
+            **_box(parts["box"]),
+            conversation=_conversation(parts["conversation"]),
+            **_figures(parts["figures"]),
+        )
+    except FileFormatError:
+        raise
+    except ArgumentError as error:
+        if str(path) in error.name:
+            raise
+        raise ArgumentError(f"{path}: {error.name}", error.value, error.allowed, error.hint) from None
+
+
+def _plain_name(top: Section) -> str:
+    name = top.text("name")
+    if not all(letter.isalnum() or letter in "-_" for letter in name) or len(name) > 60:
+        raise ArgumentError(top.where("name"), repr(name), "letters, digits, - and _: it names the report's folder")
+    return name
+
+
+def _predictor(section: Section, key: str, folder: Path, truth: Predictor | None) -> Predictor:
+    name = section.text(key)
+    if name == "lathe":
+        return LatheNetwork()
+    if name == "axis" and truth is not None:
+        return truth
+    file = folder / name
+    if file.suffix.lower() != ".csv":
+        allowed = "lathe, or a table in a file NAME.csv" + (", or axis" if truth is not None else "")
+        raise ArgumentError(section.where(key), repr(name), allowed)
+    return read_table(file)
+
+
+def _axis(section: Section) -> dict[str, Any]:
+    jerk = section.quantity("jerk", JERK) if section.has("jerk") else None
+    speed = section.quantity("max_speed", SPEED)
+    limits = Limits(
+        max_speed_mm_s=speed,
+        max_acceleration_mm_s2=section.quantity("acceleration", ACCELERATION),
+        max_jerk_mm_s3=jerk,
+        rapid_mm_s=speed,
+    )
+    period = section.quantity("cyclic_period", LENGTH)
+    if period < 0.0:
+        raise ArgumentError(section.where("cyclic_period"), f"{period} mm", "a length above zero, or 0 mm for none")
+    shape = ProfileShape.TRAPEZOIDAL if jerk is None else ProfileShape.JERK_LIMITED
+    return {"limits": limits, "shape": shape, "period_mm": period or None}
+
+
+def _encoder(section: Section) -> Encoder:
+    return Encoder(
+        count_mm=section.quantity("count", LENGTH),
+        home_state=section.whole("home_state", 0, 3),
+        seed=section.whole("seed", 0, 1 << 60),
+        imperfections=Imperfections(
+            phase_error_deg=section.quantity("phase_error", ANGLE),
+            duty_error_a=section.quantity("duty_error_a", SHARE) / 100.0,
+            duty_error_b=section.quantity("duty_error_b", SHARE) / 100.0,
+            jitter_ps=section.time_ps("jitter"),
+        ),
+    )
+
+
+def _servo(section: Section, axis: Section) -> Servo:
+    return Servo(
+        period_ps=section.time_ps("period"),
+        gain_per_s=section.quantity("gain", RATE),
+        lag_s=section.quantity("lag", TIME),
+        feedforward=section.number("feedforward", 0.0, 1.0),
+        deadband_counts=section.number("deadband", 0.0, 1e6),
+        dither_counts=section.number("dither", 0.0, 1e6),
+        dither_hz=section.quantity("dither_frequency", FREQUENCY),
+        max_speed_mm_s=2.0 * axis.quantity("max_speed", SPEED),
+    )
+
+
+def _plan(section: Section) -> MeasuringPlan:
+    inch = {key: section.quantity(key, LENGTH) / MM_PER_INCH for key in ("start", "end", "increment", "overshoot")}
+    # the macro writes four decimals of an inch; what it cannot write is refused by the plan itself
+    inch = {key: round(value, 9) for key, value in inch.items()}
+    return MeasuringPlan(
+        start_inch=inch["start"],
+        end_inch=inch["end"],
+        increment_inch=inch["increment"],
+        overshoot_inch=inch["overshoot"],
+        dwell_s=section.quantity("dwell", TIME),
+        runs=section.whole("runs", 1, 99),
+        feed_inch_min=round(section.quantity("feed", SPEED) * 60.0 / MM_PER_INCH, 9),
+        axis=MachineAxis(maximum_inch=max(41.0, inch["end"] + inch["overshoot"])),
+    )
+
+
+def _laser(section: Section) -> dict[str, Any]:
+    laser = Laser(window_mm=section.quantity("window", LENGTH), dwell_s=section.quantity("dwell", TIME))
+    spread = section.quantity("repeatability", LENGTH)
+    check_repeatability(section.where("repeatability"), spread)
+    return {"laser": laser, "repeatability_mm": spread, "seed": section.whole("seed", 0, 1 << 60)}
+
+
+def check_repeatability(where: str, spread_mm: float) -> None:
+    """Refuse a standard deviation that is negative or absurd."""
+    if not 0.0 <= spread_mm <= 100.0:
+        raise ArgumentError(where, f"{spread_mm} mm", "a standard deviation from 0 um to 100 mm")
+
+
+def _controller(section: Section) -> dict[str, Any]:
+    interval = section.quantity("table_interval", LENGTH)
+    if not 1e-3 <= interval <= 1e4:
+        raise ArgumentError(section.where("table_interval"), f"{interval} mm", "a length from 1 um to 10 m")
+    receiver = ReceiverSettings(
+        filter_samples=section.whole("filter_samples", 0, 1_000_000),
+        clock_hz=round(section.quantity("filter_clock", FREQUENCY)),
+        policy=section.choice("policy", IllegalPolicy),
+        counter_bits=section.whole("counter_bits", 0, 62),
+    )
+    return {"receiver": receiver, "table_interval_mm": interval}
+
+
+def _box(section: Section) -> dict[str, Any]:
+    designs = [choice(section.where("designs"), name, Design) for name in section.texts("designs")]
+    if len(set(designs)) < len(designs):
+        raise ArgumentError(section.where("designs"), [d.value for d in designs], "each design once")
+    return {
+        "designs": tuple(designs),
+        "processor": section.choice("processor", Processor),
+        "real_edges": section.choice("real_edges", RealEdges),
+        "gate_margin": section.number("gate_margin", 0.0, 100.0),
+        "rest_ps": section.time_ps("rest"),
+    }
+
+
+def _conversation(section: Section) -> Conversation:
+    return Conversation(
+        window_steps=section.whole("window", 1, 32767),
+        grace_readings=section.whole("grace", 0, 1000),
+        box_period_ps=section.time_ps("box_period"),
+        pc_period_ps=section.time_ps("pc_period"),
+        latency_ps=section.time_ps("latency"),
+        update_ps=section.time_ps("data_valid_low"),
+        reversal_mm=section.quantity("direction_hysteresis", LENGTH),
+    )
+
+
+def _figures(section: Section) -> dict[str, Any]:
+    feeds = sorted(section.quantities("feeds", SPEED))
+    span = section.quantity("span", LENGTH)
+    if any(not 1e-3 <= feed <= 1e4 for feed in feeds):
+        raise ArgumentError(section.where("feeds"), feeds, "speeds from 0.001 mm/s to 10 m/s")
+    if not 1.0 <= span <= 1e4:
+        raise ArgumentError(section.where("span"), f"{span} mm", "a length from 1 mm to 10 m")
+    growth = Growth(
+        final_mm=section.quantity("hold_growth", LENGTH),
+        time_constant_s=section.quantity("hold_time_constant", TIME),
+    )
+    return {"feeds_mm_s": tuple(feeds), "span_mm": span, "growth": growth}

@@ -1,0 +1,130 @@
+"""The runs behind the report's figures: error against feed, an axis held while it grows, one insertion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.injector import Design, Injector
+from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
+from rtec.predictors import NoError
+from rtec.report.results import FeedCurve, HoldCurve, Waveform
+from rtec.signal import EdgeStream
+from rtec.study.definition import Study
+from rtec.study.limits import limit_of
+from rtec.units import MM_PER_INCH
+
+_TIME, _COMMAND, _TRUE, _CONTROLLER = (
+    TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm", "controller_mm")
+)
+SETTLE_S = 0.5
+"""Left out at both ends of a pass: acceleration, and the slewing of the request after a reversal."""
+
+
+def feed_curve(study: Study, name: str, machine: Machine, progress: Callable[[float], None]) -> FeedCurve:
+    """Run passes at each feed and return the error in motion.
+
+    The error in motion is the true position less the one that the controller believes in, so that following error
+    has no part in it.
+    """
+    feeds = np.array([feed for feed in study.feeds_mm_s if feed <= study.limits.max_speed_mm_s])
+    columns: list[tuple[float, float, float, float]] = []
+    for index, feed in enumerate(feeds):
+        progress(index / len(feeds))
+        forward, reverse = _moving_errors(study, machine, float(feed))
+        columns.append((_spread(forward), _spread(reverse), _rms(forward), _rms(reverse)))
+    table = np.array(columns).reshape(-1, 4).T
+    return FeedCurve(
+        name=name,
+        feed_mm_s=feeds,
+        forward_pp_mm=table[0],
+        reverse_pp_mm=table[1],
+        forward_rms_mm=table[2],
+        reverse_rms_mm=table[3],
+        follows_up_to_mm_s=limit_of(study, Design.named(name)).follows_up_to_mm_s,
+    )
+
+
+def _moving_errors(study: Study, machine: Machine, feed: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the errors in the middle of a forward and of a reverse pass."""
+    lead = feed * feed / study.limits.max_acceleration_mm_s2 + feed * (SETTLE_S + 10.0 / study.servo.gain_per_s)
+    start = study.plan.start_inch * MM_PER_INCH
+    # a reversal takes the request's slewing as long as the play is wide, in steps of the window
+    end = start + 2.0 * lead + study.span_mm
+    motion = straight_pass([end, 0.0], feed, study.limits, dwell_s=2.0)
+    trace = run_machine(machine, motion, trace_every=1).trace
+    if trace is None:
+        return np.empty(0), np.empty(0)
+    inside = (trace[:, _COMMAND] > start + lead) & (trace[:, _COMMAND] < start + lead + study.span_mm)
+    moving = np.gradient(trace[:, _COMMAND]) if trace.shape[0] > 1 else np.zeros(trace.shape[0])
+    error = trace[:, _TRUE] - trace[:, _CONTROLLER]
+    return error[inside & (moving > 0)], error[inside & (moving < 0)]
+
+
+def _spread(values: NDArray[np.float64]) -> float:
+    return float(np.ptp(values)) if values.size else math.nan
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
+
+
+def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[float], None]) -> HoldCurve:
+    """Hold the axis outside angle state 0 while its error grows, and return what is left of the growth.
+
+    The paper's turning case: an axis with a fixed programmed position that needs correction all the same.
+    """
+    count_mm = study.encoder.count_mm
+    # stand in the angle state opposite to state 0, wherever home lies
+    count = round(study.plan.start_inch * MM_PER_INCH / count_mm)
+    count += (2 - study.encoder.home_state - count) % 4
+    time_constant = study.growth.time_constant_s
+    speed = study.limits.max_speed_mm_s / 2.0
+    motion = straight_pass([count * count_mm], speed, study.limits, dwell_s=5.0 * time_constant)
+    growing = replace(machine, growth=study.growth, axis_error=NoError(), model=NoError())
+    result = run_machine(growing, motion, trace_every=max(round(time_constant), 1) * 5, progress=progress)
+    trace = np.empty((0, len(TRACE_COLUMNS))) if result.trace is None else result.trace
+    standing = trace[np.abs(trace[:, _COMMAND] - count * count_mm) < count_mm / 2]
+    # the motion ends in a following error: begin once the axis stands
+    standing = standing[standing[:, _TIME] > (standing[0, _TIME] + 2.0 if standing.size else 0.0)]
+    return HoldCurve(
+        name=name,
+        state=(result.encoder_counts + study.encoder.home_state) % 4,
+        time_s=standing[:, _TIME] - (standing[0, _TIME] if standing.size else 0.0),
+        deviation_mm=standing[:, _TRUE] - standing[:, _COMMAND],
+        corrections_inserted=result.insertions.inserted,
+        corrections_pending=abs(result.pending_steps),
+    )
+
+
+def waveform(study: Study, design: Design) -> Waveform:
+    """Insert one step into a steady forward motion, near the fastest that the speed gate lets through."""
+    timing = study.timing(design)
+    quarter_ps = round(1.2 * timing.worst_ps(design) * (1.0 + (timing.gate_margin or 0.0)))
+    states = np.arange(1, 17)
+    times = quarter_ps * states.astype(np.int64)
+    moving = EdgeStream.from_states(times, states % 4, 0)
+    box = Injector(study.injector(design), initial=0)
+    before = box.process(moving.part(0, 7), until_ps=8 * quarter_ps)
+    box.request(1, at_ps=8 * quarter_ps)
+    after = box.process(moving.part(7, 16), until_ps=17 * quarter_ps)
+    controller = EdgeStream.concatenate([before, after])
+    # whatever follows the first change behind a real edge is the box's own; B copies each edge some time after it
+    passed = np.searchsorted(times, controller.times_ps, side="right")
+    own = np.flatnonzero(np.diff(passed, prepend=0) == 0)
+    inserted = tuple(int(t) for t in controller.times_ps[own])
+    around = inserted or (int(times[8]),)
+    return Waveform(
+        name=design.value,
+        processor=study.processor.value,
+        encoder=moving,
+        controller=controller,
+        from_ps=around[0] - 2 * quarter_ps,
+        to_ps=around[-1] + 2 * quarter_ps,
+        inserted_ps=inserted,
+        counts_added=box.insertions.ahead_counts,
+    )

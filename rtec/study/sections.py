@@ -1,0 +1,141 @@
+"""Reading a TOML file strictly: every key is known, has its unit, and lies in its range."""
+
+from __future__ import annotations
+
+import enum
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.units import TIME, Kind, parse_quantity, seconds_to_ps
+
+_E = TypeVar("_E", bound=enum.Enum)
+MAX_BYTES = 1_000_000
+"""A study is a page of text; a larger file is something else."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    FileFormatError
+        Not there, too large, not UTF-8, or not TOML; the line is named where the parser knows it.
+    """
+    try:
+        size = path.stat().st_size
+        if not path.is_file() or size > MAX_BYTES:
+            raise FileFormatError(path, None, f"{size} bytes", f"a TOML file of at most {MAX_BYTES} bytes")
+        text = path.read_bytes().decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise FileFormatError(path, None, f"byte {error.start} is not UTF-8", "TOML in UTF-8") from None
+    except OSError as error:
+        raise FileFormatError(path, None, error.strerror or str(error), "a readable TOML file") from None
+    return parse_toml(text, path)
+
+
+def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
+    """Return the tables of TOML text that stands in ``path``."""
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FileFormatError(
+            path, None, str(error) or "nested too deeply", "TOML as in the built-in study"
+        ) from None
+
+
+class Section:
+    """One table of a study, with the built-in study's table behind it.
+
+    Parameters
+    ----------
+    path
+        The file, for error messages.
+    name
+        Name of the table; empty for the top of the file.
+    given
+        What the file holds.
+    default
+        What the built-in study holds; a key known in neither is an error.
+    optional
+        Keys that may stand in the file although the built-in study leaves them out.
+    """
+
+    def __init__(
+        self, path: str | Path, name: str, given: object, default: dict[str, Any], *, optional: tuple[str, ...] = ()
+    ) -> None:
+        if not isinstance(given, dict):
+            raise FileFormatError(path, None, f"{name} = {given!r}", f"a table [{name}]")
+        known = [*default, *optional]
+        for key in given:
+            if key not in known:
+                raise FileFormatError(path, None, f"unknown key {self._dotted(name, key)!r}", nearest(key, known))
+        self._path, self._name = path, name
+        self._values = {**default, **given}
+
+    @staticmethod
+    def _dotted(name: str, key: str) -> str:
+        return f"{name}.{key}" if name else key
+
+    def where(self, key: str) -> str:
+        """Return how an error message names a key."""
+        return f"{self._path}: {self._dotted(self._name, key)}"
+
+    def has(self, key: str) -> bool:
+        """Return whether a key has a value."""
+        return key in self._values
+
+    def raw(self, key: str) -> Any:
+        """Return a value as it stands in the file."""
+        return self._values[key]
+
+    def text(self, key: str) -> str:
+        """Return a text of one line."""
+        value = self._values[key]
+        if not isinstance(value, str) or not 0 < len(value) <= 200 or not value.isprintable():
+            raise ArgumentError(
+                self.where(key), repr(value)[:80], "a printable text of 1 to 200 characters in quotes"
+            )
+        return value
+
+    def quantity(self, key: str, kind: Kind) -> float:
+        """Return a quantity in the unit of ``kind``."""
+        return parse_quantity(self._values[key], kind, name=self.where(key))
+
+    def quantities(self, key: str, kind: Kind) -> list[float]:
+        """Return a list of quantities in the unit of ``kind``."""
+        return [parse_quantity(text, kind, name=self.where(key)) for text in self.texts(key)]
+
+    def texts(self, key: str) -> list[str]:
+        """Return a list of texts."""
+        value = self._values[key]
+        if not isinstance(value, list) or len(value) > 1000:
+            raise ArgumentError(self.where(key), repr(value)[:80], "a list of texts, such as " + repr(["a", "b"]))
+        return value
+
+    def time_ps(self, key: str) -> int:
+        """Return a time in picoseconds."""
+        return seconds_to_ps(self.quantity(key, TIME), name=self.where(key))
+
+    def whole(self, key: str, low: int, high: int) -> int:
+        """Return a whole number."""
+        return whole_within(self.where(key), self._values[key], low, high)
+
+    def number(self, key: str, low: float, high: float) -> float:
+        """Return a pure number."""
+        return number_within(self.where(key), self._values[key], low, high)
+
+    def choice(self, key: str, kind: type[_E]) -> _E:
+        """Return the member of ``kind`` whose value stands there."""
+        return choice(self.where(key), self._values[key], kind)
+
+
+def choice(where: str, value: object, kind: type[_E]) -> _E:
+    """Return the member of ``kind`` with the value ``value``."""
+    for member in kind:
+        if member.value == value:
+            return member
+    known = [str(member.value) for member in kind]
+    raise ArgumentError(where, repr(value)[:80], ", ".join(known), nearest(str(value), known))
