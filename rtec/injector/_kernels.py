@@ -70,7 +70,7 @@ INJECTOR = np.dtype(
         ("refused", np.int64),  # moments at which the speed gate refused one
         ("trigger_ps", np.int64),  # what the insertion follows
         ("longest_ps", np.int64),  # longest time from there to the last change
-        ("real_inside", np.int64),  # real edges that fell between first and last change of an insertion
+        ("real_inside", np.int64),  # real edges that fell between the look and the last change of an insertion
         ("seen_in", np.int64),  # levels that the monitor has counted on either side
         ("seen_out", np.int64),
         ("angle", np.int64),  # between them, in states
@@ -225,13 +225,13 @@ def injector_edge(s: Record, t_ps: int, ab: int) -> None:
             if s.next_ps <= t_ps:
                 sample(s, t_ps)
         return  # the lines end at the processor
-    if s.requested != s.completed:
-        if s.phase == INSERTING:
-            s.real_inside += 1
-        elif s.phase == ARMED and t_ps <= s.recognised_ps:
+    if s.requested != s.completed or s.phase != IDLE:
+        if s.phase == ARMED and t_ps <= s.recognised_ps:
             cancel(s)
-        elif s.phase == ARMED and s.holds == 1:
-            hold(s)
+        elif s.phase == ARMED or s.phase == INSERTING:
+            s.real_inside += 1
+            if s.phase == ARMED and s.holds == 1:
+                hold(s)
         if s.phase == IDLE:
             trigger(s, t_ps)
             arm_at_rest(s, t_ps)

@@ -80,9 +80,9 @@ class Insertions:
     ahead_counts: int
     """Counts by which the controller's side went ahead of the encoder's, by ideal decoders on both sides."""
     illegal: int
-    """Changes of both lines at one instant at the controller's side."""
+    """Changes of both lines at one instant at the controller's side that the encoder's side did not make."""
     real_inside: int
-    """Real edges that fell between the first and the last change of an insertion."""
+    """Real edges that fell between the look that begins an insertion and its last change."""
     longest_ps: int
     """Longest time from a transition to the last change of the insertion that followed it."""
 
