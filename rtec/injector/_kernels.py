@@ -406,19 +406,25 @@ def inject(
     s: Record,
     times_ps: NDArray[np.int64],
     levels: NDArray[np.uint8],
+    from_ps: int,
     until_ps: int,
     out_ps: NDArray[np.int64],
     out_levels: NDArray[np.uint8],
 ) -> int:
     """Run the box over a chunk of real edges and on to just before ``until_ps``; return the number of edges written.
 
-    ``out_ps`` and ``out_levels`` need room for six changes an edge and eight more.
+    What a switch has changed at ``from_ps``, the end of the last run, is seen at that instant. ``out_ps`` and
+    ``out_levels`` need room for six changes an edge, five for each insertion at rest, and eight more.
     """
     n = 0
     i = 0
     while True:
         edge_ps = times_ps[i] if i < times_ps.size else until_ps
         t_ps = min(s.next_ps, edge_ps)
+        if t_ps > from_ps and observe(s):
+            out_ps[n] = from_ps
+            out_levels[n] = s.ab_out
+            n += 1
         if t_ps >= until_ps:
             return n
         while s.next_ps <= t_ps:

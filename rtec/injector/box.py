@@ -117,21 +117,27 @@ class Injector:
         settings.fill(self._state)
         _kernels.reset(self._state, whole_within("initial", initial, 0, 3))
         self._now_ps = -NEVER
+        self._level = initial
+        self._made: list[EdgeStream] = []
 
     def request(self, total: int, *, at_ps: int) -> None:
         """Ask for a total of steps from ``at_ps`` on, which lies at or after the last edge processed."""
-        _kernels.request(self._state, self._later(at_ps), whole_within("total", total, -(2**31), 2**31))
+        total = whole_within("total", total, -(2**31), 2**31)
+        _kernels.request(self._state, self._run_to(at_ps), total)
 
     def enable(self, enabled: bool, *, at_ps: int) -> None:
         """Allow or forbid insertions; one under way is carried to its end."""
-        _kernels.switch(self._state, self._later(at_ps), int(enabled), int(self._state.powered))
+        _kernels.switch(self._state, self._run_to(at_ps), int(enabled), int(self._state.powered))
 
     def power(self, on: bool, *, at_ps: int) -> None:
         """Take the box's power away or give it back."""
-        _kernels.switch(self._state, self._later(at_ps), int(self._state.enabled), int(on))
+        _kernels.switch(self._state, self._run_to(at_ps), int(self._state.enabled), int(on))
 
     def process(self, edges: EdgeStream, *, until_ps: int) -> EdgeStream:
         """Return what the controller sees of ``edges`` and of the box's own changes before ``until_ps``.
+
+        The stream joins the last one returned. Of an instant at which a request or a switch comes, it is the first
+        to happen, before changes of the box and edges at that instant.
 
         Raises
         ------
@@ -139,21 +145,41 @@ class Injector:
             Edges that do not join the last ones, or lie at or after ``until_ps``.
         """
         state = self._state
+        until_ps = whole_within("until_ps", until_ps, self._now_ps, NEVER - 1, unit="ps (time never runs back)")
         if edges.initial != state.ab_in:
             raise ArgumentError("edges.initial", edges.initial, f"{int(state.ab_in)}, where the last stream ended")
         if edges.times_ps.size and not self._now_ps <= edges.times_ps[0] <= edges.times_ps[-1] < until_ps:
-            raise ArgumentError("edges.times_ps", f"up to {edges.times_ps[-1]} ps", f"times before {until_ps} ps")
-        before = int(state.seen_out)
-        room = 6 * edges.times_ps.size + 8 + 5 * abs(int(state.requested) - int(state.completed))
-        times = np.empty(room, dtype=np.int64)
-        levels = np.empty(room, dtype=np.uint8)
-        used = _kernels.inject(state, edges.times_ps, edges.levels, self._later(until_ps), times, levels)
-        return EdgeStream(times[:used].copy(), levels[:used].copy(), initial=before)
+            raise ArgumentError(
+                "edges.times_ps",
+                f"{edges.times_ps[0]} to {edges.times_ps[-1]} ps",
+                f"times from {self._now_ps} ps to before {until_ps} ps",
+            )
+        self._run(edges, until_ps)
+        made, before = self._made, self._level
+        self._made, self._level = [], int(state.seen_out)
+        times = np.concatenate([stream.times_ps for stream in made])
+        levels = np.concatenate([stream.levels for stream in made])
+        return EdgeStream(times, levels, initial=before)
 
     @property
     def insertions(self) -> Insertions:
         """Return what happened so far."""
         return insertions_of(self._state)
+
+    def _run_to(self, t_ps: int) -> int:
+        """Carry out the box's own changes before ``t_ps``."""
+        self._run(EdgeStream([], [], initial=int(self._state.ab_in)), t_ps)
+        return self._now_ps
+
+    def _run(self, edges: EdgeStream, until_ps: int) -> None:
+        state, from_ps, before = self._state, self._now_ps, int(self._state.seen_out)
+        most = (self._later(until_ps) - from_ps) // int(state.decide_ps) + 1
+        at_rest = min(most, abs(int(state.requested) - int(state.completed)))
+        room = 6 * edges.times_ps.size + 5 * at_rest + 8
+        times = np.empty(room, dtype=np.int64)
+        levels = np.empty(room, dtype=np.uint8)
+        used = _kernels.inject(state, edges.times_ps, edges.levels, from_ps, self._now_ps, times, levels)
+        self._made.append(EdgeStream(times[:used].copy(), levels[:used].copy(), initial=before))
 
     def _later(self, t_ps: int) -> int:
         self._now_ps = whole_within("time", t_ps, self._now_ps, NEVER - 1, unit="ps (time never runs back)")
