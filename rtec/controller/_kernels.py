@@ -64,7 +64,7 @@ RECEIVER = np.dtype(
 @step
 def first_tick(rx: Record, t_ps: int) -> int:
     """Return the number of the first tick at or after ``t_ps``, exactly, whatever the clock's period."""
-    if t_ps - rx.reference_ps >= PS_PER_S:
+    if t_ps - rx.reference_ps >= PS_PER_S or t_ps < rx.reference_ps:
         seconds = (t_ps - rx.reference_ps) // PS_PER_S
         rx.reference_ps += seconds * PS_PER_S
         rx.reference_tick += seconds * rx.clock_hz
