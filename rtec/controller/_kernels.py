@@ -81,6 +81,12 @@ def first_tick(rx: Record, t_ps: int) -> int:
     return rx.reference_tick + tick + (1 if rest > 0 else 0)
 
 
+@step
+def time_of_tick(rx: Record, tick: int) -> int:
+    """Return the first whole picosecond at or after tick number ``tick``, near the reference."""
+    return rx.reference_ps - (rx.reference_tick - tick) * rx.tick_num // rx.tick_den
+
+
 @helper
 def note_illegal(rx: Record, t_ps: int) -> None:
     """Record an illegal transition under the chosen policy."""
@@ -126,7 +132,7 @@ def settle_closely(rx: Record, t_ps: int) -> None:
     if pending & 2:
         ready_b = first_tick(rx, rx.changed_b_ps) + rx.samples - 1
     if ready_a == ready_b < tick:
-        accept(rx, t_ps, rx.accepted ^ 3)
+        accept(rx, time_of_tick(rx, ready_a), rx.accepted ^ 3)
     else:
         if ready_b < min(ready_a, tick):
             accept(rx, t_ps, rx.accepted ^ 2)
