@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
-from rtec.signal._kernels import NEVER, count_delta
+from rtec.signal._kernels import NEVER, count_delta, level_of_state, state_of_level
 
 PS_PER_S = 1_000_000_000_000
 LOG_LENGTH = 64
@@ -87,6 +87,15 @@ def time_of_tick(rx: Record, tick: int) -> int:
     return rx.reference_ps - (rx.reference_tick - tick) * rx.tick_num // rx.tick_den
 
 
+@step
+def count_step(rx: Record, before_ab: int, after_ab: int, delta: int) -> None:
+    """Count one transition, by ``delta`` where the multiplication counts it."""
+    if rx.multiplication == X4:
+        rx.count += delta
+    elif (before_ab ^ after_ab) & 1 and (rx.multiplication == X2 or after_ab & 2 == 0):
+        rx.count += delta  # x2 counts both edges of A; x1 those while B is low
+
+
 @helper
 def note_illegal(rx: Record, t_ps: int) -> None:
     """Record an illegal transition under the chosen policy."""
@@ -102,8 +111,10 @@ def note_illegal(rx: Record, t_ps: int) -> None:
     if rx.policy == FAULT and rx.fault == 0:
         rx.fault = 1
         rx.fault_ps = t_ps
-    elif rx.policy == GUESS:
-        rx.count += 2 * rx.direction if rx.multiplication == X4 else rx.direction if rx.multiplication == X2 else 0
+    elif rx.policy == GUESS and rx.direction != 0:
+        between = level_of_state((state_of_level(rx.accepted) + rx.direction) & 3)
+        count_step(rx, rx.accepted, between, rx.direction)
+        count_step(rx, between, rx.accepted ^ 3, rx.direction)
 
 
 @step
@@ -114,10 +125,7 @@ def accept(rx: Record, t_ps: int, ab: int) -> None:
         note_illegal(rx, t_ps)
     else:
         rx.direction = delta
-        if rx.multiplication == X4:
-            rx.count += delta
-        elif (rx.accepted ^ ab) & 1 and (rx.multiplication == X2 or ab & 2 == 0):
-            rx.count += delta  # x2 counts both edges of A; x1 those while B is low
+        count_step(rx, rx.accepted, ab, delta)
     rx.accepted = ab
 
 

@@ -29,7 +29,7 @@ class IllegalPolicy(enum.Enum):
     FAULT = "fault"
     """The same, and latch a servo fault."""
     GUESS = "guess"
-    """Add two counts in the direction of the last one."""
+    """Count it as two transitions in the direction of the last one; before the first one, leave the count."""
 
 
 class IllegalClass(enum.Enum):
