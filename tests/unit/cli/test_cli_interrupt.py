@@ -1,0 +1,90 @@
+"""Ctrl-C and a full disk in the middle of the work: nothing half-written is left."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from rtec.cli import _console, main
+
+LONG = ["simulate", "--design", "c", "--frequency", "500kHz", "--corrections", "100", "--cycles", "1000000000"]
+# a shell that starts pytest in the background lets its children ignore the signal
+HEEDING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
+RTEC = [sys.executable, "-c", f"{HEEDING}; from rtec.cli import main; sys.exit(main())"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+def test_signal_during_a_long_run(tmp_path):
+    pipe = tmp_path / "wave.vcd"
+    os.mkfifo(pipe)
+    process = subprocess.Popen(
+        [*RTEC, *LONG, "--vcd", str(pipe), "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with open(pipe, "rb") as reader:
+        assert reader.read(1 << 20).startswith(b"$version")
+        process.send_signal(signal.SIGINT)
+        while reader.read(1 << 20):
+            pass
+    out, err = process.communicate()
+    assert process.returncode == 130
+    assert out == ""
+    assert [line for line in err.splitlines() if "compiling" not in line] == [
+        "rtec: interrupted; nothing half-written is left"
+    ]
+
+
+def test_interrupt_leaves_no_file(tmp_path, monkeypatch, capsys):
+    begun = []
+
+    @contextmanager
+    def interrupting(label):
+        def show(share):
+            begun.extend(path.name for path in tmp_path.iterdir())
+            raise KeyboardInterrupt
+
+        yield show
+
+    monkeypatch.setattr(_console, "progress", interrupting)
+    assert main([*LONG, "--vcd", str(tmp_path / "wave.vcd")]) == 130
+    assert len(begun) == 1  # the file was being written when the signal came
+    assert list(tmp_path.iterdir()) == []
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.splitlines()[-1] == "rtec: interrupted; nothing half-written is left"
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    mount = shutil.which("mount")
+    made = mount and subprocess.run(
+        [mount, "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(tmp_path)], capture_output=True, check=False
+    )
+    if not made or made.returncode:
+        pytest.skip("a small file system can only be mounted by root")
+    yield tmp_path
+    subprocess.run(["umount", str(tmp_path)], check=True)
+
+
+def test_full_disk_leaves_no_file(small_disk, capsys):
+    words = ["simulate", "--design", "c", "--frequency", "500kHz", "--corrections", "100", "--cycles", "100000"]
+    assert main([*words, "--vcd", str(small_disk / "wave.vcd")]) == 2
+    assert list(small_disk.iterdir()) == []
+    out, err = capsys.readouterr()
+    lines = [line for line in err.splitlines() if "compiling" not in line]
+    assert out == ""
+    assert len(lines) == 1
+    assert "No space left on device" in lines[0]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full on this system")
+def test_full_device(capsys):
+    words = ["simulate", "--design", "c", "--frequency", "500kHz", "--corrections", "0", "--cycles", "10"]
+    assert main([*words, "--vcd", "/dev/full"]) == 2
+    assert "No space left on device" in capsys.readouterr().err
