@@ -30,6 +30,7 @@ RECEIVER = np.dtype(
         ("tick_num", np.int64),  # the clock's period is tick_num / tick_den picoseconds
         ("tick_den", np.int64),
         ("ticks_per_ps", np.float64),
+        ("unseen_ps", np.int64),  # a level that stands for so long is seen by a tick at least (0: there is no filter)
         ("sure_ps", np.int64),  # a level that has stood for longer is through the filter, wherever the ticks fell
         ("multiplication", np.int64),
         ("policy", np.int64),
@@ -43,6 +44,8 @@ RECEIVER = np.dtype(
         ("count", np.int64),
         ("direction", np.int64),
         # observations
+        ("dipped_a_ps", np.int64),  # what changed_a_ps was when the line last went back to what the filter holds
+        ("dipped_b_ps", np.int64),
         ("last_ps", np.int64),
         ("min_separation_ps", np.int64),
         ("filtered", np.int64),  # changes taken back before the filter saw them often enough
@@ -168,22 +171,41 @@ def receiver_settle(rx: Record, t_ps: int) -> None:
     settle_before(rx, t_ps + 1)
 
 
+@helper
+def note_going_back(rx: Record, lines: int) -> None:
+    """Note that ``lines`` go back to what the filter still holds."""
+    rx.filtered += 1
+    if lines & 1:
+        rx.dipped_a_ps = rx.changed_a_ps
+    if lines & 2:
+        rx.dipped_b_ps = rx.changed_b_ps
+
+
+@helper
+def end_of_dip(rx: Record, t_ps: int, changed_ps: int, dipped_ps: int) -> int:
+    """Return since when a line has its level: where no tick fell into the dip before ``t_ps``, since before it."""
+    return dipped_ps if first_tick(rx, changed_ps) == first_tick(rx, t_ps) else t_ps
+
+
 @step
 def receiver_edge(rx: Record, t_ps: int, ab: int) -> None:
     """Take the levels ``ab`` from ``t_ps`` on; times never decrease, and ``ab`` differs from the levels before."""
     settle_before(rx, t_ps)
     change = rx.raw ^ ab
-    if change & (rx.raw ^ rx.accepted):
-        rx.filtered += 1  # the line goes back to what the filter still holds
+    back = change & (rx.raw ^ rx.accepted)
+    if back:
+        note_going_back(rx, back)
     separation_ps = t_ps - rx.last_ps
     if separation_ps < rx.min_separation_ps:
         rx.min_separation_ps = separation_ps
     rx.last_ps = t_ps
     rx.raw = ab
     if change & 1:
-        rx.changed_a_ps = t_ps
+        soon = t_ps - rx.changed_a_ps < rx.unseen_ps and not back & 1
+        rx.changed_a_ps = end_of_dip(rx, t_ps, rx.changed_a_ps, rx.dipped_a_ps) if soon else t_ps
     if change & 2:
-        rx.changed_b_ps = t_ps
+        soon = t_ps - rx.changed_b_ps < rx.unseen_ps and not back & 2
+        rx.changed_b_ps = end_of_dip(rx, t_ps, rx.changed_b_ps, rx.dipped_b_ps) if soon else t_ps
     if rx.samples == 0:
         accept(rx, t_ps, ab)
 

@@ -107,6 +107,7 @@ class ReceiverSettings:
         state.clock_hz = self.clock_hz
         state.tick_num, state.tick_den = self._period
         state.ticks_per_ps = self.clock_hz / 1e12
+        state.unseen_ps = -(-state.tick_num // state.tick_den) if self.filter_samples else 0
         state.sure_ps = self.delay_ps
         state.multiplication = self.multiplication.value
         state.policy = {"ignore": _kernels.IGNORE, "fault": _kernels.FAULT, "guess": _kernels.GUESS}[
