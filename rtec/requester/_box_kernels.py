@@ -96,7 +96,7 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
                 b.accepted = completed
                 b.state = RUNNING
                 b.status = OK
-        elif b.state == RUNNING:
+        elif b.state == RUNNING and not flags & GO_HOME:  # a command, with no total to believe
             if b.probing == 1:
                 b.status = STATUS_PROBING
             elif b.switch_on == 0:
