@@ -34,21 +34,6 @@ MAILBOX = np.dtype(
 
 
 @step
-def post(m: Record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
-    """Send a message at ``t_ps``."""
-    if m.waiting == SLOTS:
-        m.lost += 1
-        return
-    slot = (m.first + m.waiting) % SLOTS
-    m.arrives_ps[slot] = t_ps + m.latency_ps
-    m.w0[slot] = w0
-    m.w1[slot] = w1
-    m.w2[slot] = w2
-    m.w3[slot] = w3
-    m.waiting += 1
-
-
-@step
 def deliver(m: Record, t_ps: int) -> None:
     """Deliver what has arrived by ``t_ps``; the latest message stands in ``word0`` .. ``word3``."""
     while m.waiting > 0 and m.arrives_ps[m.first] <= t_ps:
@@ -61,6 +46,23 @@ def deliver(m: Record, t_ps: int) -> None:
         m.delivered_ps = m.arrives_ps[slot]
         m.first = (slot + 1) % SLOTS
         m.waiting -= 1
+
+
+@step
+def post(m: Record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
+    """Send a message at ``t_ps``."""
+    if m.waiting == SLOTS:
+        deliver(m, t_ps)  # what has arrived waits no longer, read or not
+    if m.waiting == SLOTS:
+        m.lost += 1
+        return
+    slot = (m.first + m.waiting) % SLOTS
+    m.arrives_ps[slot] = t_ps + m.latency_ps
+    m.w0[slot] = w0
+    m.w1[slot] = w1
+    m.w2[slot] = w2
+    m.w3[slot] = w3
+    m.waiting += 1
 
 
 @step
