@@ -89,6 +89,8 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
         p.next_ps = t_ps + p.retry_ps
         return False
     p.slot_ps += p.period_ps
+    if p.slot_ps <= t_ps:  # the words were not valid for longer than a period
+        p.slot_ps += ((t_ps - p.slot_ps) // p.period_ps + 1) * p.period_ps
     p.next_ps = p.slot_ps
     p.completed = up.word1
     p.accepted = up.word2
