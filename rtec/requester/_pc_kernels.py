@@ -128,7 +128,9 @@ def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     p.beyond_word = abs(p.target - goal)
     p.beyond_word_max = max(p.beyond_word_max, p.beyond_word)
     flags = PROBING if p.probing == 1 else 0
-    if p.probing == 0 and (p.status == I_DONT_BELIEVE_YOU or (p.accepted == p.sent and p.status == OK)):
+    sampled = p.accepted == p.sent and p.status == OK
+    doubted = p.status == I_DONT_BELIEVE_YOU and p.unsampled == 0 and abs(p.sent - p.accepted) > p.window
+    if p.probing == 0 and (sampled or doubted):
         if p.large_meant == 1:
             p.sent = goal
             if abs(goal - p.accepted) > p.window:
