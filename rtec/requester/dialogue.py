@@ -118,6 +118,8 @@ class PcSide:
         self._down = new_record(MAILBOX)
         self._up = new_record(MAILBOX)
         number_within("count_mm", count_mm, 1e-9, 1e3, unit="mm")
+        whole_within("step_counts", step_counts, 1, 1 << 20)
+        whole_within("word_limit", word_limit, 0, 1 << 30)
         conversation.fill_pc(self._pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
         _pc_kernels.reset(self._pc, 0)
         self._now_ps = 0
