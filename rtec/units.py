@@ -43,6 +43,7 @@ SPEED = Kind("speed", "mm/s", "50 inch/min, 7 m/min, 20 mm/s")
 ACCELERATION = Kind("acceleration", "mm/s^2", "500 mm/s^2, 0.5 m/s^2")
 JERK = Kind("jerk", "mm/s^3", "5000 mm/s^3, 5 m/s^3")
 ANGLE = Kind("angle", "deg", "10deg, 0.1 rad")
+SHARE = Kind("share", "percent", "2 %, 2 percent")
 RATE = Kind("rate", "1/s", "16.7 1/s, 1000 1/min")
 
 

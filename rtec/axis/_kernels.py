@@ -17,6 +17,8 @@ from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import NEVER, level_of_state
 
 PS_PER_S = 1_000_000_000_000
+GLITCH_SEED = 0x5DEECE66D
+"""Makes the draws of glitches independent of those of jitter."""
 
 ENCODER = np.dtype(
     [
@@ -77,6 +79,13 @@ def draw(seed: int, serial: int) -> int:
 
 
 @step
+def jitter(seed: int, serial: int, bound_ps: int) -> int:
+    """Return the jitter of edge number ``serial``: the difference of two uniform draws, so triangular in its bound."""
+    bits = draw(seed, serial)
+    return (((bits & 0x7FFFFFFF) - (bits >> 32)) * bound_ps) >> 31
+
+
+@step
 def encoder_level(e: Record) -> int:
     """Return the levels at the encoder's output."""
     level = level_of_state((e.count + e.home) & 3)
@@ -97,18 +106,15 @@ def line_position(e: Record, k: int) -> float:
 def emit(e: Record, crossing_ps: int, sign: int) -> int:
     """Cross one line at ``crossing_ps`` in the direction ``sign``; return the time of the edge, jitter included.
 
-    The jitter is the difference of two uniform draws times half the bound's range, so triangular within its bound.
     Edges keep their order: an encoder's disc carries both tracks, and a line cannot overtake the one before it.
     """
     e.serial += 1
     e.count += sign
     t_ps = crossing_ps
-    if e.jitter_ps > 0 or e.glitch_level > 0:
-        bits = draw(e.seed, e.serial)
-        up = (bits >> 16) & 0x3FFFFF
-        down = (bits >> 38) & 0x3FFFFF
-        t_ps += ((up - down) * e.jitter_ps) >> 22
-        if (bits & 0xFFFF) < e.glitch_level and e.glitch_next_ps == NEVER and e.last_ps > -NEVER:
+    t_ps += jitter(e.seed, e.serial, e.jitter_ps)
+    if e.glitch_level > 0 and e.glitch_next_ps == NEVER and e.last_ps > -NEVER:
+        bits = draw(e.seed ^ GLITCH_SEED, e.serial)
+        if (bits & 0xFFFF) < e.glitch_level:
             e.glitch_mask = 1 + ((bits >> 60) & 1)
             # somewhere in the next interval, if that is about as long as the last one
             e.glitch_next_ps = t_ps + 1 + (((t_ps - e.last_ps) >> 4) * ((bits >> 56) & 15))
@@ -297,6 +303,11 @@ def trace_edges(
                     break
                 out_levels[n] = encoder_level(e)
                 n += 1
+    while e.glitch_next_ps < NEVER:  # after the motion
+        out_ps[n] = max(glitch_toggle(e), e.last_ps + 1)
+        e.last_ps = out_ps[n]
+        out_levels[n] = encoder_level(e)
+        n += 1
     return n, start_ps.size
 
 
@@ -327,6 +338,11 @@ def level_now(e: Record) -> int:
 
 
 @kernel
-def reset(e: Record, count: int) -> None:
-    """Stand still at ``count``."""
+def reset_at(e: Record, x: float) -> None:
+    """Stand still at position ``x``, in counts, between the two lines around it."""
+    count = int(math.floor(x + 0.5))
+    while line_position(e, count) > x:
+        count -= 1
+    while line_position(e, count + 1) <= x:
+        count += 1
     encoder_reset(e, count)
