@@ -115,17 +115,21 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
     if unit not in UNITS:
         raise ArgumentError(top.where("unit"), repr(unit), ", ".join(UNITS))
     axis_error = _predictor(parts["axis"], "error", folder, None)
+    model = _predictor(parts["predictor"], "model", folder, axis_error)
     try:
+        plan = _plan(parts["program"])
+        _check_range(parts["program"], plan, "the axis's error", axis_error)
+        _check_range(parts["program"], plan, "the predictor", model)
         return Study(
             name=_plain_name(top),
             title=top.text("title"),
             unit=unit,
             axis_error=axis_error,
-            model=_predictor(parts["predictor"], "model", folder, axis_error),
+            model=model,
             **_axis(parts["axis"]),
             encoder=_encoder(parts["encoder"]),
             servo=_servo(parts["servo"], parts["axis"]),
-            plan=_plan(parts["program"]),
+            plan=plan,
             **_laser(parts["laser"]),
             **_controller(parts["controller"]),
             **_box(parts["box"]),
@@ -217,6 +221,16 @@ def _plan(section: Section) -> MeasuringPlan:
         feed_inch_min=round(section.quantity("feed", SPEED) * 60.0 / MM_PER_INCH, 9),
         axis=MachineAxis(maximum_inch=max(41.0, inch["end"] + inch["overshoot"])),
     )
+
+
+def _check_range(section: Section, plan: MeasuringPlan, what: str, predictor: Predictor) -> None:
+    """Refuse targets outside a predictor's range; overshoots may lie outside, there it is held."""
+    low, high = (end / MM_PER_INCH for end in predictor.range_mm)
+    for key, inch in (("start", plan.start_inch), ("end", plan.end_inch)):
+        if not low - 1e-9 <= inch <= high + 1e-9:
+            raise ArgumentError(
+                section.where(key), f"{inch:g} inch", f"{low:g} to {high:g} inch, the range of {what}"
+            )
 
 
 def _laser(section: Section) -> dict[str, Any]:
