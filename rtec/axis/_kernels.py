@@ -80,7 +80,7 @@ def draw(seed: int, serial: int) -> int:
 
 @step
 def jitter(seed: int, serial: int, bound_ps: int) -> int:
-    """Return the jitter of edge number ``serial``: the difference of two uniform draws, so triangular in its bound."""
+    """Return the jitter of edge number ``serial``: the difference of two uniform draws, triangular in its bound."""
     bits = draw(seed, serial)
     return (((bits & 0x7FFFFFFF) - (bits >> 32)) * bound_ps) >> 31
 

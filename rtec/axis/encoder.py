@@ -13,7 +13,7 @@ from rtec.axis import _kernels
 from rtec.axis.profile import MotionSegments
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
-from rtec.signal import EdgeStream
+from rtec.signal import EdgeStream, LevelStream, count_deltas
 
 MIN_LINE_SPACING_COUNTS = 0.05
 """Neighbouring lines may come so close, not closer: beyond, A and B would change places."""
@@ -141,6 +141,10 @@ class Encoder:
         whole_within("index_counts", self.index_counts, -1, 1 << 40)
         whole_within("home_state", self.home_state, 0, 3)
         whole_within("seed", self.seed, 0, (1 << 62) - 1)
+        if self.index_counts < 0 and not self.counts_per_rev:
+            raise ArgumentError(
+                "index_counts", self.index_counts, "0 or more for a linear scale", "set counts_per_rev"
+            )
         eccentric = self.imperfections.eccentricity_counts
         if eccentric and not self.counts_per_rev:
             raise ArgumentError("eccentricity_counts", eccentric, "0 for a linear scale", "set counts_per_rev")
@@ -225,6 +229,36 @@ class Encoder:
         levels = np.concatenate([chunk.levels for chunk in chunks])
         return EdgeStream(times, levels, initial=chunks[0].initial)
 
+    def index_pulses(self, edges: EdgeStream, *, from_count: int = 0) -> LevelStream:
+        """Return the index signal Z that goes with ``edges``: high while the count is a multiple of the index's.
+
+        Parameters
+        ----------
+        edges
+            Edges of this encoder without glitches, which its index does not have.
+        from_count
+            Count before the first edge.
+
+        Raises
+        ------
+        ArgumentError
+            An encoder without index.
+
+        Examples
+        --------
+        >>> disc = Encoder(counts_per_rev=8, index_counts=-1)
+        >>> turning = EdgeStream([10, 20, 30, 40, 50, 60, 70, 80, 90], [1, 3, 2, 0, 1, 3, 2, 0, 1], initial=0)
+        >>> disc.index_pulses(turning).times_ps
+        array([10, 80, 90])
+        """
+        every = self.counts_per_rev if self.index_counts < 0 else self.index_counts
+        if not every:
+            raise ArgumentError("index_counts", self.index_counts, "an encoder with an index", "set index_counts")
+        deltas = count_deltas(edges.levels, edges.initial).astype(np.int64)
+        counts = from_count + np.concatenate(([0], np.cumsum(deltas)))
+        high = counts % every == 0
+        return LevelStream(edges.times_ps[high[1:] != high[:-1]], initial=int(high[0]))
+
     def edge_chunks(self, motion: MotionSegments) -> Iterator[EdgeStream]:
         """Yield the same edges in chunks of bounded memory; at least one, empty where nothing moves."""
         state = new_record(_kernels.ENCODER)
@@ -237,7 +271,7 @@ class Encoder:
         span_s = motion.duration_ps / 1e12
         longest = np.abs(v0) * span_s + np.abs(a0) * span_s**2 / 2 + np.abs(j0) * span_s**3 / 6
         room = max(_CHUNK_EDGES, int(3 * longest.max(initial=0.0)) + 64)
-        _kernels.reset(state, math.floor(x0[0] + 0.5) if x0.size else 0)
+        _kernels.reset_at(state, x0[0] if x0.size else motion.end_mm * per_mm)
         first = 0
         level = int(_kernels.level_now(state))
         while True:

@@ -71,7 +71,9 @@ class Section:
         known = [*default, *optional]
         for key in given:
             if key not in known:
-                raise FileFormatError(path, None, f"unknown key {self._dotted(name, key)!r}", nearest(key, known))
+                hint = nearest(key, known)
+                allowed = hint if hint.startswith("known") else f"{', '.join(known)}; {hint}"
+                raise FileFormatError(path, None, f"unknown key {self._dotted(name, key)[:80]!r}", allowed)
         self._path, self._name = path, name
         self._values = {**default, **given}
 
