@@ -52,11 +52,12 @@ def _frame(
 def application() -> typer.Typer:
     """Return the command line with all its verbs, in the order in which help lists them."""
     from rtec.cli.iso230 import iso230  # noqa: PLC0415 - a name of the package would hide the module
+    from rtec.cli.run import run  # noqa: PLC0415 - as above
     from rtec.cli.simulate import simulate  # noqa: PLC0415 - as above
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
-    for verb in (simulate, iso230):
+    for verb in (run, simulate, iso230):
         app.command(verb.__name__)(verb)
     return app
 

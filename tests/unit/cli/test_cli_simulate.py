@@ -179,7 +179,7 @@ def test_gate_can_be_switched_off(monkeypatch):
     ("changes", "option", "says"),
     [
         ({"design": "d"}, "--design", "original, a, b, c"),
-        ({"design": "orginal"}, "--design", "did you mean 'original'?"),
+        ({"design": "orig"}, "--design", "did you mean 'original'?"),
         ({"timing": "8052"}, "--timing", "did you mean '8051'?"),
         ({"direction": "up"}, "--direction", "+, -"),
         ({"sign": "1"}, "--sign", "+, -"),
