@@ -1,0 +1,174 @@
+"""How the rows look everywhere: one name, colour and marker each, and lengths in the study's unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rtec.errors import ArgumentError, nearest
+from rtec.units import MM_PER_INCH
+
+MISSING = "–"
+"""Stands where a figure is not defined."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """Name, colour and marker of one way of correcting, the same in every figure and table.
+
+    The colours are those of Okabe and Ito (2008), told apart by colour-blind readers and in grey print.
+    """
+
+    label: str
+    colour: str
+    ink: str
+    """A darker shade of the colour, for words on white."""
+    marker: str
+
+
+_LOOKS = {
+    "uncompensated": Look(label="Uncompensated", colour="#4d4d4d", ink="#3a3a3a", marker="o"),
+    "table": Look(label="Controller's own table", colour="#cc79a7", ink="#a0457a", marker="X"),
+    "original": Look(label="Original", colour="#d55e00", ink="#b34e00", marker="s"),
+    "a": Look(label="Design A", colour="#e69f00", ink="#8f6200", marker="D"),
+    "b": Look(label="Design B", colour="#0072b2", ink="#005f94", marker="v"),
+    "c": Look(label="Design C", colour="#009e73", ink="#00734f", marker="^"),
+}
+
+
+def look_of(name: str) -> Look:
+    """Return the look of a row; one that is not known is grey and carries its own name.
+
+    Examples
+    --------
+    >>> look_of("b").label, look_of("mine").label
+    ('Design B', 'mine')
+    """
+    # figures know one font: what it cannot show would be boxes and warnings
+    known = "".join(sign if sign.isascii() and sign.isalnum() else "_" for sign in name[:20])
+    return _LOOKS.get(name) or Look(label=known or "_", colour="#7f7f7f", ink="#5f5f5f", marker="P")
+
+
+def is_design(name: str) -> bool:
+    """Return whether a row is one of the box's designs.
+
+    Examples
+    --------
+    >>> is_design("original"), is_design("table")
+    (True, False)
+    """
+    return name not in ("uncompensated", "table")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scale:
+    """Turns lengths, positions and feeds of the inside into the study's unit.
+
+    Parameters
+    ----------
+    unit
+        ``um``, ``mm`` or ``inch``, as in headings of files.
+    symbol
+        The same for readers.
+    per_mm
+        Units in one millimetre.
+    decimals
+        Digits behind the point that a reading deserves: a tenth of a micrometre.
+    position_unit, position_per_mm
+        Of positions along the axis.
+    feed_unit, feed_per_mm_s
+        Of feeds.
+
+    Examples
+    --------
+    >>> scale_of("um").text(0.12992), scale_of("inch").text(0.1293), scale_of("mm").text(None)
+    ('129.9', '0.005091', '–')
+    >>> scale_of("inch").with_unit(0.0254), scale_of("um").feed(25.4)
+    ('0.001000 inch', '1524 mm/min')
+    """
+
+    unit: str
+    symbol: str
+    per_mm: float
+    decimals: int
+    position_unit: str
+    position_per_mm: float
+    feed_unit: str
+    feed_per_mm_s: float
+
+    def text(self, value_mm: float | None) -> str:
+        """Return a length as a number, or a dash where there is none."""
+        if value_mm is None or not math.isfinite(value_mm):
+            return MISSING
+        return f"{round(value_mm * self.per_mm, self.decimals) + 0.0:.{self.decimals}f}"
+
+    def with_unit(self, value_mm: float | None) -> str:
+        """Return a length with its unit."""
+        text = self.text(value_mm)
+        return text if text == MISSING else f"{text} {self.symbol}"
+
+    def feed(self, feed_mm_s: float) -> str:
+        """Return a feed with its unit."""
+        if math.isnan(feed_mm_s):
+            return MISSING
+        if math.isinf(feed_mm_s):
+            return "any feed"
+        return f"{feed_mm_s * self.feed_per_mm_s:.4g} {self.feed_unit}"
+
+
+_SCALES = {
+    "um": ("µm", 1000.0, 1, "mm", 1.0, "mm/min", 60.0),
+    "mm": ("mm", 1.0, 4, "mm", 1.0, "mm/min", 60.0),
+    "inch": ("inch", 1.0 / MM_PER_INCH, 6, "inch", 1.0 / MM_PER_INCH, "inch/min", 60.0 / MM_PER_INCH),
+}
+
+
+def scale_of(unit: str) -> Scale:
+    """Return the scale of a study's unit.
+
+    Raises
+    ------
+    ArgumentError
+        A unit other than ``um``, ``mm`` and ``inch``.
+    """
+    if unit not in _SCALES:
+        raise ArgumentError("unit", repr(unit)[:60], ", ".join(_SCALES), nearest(unit[:60], _SCALES))
+    symbol, per_mm, decimals, position_unit, position_per_mm, feed_unit, feed_per_mm_s = _SCALES[unit]
+    return Scale(
+        unit=unit,
+        symbol=symbol,
+        per_mm=per_mm,
+        decimals=decimals,
+        position_unit=position_unit,
+        position_per_mm=position_per_mm,
+        feed_unit=feed_unit,
+        feed_per_mm_s=feed_per_mm_s,
+    )
+
+
+def number(value: float, digits: int = 4) -> str:
+    r"""Return a whole number with thin gaps between thousands, or any other with so many digits.
+
+    Examples
+    --------
+    >>> number(131186).replace("\u202f", " "), number(0.25), number(float("nan"))
+    ('131 186', '0.25', '–')
+    """
+    if not math.isfinite(value):
+        return MISSING
+    if float(value).is_integer() and abs(value) < 1e15:
+        return f"{int(value):,}".replace(",", "\u202f")
+    return f"{value:.{digits}g}"
+
+
+def joined(words: Iterable[str]) -> str:
+    """Return words as a list in a sentence.
+
+    Examples
+    --------
+    >>> joined(["A", "B", "C"]), joined(["A"])
+    ('A, B and C', 'A')
+    """
+    parts = list(words)
+    return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else ""

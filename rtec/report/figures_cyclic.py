@@ -1,0 +1,86 @@
+"""A zoom on the cyclic error, and what the designs leave of it within one turn of the screw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rtec.report.appearance import Scale, look_of
+from rtec.report.figures_style import GUIDE, new_figure
+from rtec.report.results import StudyResult, StudyRow
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_TURNS = 10
+"""Turns of the screw that the zoom shows."""
+_MIDDLE = 0.5
+"""Share of the travel at which the zoom begins."""
+
+
+def cyclic_figure(result: StudyResult, scale: Scale) -> Figure | None:
+    """Return the zoom on the true curves, and the residuals folded on one turn; None where no period is known."""
+    period = result.period_mm
+    if period is None or not period > 0 or result.position_mm.size < 2:
+        return None
+    after = [row for row in result.rows if row.name != "uncompensated"]
+    figure = new_figure(6.6 if after else 3.6)
+    grid = figure.add_gridspec(2 if after else 1, 2, height_ratios=[1.25, 1.0] if after else None)
+    zoom = figure.add_subplot(grid[0, :])
+    _zoom(zoom, result, period, scale)
+    if after:
+        forward = figure.add_subplot(grid[1, 0])
+        reverse = figure.add_subplot(grid[1, 1], sharey=forward)
+        _folded(forward, after, period, scale, sign=1)
+        _folded(reverse, after, period, scale, sign=-1)
+        forward.set_ylabel(f"mean residual ({scale.symbol})")
+        reverse.tick_params(labelleft=False)
+        handles, labels = forward.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(after))
+    return figure
+
+
+def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
+    """Draw the true error of both directions over some turns, with the readings of the axis as it is."""
+    position = result.position_mm
+    span = min(_TURNS * period, float(np.ptp(position)))
+    begin = position[0] + _MIDDLE * max(float(np.ptp(position)) - span, 0.0)
+    begin = np.floor(begin / period) * period if np.ptp(position) > span else begin
+    inside = (position >= begin - 1e-9) & (position <= begin + span + 1e-9)
+    look = look_of("uncompensated")
+    lines = (("forward", result.forward_error_mm, "-"), ("reverse", result.reverse_error_mm, (0, (4, 2))))
+    for label, error, line in lines:
+        axes.plot(position[inside] * scale.position_per_mm, error[inside] * scale.per_mm, color=look.colour,
+                  linestyle=line)  # fmt: skip
+        axes.annotate(label, (position[inside][-1] * scale.position_per_mm, error[inside][-1] * scale.per_mm), (4, 0),
+                      textcoords="offset points", va="center", color=look.colour)  # fmt: skip
+    for turn in np.arange(np.ceil(begin / period), np.floor((begin + span) / period) + 0.5) * period:
+        axes.axvline(turn * scale.position_per_mm, color=GUIDE, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
+    for row in result.rows:
+        if row.name == "uncompensated":
+            reading = row.readings
+            near = (reading.target_mm >= begin) & (reading.target_mm <= begin + span)
+            axes.plot(reading.target_mm[near] * scale.position_per_mm, reading.deviation_mm[near] * scale.per_mm,
+                      linestyle="none", marker="o", markersize=3.0, color=look.colour, alpha=0.6)  # fmt: skip
+    axes.grid(visible=False, axis="x")
+    axes.set_xlim(begin * scale.position_per_mm, (begin + span) * scale.position_per_mm)
+    axes.set_ylabel(f"error ({scale.symbol})")
+    axes.set_xlabel(f"position ({scale.position_unit})")
+    axes.set_title(f"Before: true error (lines) and readings (dots); dotted: each turn of the screw, "
+                   f"{period * scale.position_per_mm:g} {scale.position_unit}")  # fmt: skip
+
+
+def _folded(axes: Axes, rows: list[StudyRow], period: float, scale: Scale, *, sign: int) -> None:
+    """Draw the mean residual of each target against its phase within a turn."""
+    for row in rows:
+        look, at = look_of(row.name), row.figures.at_targets
+        mean = at.mean_forward if sign > 0 else at.mean_backward
+        phase = np.mod(at.target + 1e-9, period) / period
+        axes.plot(phase, mean * scale.per_mm, linestyle="none", marker=look.marker, markersize=3.6, alpha=0.8,
+                  color=look.colour, markeredgewidth=0.0, label=look.label)  # fmt: skip
+    axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_xlabel("share of a turn of the screw")
+    axes.set_title(f"After, {'forward' if sign > 0 else 'reverse'}: mean of each target")

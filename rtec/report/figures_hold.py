@@ -1,0 +1,62 @@
+"""An axis held at one position while its error grows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rtec.report.appearance import Scale, look_of
+from rtec.report.figures_style import GUIDE, guide, legend_above, new_figure
+from rtec.report.results import HoldCurve, StudyResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_STATE_LINES = ("-", (0, (5, 2)), (0, (2, 2)), (0, (1, 1)))
+_POINTS = 2000
+"""Beyond so many points a curve is thinned by keeping the lowest and the highest of each stretch."""
+
+
+def hold_figure(result: StudyResult, scale: Scale) -> Figure | None:
+    """Return what is left of the growth against time, all designs in one panel."""
+    curves = [curve for curve in result.hold_curves if curve.time_s.size]
+    if not curves:
+        return None
+    figure = new_figure(3.9)
+    axes = figure.add_subplot()
+    several = len({curve.name for curve in curves}) < len(curves)
+    for index, curve in enumerate(curves):
+        _curve(axes, curve, scale, index, several=several)
+    axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
+    guide(axes, y=result.hold_growth_mm * scale.per_mm, text="growth in the end", colour="#6a6a6a")
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(f"deviation ({scale.symbol})")
+    axes.margins(x=0.01)
+    legend_above(figure, axes, 2 if len(curves) <= 4 else 3)
+    return figure
+
+
+def _curve(axes: Axes, curve: HoldCurve, scale: Scale, index: int, *, several: bool) -> None:
+    look = look_of(curve.name)
+    time, deviation = _thinned(curve)
+    axes.plot(time, deviation * scale.per_mm, color=look.colour, linewidth=1.3 + 1.4 * (index == 0),
+              linestyle=_STATE_LINES[curve.state % 4] if several else "-",
+              label=f"{look.label}, state {curve.state + 1}: {curve.corrections_inserted} inserted, "
+                    f"{curve.corrections_pending} pending")  # fmt: skip
+
+
+def _thinned(curve: HoldCurve) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curve with at most about twice ``_POINTS`` points, its extremes kept."""
+    size = curve.time_s.size
+    if size <= 2 * _POINTS:
+        return curve.time_s, curve.deviation_mm
+    starts = np.arange(0, size, -(-size // _POINTS))
+    stops = np.append(starts[1:], size)
+    keep = [
+        index
+        for start, stop in zip(starts, stops, strict=True)
+        for index in sorted({start + int(pick(curve.deviation_mm[start:stop])) for pick in (np.argmin, np.argmax)})
+    ]
+    return curve.time_s[keep], curve.deviation_mm[keep]

@@ -1,0 +1,110 @@
+"""The common style of all figures, and how a figure becomes files.
+
+Figures are made through matplotlib's objects, never through ``pyplot``: no global figure, no window. Settings of the
+user's own do not reach them, and the same results give the same bytes.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH_INCH = 10.0
+"""Width of every figure: that of the page."""
+DPI = 150
+GUIDE = "#b0b0b0"
+"""Colour of guide lines."""
+INK = "#222222"
+ALARM = "#c1121f"
+
+_FAMILIES = (
+    "axes", "errorbar", "figure", "font", "grid", "hatch", "image", "legend", "lines", "markers", "mathtext",
+    "patch", "path", "savefig", "scatter", "svg", "text", "xaxis", "xtick", "yaxis", "ytick",
+)  # fmt: skip
+_STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#888888",
+    "axes.grid": True,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.5,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10.0,
+    "figure.facecolor": "white",
+    "font.size": 9.0,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "legend.fontsize": 9.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "rtec",
+    "text.color": INK,
+    "xtick.color": "#555555",
+    "xtick.labelcolor": INK,
+    "ytick.color": "#555555",
+    "ytick.labelcolor": INK,
+}
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Let figures be drawn in the report's style, whatever the user's own settings are."""
+    import matplotlib as mpl  # noqa: PLC0415 - half a second, needed only where something is drawn
+
+    with mpl.rc_context():
+        defaults: dict[Any, Any] = dict(mpl.rcParamsDefault)
+        own = {key: value for key, value in defaults.items() if key.split(".")[0] in _FAMILIES}
+        mpl.rcParams.update(own | _STYLE)
+        yield
+
+
+def new_figure(height_inch: float) -> Figure:
+    """Return an empty figure of the page's width."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 - as above
+
+    return Figure(figsize=(WIDTH_INCH, height_inch), layout="constrained")
+
+
+def as_svg(figure: Figure) -> bytes:
+    """Return the figure as SVG, the same bytes for the same figure."""
+    file = io.BytesIO()
+    figure.savefig(file, format="svg", metadata={"Date": None, "Creator": "rtec"}, dpi=2 * DPI)
+    return file.getvalue()
+
+
+def as_png(figure: Figure) -> bytes:
+    """Return the figure as PNG of 150 dots an inch."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", metadata={"Software": None}, dpi=DPI)
+    return file.getvalue()
+
+
+def legend_above(figure: Figure, axes: Axes, columns: int) -> None:
+    """Put the legend of ``axes`` above everything, where it covers no data."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside upper left", ncols=columns)
+
+
+def guide(axes: Axes, *, x: float | None = None, y: float | None = None, text: str = "", colour: str = GUIDE) -> None:
+    """Draw a thin line across the axes, with a word at its upper or right end."""
+    from matplotlib.transforms import blended_transform_factory as blended  # noqa: PLC0415 - as above
+
+    if x is not None:
+        axes.axvline(x, color=colour, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+        place = blended(axes.transData, axes.transAxes)
+        axes.annotate(text, (x, 1.0), (-3, -2), xycoords=place, textcoords="offset points", color=colour,
+                      rotation=90, ha="right", va="top", fontsize=8.5)  # fmt: skip
+    if y is not None:
+        axes.axhline(y, color=colour, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+        place = blended(axes.transAxes, axes.transData)
+        axes.annotate(text, (1.0, y), (-2, 3), xycoords=place, textcoords="offset points", color=colour,
+                      ha="right", va="bottom", fontsize=8.5)  # fmt: skip

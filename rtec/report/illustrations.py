@@ -1,0 +1,168 @@
+"""The figures of a report in their order, each with a caption that says what to see."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rtec.report import (
+    figures_cyclic,
+    figures_feed,
+    figures_hold,
+    figures_positioning,
+    figures_residual,
+    figures_summary,
+    figures_waveform,
+)
+from rtec.report.appearance import Scale, joined, look_of
+from rtec.report.figures_style import as_png, as_svg, figure_style
+from rtec.report.results import StudyResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Illustration:
+    """A figure that is ready for the page and for files.
+
+    Parameters
+    ----------
+    name
+        File name without ending; also the anchor on the page.
+    title, caption
+        For the reader.
+    svg, png
+        The figure.
+    """
+
+    name: str
+    title: str
+    caption: str
+    svg: bytes
+    png: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plate:
+    name: str
+    title: str
+    caption: Callable[[StudyResult, Scale], str]
+    draw: Callable[[StudyResult, Scale], Figure | None]
+
+
+def illustrations(result: StudyResult, scale: Scale) -> list[Illustration]:
+    """Draw the figures for which the study has results."""
+    drawn = []
+    with figure_style():
+        for plate in _PLATES:
+            figure = plate.draw(result, scale)
+            if figure is not None:
+                drawn.append(
+                    Illustration(
+                        name=plate.name,
+                        title=plate.title,
+                        caption=plate.caption(result, scale),
+                        svg=as_svg(figure),
+                        png=as_png(figure),
+                    )
+                )
+    return drawn
+
+
+def _summary(result: StudyResult, scale: Scale) -> str:
+    return (
+        "Each group of bars is one figure of the table, each colour one way of correcting; the colours are the same "
+        f"in all figures. The scale is logarithmic: from one labelled line to the next the error ({scale.symbol}) "
+        "falls to a tenth, and the lower end of the bars means nothing."
+    )
+
+
+def _positioning(result: StudyResult, scale: Scale) -> str:
+    text = (
+        "The bidirectional plot of ISO 230-2. Each marker is the mean of all runs at one target, approached forward "
+        "(▲, solid) or in reverse (▽, dashed); the band is two standard deviations to either side. The distance "
+        "between the two lines is the reversal error; the height of everything with its bands is A. The panels "
+        "below the first have their own scale, far finer than that of the first one."
+    )
+    if result.period_mm is not None:
+        text += (
+            " The slow waves of the first panel are the cyclic error of the screw, met at another phase by each "
+            "target: joined by lines it looks longer than it is. The next figure shows its true shape."
+        )
+    return text
+
+
+def _cyclic(result: StudyResult, scale: Scale) -> str:
+    period = (result.period_mm or 0.0) * scale.position_per_mm
+    return (
+        f"Above, ten turns of the screw ({period:g} {scale.position_unit} each) from the middle of the travel: the "
+        "error repeats with every turn, and in reverse with another shape. A correction that depends on the "
+        "direction has to follow both. Below, the means of all targets of the table and the designs, laid over one "
+        "turn: what is left is scattered by the rounding to whole steps, and a pattern that repeats would show here."
+    )
+
+
+def _feed(result: StudyResult, scale: Scale) -> str:
+    limits = joined(
+        f"{look_of(curve.name).label} {scale.feed(curve.follows_up_to_mm_s)}"
+        for curve in result.feed_curves
+        if math.isfinite(curve.follows_up_to_mm_s)
+    )
+    text = (
+        "The true position less the one that the controller believes in, while the axis moves at constant feed: "
+        "peak to peak (solid) and RMS (dotted). Slow, the finest step is best. The request may change by no more "
+        "than the window between two messages, and so a small step follows a steep error only up to a limited feed "
+        "(dashed lines); beyond it the correction comes late, and the order of the designs turns round."
+    )
+    return text + (f" The limits are: {limits}." if limits else "")
+
+
+def _waveform(result: StudyResult, scale: Scale) -> str:
+    return (
+        "A and B as the encoder sends them, A′ and B′ as the controller sees them, and below each pair the number of "
+        "the state: 1 is 00, 2 is 10, 3 is 11, 4 is 01 (A, B). Forward motion goes through 1, 2, 3, 4; each change "
+        "of state is one count. The changes that the box makes are red. Count the states: between the same real "
+        "edges the controller meets more of them than the encoder has sent, and never skips one, which would be an "
+        "illegal transition. Time counts from the last real edge before the insertion; each panel has its own scale."
+    )
+
+
+def _hold(result: StudyResult, scale: Scale) -> str:
+    return (
+        f"The axis stands still, as on a lathe that turns a cylinder, and grows by "
+        f"{scale.with_unit(result.hold_growth_mm)}. At rest no real edge comes, and insertions just start; each one "
+        "makes the servo pull the axis back by a step. The Original inserts in state 1 only (A and B low): standing "
+        "in another state it is stuck, and its corrections stay pending."
+    )
+
+
+def _residual(result: StudyResult, scale: Scale) -> str:
+    text = (
+        "All readings of each row, counted into bins of one width; the line below each is their range. Equal areas "
+        "mean equal numbers. Rounding to a step alone would give a flat top as wide as the step."
+    )
+    if result.repeatability_mm > 0.0:
+        text += (
+            f" Each reading carries a noise of {result.repeatability_mm * 1000:g} µm (standard deviation), the same "
+            "draws in every row, and so even a perfect correction has a width."
+        )
+    return text
+
+
+_PLATES = (
+    _Plate(name="summary", title="Before and after", caption=_summary, draw=figures_summary.summary_figure),
+    _Plate(
+        name="positioning",
+        title="Positioning error in both directions",
+        caption=_positioning,
+        draw=figures_positioning.positioning_figure,
+    ),
+    _Plate(name="cyclic", title="Cyclic error", caption=_cyclic, draw=figures_cyclic.cyclic_figure),
+    _Plate(name="residual", title="What is left", caption=_residual, draw=figures_residual.residual_figure),
+    _Plate(name="feed", title="Error in motion against feed", caption=_feed, draw=figures_feed.feed_figure),
+    _Plate(name="waveform", title="One insertion", caption=_waveform, draw=figures_waveform.waveform_figure),
+    _Plate(name="hold", title="Axis at rest that grows", caption=_hold, draw=figures_hold.hold_figure),
+)

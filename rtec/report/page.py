@@ -1,0 +1,178 @@
+"""The report as one page of HTML that needs nothing else: style and figures are part of it."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rtec.report.appearance import Scale, is_design, joined, look_of, number
+from rtec.report.illustrations import Illustration
+from rtec.report.results import StudyResult, StudyRow
+from rtec.report.tables import (
+    COUNT_COLUMNS,
+    ISO_COLUMNS,
+    READING_COLUMNS,
+    THESIS_COLUMNS,
+    audit_text,
+    is_good,
+    limit_rows,
+    table_rows,
+)
+
+DEFINITIONS = (
+    ("deviation", "Actual position less target (ISO 230-2), as the laser reads it."),
+    ("mean, s", "Mean and standard deviation (with n − 1) of the readings at one target from one direction."),
+    ("A", "Accuracy: the largest mean + 2s less the smallest mean − 2s, over all targets and both directions."),
+    (
+        "R",
+        "Repeatability: the largest, over the targets, of 2s forward + 2s reverse + |reversal error there|, and of "
+        "4s of either direction.",
+    ),
+    ("E, maximum average error", "Largest less smallest mean, both directions: ISO 230-2 and the thesis agree."),
+    ("M", "Largest less smallest average of both directions' means."),
+    ("B, maximum reversal error", "Largest difference between the means of both directions at one target."),
+    (
+        "maximum repeat",
+        "The thesis names it and does not define it. Here: largest less smallest of all readings at one target, both "
+        "directions, where that is largest.",
+    ),
+    (
+        "cyclic p-p",
+        "Peak to peak of what repeats with each turn of the screw, forward: a fit of a slow trend with the period "
+        "and its multiples to the means.",
+    ),
+    ("RMS, p-p", "Root mean square about zero, and largest less smallest, of all readings."),
+    (
+        "inserted, pending",
+        "Insertions made, of either sign; steps that the prediction asks for and that are not inserted at the end.",
+    ),
+    (
+        "illegal transitions",
+        "Changes of A and B at once, as the controller sees them: it cannot tell their direction.",
+    ),
+    ("messages refused", "Requests that the box did not believe, because they changed by more than the window."),
+    ("too fast for gate", "Moments at which the speed gate put an insertion off to a slower stretch."),
+    (
+        "audit",
+        "At the end and at rest, the controller's count less the true encoder's count must be the completed "
+        "corrections times the step. If it is not, counts were lost or made.",
+    ),
+)
+"""Terms of the page and what they mean."""
+
+NOT_MODELLED = (
+    "The error of the axis is a function of position and direction that stays the same from run to run; the noise of "
+    "a reading is normal and independent. Warming up, wear and load are left out.",
+    "Lost motion is a play between the forward and the reverse curve; the screw does not wind up, and nothing sticks "
+    "and slips.",
+    "The drive is a proportional position loop over a first-order velocity loop, without resonances.",
+    "A and B are ideal levels: no cable, no rise time. The receiver's sampling filter is modelled.",
+    "The timing of the Original is the report's. That of A, B and C follows from the report's words; none of them "
+    "was built.",
+    "Messages between PC and box take their time and are never lost or changed.",
+    "The laser has no error of its own: no air, no dead path, no cosine.",
+)
+"""What a reader must not take for proven."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What came out, in a sentence."""
+
+    text: str
+    good: bool
+
+
+def verdict(result: StudyResult, scale: Scale) -> Verdict:
+    """Return what the best design leaves of the error, and whether every count is accounted for."""
+    bad = [row for row in result.rows if not is_good(row)]
+    if bad:
+        named = "; ".join(f"{look_of(row.name).label} {_failure(row)}" for row in bad)
+        return Verdict(text=f"Not every count is accounted for: {named}.", good=False)
+    before = next((row for row in result.rows if row.name == "uncompensated"), None)
+    designs = [row for row in result.rows if is_design(row.name) and row.figures.max_average_error is not None]
+    if before is None or before.figures.max_average_error is None or not designs:
+        return Verdict(text="Every count is accounted for.", good=True)
+    best = min(designs, key=lambda row: (row.figures.max_average_error or 0.0, row.figures.rms))
+    left, whole = scale.text(best.figures.max_average_error), scale.with_unit(before.figures.max_average_error)
+    pending = joined(look_of(row.name).label for row in designs if row.corrections_pending)
+    tail = f" Corrections are pending at the end in {pending}." if pending else ""
+    return Verdict(
+        text=f"{look_of(best.name).label} leaves {left} of {whole} maximum average error; "
+        f"every count is accounted for.{tail}",
+        good=True,
+    )
+
+
+def _failure(row: StudyRow) -> str:
+    text = audit_text(row)
+    if row.audit:
+        return f"was {text}" if text.startswith("held") else f"ended with a {text}"
+    return f"is {text}" if text.startswith("off") else f"had {text}"
+
+
+def printable(text: str) -> str:
+    r"""Return text of one line without signs that a page cannot show.
+
+    Examples
+    --------
+    >>> printable("z axis\x00\ud800, 1 inch")
+    'z axis��, 1 inch'
+    """
+    return "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(text.split()))
+
+
+def command(study: str) -> str:
+    """Return the words that run a study again."""
+    return "rtec run" if study == "lathe" else "rtec run STUDY.toml"
+
+
+def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustration], files: Sequence[str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    result
+        The study; its name, title, facts and warnings are text of a user and are escaped.
+    scale
+        The study's unit.
+    figures
+        Drawn already.
+    files
+        What lies beside the page, as paths from it.
+    """
+    import jinja2  # noqa: PLC0415 - a tenth of a second, needed only where a report is written
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("rtec.report", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2").render(
+        title=printable(result.title),
+        study=printable(result.study),
+        verdict=verdict(result, scale),
+        scale=scale,
+        rows=table_rows(result, scale),
+        thesis_columns=THESIS_COLUMNS,
+        iso_columns=ISO_COLUMNS,
+        reading_columns=READING_COLUMNS,
+        count_columns=COUNT_COLUMNS,
+        limits=limit_rows(result, scale),
+        largest_error=scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
+        program_feed=scale.feed(result.program_feed_mm_s),
+        figures=[(figure, base64.b64encode(figure.svg).decode("ascii")) for figure in figures],
+        facts=[(printable(label), printable(value)) for label, value in result.facts],
+        warnings=[printable(warning) for warning in result.warnings],
+        definitions=DEFINITIONS,
+        not_modelled=NOT_MODELLED,
+        seed=result.seed,
+        repeatability=f"{result.repeatability_mm * 1000:g} µm",
+        noisy=result.repeatability_mm > 0.0,
+        command=command(result.study),
+        simulated=number(round(sum(row.simulated_s for row in result.rows) / 3600.0, 1)),
+        files=files,
+    )

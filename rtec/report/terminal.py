@@ -1,0 +1,57 @@
+"""The table that ``rtec run`` shows on the terminal."""
+
+from __future__ import annotations
+
+from rich.table import Table
+from rich.text import Text
+
+from rtec.report.appearance import look_of, scale_of
+from rtec.report.results import StudyResult
+from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, table_rows
+
+_TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
+_SHORT = {"uncompensated": "Uncom-\npensated", "table": "Own\ntable"}
+
+
+def terminal_table(result: StudyResult) -> Table:
+    """Return the rows of a study side by side, a line for each figure, failing audits in red.
+
+    It fits 100 columns in any unit. E and B of ISO 230-2 are the thesis's maximum average and reversal error and
+    share their lines.
+
+    Parameters
+    ----------
+    result
+        The study.
+
+    Raises
+    ------
+    ArgumentError
+        A unit that is not known.
+    """
+    scale = scale_of(result.unit)
+    rows = table_rows(result, scale)
+    table = Table(title=Text(result.title), title_justify="left", title_style="bold")
+    table.add_column(scale.symbol, no_wrap=True)
+    for row in result.rows:
+        name = _SHORT.get(row.name) or look_of(row.name).label.replace(" ", "\n", 1)
+        table.add_column(Text(name), justify="right", max_width=11, overflow="fold")
+    for index, length in enumerate(LENGTH_COLUMNS):
+        if length.key in _TWIN:
+            continue
+        twin = next((f" ({iso})" for iso, key in _TWIN.items() if key == length.key), "")
+        table.add_row(length.words + twin, *(row.cells[index].text for row in rows))
+    table.add_section()
+    for index, count in enumerate(COUNT_COLUMNS, len(LENGTH_COLUMNS)):
+        cells = [row.cells[index] for row in rows]
+        table.add_row(count.words, *(Text(cell.text, style="yellow" if cell.alarm else "") for cell in cells))
+    table.add_section()
+    audits = [row.cells[-1] for row in rows]
+    table.add_row(
+        "audit", *(Text(_narrow(cell.text), style="bold red" if cell.alarm else "green") for cell in audits)
+    )
+    return table
+
+
+def _narrow(audit: str) -> str:
+    return audit.replace(" by ", " by\n").replace(" count", "\ncount")
