@@ -1,0 +1,118 @@
+"""The open path's blocks against its step functions: the same run with and without a tape ends in the same state.
+
+A run with a tape takes every edge through the step functions one by one; a run without one passes blocks of edges
+where nothing but counting happens to them.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from rtec.axis import Encoder, Imperfections
+from rtec.controller import ReceiverSettings
+from rtec.errors import ArgumentError
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.machine import OpenPath
+from rtec.machine import _open_kernels as kernels
+
+CYCLES = 601  # 2404 edges: no whole number of blocks
+EDGES = 4 * CYCLES
+SETTLE_PS = 1_000_000
+CACHED = ("reference_ps", "reference_tick")  # where the clock was last looked up, not what it says
+
+FREQUENCIES_HZ = (500e3, 100e3, 333_333.0, 5e3, 20e3, 700e3)
+PHASES_DEG = (0.0, 10.0, -40.0)
+JITTERS_PS = (0, 5_000, 60_000)
+CORRECTIONS = (0, 37, -11)
+FILTERS = (3, 22, 11, 25)
+SWEEP = list(
+    itertools.product(
+        Design, Processor, FREQUENCIES_HZ, PHASES_DEG, JITTERS_PS, (1, -1), CORRECTIONS, FILTERS, RealEdges
+    )
+)
+THINNED = SWEEP[::7]  # coprime to the length of every axis, so that all values and pairs of them come up
+
+
+def open_path(design, processor, frequency_hz, phase_deg, jitter_ps, direction, corrections, samples, real_edges):
+    return OpenPath(
+        injector=InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=real_edges),
+        frequency_hz=frequency_hz,
+        cycles=CYCLES,
+        corrections=corrections,
+        direction=direction,
+        receiver=ReceiverSettings(filter_samples=samples),
+        encoder=Encoder(imperfections=Imperfections(phase_error_deg=phase_deg, jitter_ps=jitter_ps), seed=3),
+    )
+
+
+def blank_tape():
+    room = 16 * EDGES
+    return np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
+
+
+def end_state(path, tape, parts=(EDGES,)):
+    """Run the path, cut into ``parts`` edges, and return when all is settled and what is left in the state."""
+    state = path.state()
+    for edges in parts:
+        kernels.run(state, edges, tape)
+    settled_ps = kernels.finish(state, SETTLE_PS, tape)
+    fields = {"settled_ps": settled_ps, "due": int(state.due)}
+    for part in ("encoder", "injector", "receiver"):
+        stage = getattr(state, part)
+        fields |= {f"{part}.{name}": stage[name].tolist() for name in stage.dtype.names if name not in CACHED}
+    return fields
+
+
+def differences(configurations, parts=(EDGES,)):
+    """Return what differs between the two ways, and how many configurations were run."""
+    wrong, run, tape = [], 0, blank_tape()
+    for configuration in configurations:
+        path = open_path(*configuration)
+        try:
+            path.state()
+        except ArgumentError:  # jitter that would make edges change places
+            continue
+        run += 1
+        tape[2][:] = 0
+        stepped, passed = end_state(path, tape), end_state(path, None, parts)
+        wrong += [
+            (configuration, name, value, passed[name]) for name, value in stepped.items() if value != passed[name]
+        ]
+    return wrong, run
+
+
+def test_blocks_give_what_the_steps_give():
+    wrong, run = differences(THINNED)
+    assert wrong == []
+    assert run > 0.9 * len(THINNED)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("design", Design)
+def test_blocks_give_what_the_steps_give_everywhere(design):
+    wrong, run = differences(configuration for configuration in SWEEP if configuration[0] is design)
+    assert wrong == []
+    assert run > 0.9 * len(SWEEP) / len(Design)
+
+
+def test_a_run_cut_into_parts_gives_the_same():
+    cuts = np.sort(np.random.default_rng(5).integers(0, EDGES, 30))
+    parts = np.diff(cuts, prepend=0, append=EDGES).tolist()
+    wrong, _ = differences(THINNED[::11], parts)
+    assert wrong == []
+
+
+@pytest.mark.parametrize("design", Design)
+def test_the_blocks_are_used(design):
+    """Else the comparison above would be one of the step functions with themselves."""
+    path = open_path(design, Processor.FAST, 500e3, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
+    state = path.state()
+    kernels.run(state, 8, None)
+    assert kernels.passes_unchanged(state)
+
+
+def test_a_period_of_no_whole_picoseconds_takes_the_steps():
+    state = open_path(Design.C, Processor.FAST, 499_999.0, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE).state()
+    kernels.run(state, 8, None)
+    assert not kernels.passes_unchanged(state)
