@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 FORWARD = ("00", "10", "11", "01")
 CHANGES = {"original": 4, "a": 4, "b": 1, "c": 2}
@@ -28,7 +29,7 @@ def flipped(levels: str, line: str) -> str:
 def decoded(levels: Sequence[str]) -> tuple[int, int]:
     """Return (net count, changes of both lines at once) of a sequence of levels."""
     net = illegal = 0
-    for before, after in zip(levels, levels[1:], strict=False):
+    for before, after in pairwise(levels):
         turn = (FORWARD.index(after) - FORWARD.index(before)) % 4
         net += {0: 0, 1: 1, 2: 0, 3: -1}[turn]
         illegal += turn == 2
