@@ -22,7 +22,7 @@ SETTLE_PS = 1_000_000
 CACHED = ("reference_ps", "reference_tick")  # where the clock was last looked up, not what it says
 
 FREQUENCIES_HZ = (500e3, 100e3, 333_333.0, 5e3, 20e3, 700e3)
-PHASES_DEG = (0.0, 10.0, -40.0)
+PHASES_DEG = (0.0, 10.0, -40.0, -85.0)  # the last brings edges closer than a clock of the filter
 JITTERS_PS = (0, 5_000, 60_000)
 CORRECTIONS = (0, 37, -11)
 FILTERS = (3, 22, 11, 25)
@@ -85,7 +85,7 @@ def differences(configurations, parts=(EDGES,)):
 def test_blocks_give_what_the_steps_give():
     wrong, run = differences(THINNED)
     assert wrong == []
-    assert run > 0.9 * len(THINNED)
+    assert run > 0.7 * len(THINNED)
 
 
 @pytest.mark.sweep
@@ -93,7 +93,7 @@ def test_blocks_give_what_the_steps_give():
 def test_blocks_give_what_the_steps_give_everywhere(design):
     wrong, run = differences(configuration for configuration in SWEEP if configuration[0] is design)
     assert wrong == []
-    assert run > 0.9 * len(SWEEP) / len(Design)
+    assert run > 0.7 * len(SWEEP) / len(Design)
 
 
 def test_a_run_cut_into_parts_gives_the_same():
