@@ -433,19 +433,29 @@ def run(
 
 
 @kernel
-def exchange(m: Record, turns: int, ramp_mm: float) -> int:
-    """Let PC and box converse ``turns`` times about a slowly growing error; return the exchanges made.
+def exchange(m: Record, exchanges: int, turn: int) -> int:
+    """Let PC and box converse on their own, each at its own period; return the steps accepted, of either sign.
 
-    An exchange is one reading by the PC, one request, and one sample by the box that answers it.
+    The axis goes back and forth: with each exchange the deviation grows by one step of the box, ``turn`` times, then
+    shrinks as often, and so on. An exchange is a look of the PC at valid words, its next request, and the box's
+    samples up to the PC's next look; what the box accepts counts as inserted at once. The last request is sampled,
+    too.
     """
-    t_ps = 0
     made = 0
-    for i in range(turns):
-        t_ps += m.pc.period_ps
-        total = box_tick(m.box, m.down, m.up, t_ps - m.pc.period_ps // 2, 0, m.box.accepted)
-        m.injector.requested = total
-        pc_start(m.pc, m.down, t_ps)
-        if pc_read(m.pc, m.up, t_ps):
-            pc_request(m.pc, m.down, t_ps, ramp_mm * (i % 1000))
-            made += 1
-    return made
+    place = 0
+    steps = 0
+    completed = 0
+    while made < exchanges or m.down.waiting > 0:
+        if made == exchanges or m.box.next_ps <= m.pc.next_ps:
+            total = box_tick(m.box, m.down, m.up, m.box.next_ps, place * 100, completed)
+            steps += abs(total - completed)
+            completed = total
+        else:
+            t_ps = m.pc.next_ps
+            pc_start(m.pc, m.down, t_ps)
+            if pc_read(m.pc, m.up, t_ps):
+                made += 1
+                phase = made % (2 * turn)
+                place = min(phase, 2 * turn - phase)
+                pc_request(m.pc, m.down, t_ps, place * m.pc.step_mm)
+    return steps
