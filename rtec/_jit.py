@@ -28,6 +28,10 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 Record: TypeAlias = Any
 """The state of a stage: one element of a structured array, passed to step functions by reference."""
 
+if config.DISABLE_JIT:
+    # uncompiled, for debugging, whole numbers must wrap around as silently as they do in machine code
+    np.seterr(over="ignore")
+
 _PACKAGE = Path(__file__).resolve().parent
 
 
@@ -62,7 +66,7 @@ def _cache_folder() -> Path:
 CACHE_FOLDER = _cache_folder()
 """Folder that holds the machine code of this version of the sources."""
 
-FIRST_RUN = not CACHE_FOLDER.exists()
+FIRST_RUN = next(CACHE_FOLDER.rglob("*.nbi"), None) is None
 """True where nothing is compiled yet, so that the command line can say why it takes long."""
 
 

@@ -98,7 +98,8 @@ def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
     >>> round(parse_quantity("50 inch/min", SPEED, name="feed"), 6)
     21.166667
     """
-    allowed = f"a {kind.name} with its unit, such as {kind.examples}"
+    article = "an" if kind.name[0] in "aeiou" else "a"
+    allowed = f"{article} {kind.name} with its unit, such as {kind.examples}"
     if not isinstance(text, str):
         raise ArgumentError(name, text, allowed, "write the unit behind the number, in quotes")
     match = _QUANTITY.fullmatch(text)

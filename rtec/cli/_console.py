@@ -47,10 +47,7 @@ def compilation_ahead() -> bool:
     """Return whether nothing is compiled yet on this machine, so that the first run takes long."""
     from rtec import _jit  # noqa: PLC0415 - loads the compiler
 
-    if _jit.config.DISABLE_JIT:
-        return False
-    # a command that was refused has made the folder and compiled nothing
-    return _jit.FIRST_RUN or next(_jit.CACHE_FOLDER.rglob("*.nbi"), None) is None
+    return _jit.FIRST_RUN and not _jit.config.DISABLE_JIT
 
 
 def announce_compilation() -> None:

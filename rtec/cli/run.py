@@ -43,7 +43,8 @@ def run(
         return
     from dataclasses import replace  # noqa: PLC0415 - heavy modules are loaded once a study is to be run
 
-    from rtec.report import check_folder, terminal_table, write_report  # noqa: PLC0415
+    from rtec.report import terminal_table, write_report  # noqa: PLC0415
+    from rtec.report.destination import check_folder, report_folder  # noqa: PLC0415
     from rtec.study import builtin_study, read_study, run_study  # noqa: PLC0415
     from rtec.study.definition import check_repeatability  # noqa: PLC0415
     from rtec.units import LENGTH, parse_quantity  # noqa: PLC0415
@@ -60,8 +61,8 @@ def run(
     announce_compilation()
     with progress(f"study {what.name}") as show:
         result = run_study(what, progress=lambda _, share: show(0.9 * share))
-        folder = output if output is not None else _new_folder(what.name)
-        page = write_report(result, folder, force=force)
+        with report_folder(output, what.name) as folder:
+            page = write_report(result, folder)
         show(1.0)
     if json:
         print_json({**result.to_dict(), "report": str(page)})
@@ -73,20 +74,6 @@ def run(
             note(f"warning: {warning}")
         typer.echo(f"Report: {page}")
     raise typer.Exit(_DONE if result.good else _FAILS)
-
-
-def _new_folder(name: str) -> Path:
-    """Make the first of ``rtec-NAME-1``, ``-2``, ... that does not exist; two runs at once never share one."""
-    for number in range(1, 100_000):
-        folder = Path(f"rtec-{name}-{number}")
-        try:
-            folder.mkdir()
-        except FileExistsError:
-            continue
-        except OSError as error:
-            raise OutputError(f"{folder}: cannot be made: {error.strerror}; choose a folder with -o") from None
-        return folder
-    raise ArgumentError("-o", f"rtec-{name}-1 to -99999 all exist", "a folder that does not exist", "choose one")
 
 
 def _write_builtin(file: Path, force: bool) -> None:
