@@ -85,7 +85,7 @@ class Scale:
     >>> scale_of("um").text(0.12992), scale_of("inch").text(0.1293), scale_of("mm").text(None)
     ('129.9', '0.005091', '–')
     >>> scale_of("inch").with_unit(0.0254), scale_of("um").feed(25.4)
-    ('0.001000 inch', '1524 mm/min')
+    ('0.001000 inch', '1524 mm/min (60 inch/min)')
     """
 
     unit: str
@@ -109,12 +109,15 @@ class Scale:
         return text if text == MISSING else f"{text} {self.symbol}"
 
     def feed(self, feed_mm_s: float) -> str:
-        """Return a feed with its unit."""
+        """Return a feed with its unit; a metric one in inches, too, which are the units of the papers."""
         if math.isnan(feed_mm_s):
             return MISSING
         if math.isinf(feed_mm_s):
             return "any feed"
-        return f"{feed_mm_s * self.feed_per_mm_s:.4g} {self.feed_unit}"
+        text = f"{feed_mm_s * self.feed_per_mm_s:.4g} {self.feed_unit}"
+        if self.unit == "inch":
+            return text
+        return f"{text} ({feed_mm_s * 60.0 / MM_PER_INCH:.3g} inch/min)"
 
 
 _SCALES = {

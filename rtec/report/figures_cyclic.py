@@ -26,19 +26,19 @@ def cyclic_figure(result: StudyResult, scale: Scale) -> Figure | None:
     if period is None or not period > 0 or result.position_mm.size < 2:
         return None
     after = [row for row in result.rows if row.name != "uncompensated"]
-    figure = new_figure(6.6 if after else 3.6)
-    grid = figure.add_gridspec(2 if after else 1, 2, height_ratios=[1.25, 1.0] if after else None)
-    zoom = figure.add_subplot(grid[0, :])
-    _zoom(zoom, result, period, scale)
-    if after:
-        forward = figure.add_subplot(grid[1, 0])
-        reverse = figure.add_subplot(grid[1, 1], sharey=forward)
-        _folded(forward, after, period, scale, sign=1)
-        _folded(reverse, after, period, scale, sign=-1)
-        forward.set_ylabel(f"mean residual ({scale.symbol})")
-        reverse.tick_params(labelleft=False)
-        handles, labels = forward.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(after))
+    figure = new_figure(6.2 if after else 3.6)
+    grid = figure.add_gridspec(2 if after else 1, max(len(after), 1), height_ratios=[1.25, 1.0] if after else None)
+    _zoom(figure.add_subplot(grid[0, :]), result, period, scale)
+    first: Axes | None = None
+    for index, row in enumerate(after):
+        axes = figure.add_subplot(grid[1, index], sharey=first)
+        _folded(axes, row, period, scale)
+        axes.tick_params(labelleft=first is None)
+        if first is None:
+            axes.set_ylabel(f"mean residual ({scale.symbol})")
+        if index == len(after) // 2:
+            axes.set_xlabel("share of a turn of the screw")
+        first = first or axes
     return figure
 
 
@@ -72,15 +72,16 @@ def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
                    f"{period * scale.position_per_mm:g} {scale.position_unit}")  # fmt: skip
 
 
-def _folded(axes: Axes, rows: list[StudyRow], period: float, scale: Scale, *, sign: int) -> None:
+def _folded(axes: Axes, row: StudyRow, period: float, scale: Scale) -> None:
     """Draw the mean residual of each target against its phase within a turn."""
-    for row in rows:
-        look, at = look_of(row.name), row.figures.at_targets
-        mean = at.mean_forward if sign > 0 else at.mean_backward
-        phase = np.mod(at.target + 1e-9, period) / period
-        axes.plot(phase, mean * scale.per_mm, linestyle="none", marker=look.marker, markersize=3.6, alpha=0.8,
-                  color=look.colour, markeredgewidth=0.0, label=look.label)  # fmt: skip
+    look, at = look_of(row.name), row.figures.at_targets
+    phase = np.mod(at.target + 1e-9, period) / period
+    for mean, marker, face in ((at.mean_forward, "^", look.colour), (at.mean_backward, "v", "white")):
+        axes.plot(
+            phase, mean * scale.per_mm, color=look.colour, linestyle="none", marker=marker, markersize=3.4,
+            markerfacecolor=face, markeredgewidth=0.8,
+        )  # fmt: skip
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    axes.set_xlim(-0.02, 1.02)
-    axes.set_xlabel("share of a turn of the screw")
-    axes.set_title(f"After, {'forward' if sign > 0 else 'reverse'}: mean of each target")
+    axes.set_xlim(-0.04, 1.04)
+    axes.set_xticks([0.0, 0.5, 1.0], ["0", "½", "1"])
+    axes.set_title(look.label, color=look.ink, fontweight="bold")

@@ -17,7 +17,7 @@ from rtec.report import (
     figures_waveform,
 )
 from rtec.report.appearance import Scale, joined, look_of
-from rtec.report.figures_style import as_png, as_svg, figure_style
+from rtec.report.figures_style import figure_style, rendered
 from rtec.report.results import StudyResult
 
 if TYPE_CHECKING:
@@ -59,16 +59,11 @@ def illustrations(result: StudyResult, scale: Scale) -> list[Illustration]:
     with figure_style():
         for plate in _PLATES:
             figure = plate.draw(result, scale)
-            if figure is not None:
-                drawn.append(
-                    Illustration(
-                        name=plate.name,
-                        title=plate.title,
-                        caption=plate.caption(result, scale),
-                        svg=as_svg(figure),
-                        png=as_png(figure),
-                    )
-                )
+            if figure is None:
+                continue
+            svg, png = rendered(figure)
+            caption = plate.caption(result, scale)
+            drawn.append(Illustration(name=plate.name, title=plate.title, caption=caption, svg=svg, png=png))
     return drawn
 
 
@@ -100,8 +95,8 @@ def _cyclic(result: StudyResult, scale: Scale) -> str:
     return (
         f"Above, ten turns of the screw ({period:g} {scale.position_unit} each) from the middle of the travel: the "
         "error repeats with every turn, and in reverse with another shape. A correction that depends on the "
-        "direction has to follow both. Below, the means of all targets of the table and the designs, laid over one "
-        "turn: what is left is scattered by the rounding to whole steps, and a pattern that repeats would show here."
+        "direction has to follow both. Below, the mean residuals of all targets (▲ forward, ▽ reverse), laid over "
+        "one turn: rounding to whole steps scatters them, and a pattern that repeats with the screw would show here."
     )
 
 

@@ -48,11 +48,14 @@ DEFINITIONS = (
         "Insertions made, of either sign; steps that the prediction asks for and that are not inserted at the end.",
     ),
     (
-        "illegal transitions",
-        "Changes of A and B at once, as the controller sees them: it cannot tell their direction.",
+        "illegal",
+        "Illegal transitions: changes of A and B at once at the controller, which cannot tell their direction.",
     ),
-    ("messages refused", "Requests that the box did not believe, because they changed by more than the window."),
-    ("too fast for gate", "Moments at which the speed gate put an insertion off to a slower stretch."),
+    (
+        "refused",
+        "Messages refused: requests that the box did not believe, because they changed by more than the window.",
+    ),
+    ("gated", "Moments at which the speed gate put an insertion off to a slower stretch."),
     (
         "audit",
         "At the end and at rest, the controller's count less the true encoder's count must be the completed "
@@ -68,8 +71,8 @@ NOT_MODELLED = (
     "and slips.",
     "The drive is a proportional position loop over a first-order velocity loop, without resonances.",
     "A and B are ideal levels: no cable, no rise time. The receiver's sampling filter is modelled.",
-    "The timing of the Original is the report's. That of A, B and C follows from the report's words; none of them "
-    "was built.",
+    "The timing of the Original is the report's. That of A, B and C, which the report proposes, follows from its "
+    "words, not from a measurement.",
     "Messages between PC and box take their time and are never lost or changed.",
     "The laser has no error of its own: no air, no dead path, no cosine.",
 )
@@ -95,7 +98,7 @@ def verdict(result: StudyResult, scale: Scale) -> Verdict:
     if before is None or before.figures.max_average_error is None or not designs:
         return Verdict(text="Every count is accounted for.", good=True)
     best = min(designs, key=lambda row: (row.figures.max_average_error or 0.0, row.figures.rms))
-    left, whole = scale.text(best.figures.max_average_error), scale.with_unit(before.figures.max_average_error)
+    left, whole = (scale.with_unit(row.figures.max_average_error) for row in (best, before))
     pending = joined(look_of(row.name).label for row in designs if row.corrections_pending)
     tail = f" Corrections are pending at the end in {pending}." if pending else ""
     return Verdict(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import enum
 import io
 import math
 from collections.abc import Callable
@@ -10,6 +11,25 @@ from dataclasses import dataclass
 
 from rtec.report.appearance import MISSING, Look, Scale, is_design, look_of, number
 from rtec.report.results import Limit, StudyResult, StudyRow
+
+
+class Mark(enum.Enum):
+    """How a cell stands out; the value is its class on the page."""
+
+    NONE = ""
+    GOOD = "ok"
+    MIND = "mind"
+    """Worth knowing, no mistake."""
+    ALARM = "alarm"
+    """Counts were lost or made."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """A cell of a table."""
+
+    text: str
+    mark: Mark = Mark.NONE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,8 +96,8 @@ class CountColumn:
     head: str
     words: str
     value: Callable[[StudyRow], int]
-    alarming: bool
-    """Whether anything above zero is bad news."""
+    mark: Mark
+    """Of a number other than zero."""
 
 
 COUNT_COLUMNS = (
@@ -86,41 +106,33 @@ COUNT_COLUMNS = (
         head="inserted",
         words="corrections inserted",
         value=lambda row: row.corrections_inserted,
-        alarming=False,
+        mark=Mark.NONE,
     ),
     CountColumn(
         key="corrections_pending",
         head="pending",
         words="corrections pending",
         value=lambda row: row.corrections_pending,
-        alarming=True,
+        mark=Mark.MIND,
     ),
     CountColumn(
         key="illegal_transitions",
-        head="illegal transitions",
+        head="illegal",
         words="illegal transitions",
         value=lambda row: row.illegal_transitions,
-        alarming=True,
+        mark=Mark.ALARM,
     ),
     CountColumn(
-        key="refused", head="messages refused", words="messages refused", value=lambda row: row.refused, alarming=True
+        key="refused", head="refused", words="messages refused", value=lambda row: row.refused, mark=Mark.MIND
     ),
     CountColumn(
         key="refused_too_fast",
-        head="too fast for gate",
-        words="too fast for the gate",
+        head="gated",
+        words="put off by the gate",
         value=lambda row: row.refused_too_fast,
-        alarming=False,
+        mark=Mark.NONE,
     ),
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cell:
-    """A cell of the page's table."""
-
-    text: str
-    alarm: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +169,7 @@ def _count_cell(column: CountColumn, row: StudyRow) -> Cell:
     if not is_design(row.name) and column.key != "illegal_transitions":
         return Cell(text=MISSING)
     value = column.value(row)
-    return Cell(text=number(value), alarm=column.alarming and value != 0)
+    return Cell(text=number(value), mark=column.mark if value else Mark.NONE)
 
 
 def table_rows(result: StudyResult, scale: Scale) -> list[TableRow]:
@@ -166,7 +178,7 @@ def table_rows(result: StudyResult, scale: Scale) -> list[TableRow]:
     for row in result.rows:
         cells = [Cell(text=scale.text(column.value_mm(row))) for column in LENGTH_COLUMNS]
         cells += [_count_cell(column, row) for column in COUNT_COLUMNS]
-        cells.append(Cell(text=audit_text(row), alarm=not is_good(row)))
+        cells.append(Cell(text=audit_text(row), mark=Mark.GOOD if is_good(row) else Mark.ALARM))
         rows.append(TableRow(look=look_of(row.name), title=row.title, cells=tuple(cells), good=is_good(row)))
     return rows
 
@@ -202,11 +214,15 @@ def _limit_row(limit: Limit, row: StudyRow | None, feed_mm_s: float, scale: Scal
         reasons.append(f"the word: the request cannot ask for the largest error{beyond}")
     return LimitRow(
         look=look_of(limit.name),
-        follows=Cell(text=scale.feed(limit.follows_up_to_mm_s), alarm=late),
-        gate=Cell(text=scale.feed(limit.gate_refuses_above_mm_s), alarm=gated),
-        word=Cell(text=_length(limit.word_holds_mm, scale), alarm=narrow),
+        follows=Cell(text=scale.feed(limit.follows_up_to_mm_s), mark=_mind(late)),
+        gate=Cell(text=scale.feed(limit.gate_refuses_above_mm_s), mark=_mind(gated)),
+        word=Cell(text=_length(limit.word_holds_mm, scale), mark=_mind(narrow)),
         verdict="; ".join(reasons) or "nothing at this feed",
     )
+
+
+def _mind(limited: bool) -> Mark:
+    return Mark.MIND if limited else Mark.NONE
 
 
 def _length(value_mm: float, scale: Scale) -> str:

@@ -7,9 +7,10 @@ from rich.text import Text
 
 from rtec.report.appearance import look_of, scale_of
 from rtec.report.results import StudyResult
-from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, table_rows
+from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 
 _TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
+_STYLES = {Mark.NONE: "", Mark.GOOD: "green", Mark.MIND: "yellow", Mark.ALARM: "bold red"}
 _SHORT = {"uncompensated": "Uncom-\npensated", "table": "Own\ntable"}
 
 
@@ -44,12 +45,10 @@ def terminal_table(result: StudyResult) -> Table:
     table.add_section()
     for index, count in enumerate(COUNT_COLUMNS, len(LENGTH_COLUMNS)):
         cells = [row.cells[index] for row in rows]
-        table.add_row(count.words, *(Text(cell.text, style="yellow" if cell.alarm else "") for cell in cells))
+        table.add_row(count.words, *(Text(cell.text, style=_STYLES[cell.mark]) for cell in cells))
     table.add_section()
     audits = [row.cells[-1] for row in rows]
-    table.add_row(
-        "audit", *(Text(_narrow(cell.text), style="bold red" if cell.alarm else "green") for cell in audits)
-    )
+    table.add_row("audit", *(Text(_narrow(cell.text), style=_STYLES[cell.mark]) for cell in audits))
     return table
 
 

@@ -1,0 +1,253 @@
+"""The report's folder and page."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtec.errors import OutputError
+from rtec.metrology import read_laser_file, read_measurement, read_positioning_test
+from rtec.report import folder as folder_module
+from rtec.report import write_report
+from rtec.report.illustrations import Illustration
+
+HOSTILE = "<script>alert('x')</script> \"&amp; {{ 7 * 7 }} {% raw %} $\\frac{"
+XHTML = "{http://www.w3.org/1999/xhtml}"
+
+
+@pytest.fixture
+def out(tmp_path):
+    place = tmp_path / "out"
+    place.mkdir()
+    return place
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Draw one figure that costs nothing."""
+    drawn = Illustration(name="dot", title="Dot", caption="A dot.", svg=b"<svg/>", png=b"")
+    monkeypatch.setattr(folder_module, "illustrations", lambda *_: [drawn])
+
+
+def _page(path: Path) -> ET.Element:
+    """Return the page as a tree; that it can be read as XML says that every tag is closed."""
+    return ET.fromstring(path.read_text("utf-8").removeprefix("<!DOCTYPE html>"))  # noqa: S314 - our own page
+
+
+def _text(element: ET.Element) -> str:
+    return " ".join("".join(element.itertext()).split())
+
+
+def _files(place: Path) -> set[str]:
+    return {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()}
+
+
+def test_all_files_are_there(make_result, out):
+    assert write_report(make_result(), out) == out / "report.html"
+    figures = ("summary", "positioning", "cyclic", "residual", "feed", "waveform", "hold")
+    rows = ("uncompensated", "original", "c")
+    assert _files(out) == {
+        "report.html",
+        "result.json",
+        "rows.csv",
+        "feed.csv",
+        "waveforms/c_8051.vcd",
+        *(f"figures/{name}.{ending}" for name in figures for ending in ("png", "svg")),
+        *(f"readings/{name}.{ending}" for name in rows for ending in ("csv", "dat")),
+    }
+    assert len(list(out.iterdir())) == 7  # no hidden folder is left
+
+
+def test_the_page_is_well_formed_and_needs_nothing_else(make_result, out):
+    page = write_report(make_result(), out)
+    tree = _page(page)
+    assert page.stat().st_size < 6_000_000
+    sources = [element.get("src") for element in tree.iter() if element.get("src")]
+    assert len(sources) == 7 and all(source.startswith("data:image/svg+xml;base64,") for source in sources)
+    assert not list(tree.iter(f"{XHTML}script")) and not list(tree.iter(f"{XHTML}link"))
+    files = _files(out)
+    links = {element.get("href") for element in tree.iter(f"{XHTML}a")}
+    anchors = {f"#{element.get('id')}" for element in tree.iter() if element.get("id")}
+    assert links <= files | anchors and files - links == {"report.html"}
+    assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org/1999/xhtml)", page.read_text("utf-8"))
+
+
+@pytest.mark.usefixtures("quick")
+def test_hostile_text_is_shown_and_not_obeyed(make_result, make_row, out):
+    rows = (make_row("uncompensated", 0.05), make_row("../../" + HOSTILE, 0.01, title=HOSTILE))
+    result = make_result(
+        study=HOSTILE, title=HOSTILE + "\x00\ud800", facts=((HOSTILE, HOSTILE),), rows=rows, warnings=(HOSTILE,)
+    )
+    tree = _page(write_report(result, out))
+    assert not list(tree.iter(f"{XHTML}script"))
+    assert _text(tree.find(f".//{XHTML}h1")) == HOSTILE + "\ufffd\ufffd"
+    for place in ("facts", "warnings", "table"):
+        assert HOSTILE in _text(tree.find(f".//*[@id='{place}']"))
+    assert {path.parent.name for path in out.rglob("*.dat")} == {"readings"}
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_table_on_the_page_holds_the_rows_numbers(make_result, out):
+    tree = _page(write_report(make_result(), out))
+    body = tree.find(f".//*[@id='table']//{XHTML}tbody")
+    cells = [[_text(cell) for cell in row] for row in body]
+    assert [row[0] for row in cells] == ["Uncompensated", "Original", "C"]
+    assert [row[2] for row in cells] == ["100.0", "8.0", "4.0"]  # twice the mean error of each
+    assert all(row[-1] == "OK" for row in cells)
+    heads = tree.find(f".//*[@id='table']//{XHTML}thead")
+    assert len(heads[1]) + 2 == len(cells[0])
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_verdict_names_the_best_design_and_what_it_leaves(make_result, out):
+    verdict = _page(write_report(make_result(), out)).find(".//*[@id='verdict']")
+    assert re.fullmatch(
+        r"Design C leaves 4\.\d µm of 109\.9 µm maximum average error; every count is accounted for\.",
+        _text(verdict),
+    )
+    assert verdict.get("class") == "good"
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_failing_audit_is_seen_at_once(make_result, make_row, out):
+    rows = (
+        make_row("uncompensated", 0.05),
+        make_row("a", 0.001, audit=False, audit_counts=-4),
+        make_row("b", 0.001, ending="HELD"),
+    )
+    tree = _page(write_report(make_result(rows=rows), out))
+    verdict = tree.find(".//*[@id='verdict']")
+    assert verdict.get("class") == "bad"
+    assert (
+        _text(verdict)
+        == "Not every count is accounted for: Design A is off by −4 counts; Design B was held by the PC."
+    )
+    body = tree.find(f".//*[@id='table']//{XHTML}tbody")
+    assert [row.get("class") for row in body] == [None, "bad", "bad"]
+    assert _text(body[1][-1]) == "off by −4 counts" and "alarm" in body[1][-1].get("class")
+
+
+@pytest.mark.usefixtures("quick")
+def test_readings_come_back_from_both_files(make_result, out):
+    result = make_result()
+    write_report(result, out)
+    for row in result.rows:
+        csv_file = out / "readings" / f"{row.name}.csv"
+        measured = read_measurement(csv_file)
+        assert np.array_equal(measured.columns["deviation"].values, row.readings.deviation_mm)
+        assert np.array_equal(measured.columns["target"].values, row.readings.target_mm)
+        assert np.array_equal(measured.columns["run"].values, row.readings.run)
+        assert read_positioning_test(csv_file).period(None) == 5.0
+        laser = read_laser_file(out / "readings" / f"{row.name}.dat")
+        assert np.allclose(laser.deviation_mm, row.readings.deviation_mm, atol=25.4e-6 / 2 * 1.001)
+        assert np.array_equal(laser.direction, row.readings.direction)
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_waveform_file_holds_both_streams(make_result, out):
+    write_report(make_result(), out)
+    lines = (out / "waveforms" / "c_8051.vcd").read_text().splitlines()
+    assert "$timescale 1 us $end" in lines
+    assert {"$scope module encoder $end", "$scope module controller $end"} <= set(lines)
+    assert [line for line in lines if line.startswith("#")] == [
+        f"#{t}" for t in (5, 10, 20, 30, 33, 34, 40, 50, 60, 65)
+    ]
+
+
+@pytest.mark.usefixtures("quick")
+def test_json_is_strict_and_has_the_promised_keys(make_result, make_row, out):
+    rows = (make_row("uncompensated", 0.05), make_row("c", 0.002, audit=np.bool_(True), audit_counts=np.int64(0)))
+    write_report(make_result(rows=rows, repeatability_mm=float("nan")), out)
+
+    def refuse(word: str) -> None:
+        raise AssertionError(word)
+
+    document = json.loads((out / "result.json").read_text(), parse_constant=refuse)
+    assert document["repeatability_um"] is None
+    row = document["rows"][1]
+    assert row["audit"] is True and row["max_reversal_error_um"] == pytest.approx(4.0)
+    assert set(row["iso230"]) == set("AREMB")
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_same_study_gives_the_same_bytes(make_result, tmp_path):
+    places = [tmp_path / name for name in ("one", "two")]
+    for place in places:
+        place.mkdir()
+        write_report(make_result(), place)
+    for name in _files(places[0]):
+        assert (places[0] / name).read_bytes() == (places[1] / name).read_bytes(), name
+
+
+@pytest.mark.parametrize("failing", ["_write_waveform", "render_page", "_write_readings"])
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+@pytest.mark.usefixtures("quick")
+def test_nothing_is_left_of_a_report_that_could_not_be_written(make_result, out, monkeypatch, failing, error):
+    def fail(*_: object) -> None:
+        raise error
+
+    (out / "mine.txt").write_text("kept")
+    monkeypatch.setattr(folder_module, failing, fail)
+    expected = OutputError if isinstance(error, OSError) else KeyboardInterrupt
+    with pytest.raises(expected) as caught:
+        write_report(make_result(), out)
+    assert [path.name for path in out.iterdir()] == ["mine.txt"]
+    if expected is OutputError:
+        message = str(caught.value)
+        assert "No space left on device" in message and str(out) in message and "\n" not in message
+
+
+@pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()])
+@pytest.mark.parametrize("failing_move", [1, 4, 9])
+@pytest.mark.usefixtures("quick")
+def test_an_interruption_while_moving_puts_everything_back(make_result, out, monkeypatch, error, failing_move):
+    (out / "report.html").write_text("older")
+    (out / "figures").mkdir()
+    (out / "figures" / "mine.png").write_text("older")
+    moves = 0
+    rename = Path.rename
+
+    def counted(self: Path, target: Path) -> Path:
+        nonlocal moves
+        moves += 1
+        if moves == failing_move:
+            raise error
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", counted)
+    with pytest.raises((OutputError, KeyboardInterrupt)):
+        write_report(make_result(), out)
+    assert moves > failing_move or failing_move == 1
+    assert _files(out) == {"report.html", "figures/mine.png"}
+    assert (out / "report.html").read_text() == "older"
+
+
+@pytest.mark.usefixtures("quick")
+def test_an_older_report_is_replaced(make_result, out):
+    write_report(make_result(title="first"), out)
+    (out / "notes.txt").write_text("kept")
+    page = write_report(make_result(title="second"), out)
+    assert "second" in page.read_text("utf-8") and "first" not in page.read_text("utf-8").split("<section")[0]
+    assert (out / "notes.txt").exists() and not [path for path in out.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_folder_that_is_not_there_is_named(make_result, tmp_path):
+    with pytest.raises(OutputError, match="nowhere: the report cannot be written"):
+        write_report(make_result(), tmp_path / "nowhere")
+
+
+def test_a_study_with_almost_nothing_in_it(make_result, make_row, out):
+    rows = (make_row("uncompensated", 0.05, runs=1, directions=(1,)),)
+    result = make_result(
+        rows=rows, feed_curves=(), hold_curves=(), waveforms=(), limits=(), facts=(), period_mm=None, warnings=()
+    )
+    tree = _page(write_report(result, out))
+    assert _text(tree.find(".//*[@id='verdict']")) == "Every count is accounted for."
+    assert not (out / "waveforms").exists()
+    assert tree.find(".//*[@id='limits']") is None and tree.find(".//*[@id='warnings']") is None
