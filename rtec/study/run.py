@@ -72,7 +72,7 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
         holds.append(hold_curve(study, design.value, machine, tell(f"held axis: {TITLES[design.value]}")))
         done += 1
     tell("waveforms")(0.0)
-    position = _grid(study)
+    position = _fine_grid(study)
     return StudyResult(
         study=study.name,
         title=study.title,
@@ -122,6 +122,13 @@ def _grid(study: Study) -> NDArray[np.float64]:
     start, end = study.plan.start_inch * MM_PER_INCH, study.plan.end_inch * MM_PER_INCH
     points = max(round((end - start) / study.table_interval_mm), 1)
     return np.linspace(start, start + points * study.table_interval_mm, points + 1)
+
+
+def _fine_grid(study: Study) -> NDArray[np.float64]:
+    """Return the points at which the true error is drawn: sixty a period, so that a cycle looks like one."""
+    start, end = study.plan.start_inch * MM_PER_INCH, study.plan.end_inch * MM_PER_INCH
+    spacing = (study.period_mm or study.table_interval_mm) / 60.0
+    return np.linspace(start, end, min(max(round((end - start) / spacing), 1), 100_000) + 1)
 
 
 def _row(
