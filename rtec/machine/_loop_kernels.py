@@ -21,6 +21,7 @@ from rtec.axis._kernels import (
     encoder_level,
     encoder_reset,
     glitch_toggle,
+    jitter,
     next_crossing,
     set_piece,
     turning_points,
@@ -35,10 +36,10 @@ from rtec.injector._kernels import (
     injector_reset,
     observe,
 )
-from rtec.link._kernels import MAILBOX, mailbox_reset
+from rtec.link._kernels import MAILBOX, SLOTS, mailbox_reset
 from rtec.predictors._kernels import predict_mm
 from rtec.requester._box_kernels import BOX, box_reset, box_tick
-from rtec.requester._pc_kernels import ACTIVE, HOLD, PC, pc_read, pc_request, pc_reset, pc_start
+from rtec.requester._pc_kernels import ACTIVE, HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start
 from rtec.signal._kernels import NEVER
 
 PS_PER_S = 1_000_000_000_000
@@ -92,6 +93,7 @@ READER = np.dtype(
         ("full_ps", np.int64),  # and ends here
         ("next", np.int64),
         ("begun_ps", np.int64),
+        ("first_mm", np.float64),  # of what it sees; the sum is of what differs from it, so that rest adds nothing
         ("sum_mm", np.float64),
         ("weight", np.int64),
     ],
@@ -113,6 +115,7 @@ MACHINE = np.dtype(
         ("up", MAILBOX),
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
+        ("event_ps", np.int64),  # of the last event carried out
         ("status", np.int64),
     ],
     align=True,
@@ -174,27 +177,44 @@ def converse_pc(m: Record, t_ps: int, model_kind: int, model: NDArray[np.float64
 
 
 @step
+def next_edge(m: Record, crossing_ps: int) -> int:
+    """Return when the line crossed at ``crossing_ps`` gives its edge, jitter included; nothing comes too late."""
+    if crossing_ps == NEVER:
+        return NEVER
+    e = m.encoder
+    edge_ps = crossing_ps + jitter(e.seed, e.serial + 1, e.jitter_ps)
+    return max(edge_ps, max(e.last_ps + 1, m.event_ps))
+
+
+@step
 def run_part(m: Record, end_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
     """Carry out all events of one part of a tick, in which the motion does not turn."""
     e, s = m.encoder, m.injector
     crossing_ps = next_crossing(e, m.piece)
+    edge_ps = next_edge(m, crossing_ps)
     while True:
         other_ps = min(s.next_ps, e.glitch_next_ps)
         if m.correcting == 1:
             other_ps = min(other_ps, min(m.box.next_ps, m.pc.next_ps))
-        if crossing_ps <= other_ps:
-            if crossing_ps == NEVER:
+        if edge_ps <= other_ps:
+            if edge_ps == NEVER:
                 return
-            t_ps = emit(e, crossing_ps, m.piece.sign)
-            take_edge(m, t_ps)
+            emit(e, crossing_ps, m.piece.sign)
+            e.last_ps = edge_ps
+            m.event_ps = edge_ps
+            take_edge(m, edge_ps)
             if e.index_every > 0 and e.count % e.index_every == 0:
-                receiver_index(m.receiver, t_ps)
+                receiver_index(m.receiver, edge_ps)
             crossing_ps = next_crossing(e, m.piece)
-        elif other_ps >= end_ps and crossing_ps == NEVER:
+            edge_ps = next_edge(m, crossing_ps)
+            continue
+        if other_ps >= end_ps and edge_ps == NEVER:
             return
-        elif other_ps == e.glitch_next_ps:
+        m.event_ps = other_ps
+        if other_ps == e.glitch_next_ps:
             t_ps = max(glitch_toggle(e), e.last_ps + 1)
             e.last_ps = t_ps
+            m.event_ps = t_ps
             take_edge(m, t_ps)
         elif other_ps == s.next_ps:
             injector_fire(s)
@@ -252,6 +272,12 @@ def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64])
 
 
 @step
+def near_target(m: Record, targets_mm: NDArray[np.float64]) -> bool:
+    """Return whether the axis is within the laser's window about the next target."""
+    return abs(m.servo.x * m.servo.count_mm - targets_mm[m.reader.next]) <= m.reader.window_mm
+
+
+@step
 def read_laser(
     m: Record,
     ticks: int,
@@ -267,14 +293,17 @@ def read_laser(
     t_ps = m.servo.now_ps
     if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:
         return
-    if r.begun_ps == NEVER and abs(m.servo.x * m.servo.count_mm - targets_mm[r.next]) <= r.window_mm:
+    if r.begun_ps == NEVER and near_target(m, targets_mm):
         r.begun_ps = t_ps
     if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
         follow_play(m, error_kind, error)
-        r.sum_mm += (m.play.y_mm + grown_mm(m.play, t_ps)) * ticks
+        seen_mm = m.play.y_mm + grown_mm(m.play, t_ps)
+        if r.weight == 0:
+            r.first_mm = seen_mm
+        r.sum_mm += (seen_mm - r.first_mm) * ticks
         r.weight += ticks
     if t_ps >= ends_ps[r.next] or (r.begun_ps < NEVER and t_ps >= r.begun_ps + r.full_ps):
-        readings_mm[r.next] = r.sum_mm / r.weight if r.weight > 0 else np.nan
+        readings_mm[r.next] = r.first_mm + r.sum_mm / r.weight if r.weight > 0 else np.nan
         r.next += 1
         r.begun_ps = NEVER
         r.sum_mm = 0.0
@@ -284,6 +313,7 @@ def read_laser(
 @step
 def ticks_at_rest(
     m: Record,
+    targets_mm: NDArray[np.float64],
     begins_ps: NDArray[np.int64],
     ends_ps: NDArray[np.int64],
     start_ps: NDArray[np.int64],
@@ -309,6 +339,8 @@ def ticks_at_rest(
     if r.next < begins_ps.size:
         if servo.now_ps < begins_ps[r.next]:
             bound_ps = min(bound_ps, begins_ps[r.next])
+        elif r.begun_ps == NEVER and near_target(m, targets_mm):
+            return 1  # the laser's timer starts now
         elif r.begun_ps < NEVER:
             half_ps = r.begun_ps + r.half_ps
             bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
@@ -319,15 +351,21 @@ def ticks_at_rest(
 
 @helper
 def carry_to(m: Record, t_ps: int) -> None:
-    """Let box and PC have repeated themselves up to ``t_ps``."""
-    if m.correcting == 1:
-        turns = max((t_ps - m.box.next_ps + m.box.period_ps - 1) // m.box.period_ps, 0)
-        m.box.next_ps += turns * m.box.period_ps
-        m.box.readings += turns
-        turns = max((t_ps - m.pc.next_ps + m.pc.period_ps - 1) // m.pc.period_ps, 0)
-        m.pc.next_ps += turns * m.pc.period_ps
-        m.pc.slot_ps += turns * m.pc.period_ps
-        m.pc.requests += turns
+    """Let box and PC repeat themselves before ``t_ps``: the words stand, only when they come has to be known."""
+    if m.correcting == 0:
+        return
+    box, pc = m.box, m.pc
+    while pc.next_ps < t_ps:
+        look_ps = pc.next_ps
+        since_ps = (look_ps - box.next_ps - m.up.latency_ps) % box.period_ps  # the last words have arrived
+        if pc_look(pc, look_ps, since_ps >= pc.valid_after_ps):
+            pc.requests += 1
+    turns = (t_ps - box.next_ps + box.period_ps - 1) // box.period_ps - SLOTS
+    if turns > 0:
+        box.next_ps += turns * box.period_ps
+        box.readings += turns
+    while box.next_ps < t_ps:
+        box_tick(box, m.down, m.up, box.next_ps, m.encoder.count, m.injector.completed)
 
 
 @kernel
@@ -396,7 +434,7 @@ def run(
         resting = servo.v == 0.0 and acceleration == 0.0
         ticks = 1
         if resting:
-            ticks = ticks_at_rest(m, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps)
+            ticks = ticks_at_rest(m, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps)
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error_kind, error)
         if ticks > 1:
             servo.now_ps += ticks * servo.period_ps

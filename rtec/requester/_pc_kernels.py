@@ -81,10 +81,9 @@ def follow_direction(p: Record, position: int) -> None:
 
 
 @step
-def pc_read(p: Record, up: Record, t_ps: int) -> bool:
-    """Look at the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
-    deliver(up, t_ps)
-    if up.delivered == 0 or t_ps - up.delivered_ps < p.valid_after_ps:
+def pc_look(p: Record, t_ps: int, valid: bool) -> bool:
+    """Plan the next look: soon where Data Valid is low, else in the next slot; return ``valid``."""
+    if not valid:
         p.not_valid += 1
         p.next_ps = t_ps + p.retry_ps
         return False
@@ -92,6 +91,15 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     if p.slot_ps <= t_ps:  # the words were not valid for longer than a period
         p.slot_ps += ((t_ps - p.slot_ps) // p.period_ps + 1) * p.period_ps
     p.next_ps = p.slot_ps
+    return True
+
+
+@step
+def pc_read(p: Record, up: Record, t_ps: int) -> bool:
+    """Look at the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
+    deliver(up, t_ps)
+    if not pc_look(p, t_ps, up.delivered > 0 and t_ps - up.delivered_ps >= p.valid_after_ps):
+        return False
     p.completed = up.word1
     p.accepted = up.word2
     p.status = up.word3
