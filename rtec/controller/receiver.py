@@ -234,7 +234,8 @@ def result_of(state: Record) -> ReceiverResult:
             for i in range(min(illegal, _kernels.LOG_LENGTH))
         ),
         filtered=int(state.filtered),
-        min_separation_ps=int(state.min_separation_ps) if state.min_separation_ps < NEVER else None,
+        # with one edge alone, or none, it is counted from before all times
+        min_separation_ps=int(state.min_separation_ps) if state.min_separation_ps < NEVER // 2 else None,
         fault_ps=int(state.fault_ps) if state.fault else None,
         index_count=int(state.index_count) if state.index_pulses else None,
         probe_count=int(state.probe_count) if state.probe_trips else None,
