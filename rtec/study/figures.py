@@ -109,15 +109,17 @@ def waveform(study: Study, design: Design) -> Waveform:
     times = quarter_ps * states.astype(np.int64)
     moving = EdgeStream.from_states(times, states % 4, 0)
     box = Injector(study.injector(design), initial=0)
-    before = box.process(moving.part(0, 7), until_ps=8 * quarter_ps)
-    box.request(1, at_ps=8 * quarter_ps)
-    after = box.process(moving.part(7, 16), until_ps=17 * quarter_ps)
+    # the Original waits for state 1 (both lines low); the others are shown in state 3, where it could not insert
+    asked = 7 if design is Design.ORIGINAL else 9
+    before = box.process(moving.part(0, asked), until_ps=int(times[asked]))
+    box.request(1, at_ps=int(times[asked]))
+    after = box.process(moving.part(asked, 16), until_ps=17 * quarter_ps)
     controller = EdgeStream.concatenate([before, after])
     # whatever follows the first change behind a real edge is the box's own; B copies each edge some time after it
     passed = np.searchsorted(times, controller.times_ps, side="right")
     own = np.flatnonzero(np.diff(passed, prepend=0) == 0)
     inserted = tuple(int(t) for t in controller.times_ps[own])
-    around = inserted or (int(times[8]),)
+    around = inserted or (int(times[asked]),)
     return Waveform(
         name=design.value,
         processor=study.processor.value,
