@@ -8,7 +8,7 @@ from injector_oracle import BoxOracle, live
 from rtec.injector import Design, Injector, InjectorSettings, PowerLoss, RealEdges, Timing
 from rtec.signal import EdgeStream
 
-compiles = settings(deadline=None, max_examples=150)
+compiles = settings(deadline=None, max_examples=100)
 FIRST, UNTIL = -20, 420
 
 

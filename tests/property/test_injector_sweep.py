@@ -1,9 +1,9 @@
 """The exhaustive sweep: every design and processor, 1 kHz to 500 kHz, all offsets of the insertion through a cycle.
 
-Two kinds of run. *Right after an edge*, as the box does it: the encoder's phase against the processor's clock is swept,
-and the speed gate decides. *At any time*: the gate is off and the axis counts as at rest at once, so that an insertion
-begins wherever the request comes; whatever then goes wrong must be seen by the monitor, exactly as two independent
-decoders see it.
+Two kinds of run. *Right after an edge*, as the box does it: the encoder's phase against the processor's clock is
+swept, and the speed gate decides. *At any time*: the gate is off and the axis counts as at rest at once, so that an
+insertion begins wherever the request comes; whatever then goes wrong must be seen by the monitor, exactly as two
+independent decoders see it.
 """
 
 import itertools
