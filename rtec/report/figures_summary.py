@@ -35,9 +35,10 @@ def summary_figure(result: StudyResult, scale: Scale) -> Figure | None:
         axes.bar(x, [top - floor for top in tops], 0.92 * width, bottom=floor, color=look.colour, label=look.label)
         for place, top, value in zip(x, tops, values, strict=True):
             axes.annotate(scale.text(value), (float(place), top), (0, 2), textcoords="offset points", ha="center",
+                va="bottom",
                           fontsize=8.0, rotation=90 if scale.decimals > 2 else 0)  # fmt: skip
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))
     axes.set_ylim(floor, 2.0 * max(heights, default=10.0) * (3.0 if scale.decimals > 2 else 1.0))
     axes.set_xticks(np.arange(len(kinds)), list(kinds))
     axes.tick_params(axis="x", length=0)

@@ -14,9 +14,9 @@ from typing import Any
 
 from rtec.errors import OutputError
 from rtec.metrology import measurement_of_readings, write_laser_file, write_measurement
-from rtec.report.appearance import Scale, scale_of
+from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.illustrations import Illustration, illustrations
-from rtec.report.page import printable, render_page
+from rtec.report.page import render_page
 from rtec.report.results import StudyResult, StudyRow, Waveform
 from rtec.report.tables import curves_csv, rows_csv
 from rtec.signal import coarsest_timescale, write_vcd

@@ -6,7 +6,7 @@ import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rtec.report.appearance import Scale, is_design, joined, look_of, number
+from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
 from rtec.report.illustrations import Illustration
 from rtec.report.results import StudyResult, StudyRow
 from rtec.report.tables import (
@@ -113,17 +113,6 @@ def _failure(row: StudyRow) -> str:
     if row.audit:
         return f"was {text}" if text.startswith("held") else f"ended with a {text}"
     return f"is {text}" if text.startswith("off") else f"had {text}"
-
-
-def printable(text: str) -> str:
-    r"""Return text of one line without signs that a page cannot show.
-
-    Examples
-    --------
-    >>> printable("z axis\x00\ud800, 1 inch")
-    'z axis��, 1 inch'
-    """
-    return "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(text.split()))
 
 
 def command(study: str) -> str:

@@ -71,7 +71,7 @@ THESIS_COLUMNS = (
         key="max_repeat", head="max repeat", words="maximum repeat", value_mm=lambda row: row.figures.max_repeat
     ),
     LengthColumn(
-        key="cyclic_pp", head="cyclic p-p", words="cyclic, peak to peak", value_mm=lambda row: row.figures.cyclic_pp
+        key="cyclic_pp", head="cyclic p‑p", words="cyclic, peak to peak", value_mm=lambda row: row.figures.cyclic_pp
     ),
 )
 ISO_COLUMNS = (
@@ -83,7 +83,7 @@ ISO_COLUMNS = (
 )
 READING_COLUMNS = (
     LengthColumn(key="rms", head="RMS", words="RMS of all readings", value_mm=lambda row: row.figures.rms),
-    LengthColumn(key="pp", head="p-p", words="peak to peak", value_mm=lambda row: row.figures.peak_to_peak),
+    LengthColumn(key="pp", head="p‑p", words="peak to peak", value_mm=lambda row: row.figures.peak_to_peak),
 )
 LENGTH_COLUMNS = THESIS_COLUMNS + ISO_COLUMNS + READING_COLUMNS
 
@@ -227,7 +227,7 @@ def _mind(limited: bool) -> Mark:
 
 def _length(value_mm: float, scale: Scale) -> str:
     """Return a length with its unit, without digits that a step does not have."""
-    return f"{value_mm * scale.per_mm:.6g} {scale.symbol}" if math.isfinite(value_mm) else MISSING
+    return f"{value_mm * scale.per_mm:.4g} {scale.symbol}" if math.isfinite(value_mm) else MISSING
 
 
 def rows_csv(result: StudyResult, scale: Scale) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 from rich.text import Text
 
-from rtec.report.appearance import look_of, scale_of
+from rtec.report.appearance import look_of, printable, scale_of
 from rtec.report.results import StudyResult
 from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 
@@ -32,7 +32,7 @@ def terminal_table(result: StudyResult) -> Table:
     """
     scale = scale_of(result.unit)
     rows = table_rows(result, scale)
-    table = Table(title=Text(result.title), title_justify="left", title_style="bold")
+    table = Table(title=Text(printable(result.title)), title_justify="left", title_style="bold")
     table.add_column(scale.symbol, no_wrap=True)
     for row in result.rows:
         name = _SHORT.get(row.name) or look_of(row.name).label.replace(" ", "\n", 1)

@@ -37,7 +37,9 @@ def test_all_figures_in_their_order_as_svg_and_png(make_result):
 
 def test_the_same_result_gives_the_same_bytes_whatever_the_users_settings(make_result):
     first = illustrations(make_result(), UM)
-    with mpl.rc_context({"axes.grid": False, "lines.linewidth": 9.0, "svg.hashsalt": "other", "font.size": 30.0}):
+    with mpl.rc_context(
+        {"axes.facecolor": "black", "xtick.direction": "in", "svg.hashsalt": "other", "font.size": 30.0}
+    ):
         second = illustrations(make_result(), UM)
         assert mpl.rcParams["font.size"] == 30.0
     assert [(figure.svg, figure.png) for figure in first] == [(figure.svg, figure.png) for figure in second]

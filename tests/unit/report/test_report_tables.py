@@ -119,7 +119,7 @@ def test_the_terminals_table_fits_a_hundred_columns(make_result, make_row, unit)
 def test_the_terminal_shows_a_failing_audit_in_red(make_result, make_row):
     rows = (make_row("uncompensated", 0.05), make_row("c", 0.002, audit=False, audit_counts=4))
     console = Console(width=100, force_terminal=True, color_system="standard", file=io.StringIO())
-    console.print(terminal_table(make_result(rows=rows, title="[bold]not markup[/]")))
+    console.print(terminal_table(make_result(rows=rows, title="[bold]not markup[/] \x1b[2J")))
     text = console.file.getvalue()
     assert re.search("\x1b\\[1;31m *off by", text) and "OK" in text
-    assert "[bold]not markup[/]" in text
+    assert "[bold]not markup[/] \ufffd[2J" in text
