@@ -29,7 +29,7 @@ from typing import Any
 
 from peers import PeerAbsent, PeerFailedError, program
 
-__all__ = ["Build", "PeerAbsent", "PeerFailedError", "build_and_run"]
+__all__ = ["Build", "PeerAbsent", "PeerFailedError", "build", "run", "version"]
 
 _SOURCES = Path(__file__).resolve().parent / "peers"
 _RTL = ("top.sv", "design_c.sv", "quad_decoder.sv")
@@ -38,6 +38,7 @@ _VERILATE = (
     *("--threads", "1", "-Wall", "--top-module", "top", "-CFLAGS", "-std=c++17"),
 )
 _PROFILE_EDGES = 1_000_000
+_PROFILE_SEED = 2  # another jitter than that of the runs
 _TIMEOUT_S = 600
 
 
@@ -54,25 +55,38 @@ class Build(StrEnum):
     PROFILED = "profiled"
 
 
-def build_and_run(
-    edges: int,
-    folder: Path,
-    *,
-    build: Build = Build.PROFILED,
-    seed: int = 1,
-    direction: str = "+",
-    spacing_edges: int = 100,
-) -> dict[str, Any]:
-    """Build the peer in ``folder``, run it and return its figures.
+def build(folder: Path, how: Build = Build.PROFILED) -> Path:
+    """Build the peer in ``folder``, an existing one, and return its program.
+
+    Raises
+    ------
+    PeerAbsent
+        Where Verilator or make is not on PATH.
+    PeerFailedError
+        Where the build fails.
+    """
+    verilator = program("verilator", "verilator")
+    program("make", "make")
+    flags = _compiler_flags(how)
+    if how is not Build.PROFILED:
+        return _build(verilator, folder / "model", flags)
+    profile = (folder / "profile").resolve()
+    learn = _build(verilator, folder / "learn", [*flags, f"-fprofile-generate={profile}"])
+    _output([str(learn), str(_PROFILE_EDGES), str(_PROFILE_SEED), "+"])
+    # gcc names a profile after the object's folder, so the second build takes the place of the first
+    (folder / "learn").rename(folder / "learned")
+    return _build(verilator, folder / "learn", [*flags, f"-fprofile-use={profile}"])
+
+
+def run(bench: Path, edges: int, *, seed: int = 1, direction: str = "+", spacing_edges: int = 100) -> dict[str, Any]:
+    """Run a program that `build` made, and return its figures.
 
     Parameters
     ----------
+    bench
+        The program.
     edges
         True edges of the encoder, 1 or more.
-    folder
-        An existing folder for the generated sources and the program.
-    build
-        How the generated C++ is compiled.
     seed
         Seed of the jitter.
     direction
@@ -85,31 +99,20 @@ def build_and_run(
     -------
     dict
         ``edges``, ``encoder_counts``, ``controller_counts``, ``corrections``, ``corrections_requested``, ``illegal``,
-        ``gated``, ``audit``, ``wall_s`` (simulation loop only), ``edges_per_s``, ``build``, ``verilator``.
+        ``gated``, ``audit``, ``wall_s`` (simulation loop only), ``edges_per_s``.
 
     Raises
     ------
-    PeerAbsent
-        Where Verilator or make is not on PATH.
     PeerFailedError
-        Where the build fails, or the counts are wrong, or a transition was illegal.
+        Where the counts are wrong, or a transition was illegal.
     """
-    verilator = program("verilator", "verilator")
-    program("make", "make")
-    version = _output([verilator, "--version"]).strip()
-    flags = _compiler_flags(build)
-    if build is Build.PROFILED:
-        profile = (folder / "profile").resolve()
-        learn = _build(verilator, folder / "learn", [*flags, f"-fprofile-generate={profile}"])
-        _output([str(learn), str(_PROFILE_EDGES), str(seed + 1), direction])
-        # gcc names a profile after the object's folder, so the second build takes the place of the first
-        (folder / "learn").rename(folder / "learned")
-        bench = _build(verilator, folder / "learn", [*flags, f"-fprofile-use={profile}"])
-    else:
-        bench = _build(verilator, folder / "model", flags)
-    run = [str(bench), str(edges), str(seed), direction, str(spacing_edges)]
-    figures: dict[str, Any] = json.loads(_output(run))
-    return {**figures, "build": str(build), "verilator": version}
+    figures: dict[str, Any] = json.loads(_output([str(bench), str(edges), str(seed), direction, str(spacing_edges)]))
+    return figures
+
+
+def version() -> str:
+    """Return what Verilator calls itself; `PeerAbsent` where it is not on PATH."""
+    return _output([program("verilator", "verilator"), "--version"]).strip()
 
 
 def _compiler_flags(build: Build) -> list[str]:
@@ -149,14 +152,14 @@ def main() -> int:
     given = parser.parse_args()
     try:
         with tempfile.TemporaryDirectory() as folder:
-            figures = build_and_run(
+            figures = run(
+                build(Path(folder), given.build),
                 given.edges,
-                Path(folder),
-                build=given.build,
                 seed=given.seed,
                 direction=given.direction,
                 spacing_edges=given.spacing,
             )
+            figures |= {"build": str(given.build), "verilator": version()}
     except (PeerAbsent, PeerFailedError) as problem:
         sys.stderr.write(f"{problem}\n")
         return 1

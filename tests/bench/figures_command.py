@@ -1,0 +1,94 @@
+"""Figures of the command line, each command started as a user starts it."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from children import Child, ChildFailedError, measure, rtec
+from figures import Bar, Figure, Setting, Spread, on_cores, skipped
+
+_HOUR_EDGES = 7_200_000_000
+_JOB = ("simulate", "--design", "c", "--frequency", "500kHz", "--phase-error", "10deg", "--jitter", "5ns")
+_SMALL = (*_JOB, "--cycles", "100000", "--corrections", "4000")
+_SAYS_SO = "compiling"
+
+
+def memory(setting: Setting) -> Iterator[Figure]:
+    """Measure the peak memory of ``rtec simulate`` for runs of different lengths."""
+    bar = Bar(value=500.0, unit="MB", at_most=True)
+    lengths = [10_000_000, 100_000_000, 1_000_000_000] + ([] if setting.quick else [_HOUR_EDGES])
+    with tempfile.TemporaryDirectory() as name:
+        measure([rtec(), *_SMALL], Path(name))
+        for edges in lengths:
+            words = (*_JOB, "--cycles", str(edges // 4), "--corrections", str(edges // 100))
+            child = measure([rtec(), *words, "--json"], Path(name))
+            counts = json.loads(child.out)["controller_counts"]
+            if counts != _wrapped(edges + edges // 100 * 2):
+                raise ChildFailedError(f"{counts} counts after {edges} edges")
+            hour = ", an hour at 500 kHz" if edges == _HOUR_EDGES else ""
+            yield Figure(
+                what=f"Peak memory of {edges:.3g} edges{hour}",
+                measured=f"{child.peak_bytes / 1e6:.0f} MB, {child.wall_s:.1f} s",
+                value=child.peak_bytes / 1e6,
+                bar=bar,
+                command=" ".join(("rtec", *words)),
+            )
+
+
+def _wrapped(count: int) -> int:
+    """Return what a counter of 32 bits shows."""
+    return (count + 2**31) % 2**32 - 2**31
+
+
+def start_up(setting: Setting) -> Iterator[Figure]:
+    """Measure how soon commands answer whose code is compiled and in the system's file cache."""
+    for words, bar_s in ((("--help",), 0.3), (_SMALL, 1.5)):
+        with tempfile.TemporaryDirectory() as name:
+            measure([rtec(), *words], Path(name))
+            children = [measure([rtec(), *words], Path(name)) for _ in range(setting.of(15, 5))]
+        yield _duration(f"`rtec {words[0]}`, warm", children, bar_s, " ".join(("rtec", *words)))
+
+
+def _duration(what: str, children: list[Child], bar_s: float, command: str) -> Figure:
+    wall = Spread(tuple(child.wall_s for child in children))
+    cpu_s = min(child.cpu_s for child in children)
+    median = f", median {wall.median:.2f} s" if len(children) > 1 else ""
+    return Figure(
+        what=what,
+        measured=f"{wall.best:.2f} s (its processor time {cpu_s:.2f} s{median})",
+        value=wall.best,
+        bar=Bar(value=bar_s, unit="s", at_most=True),
+        command=command,
+    )
+
+
+def first_run(setting: Setting) -> Iterator[Figure]:
+    """Measure the first run ever, which compiles, from an empty folder for machine code."""
+    for words in (_SMALL,) if setting.quick else (_SMALL, ("run",)):
+        command = " ".join(("NUMBA_CACHE_DIR=$(mktemp -d) rtec", *words))
+        what, bar = f"First ever `rtec {words[0]}`, compiling", Bar(value=90.0, unit="s", at_most=True)
+        with tempfile.TemporaryDirectory() as name, tempfile.TemporaryDirectory() as cache:
+            try:
+                child = measure([rtec(), *words], Path(name), NUMBA_CACHE_DIR=cache)
+            except ChildFailedError as problem:
+                yield skipped(what, str(problem), command, bar)
+                continue
+        if _SAYS_SO not in child.err:
+            raise ChildFailedError(f"rtec {words[0]} compiled without saying so: {child.err[:200]!r}")
+        yield _duration(f"{what}, and saying so", [child], bar.value, command)
+
+
+def run(setting: Setting) -> Iterator[Figure]:
+    """Measure ``rtec run`` with everything, on two cores, with compiled code cached."""
+    what, bar = "`rtec run` with everything, on two cores", Bar(value=60.0, unit="s", at_most=True)
+    with tempfile.TemporaryDirectory() as name, on_cores({setting.core, setting.core ^ 1}):
+        try:
+            measure([rtec(), "run"], Path(name))
+            children = [measure([rtec(), "run"], Path(name)) for _ in range(setting.of(3, 1))]
+        except ChildFailedError as problem:
+            yield skipped(what, str(problem), "rtec run", bar)
+            return
+    yield _duration(what, children, bar.value, "rtec run")

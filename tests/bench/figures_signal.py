@@ -1,0 +1,265 @@
+"""Figures of the signal path: the open path, its stages, and the peers that do the same job."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import io
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import open_path_job
+import peer_verilator
+from figures import Bar, Figure, Setting, Spread, number, skipped
+from open_path_job import FREQUENCY_HZ, REAL_TIME_EDGES_S, STEPPED_HZ, carry_out, job
+from peer_verilator import Build
+from peers import PeerAbsent, PeerFailedError, pyvcd, sigrok
+
+from rtec._jit import new_record
+from rtec.axis import _kernels as axis_kernels
+from rtec.controller import ReceiverSettings
+from rtec.controller import _kernels as controller_kernels
+from rtec.injector import Design
+from rtec.injector import _kernels as injector_kernels
+from rtec.signal import VcdSignal, VcdWriter
+
+THIS = "python tests/bench/measure.py --only"
+_SIMULATE = (
+    "rtec simulate --design {} --frequency 500kHz --phase-error 10deg --jitter 5ns "
+    "--cycles 12500000 --corrections 500000"
+)
+
+
+def _timed(work: Callable[[], object], rounds: int) -> Spread:
+    """Time ``work`` after one run that does not count."""
+    work()
+    seconds = []
+    for _ in range(rounds):
+        begun = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - begun)
+    return Spread(tuple(seconds))
+
+
+def _speed(edges: int) -> Callable[[float], str]:
+    return lambda s: f"{edges / s / REAL_TIME_EDGES_S:.0f} x"
+
+
+def open_path(setting: Setting) -> Iterator[Figure]:
+    """Measure the open path with each design, in real time at 500 kHz and in edges a second."""
+    edges = setting.of(50_000_000, 5_000_000)
+    for design in (Design.C, Design.ORIGINAL, Design.A, Design.B):
+        path = job(design, edges)
+        carry_out(path)
+        spread = Spread(tuple(carry_out(path).wall_s for _ in range(setting.rounds)))
+        yield Figure(
+            what=f"Open path at 500 kHz, design {design.value}",
+            measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
+            value=edges / spread.best / REAL_TIME_EDGES_S,
+            bar=Bar(value=50.0 if design is Design.C else 30.0, unit="x real time"),
+            command=_SIMULATE.format(design.value),
+        )
+
+
+def steps(setting: Setting) -> Iterator[Figure]:
+    """Measure the open path without its blocks: every edge through the step functions."""
+    edges = setting.of(20_000_000, 2_000_000)
+    ways = (("at 499 999 Hz", STEPPED_HZ, 100), ("with a correction every 8 edges", FREQUENCY_HZ, 8))
+    for design in (Design.C, Design.ORIGINAL, Design.A, Design.B):
+        for how, frequency_hz, spacing in ways:
+            path = job(design, edges, frequency_hz=frequency_hz, spacing_edges=spacing)
+            carry_out(path)
+            spread = Spread(tuple(carry_out(path).wall_s for _ in range(setting.rounds)))
+            yield Figure(
+                what=f"Step functions alone, {how}, design {design.value}",
+                measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
+                value=edges / spread.best / REAL_TIME_EDGES_S,
+                bar=Bar(value=50.0 if design is Design.C else 30.0, unit="x real time") if spacing == 100 else None,
+                binding=False,
+                command=f"{THIS} steps",
+            )
+
+
+def verilator(setting: Setting) -> Iterator[Figure]:
+    """Measure design C beside Verilator on the same job, by turns."""
+    bar, command = Bar(value=100.0, unit="x Verilator"), f"{THIS} verilator"
+    ours, theirs = setting.of(50_000_000, 5_000_000), setting.of(2_000_000, 500_000)
+    ways: dict[str, Callable[[], float]] = {
+        "rtec": lambda: carry_out(job(Design.C, ours)).wall_s / ours,
+        "steps": lambda: carry_out(job(Design.C, ours // 4, frequency_hz=STEPPED_HZ)).wall_s / (ours // 4),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            for build in Build:
+                (Path(folder) / build).mkdir()
+                bench = peer_verilator.build(Path(folder) / build, build)
+                ways[build] = functools.partial(_verilated, bench, theirs)
+            name = " ".join(peer_verilator.version().split()[:2])
+        except (PeerAbsent, PeerFailedError) as problem:
+            yield skipped("Open path, design C, beside Verilator", str(problem), command, bar)
+            return
+        per_edge = _by_turns(ways, setting.of(7, 3))
+    for build in Build:
+        peer = per_edge[build]
+        yield _ratio(f"Open path, design C, beside {name}, build {build}", per_edge["rtec"], peer, bar)
+    for build in Build:
+        peer = per_edge[build]
+        figure = _ratio(f"The same by step functions alone, build {build}", per_edge["steps"], peer, bar)
+        yield dataclasses.replace(figure, binding=False)
+
+
+def _verilated(bench: Path, edges: int) -> float:
+    return float(peer_verilator.run(bench, edges)["wall_s"]) / edges
+
+
+def _by_turns(ways: dict[str, Callable[[], float]], rounds: int) -> dict[str, Spread]:
+    """Let ours run before each of the others, round by round, so that a disturbance meets all of them."""
+    seconds: dict[str, list[float]] = {name: [] for name in ways}
+    for work in ways.values():
+        work()
+    for _ in range(rounds):
+        for name in list(ways)[1:]:
+            seconds["rtec"].append(ways["rtec"]())
+            seconds[name].append(ways[name]())
+    return {name: Spread(tuple(each)) for name, each in seconds.items()}
+
+
+def _ratio(what: str, ours: Spread, theirs: Spread, bar: Bar) -> Figure:
+    return Figure(
+        what=what,
+        measured=(
+            f"{theirs.best / ours.best:.0f} x (medians {theirs.median / ours.median:.0f} x): "
+            f"{number(1 / ours.best)} against {number(1 / theirs.best)} edges/s"
+        ),
+        value=theirs.best / ours.best,
+        bar=bar,
+        command=f"{THIS} verilator",
+    )
+
+
+def made_edges(edges: int) -> tuple[Any, Any]:
+    """Return times and levels of the job's encoder."""
+    state = new_record(axis_kernels.ENCODER)
+    open_path_job.encoder().fill_steady(state, FREQUENCY_HZ, 1)
+    axis_kernels.reset_at(state, 0.0)
+    times, levels = np.empty(edges + 3, np.int64), np.empty(edges + 3, np.uint8)
+    used = axis_kernels.steady_edges(state, times, levels)
+    return times[:used], levels[:used]
+
+
+def stage_works(edges: int) -> dict[str, Callable[[], object]]:
+    """Return each stage alone over arrays of the job's edges; the box owes nothing."""
+    times, levels = made_edges(edges)
+    room = np.empty(6 * times.size + 16, np.int64), np.empty(6 * times.size + 16, np.uint8)
+    made = np.empty(edges + 3, np.int64), np.empty(edges + 3, np.uint8)
+
+    def encode() -> None:
+        state = new_record(axis_kernels.ENCODER)
+        open_path_job.encoder().fill_steady(state, FREQUENCY_HZ, 1)
+        axis_kernels.reset_at(state, 0.0)
+        axis_kernels.steady_edges(state, *made)
+
+    def inject(design: Design) -> Callable[[], None]:
+        def work() -> None:
+            state = new_record(injector_kernels.INJECTOR)
+            open_path_job.box(design).fill(state)
+            injector_kernels.reset(state, 0)
+            injector_kernels.inject(state, times, levels, -1, int(times[-1]) + 1, *room)
+
+        return work
+
+    def receive() -> None:
+        state = new_record(controller_kernels.RECEIVER)
+        ReceiverSettings().fill(state)
+        controller_kernels.reset(state, 0)
+        controller_kernels.receive(state, times, levels)
+        controller_kernels.settle(state, int(times[-1]) + 1_000_000)
+        if state.count != times.size:
+            raise open_path_job.WrongResultError(f"receiver: {state.count} counts of {times.size}")
+
+    boxes = {f"box, design {design.value}": inject(design) for design in Design}
+    return {"encoder": encode, **boxes, "receiver": receive}
+
+
+def stages(setting: Setting) -> Iterator[Figure]:
+    """Measure each stage alone, then all of them in one loop, per edge."""
+    edges = setting.of(4_000_000, 1_000_000)
+    for name, work in stage_works(edges).items():
+        spread = _timed(work, setting.rounds)
+        yield Figure(
+            what=f"Stage alone, over arrays: {name}",
+            measured=f"{spread.text(lambda s: f'{s / edges * 1e9:.2f}')} ns/edge",
+            value=spread.best,
+            command=f"{THIS} stages",
+        )
+    for what, frequency_hz in (("step functions", STEPPED_HZ), ("blocks", FREQUENCY_HZ)):
+        path = job(Design.C, 5 * edges, frequency_hz=frequency_hz)
+        spread = Spread(tuple(carry_out(path).wall_s for _ in range(setting.rounds)))
+        yield Figure(
+            what=f"All stages in one loop, design C, {what}",
+            measured=f"{spread.text(lambda s: f'{s / edges / 5 * 1e9:.2f}')} ns/edge",
+            value=spread.best,
+            command=f"{THIS} stages",
+        )
+
+
+def receiver_and_sigrok(setting: Setting) -> Iterator[Figure]:
+    """Measure decoding alone beside sigrok's decoder of Gray code."""
+    edges = setting.of(4_000_000, 1_000_000)
+    what, command = "Decoding alone beside sigrok's graycode", f"{THIS} sigrok"
+    ours = _timed(stage_works(edges)["receiver"], setting.rounds)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            runs = [sigrok.decode(setting.of(200_000, 50_000), Path(folder)) for _ in range(3)]
+    except (PeerAbsent, PeerFailedError) as problem:
+        yield skipped(what, str(problem), command)
+        return
+    theirs = max(run["edges_per_s"] for run in runs)
+    yield Figure(
+        what=what,
+        measured=f"{edges / ours.best / theirs:.0f} x: {number(edges / ours.best)} against {number(theirs)} edges/s",
+        value=edges / ours.best / theirs,
+        command=command,
+    )
+
+
+def write_changes(edges: int) -> Callable[[], None]:
+    """Return the writing of a VCD of ``edges`` changes of A and B into memory."""
+    times, levels = made_edges(edges)
+    lines = np.where((levels ^ np.roll(levels, 1)) & 1, 0, 1)
+    lines[0] = 0 if levels[0] & 1 else 1
+    values = levels >> lines & 1
+
+    def write() -> None:
+        signals = [VcdSignal(scope="encoder", name=name) for name in "AB"]
+        with VcdWriter(io.BytesIO(), signals=signals) as writer:
+            writer.write(times, lines, values)
+            writer.finish(int(times[-1]))
+
+    return write
+
+
+def vcd(setting: Setting) -> Iterator[Figure]:
+    """Measure the writing of a VCD file beside pyvcd's."""
+    edges = setting.of(2_000_000, 200_000)
+    ours = _timed(write_changes(edges), setting.rounds)
+    what, command = "Writing VCD beside pyvcd", f"{THIS} vcd"
+    try:
+        small = setting.of(200_000, 50_000)
+        times, levels = made_edges(small)
+        theirs = _timed(lambda: pyvcd.write(times, levels), 3)
+    except PeerAbsent as problem:
+        measured = f"{number(edges / ours.best)} changes/s; {problem}"
+        yield Figure(what=what, measured=measured, value=edges / ours.best, command=command)
+        return
+    ratio = (edges / ours.best) / (small / theirs.best)
+    yield Figure(
+        what=what,
+        measured=f"{ratio:.0f} x: {number(edges / ours.best)} against {number(small / theirs.best)} changes/s",
+        value=ratio,
+        command=command,
+    )

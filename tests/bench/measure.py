@@ -1,0 +1,75 @@
+"""Measure every figure of docs/benchmarks.md in one run and print the page.
+
+Example::
+
+    python tests/bench/measure.py --quick
+    python tests/bench/measure.py -o docs/benchmarks.md
+    python tests/bench/measure.py --only verilator --only handshake
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import figures_command
+import figures_machine
+import figures_signal
+from figures import Figure, Setting, on_cores
+from page import page
+
+GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
+    "open-path": figures_signal.open_path,
+    "steps": figures_signal.steps,
+    "verilator": figures_signal.verilator,
+    "memory": figures_command.memory,
+    "calibration": figures_machine.calibration,
+    "run": figures_command.run,
+    "handshake": figures_machine.handshake,
+    "start-up": figures_command.start_up,
+    "first-run": figures_command.first_run,
+    "sigrok": figures_signal.receiver_and_sigrok,
+    "vcd": figures_signal.vcd,
+    "stages": figures_signal.stages,
+}
+"""What can be measured, in the order of the page."""
+
+
+def measure(names: list[str], setting: Setting) -> dict[str, list[Figure]]:
+    """Measure groups of figures on one core and say on stderr how far it is."""
+    measured: dict[str, list[Figure]] = {}
+    with on_cores({setting.core}):
+        for name in names:
+            measured[name] = []
+            for figure in GROUPS[name](setting):
+                sys.stderr.write(f"{figure.verdict:9} {figure.what}: {figure.measured}\n")
+                measured[name].append(figure)
+    return measured
+
+
+def main() -> int:
+    """Measure what is asked for and write the page."""
+    parser = argparse.ArgumentParser(description="Measure the figures of docs/benchmarks.md.")
+    parser.add_argument("--quick", action="store_true", help="shorter runs, without the hour and the first rtec run")
+    parser.add_argument("--only", action="append", choices=list(GROUPS), help="one group; may be given several times")
+    parser.add_argument("--core", type=int, default=_last_core(), help="the core to measure on")
+    parser.add_argument("-o", "--output", type=Path, help="file to write the page to, instead of stdout")
+    given = parser.parse_args()
+    setting = Setting(core=given.core, quick=given.quick)
+    text = page(measure(given.only or list(GROUPS), setting), setting)
+    if given.output is None:
+        sys.stdout.write(text)
+    else:
+        given.output.write_text(text)
+    return 0
+
+
+def _last_core() -> int:
+    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,137 @@
+"""The page of the figures: the frame around the table."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from pathlib import Path
+
+from figures import Figure, Setting
+
+HEAD = """\
+# Benchmarks
+
+Written by `python tests/bench/measure.py -o docs/benchmarks.md`, in one run; `--quick` gives a rough idea,
+`--only NAME` one group. Measured on {machine}.
+{quick}
+Everything runs on one core (the process and its children are tied to it), `rtec run` on two. Each figure is the best
+of several runs after one that does not count, with the median beside it; where another program is compared with, it
+gets the same statistic and the two run by turns. The best run is the one that was disturbed least: the machine had
+other work to do, so medians wander by tens of percent from one day to the next, and a verdict near its bar may turn
+round. "Ratio" says how many times better than the bar a figure is; 1 and more is met.
+
+Before anything is timed as done, it is checked: every correction completed, every count as calculated by hand, no
+illegal transition, every exchange accepted. A run that fails this stops the measurement.
+"""
+
+TABLE_HEAD = "| figure | bar | measured | ratio | verdict | command |\n|---|---|---|---|---|---|\n"
+
+SECTIONS = {
+    "open-path": (
+        "The open path",
+        """\
+Encoder edges with a phase error of 10° and a jitter of 5 ns, box with the profile `fast` and a correction every 100
+edges, filter of 60 ns (three samples at 50 MHz), x4 decoder.
+""",
+    ),
+    "steps": (
+        "The same without the blocks",
+        """\
+The open path passes edges in blocks of sixteen while nothing but counting happens to them: the box owes nothing, no
+glitch is to be drawn, neighbouring edges are farther apart than the filter needs, and a quarter of the period is a
+whole number of picoseconds. The times of a block do not depend on each other, so the compiler computes several at
+once. Everything else, and every edge around a correction, goes through the step functions that the closed loop calls,
+too. `tests/differential/test_open_path_blocks.py` holds the two ways to the same final state, field by field.
+
+At 499 999 Hz the quarter period is no whole number of picoseconds, and with a correction every 8 edges there is no
+room for a block: there, all edges take the step functions. This is the speed to reckon with where the blocks do not
+apply. The bars in brackets are those of the table above, for comparison.
+""",
+    ),
+    "verilator": (
+        "Beside Verilator",
+        """\
+The peer is `tests/bench/peers`: RTL of design C and of an x4 decoder with a two-stage synchroniser and the same
+filter, on one clock of 50 MHz, driven at 500 kHz with the same phase error, jitter and corrections. Its stimulus is
+made before the time counts; ours is made while it counts. `plain` is `verilator -O3 -CFLAGS -O3` (its makefile
+then compiles the model with `-Os`); `tuned` compiles the model with `-O3` and across files; `profiled` lets the
+compiler learn from a first run as well and is the fastest that we could make of it. Verilator steps through 25 clocks
+an edge, whatever happens in them; rtec has no clock to step. The rows with bars in brackets say how much of that is
+left without the blocks.
+""",
+    ),
+    "memory": (
+        "Memory",
+        """\
+`rtec simulate` streams: what it holds does not grow with the length of the run. Nearly all of it is Python, numpy and
+the compiler's runtime.
+""",
+    ),
+    "calibration": (
+        "The closed loop",
+        """\
+Program, servo, axis with its error, encoder, box, PC and controller; planning included. Ticks at rest in which
+nothing can change are passed over at once; the second row computes every one of them.
+""",
+    ),
+    "run": (
+        "The main job",
+        "",
+    ),
+    "handshake": (
+        "PC and box",
+        """\
+An exchange is a look of the PC at valid words, its next request, and the box's samples up to the PC's next look,
+mailboxes with their latency included. Each exchange asks for one step more or less than the one before; the steps
+that the box has accepted, its total, the number of its samples and of the requests are then compared with what
+follows from the number of exchanges and the two periods.
+""",
+    ),
+    "start-up": (
+        "How soon it answers",
+        "From the start of the process to its end, the compiled code cached.\n",
+    ),
+    "first-run": (
+        "The first run",
+        "With an empty folder for machine code, on one core, measured once.\n",
+    ),
+    "sigrok": (
+        "Beside sigrok",
+        """\
+Recorded only. sigrok's time is that of the whole program, reading the capture included, on samples of 50 MHz; ours
+that of the receiver, filter included, over an array of edges.
+""",
+    ),
+    "vcd": (
+        "Writing waveforms",
+        "Recorded only. Both write changes of A and B into memory.\n",
+    ),
+    "stages": (
+        "Where the time goes",
+        """\
+Each stage alone reads edges from an array or writes them to one, so the rows do not add up to the loop, where the
+stages hand edges on in registers. The last two rows are the loop before and after the blocks.
+""",
+    ),
+}
+
+
+def page(measured: dict[str, list[Figure]], setting: Setting) -> str:
+    """Return the page as markdown."""
+    quick = "\nA quick run: shorter runs and fewer of them.\n" if setting.quick else ""
+    parts = [HEAD.format(machine=_machine(), quick=quick)]
+    for name, figures in measured.items():
+        title, text = SECTIONS[name]
+        rows = "".join(f"{figure.row}\n" for figure in figures)
+        parts.append(f"## {title}\n\n{text}{chr(10) if text else ''}{TABLE_HEAD}{rows}")
+    return "\n".join(parts)
+
+
+def _machine() -> str:
+    """Return processor, system and versions in words."""
+    info = Path("/proc/cpuinfo")
+    names = [line for line in info.read_text().splitlines() if line.startswith("model name")] if info.exists() else []
+    cpu = names[0].split(":", 1)[1].strip() if names else platform.processor() or platform.machine()
+    count = f"{len(names)} cores of an {cpu}" if names else cpu
+    packages = ", ".join(f"{name} {version(name)}" for name in ("rtec", "numpy", "numba", "llvmlite"))
+    return f"{count}, {platform.system()}, Python {platform.python_version()}, {packages}"
