@@ -21,11 +21,19 @@ from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timin
 from rtec.injector.box import insertions_of
 from rtec.machine import _loop_kernels
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
+from rtec.machine.play import check_play
 from rtec.metrology import Readings
 from rtec.predictors import NoError, Predictor
 from rtec.requester import Conversation, Status
+from rtec.units import PS_PER_S
 
-_SLICES = 100
+_LEAST_SLICES, _MOST_SLICES = 100, 1_000_000
+_SLICE_WORK = 20_000_000
+"""Ticks and edges, at the axis's top speed, between two moments at which a run can be broken off."""
+_MOST_EDGES = 1e12
+_DAY_PS = 86_400 * PS_PER_S
+_LONGEST_PS = 50 * _DAY_PS
+"""The kernels' "never" lies at 53 days."""
 _BOX_FIRST_PS = 300_000_000
 _PC_FIRST_PS = 5_500_000_000
 TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
@@ -83,7 +91,7 @@ class Machine:
     Raises
     ------
     ArgumentError
-        An error whose reverse curve lies below its forward curve, or climbs faster than the axis moves.
+        An error whose reverse curve lies below its forward curve, or that falls by more than the axis moves.
     """
 
     axis_error: Predictor = field(default_factory=NoError)
@@ -100,20 +108,7 @@ class Machine:
 
     def __post_init__(self) -> None:
         """Check that the true error is one that a play between two flanks can have."""
-        low, high = self.axis_error.range_mm
-        if not (np.isfinite(low) and np.isfinite(high)):
-            return
-        grid = np.linspace(low, high, 4001)
-        forward, reverse = self.axis_error.error_mm(grid, 1), self.axis_error.error_mm(grid, -1)
-        gap = reverse - forward
-        if gap.min() < -1e-9:
-            worst = int(np.argmin(gap))
-            raise ArgumentError(
-                "axis_error",
-                f"{gap[worst] * 1000:.3f} µm of play at {grid[worst]:.3f} mm",
-                "a reverse error not below the forward error",
-                "swap the directions: lost motion leaves the axis behind",
-            )
+        check_play(self.axis_error)
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""
@@ -211,7 +206,8 @@ def run_machine(
     Raises
     ------
     ArgumentError
-        A receiver whose counts are coarser than the encoder's, with a box that corrects by single counts.
+        A receiver whose counts are coarser than the encoder's, with a box that corrects by single counts; a run
+        longer than 50 days, or with more than 1e12 edges.
     """
     if machine.injector is not None and machine.receiver.multiplication is not Multiplication.X4:
         raise ArgumentError(
@@ -224,6 +220,7 @@ def run_machine(
     state = machine.state()
     state.skipping = int(skip_rest)
     total_ps = end_ps(motion)
+    slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
     trace: Any = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
     models: Any = (
@@ -233,16 +230,36 @@ def run_machine(
     )  # fmt: skip
     advance: Any = _loop_kernels.run
     begun = time.perf_counter()
-    for part in range(1, _SLICES + 1):
-        until_ps = total_ps * part // _SLICES
+    for part in range(1, slices + 1):
+        until_ps = total_ps * part // slices
         advance(state, until_ps, *arrays, *models, trace)
         if progress is not None:
-            progress(part / _SLICES)
+            progress(part / slices)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
             break
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
     return _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
+
+
+def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:
+    """Return into how many parts a run is cut, so that progress shows and it can be broken off in each."""
+    if total_ps > _LONGEST_PS:
+        raise ArgumentError(
+            "task", f"{total_ps / _DAY_PS:.1f} days", "a run of at most 50 days", "shorten the dwells"
+        )
+    count_mm = machine.encoder.count_mm
+    path_mm = float(np.abs(np.diff(np.append(motion.x0_mm, motion.end_mm))).sum())
+    if path_mm > _MOST_EDGES * count_mm:
+        raise ArgumentError(
+            "count_mm",
+            count_mm,
+            f"at most {_MOST_EDGES:g} edges in a run, {path_mm:g} mm long",
+            "take coarser counts",
+        )
+    ticks = total_ps // machine.servo.period_ps
+    edges_a_tick = machine.servo.max_speed_mm_s / count_mm * machine.servo.period_ps / 1e12
+    return round(min(max(ticks * (1.0 + edges_a_tick) / _SLICE_WORK, _LEAST_SLICES), _MOST_SLICES))
 
 
 def _arrays(
