@@ -9,16 +9,19 @@ from typing import Any
 
 from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.controller import IllegalPolicy, ReceiverSettings
-from rtec.errors import ArgumentError, FileFormatError
+from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine import Growth, Laser
+from rtec.machine import Growth, Laser, Machine
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import LatheNetwork, Predictor, read_table
 from rtec.requester import Conversation
-from rtec.study.sections import Section, choice, parse_toml, read_toml
-from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SHARE, SPEED, TIME
+from rtec.study.consistency import check_dwells, check_feed, check_range, check_sizes
+from rtec.study.sections import Section, brief, choice, parse_toml, read_toml
+from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")
+MAX_DRIVE_MM_S = 1e4
+"""What the drive does at most, however fast the axis may be."""
 _SECTIONS = (
     "axis", "encoder", "servo", "program", "laser", "controller", "box", "conversation", "predictor", "figures",
 )  # fmt: skip
@@ -117,10 +120,12 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
     axis_error = _predictor(parts["axis"], "error", folder, None)
     model = _predictor(parts["predictor"], "model", folder, axis_error)
     try:
+        with parts["axis"].naming(axis_error="error"):
+            Machine(axis_error=axis_error)
         plan = _plan(parts["program"])
-        _check_range(parts["program"], plan, "the axis's error", axis_error)
-        _check_range(parts["program"], plan, "the predictor", model)
-        return Study(
+        check_range(parts["program"], plan, "the axis's error", axis_error)
+        check_range(parts["program"], plan, "the predictor", model)
+        study = Study(
             name=_plain_name(top),
             title=top.text("title"),
             unit=unit,
@@ -136,12 +141,16 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             conversation=_conversation(parts["conversation"]),
             **_figures(parts["figures"]),
         )
-    except FileFormatError:
-        raise
+        with parts["box"].naming(rest_ps="rest"):
+            for design in Design:
+                study.timing(design)
+        check_feed(parts["program"], plan, study.limits)
+        check_dwells(parts["laser"], plan, study.laser)
+        check_sizes(parts["program"], parts["controller"], plan, study.table_interval_mm)
     except ArgumentError as error:
-        if str(path) in error.name:
-            raise
-        raise ArgumentError(f"{path}: {error.name}", error.value, error.allowed, error.hint) from None
+        where = error.name if str(path) in error.name else f"{path}: {error.name}"
+        raise ArgumentError(where, brief(error.value), error.allowed, error.hint) from None
+    return study
 
 
 def _plain_name(top: Section) -> str:
@@ -167,12 +176,13 @@ def _predictor(section: Section, key: str, folder: Path, truth: Predictor | None
 def _axis(section: Section) -> dict[str, Any]:
     jerk = section.quantity("jerk", JERK) if section.has("jerk") else None
     speed = section.quantity("max_speed", SPEED)
-    limits = Limits(
-        max_speed_mm_s=speed,
-        max_acceleration_mm_s2=section.quantity("acceleration", ACCELERATION),
-        max_jerk_mm_s3=jerk,
-        rapid_mm_s=speed,
-    )
+    with section.naming(max_speed_mm_s="max_speed", max_acceleration_mm_s2="acceleration", max_jerk_mm_s3="jerk"):
+        limits = Limits(
+            max_speed_mm_s=speed,
+            max_acceleration_mm_s2=section.quantity("acceleration", ACCELERATION),
+            max_jerk_mm_s3=jerk,
+            rapid_mm_s=speed,
+        )
     period = section.quantity("cyclic_period", LENGTH)
     if period < 0.0:
         raise ArgumentError(section.where("cyclic_period"), f"{period} mm", "a length above zero, or 0 mm for none")
@@ -181,60 +191,56 @@ def _axis(section: Section) -> dict[str, Any]:
 
 
 def _encoder(section: Section) -> Encoder:
-    return Encoder(
-        count_mm=section.quantity("count", LENGTH),
-        home_state=section.whole("home_state", 0, 3),
-        seed=section.whole("seed", 0, 1 << 60),
-        imperfections=Imperfections(
-            phase_error_deg=section.quantity("phase_error", ANGLE),
-            duty_error_a=section.quantity("duty_error_a", SHARE) / 100.0,
-            duty_error_b=section.quantity("duty_error_b", SHARE) / 100.0,
-            jitter_ps=section.time_ps("jitter"),
-        ),
-    )
+    lines = {"phase_error_deg": "phase_error", "phase_error_deg with duty errors": "phase_error"}
+    duties = {key: key for key in ("duty_error_a", "duty_error_b")}
+    with section.naming(count_mm="count", jitter_ps="jitter", **lines, **duties):
+        return Encoder(
+            count_mm=section.quantity("count", LENGTH),
+            home_state=section.whole("home_state", 0, 3),
+            seed=section.whole("seed", 0, 1 << 60),
+            imperfections=Imperfections(
+                phase_error_deg=section.quantity("phase_error", ANGLE),
+                duty_error_a=section.share("duty_error_a"),
+                duty_error_b=section.share("duty_error_b"),
+                jitter_ps=section.time_ps("jitter"),
+            ),
+        )
 
 
 def _servo(section: Section, axis: Section) -> Servo:
-    return Servo(
-        period_ps=section.time_ps("period"),
-        gain_per_s=section.quantity("gain", RATE),
-        lag_s=section.quantity("lag", TIME),
-        feedforward=section.number("feedforward", 0.0, 1.0),
-        deadband_counts=section.number("deadband", 0.0, 1e6),
-        dither_counts=section.number("dither", 0.0, 1e6),
-        dither_hz=section.quantity("dither_frequency", FREQUENCY),
-        max_speed_mm_s=2.0 * axis.quantity("max_speed", SPEED),
-    )
+    with section.naming(period_ps="period", gain_per_s="gain", lag_s="lag", dither_hz="dither_frequency"):
+        return Servo(
+            period_ps=section.time_ps("period"),
+            gain_per_s=section.quantity("gain", RATE),
+            lag_s=section.quantity("lag", TIME),
+            feedforward=section.number("feedforward", 0.0, 1.0),
+            deadband_counts=section.number("deadband", 0.0, 1e6),
+            dither_counts=section.number("dither", 0.0, 1e6),
+            dither_hz=section.quantity("dither_frequency", FREQUENCY),
+            max_speed_mm_s=min(2.0 * axis.quantity("max_speed", SPEED), MAX_DRIVE_MM_S),
+        )
 
 
 def _plan(section: Section) -> MeasuringPlan:
-    inch = {key: section.quantity(key, LENGTH) / MM_PER_INCH for key in ("start", "end", "increment", "overshoot")}
     # the macro writes four decimals of an inch; what it cannot write is refused by the plan itself
-    inch = {key: round(value, 9) for key, value in inch.items()}
-    return MeasuringPlan(
-        start_inch=inch["start"],
-        end_inch=inch["end"],
-        increment_inch=inch["increment"],
-        overshoot_inch=inch["overshoot"],
-        dwell_s=section.quantity("dwell", TIME),
-        runs=section.whole("runs", 1, 99),
-        feed_inch_min=round(section.quantity("feed", SPEED) * 60.0 / MM_PER_INCH, 9),
-        axis=MachineAxis(maximum_inch=max(41.0, inch["end"] + inch["overshoot"])),
-    )
-
-
-def _check_range(section: Section, plan: MeasuringPlan, what: str, predictor: Predictor) -> None:
-    """Refuse targets outside a predictor's range; overshoots may lie outside, there it is held."""
-    low, high = (end / MM_PER_INCH for end in predictor.range_mm)
-    for key, inch in (("start", plan.start_inch), ("end", plan.end_inch)):
-        if not low - 1e-9 <= inch <= high + 1e-9:
-            raise ArgumentError(
-                section.where(key), f"{inch:g} inch", f"{low:g} to {high:g} inch, the range of {what}"
-            )
+    inch = {
+        f"{key}_inch": round(section.quantity(key, LENGTH) / MM_PER_INCH, 9)
+        for key in ("start", "end", "increment", "overshoot")
+    }
+    keys = {name: name.removesuffix("_inch") for name in inch}
+    with section.naming(dwell_s="dwell", feed_inch_min="feed", maximum_inch="end", **keys):
+        return MeasuringPlan(
+            **inch,
+            dwell_s=section.quantity("dwell", TIME),
+            runs=section.whole("runs", 1, 99),
+            feed_inch_min=round(section.quantity("feed", SPEED) * 60.0 / MM_PER_INCH, 9),
+            axis=MachineAxis(maximum_inch=max(41.0, inch["end_inch"] + inch["overshoot_inch"])),
+        )
 
 
 def _laser(section: Section) -> dict[str, Any]:
-    laser = Laser(window_mm=section.quantity("window", LENGTH), dwell_s=section.quantity("dwell", TIME))
+    with section.naming(window_mm="window", dwell_s="dwell"):
+        laser = Laser(window_mm=section.quantity("window", LENGTH), dwell_s=section.quantity("dwell", TIME))
     spread = section.quantity("repeatability", LENGTH)
     check_repeatability(section.where("repeatability"), spread)
     return {"laser": laser, "repeatability_mm": spread, "seed": section.whole("seed", 0, 1 << 60)}
@@ -250,12 +256,13 @@ def _controller(section: Section) -> dict[str, Any]:
     interval = section.quantity("table_interval", LENGTH)
     if not 1e-3 <= interval <= 1e4:
         raise ArgumentError(section.where("table_interval"), f"{interval} mm", "a length from 1 um to 10 m")
-    receiver = ReceiverSettings(
-        filter_samples=section.whole("filter_samples", 0, 1_000_000),
-        clock_hz=round(section.quantity("filter_clock", FREQUENCY)),
-        policy=section.choice("policy", IllegalPolicy),
-        counter_bits=section.whole("counter_bits", 0, 62),
-    )
+    with section.naming(clock_hz="filter_clock", counter_bits="counter_bits"):
+        receiver = ReceiverSettings(
+            filter_samples=section.whole("filter_samples", 0, 1_000_000),
+            clock_hz=round(section.quantity("filter_clock", FREQUENCY)),
+            policy=section.choice("policy", IllegalPolicy),
+            counter_bits=section.whole("counter_bits", 0, 62),
+        )
     return {"receiver": receiver, "table_interval_mm": interval}
 
 
@@ -273,15 +280,18 @@ def _box(section: Section) -> dict[str, Any]:
 
 
 def _conversation(section: Section) -> Conversation:
-    return Conversation(
-        window_steps=section.whole("window", 1, 32767),
-        grace_readings=section.whole("grace", 0, 1000),
-        box_period_ps=section.time_ps("box_period"),
-        pc_period_ps=section.time_ps("pc_period"),
-        latency_ps=section.time_ps("latency"),
-        update_ps=section.time_ps("data_valid_low"),
-        reversal_mm=section.quantity("direction_hysteresis", LENGTH),
-    )
+    times = {"box_period_ps": "box_period", "pc_period_ps": "pc_period", "latency_ps": "latency"}
+    low = {"update_ps": "data_valid_low", "retry_ps": "data_valid_low", "reversal_mm": "direction_hysteresis"}
+    with section.naming(**times, **low):
+        return Conversation(
+            window_steps=section.whole("window", 1, 32767),
+            grace_readings=section.whole("grace", 0, 1000),
+            box_period_ps=section.time_ps("box_period"),
+            pc_period_ps=section.time_ps("pc_period"),
+            latency_ps=section.time_ps("latency"),
+            update_ps=section.time_ps("data_valid_low"),
+            reversal_mm=section.quantity("direction_hysteresis", LENGTH),
+        )
 
 
 def _figures(section: Section) -> dict[str, Any]:
@@ -291,8 +301,9 @@ def _figures(section: Section) -> dict[str, Any]:
         raise ArgumentError(section.where("feeds"), feeds, "speeds from 0.001 mm/s to 10 m/s")
     if not 1.0 <= span <= 1e4:
         raise ArgumentError(section.where("span"), f"{span} mm", "a length from 1 mm to 10 m")
-    growth = Growth(
-        final_mm=section.quantity("hold_growth", LENGTH),
-        time_constant_s=section.quantity("hold_time_constant", TIME),
-    )
+    with section.naming(final_mm="hold_growth", time_constant_s="hold_time_constant"):
+        growth = Growth(
+            final_mm=section.quantity("hold_growth", LENGTH),
+            time_constant_s=section.quantity("hold_time_constant", TIME),
+        )
     return {"feeds_mm_s": tuple(feeds), "span_mm": span, "growth": growth}

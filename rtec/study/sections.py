@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import enum
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError, FileFormatError, nearest
-from rtec.units import TIME, Kind, parse_quantity, seconds_to_ps
+from rtec.units import SHARE, TIME, Kind, parse_quantity, seconds_to_ps
 
 _E = TypeVar("_E", bound=enum.Enum)
 MAX_BYTES = 1_000_000
@@ -28,7 +30,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         size = path.stat().st_size
         if not path.is_file() or size > MAX_BYTES:
             raise FileFormatError(path, None, f"{size} bytes", f"a TOML file of at most {MAX_BYTES} bytes")
-        text = path.read_bytes().decode("utf-8")
+        text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FileFormatError(path, None, f"byte {error.start} is not UTF-8", "TOML in UTF-8") from None
     except OSError as error:
@@ -40,10 +42,23 @@ def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
     """Return the tables of TOML text that stands in ``path``."""
     try:
         return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FileFormatError(
-            path, None, str(error) or "nested too deeply", "TOML as in the built-in study"
-        ) from None
+    except RecursionError:
+        problem = "nested too deeply"
+    except ValueError as error:  # the parser's own, and that of a number with thousands of digits
+        problem = str(error)
+    raise FileFormatError(path, None, brief(problem), "TOML as in the built-in study")
+
+
+def brief(value: object) -> str:
+    """Return a value for a message of one line.
+
+    Examples
+    --------
+    >>> brief("x" * 1000)[-8:], len(brief("x" * 1000))
+    ('xxxxx...', 80)
+    """
+    text = str(value)
+    return text if len(text) <= 80 else text[:77] + "..."
 
 
 class Section:
@@ -67,7 +82,7 @@ class Section:
         self, path: str | Path, name: str, given: object, default: dict[str, Any], *, optional: tuple[str, ...] = ()
     ) -> None:
         if not isinstance(given, dict):
-            raise FileFormatError(path, None, f"{name} = {given!r}", f"a table [{name}]")
+            raise FileFormatError(path, None, brief(f"{name} = {given!r}"), f"a table [{name}]")
         known = [*default, *optional]
         for key in given:
             if key not in known:
@@ -84,6 +99,17 @@ class Section:
     def where(self, key: str) -> str:
         """Return how an error message names a key."""
         return f"{self._path}: {self._dotted(self._name, key)}"
+
+    @contextmanager
+    def naming(self, **keys: str) -> Iterator[None]:
+        """Let an error about an argument name the key that it came from; ``keys`` maps the one to the other."""
+        try:
+            yield
+        except ArgumentError as error:
+            key = keys.get(error.name)
+            if key is None:
+                raise
+            raise ArgumentError(self.where(key), error.value, error.allowed, error.hint) from None
 
     def has(self, key: str) -> bool:
         """Return whether a key has a value."""
@@ -121,6 +147,10 @@ class Section:
         """Return a time in picoseconds."""
         return seconds_to_ps(self.quantity(key, TIME), name=self.where(key))
 
+    def share(self, key: str) -> float:
+        """Return a share of the whole, given in percent."""
+        return self.quantity(key, SHARE) / 100.0
+
     def whole(self, key: str, low: int, high: int) -> int:
         """Return a whole number."""
         return whole_within(self.where(key), self._values[key], low, high)
@@ -140,4 +170,4 @@ def choice(where: str, value: object, kind: type[_E]) -> _E:
         if member.value == value:
             return member
     known = [str(member.value) for member in kind]
-    raise ArgumentError(where, repr(value)[:80], ", ".join(known), nearest(str(value), known))
+    raise ArgumentError(where, repr(value)[:80], ", ".join(known), nearest(str(value).lower(), known))

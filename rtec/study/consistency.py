@@ -1,0 +1,61 @@
+"""What one table of a study alone cannot know: whether program, axis, laser and tables fit together."""
+
+from __future__ import annotations
+
+from rtec.axis import Limits
+from rtec.errors import ArgumentError
+from rtec.machine import Laser
+from rtec.metrology import MeasuringPlan
+from rtec.predictors import Predictor
+from rtec.study.sections import Section
+from rtec.units import MM_PER_INCH
+
+MAX_READINGS = 200_000
+"""Of a measurement: sixteen times the thesis's calibration."""
+MAX_TABLE_POINTS = 1_000_000
+
+
+def check_range(section: Section, plan: MeasuringPlan, what: str, predictor: Predictor) -> None:
+    """Refuse targets outside a predictor's range; overshoots may lie outside, there it is held."""
+    low, high = (end / MM_PER_INCH for end in predictor.range_mm)
+    for key, inch in (("start", plan.start_inch), ("end", plan.end_inch)):
+        if not low - 1e-9 <= inch <= high + 1e-9:
+            raise ArgumentError(
+                section.where(key), f"{inch:g} inch", f"{low:g} to {high:g} inch, the range of {what}"
+            )
+
+
+def check_feed(program: Section, plan: MeasuringPlan, limits: Limits) -> None:
+    """Refuse a feed that the axis cannot reach."""
+    feed_mm_s = plan.feed_inch_min * MM_PER_INCH / 60.0
+    if feed_mm_s > limits.max_speed_mm_s * (1.0 + 1e-9):
+        raise ArgumentError(
+            program.where("feed"), f"{feed_mm_s:g} mm/s", f"at most {limits.max_speed_mm_s:g} mm/s, axis.max_speed"
+        )
+
+
+def check_dwells(laser: Section, plan: MeasuringPlan, settings: Laser) -> None:
+    """Refuse a reading that takes longer than the axis stands."""
+    if settings.dwell_s >= plan.dwell_s:
+        raise ArgumentError(
+            laser.where("dwell"), f"{settings.dwell_s:g} s", f"less than {plan.dwell_s:g} s, program.dwell"
+        )
+
+
+def check_sizes(program: Section, controller: Section, plan: MeasuringPlan, table_interval_mm: float) -> None:
+    """Refuse a measurement or a table that would fill the memory."""
+    travel_inch = plan.end_inch - plan.start_inch
+    readings = 2 * plan.runs * (travel_inch / plan.increment_inch + 1)
+    if readings > MAX_READINGS:
+        raise ArgumentError(
+            program.where("increment"),
+            f"{plan.increment_inch:g} inch",
+            f"at most {MAX_READINGS} readings, not {readings:.0f}",
+        )
+    points = travel_inch * MM_PER_INCH / table_interval_mm
+    if points > MAX_TABLE_POINTS:
+        raise ArgumentError(
+            controller.where("table_interval"),
+            f"{table_interval_mm:g} mm",
+            f"at most {MAX_TABLE_POINTS} points, not {points:.0f}",
+        )
