@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rtec.injector import Design, Injector
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
+from rtec.machine.measuring_run import end_ps
 from rtec.predictors import NoError
 from rtec.report.results import FeedCurve, HoldCurve, Waveform
 from rtec.signal import EdgeStream
@@ -21,6 +22,8 @@ from rtec.units import MM_PER_INCH
 _TIME, _COMMAND, _TRUE, _CONTROLLER = (
     TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm", "controller_mm")
 )
+TRACE_ROWS = 200_000
+"""Kept of a pass, however slow it is."""
 SETTLE_S = 0.5
 """Left out at both ends of a pass: acceleration, and the slewing of the request after a reversal."""
 
@@ -56,7 +59,8 @@ def _moving_errors(study: Study, machine: Machine, feed: float) -> tuple[NDArray
     # a reversal takes the request's slewing as long as the play is wide, in steps of the window
     end = start + 2.0 * lead + study.span_mm
     motion = straight_pass([end, 0.0], feed, study.limits, dwell_s=2.0)
-    trace = run_machine(machine, motion, trace_every=1).trace
+    ticks = end_ps(motion) // machine.servo.period_ps
+    trace = run_machine(machine, motion, trace_every=max(ticks // TRACE_ROWS, 1)).trace
     if trace is None:
         return np.empty(0), np.empty(0)
     inside = (trace[:, _COMMAND] > start + lead) & (trace[:, _COMMAND] < start + lead + study.span_mm)
