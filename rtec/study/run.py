@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.errors import ArgumentError
 from rtec.machine import LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
@@ -141,6 +142,13 @@ def _row(
 ) -> StudyRow:
     """Measure one row."""
     result = run_machine(machine, task, progress=progress)
+    if result.ending.name != "FINISHED" and not np.isfinite(result.deviation_mm).any():
+        raise ArgumentError(
+            f"row {name}",
+            f"{result.ending.name} after {result.simulated_s:.3f} s",
+            "a run with at least one reading",
+            "a controller that faults and a PC that holds end the run; see policy, real_edges and window",
+        )
     readings = _readings(task, result, noise)
     return StudyRow(
         name=name,
