@@ -1,0 +1,309 @@
+"""The encoder: its lines, reversals, jitter, glitches, index, and the steady motion that never drifts."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from encoder_oracle import steady_crossings
+
+from rtec._jit import new_record
+from rtec.axis import Encoder, Imperfections, MotionSegments, _kernels
+from rtec.errors import ArgumentError
+
+S = 10**12
+
+
+def motion(*pieces):
+    """Return the motion of pieces (seconds, counts, counts/s, counts/s^2) for an encoder of 1 mm a count."""
+    durations = np.array([round(s * S) for s, *_ in pieces], dtype=np.int64)
+    starts = np.concatenate(([0], np.cumsum(durations)[:-1])).astype(np.int64)
+    s, x, v, a = (np.array(column, dtype=np.float64) for column in zip(*pieces, strict=True))
+    return MotionSegments(
+        start_ps=starts,
+        duration_ps=durations,
+        x0_mm=x,
+        v0_mm_s=v,
+        a0_mm_s2=a,
+        j0_mm_s3=np.zeros_like(x),
+        block=np.zeros(x.size, dtype=np.int64),
+        block_end_ps=np.array([durations.sum()]),
+        end_mm=float(x[-1] + v[-1] * s[-1] + a[-1] * s[-1] ** 2 / 2),
+    )
+
+
+def edges(encoder, *pieces):
+    return encoder.edges(motion(*pieces))
+
+
+def steady(encoder, frequency_hz, direction, count, chunk=1 << 16):
+    """Return times and levels of so many edges at constant speed."""
+    state = new_record(_kernels.ENCODER)
+    encoder.fill_steady(state, frequency_hz, direction)
+    _kernels.reset_at(state, 0.0)
+    times, levels = [], []
+    while (left := count - sum(part.size for part in times)) > 0:
+        t, ab = np.empty(min(chunk, left + 2), np.int64), np.empty(min(chunk, left + 2), np.uint8)
+        n = _kernels.steady_edges(state, t, ab)
+        times.append(t[:n])
+        levels.append(ab[:n])
+    return np.concatenate(times)[:count], np.concatenate(levels)[:count], state
+
+
+MM = Encoder(count_mm=1.0)
+
+# ------------------------------------------------------------------- motion
+
+
+def test_constant_speed_crosses_half_way_between_counts():
+    stream = edges(MM, (1.0, 0.0, 4.0, 0.0))
+    assert stream.times_ps.tolist() == [S // 8, 3 * S // 8, 5 * S // 8, 7 * S // 8]
+    assert stream.levels.tolist() == [1, 3, 2, 0]  # A rises, B rises, A falls, B falls
+    back = edges(MM, (1.0, 0.0, -4.0, 0.0))
+    assert back.times_ps.tolist() == stream.times_ps.tolist()
+    assert back.levels.tolist() == [2, 3, 1, 0]
+
+
+def test_constant_acceleration_from_rest():
+    # x = t^2: lines at 0.5, 1.5, 2.5, 3.5
+    stream = edges(MM, (2.0, 0.0, 0.0, 2.0))
+    assert stream.times_ps.tolist() == [round(math.sqrt(k + 0.5) * S) for k in range(4)]
+
+
+def test_a_line_crossed_back_and_forth_at_a_reversal_gives_both_edges():
+    # x = 2 t - t^2 turns at 1 s and 1 count: line 1 (at 0.5) is crossed at 1 -+ sqrt(1/2) s
+    stream = edges(MM, (2.0, 0.0, 2.0, -2.0))
+    root = math.sqrt(0.5)
+    assert stream.times_ps.tolist() == [round((1 - root) * S), round((1 + root) * S)]
+    assert stream.levels.tolist() == [1, 0]
+
+
+@pytest.mark.parametrize("beyond", [1e-9, 1e-6, 1e-3])
+def test_even_the_slightest_crossing_at_a_turn_gives_both_edges(beyond):
+    # x = 0.5 + beyond - (t - 1)^2
+    top = 0.5 + beyond
+    stream = edges(MM, (2.0, top - 1, 2.0, -2.0))
+    near = [t for t in stream.times_ps.tolist() if abs(t - S) < S // 10]
+    assert len(near) == 2
+    assert near[1] - near[0] == pytest.approx(2 * math.sqrt(beyond) * S, rel=1e-4)
+    assert stream.counts().net == 0
+
+
+def test_just_short_of_a_line_there_is_no_edge():
+    assert edges(MM, (2.0, 0.5 - 1e-9 - 1, 2.0, -2.0)).counts() == (0, 0)
+    times = edges(MM, (2.0, 0.5 - 1e-9 - 1, 2.0, -2.0)).times_ps
+    assert not ((times > 0.9 * S) & (times < 1.1 * S)).any()
+
+
+def test_rest_has_no_edges():
+    assert len(edges(MM, (1000.0, 3.2, 0.0, 0.0))) == 0
+
+
+def test_pieces_give_the_same_edges_wherever_they_are_cut():
+    whole = edges(MM, (2.9, 0.0, 5.0, -3.0))
+    for cut in (0.1, 1.0, 5 / 3, 2.2):
+        v, x = 5 - 3 * cut, 5 * cut - 1.5 * cut**2
+        parts = edges(MM, (cut, 0.0, 5.0, -3.0), (2.9 - cut, x, v, -3.0))
+        assert parts.levels.tolist() == whole.levels.tolist()
+        assert np.abs(parts.times_ps - whole.times_ps).max() <= 2
+
+
+def test_chunks_join_to_the_whole():
+    there_and_back = [(1.0, 0.0, 1e6, 0.0), (1.0, 1e6, -1e6, 0.0)]
+    chunks = list(MM.edge_chunks(motion(*there_and_back)))
+    assert len(chunks) == 2
+    whole = edges(MM, *there_and_back)
+    assert [t for chunk in chunks for t in chunk.times_ps[:3]] == [
+        *whole.times_ps[:3],
+        *whole.times_ps[1_000_000:1_000_003],
+    ]
+    assert chunks[1].initial == chunks[0].final
+    assert whole.counts() == (0, 0)
+
+
+# ------------------------------------------------------------ imperfections
+
+
+@pytest.mark.parametrize(
+    ("flaws", "lines"),
+    [
+        ({}, [0.5, 1.5, 2.5, 3.5]),
+        ({"phase_error_deg": 9.0}, [0.5, 1.6, 2.5, 3.6]),  # 90 degrees are one count
+        ({"duty_error_a": 0.05}, [0.4, 1.5, 2.6, 3.5]),  # high for 2 + 4 * 0.05 counts
+        ({"duty_error_b": -0.1}, [0.5, 1.7, 2.5, 3.3]),
+    ],
+)
+@pytest.mark.parametrize("home", [0, 1, 2, 3])
+def test_lines_lie_where_the_imperfections_put_them(flaws, lines, home):
+    encoder = Encoder(count_mm=1.0, home_state=home, imperfections=Imperfections(**flaws))
+    stream = edges(encoder, (8.0, -home - 0.2, 1.0, 0.0))
+    assert stream.times_ps[:4].tolist() == [round((line + 0.2) * S) for line in lines]
+    assert stream.initial == 0
+
+
+def test_eccentricity_comes_once_a_revolution():
+    flaws = Imperfections(eccentricity_counts=0.5, eccentricity_deg=90.0)
+    encoder = Encoder(count_mm=1.0, counts_per_rev=40, imperfections=flaws)
+    times = edges(encoder, (80.0, 1.0, 1.0, 0.0)).times_ps / S
+    lateness = times + 1.0 - (np.arange(times.size) + 1.5)
+    k = np.arange(times.size) + 2
+    assert np.abs(lateness - 0.5 * np.cos(2 * np.pi * k / 40)).max() < 1e-9
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(
+    "flaws",
+    [
+        Imperfections(),
+        Imperfections(phase_error_deg=-23.0, duty_error_a=0.07, duty_error_b=-0.03),
+        Imperfections(phase_error_deg=8.0, eccentricity_counts=2.0),
+    ],
+)
+def test_steady_speed_is_a_cruise_to_a_picosecond(flaws, direction):
+    frequency = 333_333.0
+    encoder = Encoder(count_mm=1.0, counts_per_rev=4000, imperfections=flaws)
+    moved = edges(encoder, (0.03, 0.0, 4 * frequency * direction, 0.0))
+    times, levels, _ = steady(encoder, frequency, direction, len(moved))
+    assert levels.tolist() == moved.levels.tolist()
+    assert np.abs(times - moved.times_ps).max() <= 1
+
+
+@pytest.mark.parametrize("frequency_hz", [333_333.0, 333.333e3, 499_999.7])
+def test_nothing_drifts_over_ten_million_edges(frequency_hz):
+    state = new_record(_kernels.ENCODER)
+    MM.fill_steady(state, frequency_hz, 1)
+    _kernels.reset_at(state, 0.0)
+    t, ab = np.empty(100_002, np.int64), np.empty(100_002, np.uint8)
+    made = 0
+    while made < 10_000_000:
+        n = _kernels.steady_edges(state, t, ab)
+        numbers = (0, 1, n // 2, n - 1)
+        exact = steady_crossings(frequency_hz, [made + i for i in numbers])
+        for i, goal in zip(numbers, exact, strict=True):
+            assert abs(Fraction(int(t[i])) - goal) <= 1, (made + i, t[i], float(goal))
+        made += n
+
+
+# ------------------------------------------------------------------- jitter
+
+
+def test_jitter_is_bounded_triangular_and_independent():
+    bound, n = 50_000, 200_000
+    flawed = Encoder(imperfections=Imperfections(jitter_ps=bound), seed=20)
+    ideal, _, _ = steady(Encoder(), 500e3, 1, n)
+    times, _, _ = steady(flawed, 500e3, 1, n)
+    off = (times - ideal) / bound
+    assert np.abs(off).max() <= 1
+    assert np.abs(off).max() > 0.99
+    # a triangle on -1..1: variance 1/6, fourth moment 1/15; five standard deviations of each estimate
+    assert abs(off.mean()) < 5 * math.sqrt(1 / 6 / n)
+    assert abs((off**2).mean() - 1 / 6) < 5 * math.sqrt((1 / 15 - 1 / 36) / n)
+    assert abs((off**4).mean() - 1 / 15) < 5 * math.sqrt((1 / 45 - 1 / 225) / n)
+    ordered = np.sort(off)
+    triangle = np.where(ordered < 0, (1 + ordered) ** 2 / 2, 1 - (1 - ordered) ** 2 / 2)
+    assert np.abs(triangle - (np.arange(n) + 0.5) / n).max() < 1.95 / math.sqrt(n)  # Kolmogorov, 0.1 %
+    for lag in (1, 2, 3, 4, 8, 64):
+        assert abs((off[lag:] * off[:-lag]).mean()) < 5 / 6 / math.sqrt(n)
+
+
+def test_the_seed_decides_the_jitter():
+    def times(seed):
+        return steady(Encoder(imperfections=Imperfections(jitter_ps=5000), seed=seed), 1e5, 1, 1000)[0]
+
+    assert np.array_equal(times(1), times(1))
+    assert (times(1) != times(2)).mean() > 0.9
+
+
+# ----------------------------------------------------------------- glitches
+
+
+def test_glitches_come_as_often_as_asked_and_change_no_count():
+    flaws = Imperfections(glitch_probability=0.1, glitch_ps=20_000)
+    n = 50_000
+    times, levels, state = steady(Encoder(imperfections=flaws, seed=5), 100e3, 1, n)
+    clean = n - 2 * int(state.glitches)
+    assert abs(int(state.glitches) - 0.1 * clean) < 5 * math.sqrt(0.09 * clean) + 1
+    assert (np.diff(times) > 0).all()
+    before = np.concatenate(([0], levels[:-1]))
+    changed = before ^ levels
+    assert set(changed.tolist()) == {1, 2}
+    # a glitch is there and back on one line, 20 ns apart unless a real edge comes between
+    short = np.flatnonzero(np.diff(times) == 20_000)
+    assert short.size > 0.9 * int(state.glitches)
+    assert (changed[short] == changed[short + 1]).all()
+    assert 0.4 < (changed[short] == 1).mean() < 0.6
+    angle = (levels[-1] ^ (levels[-1] >> 1)) & 3
+    deltas = np.array([0, 1, -1, 0, -1, 0, 0, 1, 1, 0, 0, -1, 0, -1, 1, 0])[before * 4 + levels]
+    assert int(deltas.sum()) in (clean, clean + 1, clean - 1)
+    assert angle == int(deltas.sum()) % 4
+
+
+def test_glitches_are_seeded():
+    def stream(seed):
+        encoder = Encoder(count_mm=1.0, imperfections=Imperfections(glitch_probability=0.3), seed=seed)
+        return edges(encoder, (1.0, 0.0, 500.0, 0.0))
+
+    assert stream(3) == stream(3)
+    assert stream(3) != stream(4)
+
+
+def test_a_glitch_at_the_end_of_a_motion_is_ended():
+    flaws = Imperfections(glitch_probability=0.5, glitch_ps=10**9)
+    ends = set()
+    for seed in range(40):
+        encoder = Encoder(count_mm=1.0, imperfections=flaws, seed=seed)
+        stream = edges(encoder, (0.01, 0.0, 800.0, 0.0))
+        assert stream.final == 0  # eight counts on
+        ends.add(stream.times_ps[-1] > 0.01 * S)
+    assert ends == {True, False}
+
+
+# -------------------------------------------------------------------- index
+
+
+def test_index_is_high_at_every_multiple_of_its_counts():
+    disc = Encoder(count_mm=1.0, counts_per_rev=8, index_counts=-1)
+    there_and_back = edges(disc, (20.0, 0.0, 1.0, 0.0), (20.0, 20.0, -1.0, 0.0))
+    index = disc.index_pulses(there_and_back)
+    assert index.initial == 1
+    expected = [0.5, 7.5, 8.5, 15.5, 16.5, 23.5, 24.5, 31.5, 32.5, 39.5]
+    assert index.times_ps.tolist() == [round(t * S) for t in expected]
+
+
+# ---------------------------------------------------------------- arguments
+
+
+@pytest.mark.parametrize(
+    ("make", "named"),
+    [
+        (lambda: Imperfections(phase_error_deg=90.0), "phase_error_deg"),
+        (lambda: Imperfections(duty_error_a=math.nan), "duty_error_a"),
+        (lambda: Imperfections(phase_error_deg=80.0, duty_error_a=0.2), "phase_error_deg with duty errors"),
+        (lambda: Imperfections(jitter_ps=-1), "jitter_ps"),
+        (lambda: Imperfections(glitch_ps=0), "glitch_ps"),
+        (lambda: Imperfections(glitch_probability=1.5), "glitch_probability"),
+        (lambda: Encoder(count_mm=0.0), "count_mm"),
+        (lambda: Encoder(counts_per_rev=10), "counts_per_rev"),
+        (lambda: Encoder(index_counts=-1), "index_counts"),
+        (lambda: Encoder(home_state=4), "home_state"),
+        (lambda: Encoder(seed=-1), "seed"),
+        (lambda: Encoder(imperfections=Imperfections(eccentricity_counts=1.0)), "eccentricity_counts"),
+        (lambda: Encoder(counts_per_rev=4, imperfections=Imperfections(eccentricity_counts=1.0)), "eccentricity"),
+    ],
+)
+def test_what_an_encoder_cannot_be_is_named(make, named):
+    with pytest.raises(ArgumentError, match=named):
+        make()
+
+
+@pytest.mark.parametrize(("frequency", "named"), [(0.0, "frequency"), (math.inf, "frequency"), (1e9, "frequency")])
+def test_frequencies_are_bounded(frequency, named):
+    with pytest.raises(ArgumentError, match=named):
+        MM.fill_steady(new_record(_kernels.ENCODER), frequency, 1)
+
+
+def test_jitter_that_would_change_the_order_of_edges_is_refused():
+    encoder = Encoder(imperfections=Imperfections(phase_error_deg=45.0, jitter_ps=130_000))
+    encoder.fill_steady(new_record(_kernels.ENCODER), 480e3, 1)
+    with pytest.raises(ArgumentError, match="less than 125000 ps"):  # half a quarter, half a quarter of 500 ns
+        encoder.fill_steady(new_record(_kernels.ENCODER), 500e3, 1)
