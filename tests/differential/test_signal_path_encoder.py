@@ -104,7 +104,7 @@ def test_edges_of_any_motion_are_the_oracles(disc, segments):
 )
 def test_edges_of_a_program_are_the_oracles(disc, targets, shape):
     blocks = tuple(
-        Dwell(seconds=0.25) if target is None else Move(target_mm=round(target, 4), feed_mm_s=0.4)
+        Dwell(seconds=0.25) if target is None else Move(target_mm=round(target, 4) + 3e-5, feed_mm_s=0.4)
         for target in targets
     )
     limits = Limits(max_speed_mm_s=1.0, max_acceleration_mm_s2=2.0, rapid_mm_s=1.0, max_jerk_mm_s3=40.0)

@@ -1,7 +1,7 @@
 """A slow, plain model of an encoder: every line followed through the motion by dense sampling and bisection.
 
-Nothing here imports rtec. Positions are in counts. Track A is high over half of each cycle of four counts, from half a
-count behind the middle of state 1 on; track B comes one count later.
+Nothing here imports rtec. Positions are in counts. Track A is high over half of each cycle of four counts, from
+half a count behind the middle of state 1 on; track B comes one count later.
 """
 
 from __future__ import annotations
