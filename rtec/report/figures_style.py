@@ -75,10 +75,14 @@ def new_figure(height_inch: float) -> Figure:
 
 def rendered(figure: Figure) -> tuple[bytes, bytes]:
     """Return the figure as SVG and as PNG of 150 dots an inch; the same figure gives the same bytes."""
+    figure.draw_without_rendering()
+    # the places hold for both formats; the layout's last digits vary, and ids in an SVG are digests of all digits
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, bottom, width, height = (round(float(edge), 6) for edge in axes.get_position().bounds)
+        axes.set_position((left, bottom, width, height))
     svg, png = io.BytesIO(), io.BytesIO()
     figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "rtec"})
-    # the places found for the first format hold for the second, too; finding them is half of the work
-    figure.set_layout_engine("none")
     figure.savefig(png, format="png", metadata={"Software": None}, dpi=DPI)
     return svg.getvalue(), png.getvalue()
 
