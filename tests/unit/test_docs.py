@@ -1,0 +1,263 @@
+"""The documentation: names that exist, links that lead somewhere, commands that do what the pages show."""
+
+import json
+import re
+import shlex
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rtec.cli import main
+from rtec.report import write_report
+from rtec.report.results import row_dict
+from rtec.study import builtin_study, builtin_text, run_study
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
+WRITTEN_LATER = {"docs/benchmarks.md"}
+"""Pages that others write; a link to one is no error before it is there."""
+FENCE = re.compile(r"^```(?P<kind>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+VERBS = ("run", "simulate", "iso230")
+
+
+def identity(page):
+    return page.relative_to(ROOT).as_posix()
+
+
+def text_of(page):
+    return page.read_text(encoding="utf-8")
+
+
+def blocks(page, kind):
+    return [match["body"] for match in FENCE.finditer(text_of(page)) if match["kind"] == kind]
+
+
+def files_of(page):
+    return {m["kind"].split()[1]: m["body"] for m in FENCE.finditer(text_of(page)) if m["kind"].startswith("file ")}
+
+
+def anchors(page):
+    heads = re.findall(r"^#+ (.*)$", FENCE.sub("", text_of(page)), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def steps(page):
+    """Return the commands of a page's consoles with the lines shown under each: (words, lines, exit code shown)."""
+    found = []
+    for body in blocks(page, "console"):
+        lines = body.splitlines()
+        for number, line in enumerate(lines):
+            if not line.startswith("$ rtec"):
+                continue
+            end = next((i for i in range(number + 1, len(lines)) if lines[i].startswith("$")), len(lines))
+            code = int(lines[end + 1]) if lines[end : end + 1] == ["$ echo $?"] else None
+            found.append((shlex.split(line)[2:], lines[number + 1 : end], code))
+    return found
+
+
+def code_spans(page):
+    return re.findall(r"`([^`\n]+)`", FENCE.sub("", text_of(page)))
+
+
+# names and links
+
+
+@pytest.mark.parametrize("page", PAGES, ids=identity)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", FENCE.sub("", text_of(page))):
+        if target.startswith("http"):
+            continue
+        path, _, anchor = target.partition("#")
+        place = (page.parent / path).resolve() if path else page
+        if not place.exists():
+            assert identity(place) in WRITTEN_LATER, f"{identity(page)}: {target}"
+            continue
+        if anchor:
+            assert anchor in anchors(place), f"{identity(page)}: {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=identity)
+def test_paths_exist(page):
+    for span in code_spans(page):
+        if re.fullmatch(r"(?:rtec|tests|docs|\.ci)/[\w./*-]*", span) and "*" not in span:
+            assert (ROOT / span).exists(), f"{identity(page)}: {span}"
+
+
+def test_every_function_of_the_two_walks_stands_in_the_file_beside_it():
+    checked = 0
+    for line in text_of(ROOT / "docs" / "architecture.md").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if not line.startswith("|") or len(cells) != 3 or "`" not in cells[1]:
+            continue
+        source = "".join((ROOT / path).read_text(encoding="utf-8") for path in re.findall(r"`([^`]+)`", cells[2]))
+        for name in re.findall(r"`([\w.]+)`", cells[1]):
+            # a class for "Class.method", then the method
+            for part in name.split("."):
+                assert re.search(rf"^\s*(?:def|class) {part}\b", source, re.MULTILINE), f"{name} in {cells[2]}"
+            checked += 1
+    assert checked > 40
+
+
+def test_names_in_the_architecture_exist_somewhere():
+    source = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "rtec").rglob("*.py"))
+    for span in code_spans(ROOT / "docs" / "architecture.md"):
+        for name in re.findall(r"^[A-Za-z_]\w+(?:\.\w+)?$", span):
+            last = name.rpartition(".")[2]
+            assert re.search(rf"\b{last}\b", source) or (ROOT / "rtec" / last).exists() or last in VERBS, span
+
+
+def test_rooms_are_those_of_the_package():
+    rooms = set(re.findall(r"^\| `rtec/(\w+)` \|", text_of(ROOT / "docs" / "architecture.md"), re.MULTILINE))
+    assert rooms == {path.parent.name for path in (ROOT / "rtec").glob("*/__init__.py")}
+
+
+def test_layers_are_those_of_the_project_file():
+    contract = tomllib.loads(text_of(ROOT / "pyproject.toml"))["tool"]["importlinter"]["contracts"][0]
+    layers = [[name.strip().removeprefix("rtec.") for name in layer.split("|")] for layer in contract["layers"]]
+    paragraph = text_of(ROOT / "docs" / "architecture.md").split("holds\nthem: ")[1].split(".\n\n")[0]
+    assert [re.findall(r"`(\w+)`", layer) for layer in paragraph.split("›")] == layers
+
+
+# commands
+
+
+def test_readme_opens_with_the_two_commands():
+    lines = text_of(ROOT / "README.md").splitlines()
+    assert lines[:4] == [
+        "# rtec",
+        "",
+        "    python -m pip install .            && rtec run",
+        '    python -m pip install ".[test]"    && pytest',
+    ]
+    assert (ROOT / "docs" / "lathe.png").stat().st_size < 200_000
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_verbs_of_the_reference_have_help(capsys, verb):
+    assert main([verb, "--help"]) == 0
+    known = capsys.readouterr().out
+    for page in PAGES:
+        for line in text_of(page).splitlines():
+            if re.match(rf"(?:    |\$ )rtec {verb}\b", line):
+                for option in re.findall(r"\s(--[a-z-]+)", line):
+                    assert option in known, f"{identity(page)}: {line}"
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "docs" / "tutorial.md"], ids=identity)
+def test_consoles_show_what_the_commands_print(page, tmp_path, monkeypatch, capsys, before_after):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    for name, text in files_of(page).items():
+        Path(name).write_text(text, encoding="utf-8")
+    Path("before-after").symlink_to(before_after)
+    shown = 0
+    for words, expected, code in steps(page):
+        if words[0] == "run" and "--write-study" not in words:
+            continue  # its figures are compared below, and the study is read
+        found = main(words)
+        out, err = capsys.readouterr()
+        assert found == (code or 0) or code is None, words
+        printed = iter([line.rstrip() for line in (out + err).splitlines()])
+        for line in expected:
+            if line != "...":
+                assert line.rstrip() in printed, (words, line)  # in this order
+                shown += 1
+    assert shown > 10
+
+
+def test_tutorial_study_runs(tmp_path, monkeypatch):
+    from rtec.study import read_study
+
+    monkeypatch.chdir(tmp_path)
+    for name, text in files_of(ROOT / "docs" / "tutorial.md").items():
+        Path(name).write_text(text, encoding="utf-8")
+    study = read_study(Path("my.toml"))
+    assert study.name == "mine"
+    # 4 lines of the table; at 500 mm the reverse curve lies 8 um above the forward one
+    forward, reverse = (float(study.model.error_mm(500.0, way)) for way in (1, -1))
+    assert (round(forward, 6), round(reverse - forward, 6)) == (0.011, 0.008)
+
+
+# figures
+
+
+@pytest.fixture(scope="module")
+def quiet_run():
+    return run_study(replace(builtin_study(), repeatability_mm=0.0, feeds_mm_s=()))
+
+
+@pytest.fixture(scope="module")
+def before_after(quiet_run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("before-after")
+    write_report(quiet_run, folder)
+    return folder
+
+
+def test_readme_table_is_what_the_command_measures(quiet_run):
+    lines = text_of(ROOT / "README.md").split("## What each design leaves")[1].split("\n## ")[0].splitlines()
+    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")][2:]
+    assert len(table) == len(quiet_run.rows) == 6
+    for cells, row in zip(table, quiet_run.rows, strict=True):
+        measured = row_dict(row)
+        keys = ("max_average_error_um", "max_reversal_error_um", "pp_um", "rms_um")
+        assert [float(cell) for cell in cells[1:5]] == [round(measured[key], 1) for key in keys], cells[0]
+        assert int(cells[5].replace(" ", "") or 0) == measured["corrections_inserted"]
+
+
+def test_tutorial_table_is_what_the_command_measures(quiet_run):
+    page = text_of(ROOT / "docs" / "tutorial.md")
+    for words, key in (
+        ("maximum average error", "max_average_error_um"),
+        ("maximum reversal", "max_reversal_error_um"),
+    ):
+        line = next(line for line in page.splitlines() if words in line)
+        figures = [float(number) for number in re.findall(r"\d+\.\d", line)]
+        assert figures == [round(row_dict(row)[key], 1) for row in quiet_run.rows]
+
+
+# reference
+
+
+def test_study_keys_are_those_of_the_builtin_study():
+    builtin = tomllib.loads(builtin_text())
+    keys = {key for key, value in builtin.items() if not isinstance(value, dict)}
+    keys |= {f"{name}.{key}" for name, table in builtin.items() if isinstance(table, dict) for key in table}
+    rows = re.findall(r"^\| `([a-z_.]+)` \| (.*?) \|", text_of(ROOT / "docs" / "reference.md"), re.MULTILINE)
+    named = dict(rows)
+    assert set(named) == keys | {"axis.jerk"}  # which the built-in study leaves out
+    for key, shown in named.items():
+        name, _, rest = key.partition(".")
+        value = builtin[name] if not rest else builtin[name].get(rest)
+        if isinstance(value, str | int | float) and key != "title":  # in words on the page
+            assert shown.strip("`") == str(value), key
+
+
+def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after):
+    page = text_of(ROOT / "docs" / "reference.md").split("## JSON")[1].split("\n## ")[0]
+    run, simulate, iso230 = (set(re.findall(r"`([A-Za-z_]\w*)`", part)) for part in page.split("**`rtec")[1:])
+    rows = row_dict(quiet_run.rows[0])
+    names = {row.name for row in quiet_run.rows}
+    assert run == set(quiet_run.to_dict()) | {"report"} | set(rows) | set(rows["iso230"]) | names
+    main(["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"])
+    assert simulate == set(json.loads(capsys.readouterr().out))
+    main(["iso230", str(before_after / "readings" / "b.csv"), "--json"])
+    found = set(json.loads(capsys.readouterr().out))
+    assert iso230 - {"_forward", "_backward"} == {key for key in found if not key.endswith(("_forward", "_backward"))}
+    assert {key for key in found if key.endswith("_forward")} == {
+        f"{k}_forward" for k in ("A", "R", "E", "cyclic_pp")
+    }
+
+
+def test_python_of_the_readme_runs():
+    for code in blocks(ROOT / "README.md", "python"):
+        exec(compile(code, "README.md", "exec"), {})  # noqa: S102 - our own page
+
+
+def test_python_of_the_how_to_parses_and_the_closed_loop_runs(capsys):
+    codes = blocks(ROOT / "docs" / "how-to.md", "python")
+    for code in codes:
+        compile(code, "how-to.md", "exec")
+    exec(next(code for code in codes if "run_machine" in code), {})  # noqa: S102 - our own page
+    assert capsys.readouterr().out.startswith("True ")
