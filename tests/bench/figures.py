@@ -17,11 +17,14 @@ class Setting:
     ----------
     core
         Number of the core that everything runs on unless a figure says otherwise.
+    second_core
+        The other one where a figure says two; the same where there is only one.
     quick
         Shorter runs and fewer of them: to see that all works, and roughly how fast.
     """
 
     core: int
+    second_core: int
     quick: bool
 
     @property

@@ -84,7 +84,7 @@ def first_run(setting: Setting) -> Iterator[Figure]:
 def run(setting: Setting) -> Iterator[Figure]:
     """Measure ``rtec run`` with everything, on two cores, with compiled code cached."""
     what, bar = "`rtec run` with everything, on two cores", Bar(value=60.0, unit="s", at_most=True)
-    with tempfile.TemporaryDirectory() as name, on_cores({setting.core, setting.core ^ 1}):
+    with tempfile.TemporaryDirectory() as name, on_cores({setting.core, setting.second_core}):
         try:
             measure([rtec(), "run"], Path(name))
             children = [measure([rtec(), "run"], Path(name)) for _ in range(setting.of(3, 1))]

@@ -227,18 +227,20 @@ def receiver_and_sigrok(setting: Setting) -> Iterator[Figure]:
     )
 
 
-def write_changes(edges: int) -> Callable[[], None]:
-    """Return the writing of a VCD of ``edges`` changes of A and B into memory."""
+def write_changes(edges: int) -> Callable[[], int]:
+    """Return the writing of a VCD of ``edges`` changes of A and B into memory; it returns the file's length."""
     times, levels = made_edges(edges)
     lines = np.where((levels ^ np.roll(levels, 1)) & 1, 0, 1)
     lines[0] = 0 if levels[0] & 1 else 1
     values = levels >> lines & 1
 
-    def write() -> None:
+    def write() -> int:
+        file = io.BytesIO()
         signals = [VcdSignal(scope="encoder", name=name) for name in "AB"]
-        with VcdWriter(io.BytesIO(), signals=signals) as writer:
+        with VcdWriter(file, signals=signals) as writer:
             writer.write(times, lines, values)
             writer.finish(int(times[-1]))
+        return file.tell()
 
     return write
 

@@ -55,11 +55,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Measure the figures of docs/benchmarks.md.")
     parser.add_argument("--quick", action="store_true", help="shorter runs, without the hour and the first rtec run")
     parser.add_argument("--only", action="append", choices=list(GROUPS), help="one group; may be given several times")
-    parser.add_argument("--core", type=int, default=_last_core(), help="the core to measure on")
+    parser.add_argument("--core", type=int, default=_cores()[-1], help="the core to measure on")
     parser.add_argument("-o", "--output", type=Path, help="file to write the page to, instead of stdout")
     given = parser.parse_args()
-    setting = Setting(core=given.core, quick=given.quick)
-    text = page(measure(given.only or list(GROUPS), setting), setting)
+    others = [core for core in _cores() if core != given.core]
+    setting = Setting(core=given.core, second_core=(others or [given.core])[-1], quick=given.quick)
+    busy = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    text = page(measure(given.only or list(GROUPS), setting), setting, busy)
     if given.output is None:
         sys.stdout.write(text)
     else:
@@ -67,8 +69,8 @@ def main() -> int:
     return 0
 
 
-def _last_core() -> int:
-    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
+def _cores() -> list[int]:
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
 
 
 if __name__ == "__main__":

@@ -16,9 +16,9 @@ Written by `python tests/bench/measure.py -o docs/benchmarks.md`, in one run; `-
 {quick}
 Everything runs on one core (the process and its children are tied to it), `rtec run` on two. Each figure is the best
 of several runs after one that does not count, with the median beside it; where another program is compared with, it
-gets the same statistic and the two run by turns. The best run is the one that was disturbed least: the machine had
-other work to do, so medians wander by tens of percent from one day to the next, and a verdict near its bar may turn
-round. "Ratio" says how many times better than the bar a figure is; 1 and more is met.
+gets the same statistic and the two run by turns. The best run is the one that was disturbed least: on a
+machine with other work to do, medians wander by tens of percent from one run to the next, and a verdict near its bar
+may turn round. {load} "Ratio" says how many times better than the bar a figure is; 1 and more is met.
 
 Before anything is timed as done, it is checked: every correction completed, every count as calculated by hand, no
 illegal transition, every exchange accepted. A run that fails this stops the measurement.
@@ -116,10 +116,13 @@ stages hand edges on in registers. The last two rows are the loop before and aft
 }
 
 
-def page(measured: dict[str, list[Figure]], setting: Setting) -> str:
-    """Return the page as markdown."""
+def page(measured: dict[str, list[Figure]], setting: Setting, busy: float | None) -> str:
+    """Return the page as markdown; ``busy`` is the load before the start, in processes that wanted to run."""
     quick = "\nA quick run: shorter runs and fewer of them.\n" if setting.quick else ""
-    parts = [HEAD.format(machine=_machine(), quick=quick)]
+    load = (
+        "" if busy is None else f"Processes of others that wanted to run in the minute before the start: {busy:.1f}."
+    )
+    parts = [HEAD.format(machine=_machine(), quick=quick, load=load)]
     for name, figures in measured.items():
         title, text = SECTIONS[name]
         rows = "".join(f"{figure.row}\n" for figure in figures)
