@@ -32,7 +32,7 @@ def motion_of(segments):
 @st.composite
 def flaws(draw):
     lag = draw(st.floats(-60, 60))
-    longer = st.floats(-0.08, 0.08)
+    longer = st.floats(-0.05, 0.05)
     if draw(st.booleans()):
         return Disc(home=draw(st.integers(0, 3)))
     return Disc(
