@@ -115,11 +115,6 @@ def _failure(row: StudyRow) -> str:
     return f"is {text}" if text.startswith("off") else f"had {text}"
 
 
-def command(study: str) -> str:
-    """Return the words that run a study again."""
-    return "rtec run" if study == "lathe" else "rtec run STUDY.toml"
-
-
 def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustration], files: Sequence[str]) -> str:
     """Return the page.
 
@@ -164,7 +159,7 @@ def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustratio
         seed=result.seed,
         repeatability=f"{result.repeatability_mm * 1000:g} µm",
         noisy=result.repeatability_mm > 0.0,
-        command=command(result.study),
+        command=result.command,
         simulated=number(round(sum(row.simulated_s for row in result.rows) / 3600.0, 1)),
         files=files,
     )

@@ -110,6 +110,8 @@ class StudyResult:
 
     study: str
     title: str
+    command: str
+    """What runs the study again."""
     unit: str
     """``um``, ``mm`` or ``inch``: of tables and plots."""
     facts: tuple[tuple[str, str], ...]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,8 @@ class Study:
 
     name: str
     title: str
+    file: str = field(compare=False)
+    """File that it was read from; empty for the built-in study."""
     unit: str
     axis_error: Predictor
     period_mm: float | None
@@ -128,6 +130,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
         study = Study(
             name=_plain_name(top),
             title=top.text("title"),
+            file=str(path) if isinstance(path, Path) else "",
             unit=unit,
             axis_error=axis_error,
             model=model,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rtec.injector import Design, Injector
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
-from rtec.machine.measuring_run import end_ps
+from rtec.machine.measuring_run import HOME_DWELL_S, end_ps
 from rtec.predictors import NoError
 from rtec.report.results import FeedCurve, HoldCurve, Waveform
 from rtec.signal import EdgeStream
@@ -83,23 +83,19 @@ def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
     The paper's turning case: an axis with a fixed programmed position that needs correction all the same.
     """
     count_mm = study.encoder.count_mm
-    # stand in the angle state opposite to state 0, wherever home lies
-    count = round(study.plan.start_inch * MM_PER_INCH / count_mm)
-    count += (2 - study.encoder.home_state - count) % 4
+    # a few counts from home, in the angle state opposite to state 0, so that hardly any growth passes on the way
+    count = (2 - study.encoder.home_state) % 4
     time_constant = study.growth.time_constant_s
-    speed = study.limits.max_speed_mm_s / 2.0
-    motion = straight_pass([count * count_mm], speed, study.limits, dwell_s=5.0 * time_constant)
+    motion = straight_pass([count * count_mm], count_mm * 1000.0, study.limits, dwell_s=5.0 * time_constant)
     growing = replace(machine, growth=study.growth, axis_error=NoError(), model=NoError())
     result = run_machine(growing, motion, trace_every=max(round(time_constant), 1) * 5, progress=progress)
     trace = np.empty((0, len(TRACE_COLUMNS))) if result.trace is None else result.trace
-    standing = trace[np.abs(trace[:, _COMMAND] - count * count_mm) < count_mm / 2]
-    # the motion ends in a following error: begin once the axis stands
-    standing = standing[standing[:, _TIME] > (standing[0, _TIME] + 2.0 if standing.size else 0.0)]
+    standing = trace[trace[:, _TIME] > HOME_DWELL_S + SETTLE_S]
     return HoldCurve(
         name=name,
-        state=(result.encoder_counts + study.encoder.home_state) % 4,
-        time_s=standing[:, _TIME] - (standing[0, _TIME] if standing.size else 0.0),
-        deviation_mm=standing[:, _TRUE] - standing[:, _COMMAND],
+        state=2,
+        time_s=standing[:, _TIME],
+        deviation_mm=standing[:, _TRUE] - count * count_mm,
         corrections_inserted=result.insertions.inserted,
         corrections_pending=abs(result.pending_steps),
     )

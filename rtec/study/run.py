@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -77,6 +78,7 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
     return StudyResult(
         study=study.name,
         title=study.title,
+        command=f"rtec run {shlex.quote(study.file)}" if study.file else "rtec run",
         unit=study.unit,
         facts=_facts(study, task),
         repeatability_mm=study.repeatability_mm,

@@ -111,6 +111,7 @@ def study_result(**changes: object) -> StudyResult:
             )
             for name in ("original", "c")
         ),
+        "command": "rtec run",
         "hold_growth_mm": 0.010,
         "waveforms": (waveform("c"),),
         "limits": (
