@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rich.box import SIMPLE
 from rich.table import Table
 from rich.text import Text
 
@@ -11,13 +12,13 @@ from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 
 _TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
 _STYLES = {Mark.NONE: "", Mark.GOOD: "green", Mark.MIND: "yellow", Mark.ALARM: "bold red"}
-_SHORT = {"uncompensated": "Uncom-\npensated", "table": "Own\ntable"}
+_SHORT = {"uncompensated": "none", "table": "table", "original": "Original", "a": "A", "b": "B", "c": "C"}
 
 
 def terminal_table(result: StudyResult) -> Table:
     """Return the rows of a study side by side, a line for each figure, failing audits in red.
 
-    It fits 100 columns in any unit. E and B of ISO 230-2 are the thesis's maximum average and reversal error and
+    It fits 80 columns in any unit. E and B of ISO 230-2 are the thesis's maximum average and reversal error and
     share their lines.
 
     Parameters
@@ -32,16 +33,15 @@ def terminal_table(result: StudyResult) -> Table:
     """
     scale = scale_of(result.unit)
     rows = table_rows(result, scale)
-    table = Table(title=Text(printable(result.title)), title_justify="left", title_style="bold")
-    table.add_column(scale.symbol, no_wrap=True)
+    table = Table(title=Text(printable(result.title)), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 0))
+    table.add_column(f"{scale.symbol}; corrected by", no_wrap=True)
     for row in result.rows:
-        name = _SHORT.get(row.name) or look_of(row.name).label.replace(" ", "\n", 1)
-        table.add_column(Text(name), justify="right", max_width=11, overflow="fold")
+        table.add_column(Text(_SHORT.get(row.name) or look_of(row.name).label), justify="right", overflow="fold")
     for index, length in enumerate(LENGTH_COLUMNS):
         if length.key in _TWIN:
             continue
         twin = next((f" ({iso})" for iso, key in _TWIN.items() if key == length.key), "")
-        table.add_row(length.words + twin, *(row.cells[index].text for row in rows))
+        table.add_row(length.words.replace("maximum", "max") + twin, *(row.cells[index].text for row in rows))
     table.add_section()
     for index, count in enumerate(COUNT_COLUMNS, len(LENGTH_COLUMNS)):
         cells = [row.cells[index] for row in rows]
