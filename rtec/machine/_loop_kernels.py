@@ -471,6 +471,29 @@ def run(
 
 
 @kernel
+def come_to_rest(m: Record) -> None:
+    """Stop the axis where it is, let what is under way in the box come to its end and the filter see the last edge.
+
+    After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
+    """
+    s, rx = m.injector, m.receiver
+    t_ps = m.servo.now_ps
+    if s.enabled == 1:
+        injector_enable(s, t_ps, 0)
+    while min(s.next_ps, m.encoder.glitch_next_ps) != NEVER:
+        if m.encoder.glitch_next_ps <= s.next_ps:
+            t_ps = max(glitch_toggle(m.encoder), m.encoder.last_ps + 1)
+            m.encoder.last_ps = t_ps
+            take_edge(m, t_ps)
+        else:
+            t_ps = s.next_ps
+            injector_fire(s)
+            if s.next_ps > t_ps:
+                deliver_lines(m, t_ps)
+    receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
+
+
+@kernel
 def exchange(m: Record, exchanges: int, turn: int) -> int:
     """Let PC and box converse on their own, each at its own period; return the steps accepted, of either sign.
 

@@ -30,7 +30,7 @@ from rtec.units import PS_PER_S
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000
 _SLICE_WORK = 20_000_000
 """Ticks and edges, at the axis's top speed, between two moments at which a run can be broken off."""
-_MOST_EDGES = 1e12
+_MOST_EDGES = 1e11
 _DAY_PS = 86_400 * PS_PER_S
 _LONGEST_PS = 50 * _DAY_PS
 """The kernels' "never" lies at 53 days."""
@@ -165,7 +165,7 @@ class LoopResult:
     audit_counts: int
     """By how much the controller's count is off: 0 where the audit holds."""
     at_rest: bool
-    """No insertion was under way at the end."""
+    """No insertion was under way when the counts were audited."""
     following_max_mm: float
     ticks: int
     ticks_skipped: int
@@ -207,7 +207,7 @@ def run_machine(
     ------
     ArgumentError
         A receiver whose counts are coarser than the encoder's, with a box that corrects by single counts; a run
-        longer than 50 days, or with more than 1e12 edges.
+        longer than 50 days, or with more than 1e11 edges.
     """
     if machine.injector is not None and machine.receiver.multiplication is not Multiplication.X4:
         raise ArgumentError(
@@ -237,6 +237,8 @@ def run_machine(
             progress(part / slices)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
             break
+    settle: Any = _loop_kernels.come_to_rest
+    settle(state)
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
     return _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
