@@ -144,12 +144,13 @@ def _row(
 ) -> StudyRow:
     """Measure one row."""
     result = run_machine(machine, task, progress=progress)
-    if result.ending.name != "FINISHED" and not np.isfinite(result.deviation_mm).any():
+    if not np.isfinite(result.deviation_mm).any():
+        off = "audit holds" if result.audit else f"{result.audit_counts} counts off"
         raise ArgumentError(
             f"row {name}",
-            f"{result.ending.name} after {result.simulated_s:.3f} s",
-            "a run with at least one reading",
-            "a controller that faults and a PC that holds end the run; see policy, real_edges and window",
+            f"no reading ({result.ending.name} after {result.simulated_s:.3f} s, {off})",
+            "a run in which the axis reaches its targets and stands there longer than the laser's dwell",
+            "counts lost at too high a speed lead it astray; a fault or a held machine ends the run",
         )
     readings = _readings(task, result, noise)
     return StudyRow(
@@ -174,8 +175,8 @@ def _row(
 
 
 def _readings(task: MeasuringRun, result: LoopResult, noise: NDArray[np.float64]) -> Readings:
-    """Return the laser's readings; a run that was held or faulted has those up to there."""
-    if result.ending.name == "FINISHED":
+    """Return the laser's readings; a run that was held or faulted, or led astray by lost counts, has those it has."""
+    if result.ending.name == "FINISHED" and result.audit:
         return readings_of(task, result.deviation_mm + noise)
     taken = np.isfinite(result.deviation_mm)
     return Readings(
