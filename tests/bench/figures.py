@@ -30,7 +30,7 @@ class Setting:
     @property
     def rounds(self) -> int:
         """Return how often a short measurement is repeated after its warm-up."""
-        return 3 if self.quick else 9
+        return 3 if self.quick else 15
 
     def of(self, whole: int, quick: int) -> int:
         """Return the size of a run."""

@@ -59,7 +59,7 @@ def calibration(setting: Setting) -> Iterator[Figure]:
     calibrate(0.52, 1)
     for how, skip_rest, rounds in (
         ("", True, setting.of(5, 2)),
-        (", every servo tick computed", False, setting.of(3, 1)),
+        (", every servo tick computed", False, 1),
     ):
         seconds = []
         for _ in range(rounds):

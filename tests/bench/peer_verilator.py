@@ -99,7 +99,8 @@ def run(bench: Path, edges: int, *, seed: int = 1, direction: str = "+", spacing
     -------
     dict
         ``edges``, ``encoder_counts``, ``controller_counts``, ``corrections``, ``corrections_requested``, ``illegal``,
-        ``gated``, ``audit``, ``wall_s`` (simulation loop only), ``edges_per_s``.
+        ``gated``, ``audit``, ``wall_s`` and ``cpu_s`` (processor time), both of the simulation loop only, and
+        ``edges_per_s``.
 
     Raises
     ------
