@@ -26,6 +26,7 @@ from rtec.requester._box_kernels import (
     PROBING,
     STATUS_NOT_HOMED,
 )
+from rtec.signal._kernels import NEVER
 
 WAITING, ACTIVE, HOLD = 0, 1, 2
 
@@ -57,6 +58,7 @@ PC = np.dtype(
         ("extreme", np.int64),
         ("target", np.int64),  # total of steps that the prediction asks for
         ("sent", np.int64),
+        ("commanded_ps", np.int64),  # when it last gave the home command
         ("unsampled", np.int64),  # 1: the last request differs from what the box has accepted
         # observations
         ("requests", np.int64),
@@ -119,7 +121,8 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
 @step
 def pc_start(p: Record, down: Record, t_ps: int) -> None:
     """Ask the box to take the axis' present position for home; nothing else happens before it answers."""
-    if p.state == WAITING:
+    if p.state == WAITING and t_ps - p.commanded_ps >= p.period_ps:
+        p.commanded_ps = t_ps
         post(down, t_ps, 0, GO_HOME, 0, 0)
 
 
@@ -168,6 +171,7 @@ def pc_reset(p: Record, first_ps: int) -> None:
     p.target = 0
     p.sent = 0
     p.unsampled = 0
+    p.commanded_ps = -NEVER
     p.requests = 0
     p.not_valid = 0
     p.beyond_word = 0
