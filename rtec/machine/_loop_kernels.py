@@ -256,7 +256,11 @@ def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64])
         servo.program = 1 if speed > 0.0 else -1
     goal = servo.command
     if own_kind != 0:
-        goal -= predict_mm(own_kind, own, goal * servo.count_mm, servo.program) / servo.count_mm
+        # where the axis is sent, its error brings it to the goal: the error there, not the one at the goal
+        sent = goal
+        for _ in range(3):
+            sent = goal - predict_mm(own_kind, own, sent * servo.count_mm, servo.program) / servo.count_mm
+        goal = sent
     if servo.dither != 0.0:
         goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / 1e12))
     lag = goal - m.receiver.count * servo.counts_per_unit
