@@ -1,0 +1,209 @@
+"""The open path: the fused loop against the stages one after the other, its audit, and what its result says."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from rtec._jit import new_record
+from rtec.axis import Encoder, Imperfections, _kernels
+from rtec.controller import IllegalPolicy, Multiplication, Receiver, ReceiverSettings
+from rtec.errors import ArgumentError
+from rtec.injector import Design, Injector, InjectorSettings, Processor, RealEdges, Timing
+from rtec.machine import _open_kernels as open_kernels
+from rtec.machine.open_path import OpenPath, simulate
+from rtec.signal import EdgeStream
+
+STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
+FLAWED = Imperfections(phase_error_deg=10.0, duty_error_a=0.02, jitter_ps=20_000)
+
+
+def path_of(design, processor=Processor.FAST, *, gate=True, hold=False, **changes):
+    profile = Timing.of(design, processor)
+    fields = {name: getattr(profile, name) for name in Timing.__dataclass_fields__}
+    timing = profile if gate else Timing(**fields | {"gate_margin": None})
+    real_edges = RealEdges.HOLD if hold else RealEdges.MERGE
+    box = InjectorSettings(design=design, timing=timing, real_edges=real_edges)
+    return OpenPath(injector=box, **{"frequency_hz": 100e3, "cycles": 250, "corrections": 20} | changes)
+
+
+def by_stages(path):
+    """Run the same job by the faces: encoder, box, receiver, each on its own."""
+    total = 4 * path.cycles
+    state = new_record(_kernels.ENCODER)
+    path.encoder.fill_steady(state, path.frequency_hz, path.direction)
+    _kernels.encoder_reset(state, 0)
+    times, levels = [], []
+    while int(state.serial) < total:
+        t, ab = np.empty(3, np.int64), np.empty(3, np.uint8)
+        n = _kernels.steady_edges(state, t, ab)
+        times += t[:n].tolist()
+        levels += ab[:n].tolist()
+    stream = EdgeStream(times, levels, initial=0)
+    # a correction is due whenever another of its shares of the edges has passed, the first with the first edge
+    sign = 1 if path.corrections >= 0 else -1
+    due, box = total - 1, Injector(path.injector)
+    out, done = [], 0
+    for k, t in enumerate(times):
+        due += abs(path.corrections)
+        if due >= total:
+            out.append(box.process(stream.part(done, k), until_ps=t))
+            done = k
+            box.request(box.insertions.requested + sign * (due // total), at_ps=t)
+            due %= total
+    # nothing is begun at rest
+    out.append(box.process(stream.part(done, total), until_ps=times[-1] + path.injector.timing.rest_ps))
+    receiver = Receiver(path.receiver)
+    for part in out:
+        receiver.process(part)
+    return stream, box.insertions, receiver.result(at_ps=times[-1] + 2 * path.injector.timing.rest_ps)
+
+
+CASES = [
+    (design, processor, direction, sign, frequency, flaws, hold)
+    for design, processor, direction, sign in itertools.product(Design, Processor, (1, -1), (1, -1))
+    for frequency, flaws, hold in ((7e3, FLAWED, False), (100e3, Imperfections(), True), (510e3, FLAWED, False))
+]
+
+
+@pytest.mark.parametrize(("design", "processor", "direction", "sign", "frequency", "flaws", "hold"), CASES)
+@pytest.mark.parametrize("gate", [True, False])
+def test_the_loop_is_its_stages(design, processor, direction, sign, frequency, flaws, hold, gate):
+    path = path_of(
+        design,
+        processor,
+        gate=gate,
+        hold=hold,
+        direction=direction,
+        corrections=20 * sign,
+        frequency_hz=frequency,
+        encoder=Encoder(imperfections=flaws, seed=9),
+        receiver=ReceiverSettings(policy=IllegalPolicy.FAULT),
+    )
+    stream, insertions, received = by_stages(path)
+    result = simulate(path)
+    assert result.insertions == insertions
+    assert result.received == received
+    assert (result.edges, result.encoder_counts) == (len(stream), stream.counts().net)
+
+
+@pytest.mark.parametrize("design", list(Design))
+def test_the_loop_is_its_stages_with_glitches(design):
+    flaws = Imperfections(glitch_probability=0.1, glitch_ps=70_000, jitter_ps=10_000)
+    path = path_of(design, frequency_hz=50e3, encoder=Encoder(imperfections=flaws, seed=8))
+    state = path.state()
+    room = 16 * 4 * path.cycles
+    tape = np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
+    open_kernels.run(state, 4 * path.cycles, tape)
+    used = tape[2].tolist()
+    edges = EdgeStream(tape[0][0, : used[0]], tape[1][0, : used[0]], initial=0)
+    assert used[0] > 4 * path.cycles + 100
+    # the requests of the loop came with real edges; here they come with the same edges in the same order
+    box, out, total, due, done = Injector(path.injector), [], 4 * path.cycles, 4 * path.cycles - 1, 0
+    real = steady_real_edges(path)
+    for k, t in enumerate(edges.times_ps.tolist()):
+        if t in real:
+            due += path.corrections
+            if due >= total:
+                out.append(box.process(edges.part(done, k), until_ps=t))
+                done = k
+                box.request(box.insertions.requested + 1, at_ps=t)
+                due -= total
+    out.append(box.process(edges.part(done, used[0]), until_ps=int(edges.times_ps[-1]) + 1))
+    assert [t for part in out for t in part.times_ps] == tape[0][1, : used[1]].tolist()
+    assert [ab for part in out for ab in part.levels] == tape[1][1, : used[1]].tolist()
+
+
+def steady_real_edges(path):
+    """Return the times of the real edges among those with glitches: the ones that change the encoder's count."""
+    state = new_record(_kernels.ENCODER)
+    path.encoder.fill_steady(state, path.frequency_hz, path.direction)
+    _kernels.encoder_reset(state, 0)
+    real, serial, t, ab = set(), 0, np.empty(3, np.int64), np.empty(3, np.uint8)
+    while serial < 4 * path.cycles:
+        n = _kernels.steady_edges(state, t, ab)
+        if int(state.serial) > serial:
+            real.add(int(t[n - 1]))
+        serial = int(state.serial)
+    return real
+
+
+@pytest.mark.parametrize(("design", "direction", "sign"), list(itertools.product(Design, (1, -1), (1, -1))))
+def test_at_500_khz_every_correction_arrives(design, direction, sign):
+    result = simulate(
+        path_of(
+            design,
+            frequency_hz=500e3,
+            cycles=50_000,
+            corrections=2000 * sign,
+            direction=direction,
+            encoder=Encoder(imperfections=Imperfections(phase_error_deg=10.0, jitter_ps=5_000), seed=1),
+        )
+    )
+    assert result.good and result.audit
+    assert result.controller_counts == 200_000 * direction + 2000 * STEP[design] * sign
+    assert result.corrections_inserted == result.corrections_requested == 2000 * sign
+    assert (result.pending, result.received.illegal_transitions) == (0, 0)
+    assert result.insertions.ahead_counts == 2000 * STEP[design] * sign
+
+
+def test_what_the_gate_refuses_stays_pending_and_the_counts_right():
+    result = simulate(path_of(Design.ORIGINAL, Processor.MCS51, frequency_hz=30e3))
+    assert (result.corrections_inserted, result.pending, result.audit, result.good) == (0, 20, True, False)
+    assert result.insertions.refused == 250
+    assert result.controller_counts == 1000
+
+
+def test_gate_off_the_audit_says_what_the_controller_cannot_see():
+    result = simulate(path_of(Design.ORIGINAL, Processor.MCS51, frequency_hz=30e3, gate=False, cycles=2000))
+    assert result.received.illegal_transitions == 0
+    lost = result.encoder_counts + 4 * result.corrections_inserted - result.controller_counts
+    assert lost > 0 and lost % 4 == 0
+    assert not result.audit
+    assert result.insertions.ahead_counts == 4 * result.corrections_inserted - lost
+
+
+@pytest.mark.parametrize("multiplication", list(Multiplication))
+@pytest.mark.parametrize("bits", [8, 32])
+def test_the_audit_holds_for_every_multiplication_and_a_counter_that_wraps(multiplication, bits):
+    receiver = ReceiverSettings(multiplication=multiplication, counter_bits=bits)
+    result = simulate(path_of(Design.C, receiver=receiver, cycles=1000))
+    assert result.audit
+    counts = 4040 * multiplication.value // 4
+    half = 1 << (bits - 1)
+    assert (result.controller_counts - counts) % (2 * half) in (0, 1, 2 * half - 1)
+    assert -half <= result.controller_counts < half
+
+
+def test_glitches_reach_the_filter_and_no_further():
+    glitchy = Imperfections(glitch_probability=0.05, glitch_ps=15_000)
+    result = simulate(path_of(Design.C, encoder=Encoder(imperfections=glitchy, seed=2), corrections=0))
+    # 15 ns are less than the three ticks of 20 ns that the filter wants
+    assert result.received.filtered == result.glitches > 20
+    assert result.audit and result.received.illegal_transitions == 0
+
+
+def test_the_same_seed_gives_the_same_run_and_a_waveform_changes_nothing(tmp_path):
+    path = path_of(Design.A, encoder=Encoder(imperfections=FLAWED, seed=6))
+    plain, again = simulate(path), simulate(path)
+    traced = simulate(path, vcd=tmp_path / "run.vcd")
+    assert plain.received == again.received == traced.received
+    assert plain.insertions == again.insertions == traced.insertions
+    assert "$timescale" in (tmp_path / "run.vcd").read_text()
+
+
+def test_the_result_is_one_json_document_with_the_names_of_the_contract():
+    found = json.loads(json.dumps(simulate(path_of(Design.B)).to_dict()))
+    assert found.keys() >= {
+        "design", "frequency_hz", "edges", "encoder_counts", "controller_counts", "corrections_requested",
+        "corrections_inserted", "step_counts", "illegal_transitions", "min_separation_ps", "audit", "simulated_s",
+        "wall_s", "edges_per_s",
+    }  # fmt: skip
+    assert (found["design"], found["edges"], found["step_counts"]) == ("b", 1000, 1)
+
+
+@pytest.mark.parametrize(("name", "value"), [("cycles", 0), ("cycles", 2.5), ("corrections", 4001)])
+def test_runs_that_cannot_be_are_named(name, value):
+    with pytest.raises(ArgumentError, match=name):
+        path_of(Design.C, **{name: value})
