@@ -30,7 +30,7 @@ def memory(setting: Setting) -> Iterator[Figure]:
                 raise ChildFailedError(f"{counts} counts after {edges} edges")
             hour = ", an hour at 500 kHz" if edges == _HOUR_EDGES else ""
             yield Figure(
-                what=f"Peak memory of {edges:.3g} edges{hour}",
+                what=f"Peak memory of {edges:_} edges{hour}".replace("_", " "),
                 measured=f"{child.peak_bytes / 1e6:.0f} MB, {child.wall_s:.1f} s",
                 value=child.peak_bytes / 1e6,
                 bar=bar,

@@ -31,7 +31,7 @@ from rtec.signal import VcdSignal, VcdWriter
 THIS = "python tests/bench/measure.py --only"
 _SIMULATE = (
     "rtec simulate --design {} --frequency 500kHz --phase-error 10deg --jitter 5ns "
-    "--cycles 12500000 --corrections 500000"
+    "--cycles 5000000 --corrections 200000"
 )
 
 

@@ -16,12 +16,12 @@ Written by `python tests/bench/measure.py -o docs/benchmarks.md`, in one run; `-
 {quick}
 Everything runs on one core (the process and its children are tied to it), `rtec run` on two. Each figure is the best
 of several runs after one that does not count, with the median beside it; where another program is compared with, it
-gets the same statistic and the two run by turns. The best run is the one that was disturbed least: on a
+gets the same statistic, and Verilator and rtec run by turns. The best run is the one that was disturbed least: on a
 machine with other work to do, medians wander by tens of percent from one run to the next, and a verdict near its bar
 may turn round. {load} "Ratio" says how many times better than the bar a figure is; 1 and more is met.
 
-Before anything is timed as done, it is checked: every correction completed, every count as calculated by hand, no
-illegal transition, every exchange accepted. A run that fails this stops the measurement.
+Before anything is timed as done, it is checked: every correction completed, every count as calculated from
+the job, no illegal transition, every exchange accepted. A run that fails this stops the measurement.
 """
 
 TABLE_HEAD = "| figure | bar | measured | ratio | verdict | command |\n|---|---|---|---|---|---|\n"
@@ -54,7 +54,7 @@ apply. The bars in brackets are those of the table above, for comparison.
 The peer is `tests/bench/peers`: RTL of design C and of an x4 decoder with a two-stage synchroniser and the same
 filter, on one clock of 50 MHz, driven at 500 kHz with the same phase error, jitter and corrections. Its stimulus is
 made before the time counts; ours is made while it counts. Both are compared in processor time, in runs of about the
-same length: what others do on the machine lengthens neither. `plain` is `verilator -O3 -CFLAGS -O3` (its makefile
+same length, so that others' work on the machine lengthens neither much. `plain` is `verilator -O3 -CFLAGS -O3` (its makefile
 then compiles the model with `-Os`); `tuned` compiles the model with `-O3` and across files; `profiled` lets the
 compiler learn from a first run as well and is the fastest that we could make of it. Verilator steps through 25 clocks
 an edge, whatever happens in them; rtec has no clock to step. The rows with bars in brackets say how much of that is
@@ -118,11 +118,9 @@ stages hand edges on in registers. The last two rows are the loop before and aft
 
 
 def page(measured: dict[str, list[Figure]], setting: Setting, busy: float | None) -> str:
-    """Return the page as markdown; ``busy`` is the load before the start, in processes that wanted to run."""
+    """Return the page as markdown; ``busy`` is the load average before the start."""
     quick = "\nA quick run: shorter runs and fewer of them.\n" if setting.quick else ""
-    load = (
-        "" if busy is None else f"Processes of others that wanted to run in the minute before the start: {busy:.1f}."
-    )
+    load = "" if busy is None else f"Load average before the start: {busy:.1f}."
     parts = [HEAD.format(machine=_machine(), quick=quick, load=load)]
     for name, figures in measured.items():
         title, text = SECTIONS[name]
