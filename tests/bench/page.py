@@ -54,10 +54,11 @@ apply. The bars in brackets are those of the table above, for comparison.
 The peer is `tests/bench/peers`: RTL of design C and of an x4 decoder with a two-stage synchroniser and the same
 filter, on one clock of 50 MHz, driven at 500 kHz with the same phase error, jitter and corrections. Its stimulus is
 made before the time counts; ours is made while it counts. Both are compared in processor time, in runs of about the
-same length, so that others' work on the machine lengthens neither much. `plain` is `verilator -O3 -CFLAGS -O3` (its makefile
-then compiles the model with `-Os`); `tuned` compiles the model with `-O3` and across files; `profiled` lets the
-compiler learn from a first run as well and is the fastest that we could make of it. Verilator steps through 25 clocks
-an edge, whatever happens in them; rtec has no clock to step. The rows with bars in brackets say how much of that is
+same length, so that others' work on the machine lengthens neither much.
+
+`plain` is `verilator -O3 -CFLAGS -O3` (its makefile then compiles the model with `-Os`); `tuned` compiles the model
+with `-O3` and across files; `profiled` lets the compiler learn from a first run as well and is the fastest that we
+could make of it. Verilator steps through 25 clocks an edge, whatever happens in them; rtec has no clock to step. The rows with bars in brackets say how much of that is
 left without the blocks.
 """,
     ),
