@@ -58,8 +58,8 @@ same length, so that others' work on the machine lengthens neither much.
 
 `plain` is `verilator -O3 -CFLAGS -O3` (its makefile then compiles the model with `-Os`); `tuned` compiles the model
 with `-O3` and across files; `profiled` lets the compiler learn from a first run as well and is the fastest that we
-could make of it. Verilator steps through 25 clocks an edge, whatever happens in them; rtec has no clock to step. The rows with bars in brackets say how much of that is
-left without the blocks.
+could make of it. Verilator steps through 25 clocks an edge, whatever happens in them; rtec has no clock to step.
+The rows with bars in brackets say how much of that is left without the blocks.
 """,
     ),
     "memory": (
