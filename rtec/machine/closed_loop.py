@@ -297,9 +297,8 @@ def _result(
     insertions = insertions_of(state.injector)
     received = result_of(state.receiver)
     step = machine.injector.design.step_counts if machine.injector else 0
-    scale = 4 // machine.receiver.multiplication.value
     encoder_counts = int(state.encoder.count)
-    off = machine.receiver.wrapped(received.count - (encoder_counts + insertions.completed * step) // scale)
+    off = machine.receiver.wrapped(received.count - _counted(machine, encoder_counts + insertions.completed * step))
     wanted = int(state.pc.target) if machine.injector else 0
     return LoopResult(
         ending=Ending(int(state.status)),
@@ -325,6 +324,15 @@ def _result(
         wall_s=wall_s,
         trace=trace,
     )
+
+
+def _counted(machine: Machine, counts: int) -> int:
+    """Return what the decoder makes of so many transitions: x2 counts those of A, x1 those while B is low."""
+    multiplication, home = machine.receiver.multiplication, machine.encoder.home_state
+    if multiplication is Multiplication.X4:
+        return counts
+    width = 4 // multiplication.value
+    return (counts + home - 1) // width - (home - 1) // width
 
 
 def readings_of(task: MeasuringRun, deviation_mm: NDArray[np.float64]) -> Readings:
