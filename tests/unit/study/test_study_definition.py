@@ -1,0 +1,296 @@
+"""A study's file: what is left out, what is refused, and how that is said."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtec.axis import ProfileShape
+from rtec.errors import ArgumentError, FileFormatError, RtecError
+from rtec.injector import Design
+from rtec.predictors import BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.study import builtin_study, builtin_text, read_study
+
+
+def written(folder, text):
+    path = folder / "mine.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def refusal(folder, text):
+    """Return the one line in which a study is refused."""
+    path = written(folder, text)
+    with pytest.raises(RtecError) as caught:
+        read_study(path)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert len(message) < 500 + len(str(path))
+    assert str(path) in message
+    return message.replace(str(path), "FILE")
+
+
+def test_the_builtin_text_reads_back_to_the_builtin_study(tmp_path):
+    assert read_study(written(tmp_path, builtin_text())) == builtin_study()
+
+
+def test_windows_line_ends_and_a_byte_order_mark_change_nothing(tmp_path):
+    text = b"\xef\xbb\xbf" + builtin_text().replace("\n", "\r\n").encode()
+    assert read_study(written(tmp_path, text)) == builtin_study()
+
+
+def test_keys_left_out_have_the_builtin_values(tmp_path):
+    builtin = builtin_study()
+    assert read_study(written(tmp_path, "")) == builtin
+    study = read_study(written(tmp_path, '[program]\nruns = 2\n[box]\ndesigns = ["b"]\n'))
+    assert study == replace(builtin, plan=replace(builtin.plan, runs=2), designs=(Design.B,))
+
+
+def test_the_builtin_study_is_that_of_the_issue():
+    study = builtin_study()
+    assert (study.plan.start_inch, study.plan.end_inch, study.plan.increment_inch) == (1, 40, 0.52)
+    assert (study.plan.feed_inch_min, study.plan.dwell_s, study.plan.overshoot_inch) == (50, 6, 0.1)
+    assert study.plan.number_of_readings == 760
+    assert (study.encoder.count_mm, study.encoder.home_state) == (0.001, 1)
+    assert study.laser.dwell_s == 4
+    assert study.period_mm == 6.35
+    assert study.conversation.window_steps == 3
+    assert study.conversation.pc_period_ps == 10_000_000_000
+    assert study.conversation.box_period_ps == 1_000_000_000
+    assert study.conversation.reversal_mm == 0.020
+    assert study.designs == tuple(Design)
+    assert isinstance(study.axis_error, LatheNetwork)
+    assert study.model == study.axis_error
+    assert not any(count % 4 for count in np.round(np.arange(1, 40.1, 0.52) * 25400))  # all in the state of home
+
+
+# every value in a study, and what is said where it is wrong
+REFUSED = [
+    ('nmae = "x"', ["unknown key 'nmae'", "did you mean 'name'?"]),
+    ("[axsi]\na = 1", ["unknown key 'axsi'", "did you mean 'axis'?"]),
+    ('[axis]\naceleration = "1 m/s^2"', ["unknown key 'axis.aceleration'", "did you mean 'acceleration'?"]),
+    ('[program]\nfeeds = "1 mm/s"', ["unknown key 'program.feeds'", "did you mean 'feed'?"]),
+    ('name = "a/b"', ["FILE: name", "a/b"]),
+    ('name = ""', ["FILE: name"]),
+    ('title = "a\\nb"', ["FILE: title"]),
+    ('unit = "ft"', ["FILE: unit", "um, mm, inch"]),
+    ("axis = 5", ["axis = 5", "[axis]"]),
+    ('[[axis]]\nerror = "lathe"', ["a table [axis]"]),
+    ("[axis]\nacceleration = 500", ["axis.acceleration", "500", "unit", "mm/s^2"]),
+    ('[axis]\nacceleration = "500"', ["axis.acceleration", "500", "write the unit"]),
+    ('[axis]\nacceleration = "500 mm/s"', ["axis.acceleration", "500 mm/s"]),
+    ('[axis]\nacceleration = "-500 mm/s^2"', ["axis.acceleration", "-500"]),
+    ('[axis]\nmax_speed = "0 mm/s"', ["axis.max_speed"]),
+    ('[axis]\nmax_speed = "nan mm/s"', ["axis.max_speed", "nan"]),
+    ('[axis]\nmax_speed = "1e400 mm/s"', ["axis.max_speed", "1e400"]),
+    ('[axis]\njerk = "0 m/s^3"', ["axis.jerk"]),
+    ('[axis]\ncyclic_period = "-1 mm"', ["axis.cyclic_period"]),
+    ('[axis]\nerror = "lahte"', ["axis.error", "lathe", ".csv"]),
+    ('[axis]\nerror = "axis"', ["axis.error"]),
+    ("[axis]\nerror = 5", ["axis.error", "5"]),
+    ('[encoder]\ncount = "0 um"', ["encoder.count"]),
+    ('[encoder]\ncount = "1 s"', ["encoder.count", "1 s"]),
+    ("[encoder]\nhome_state = 4", ["encoder.home_state", "0 to 3"]),
+    ("[encoder]\nhome_state = true", ["encoder.home_state", "True"]),
+    ('[encoder]\nphase_error = "90 deg"', ["encoder.phase_error", "-89 to 89"]),
+    ('[encoder]\nphase_error = "60 deg"\nduty_error_a = "40 %"', ["encoder.phase_error", "apart"]),
+    ('[encoder]\nduty_error_b = "46 %"', ["encoder.duty_error_b", "0.45"]),
+    ('[encoder]\njitter = "-1 ns"', ["encoder.jitter", "-1000"]),
+    ("[encoder]\nseed = -1", ["encoder.seed"]),
+    ("[encoder]\nseed = 99999999999999999999", ["encoder.seed"]),
+    ('[servo]\nperiod = "-1 ms"', ["servo.period", "-1000000000"]),
+    ('[servo]\nperiod = "2 ms"', ["servo.period", "at most 1 ms"]),
+    ('[servo]\ngain = "0 1/s"', ["servo.gain"]),
+    ('[servo]\nlag = "-1 ms"', ["servo.lag"]),
+    ("[servo]\nfeedforward = nan", ["servo.feedforward", "nan"]),
+    ("[servo]\nfeedforward = 1e400", ["servo.feedforward", "inf"]),
+    ("[servo]\ndeadband = -1", ["servo.deadband"]),
+    ('[servo]\ndeadband = "1"', ["servo.deadband", "'1'"]),
+    ("[servo]\ndeadband = " + "9" * 400, ["servo.deadband", "inf"]),
+    ('[servo]\ndither_frequency = "0 Hz"', ["servo.dither_frequency"]),
+    ('[program]\nstart = "50 inch"', ["program.start", "below end_inch"]),
+    ('[program]\nstart = "0.5 inch"\nincrement = "0.5 inch"', ["program.start", "1 to 40 inch, the range of"]),
+    ('[program]\nend = "1e9 inch"', ["program.end"]),
+    ('[program]\nincrement = "0.51 inch"', ["program.increment", "a whole part of the travel"]),
+    ('[program]\nincrement = "0 inch"', ["program.increment"]),
+    ('[program]\nincrement = "0.0001 inch"', ["program.increment", "at most 200000 readings"]),
+    ('[program]\ndwell = "0 s"', ["program.dwell", "1 to 99 s"]),
+    ("[program]\nruns = 0", ["program.runs", "1 to 99"]),
+    ("[program]\nruns = 100", ["program.runs", "1 to 99"]),
+    ("[program]\nruns = 5.0", ["program.runs", "5.0"]),
+    ("[program]\nruns = " + "9" * 400, ["program.runs", "9..."]),
+    ('[program]\nfeed = "51 inch/min"', ["program.feed", "0.1 to 50"]),
+    ('[axis]\nmax_speed = "20 mm/s"', ["program.feed", "at most 20 mm/s, axis.max_speed"]),
+    ('[program]\novershoot = "0 inch"', ["program.overshoot"]),
+    ('[laser]\nwindow = "0 mm"', ["laser.window"]),
+    ('[laser]\ndwell = "6 s"', ["laser.dwell", "less than 6 s, program.dwell"]),
+    ('[laser]\nrepeatability = "-1 um"', ["laser.repeatability"]),
+    ("[laser]\nseed = 1.5", ["laser.seed", "1.5"]),
+    ("[controller]\nfilter_samples = -1", ["controller.filter_samples"]),
+    ('[controller]\nfilter_clock = "0 Hz"', ["controller.filter_clock"]),
+    ('[controller]\nfilter_clock = "33333337 Hz"', ["controller.filter_clock", "round it"]),
+    ('[controller]\npolicy = "gess"', ["controller.policy", "did you mean 'guess'?"]),
+    ("[controller]\ncounter_bits = 1", ["controller.counter_bits"]),
+    ('[controller]\ntable_interval = "0 mm"', ["controller.table_interval"]),
+    ('[box]\ndesigns = ["d"]', ["box.designs", "original, a, b, c"]),
+    ('[box]\ndesigns = ["orginal"]', ["box.designs", "did you mean 'original'?"]),
+    ('[box]\ndesigns = ["A"]', ["box.designs", "did you mean 'a'?"]),
+    ('[box]\ndesigns = ["a", "b", "a"]', ["box.designs", "each design once"]),
+    ('[box]\ndesigns = "a"', ["box.designs", "a list"]),
+    ("[box]\ndesigns = [1]", ["box.designs", "1"]),
+    ('[box]\ndesigns = [["a"]]', ["box.designs"]),
+    ("[box]\nprocessor = 8051", ["box.processor", "8051", "fast"]),
+    ('[box]\nreal_edges = "mrege"', ["box.real_edges", "did you mean 'merge'?"]),
+    ("[box]\ngate_margin = -0.1", ["box.gate_margin"]),
+    ('[box]\nrest = "0 ms"', ["box.rest"]),
+    ("[conversation]\nwindow = 0", ["conversation.window"]),
+    ("[conversation]\ngrace = -1", ["conversation.grace"]),
+    ('[conversation]\nbox_period = "0 ms"', ["conversation.box_period"]),
+    ('[conversation]\npc_period = "1e5 s"', ["conversation.pc_period"]),
+    ('[conversation]\nlatency = "1 s"', ["conversation.latency"]),
+    ('[conversation]\ndata_valid_low = "1 ms"', ["conversation.data_valid_low"]),
+    ('[conversation]\ndata_valid_low = "0.95 ms"', ["conversation.data_valid_low", "Data Valid"]),
+    ('[conversation]\ndirection_hysteresis = "-1 um"', ["conversation.direction_hysteresis"]),
+    ('[predictor]\nmodel = "axes"', ["predictor.model", "axis"]),
+    ("[figures]\nfeeds = [5]", ["figures.feeds", "unit"]),
+    ('[figures]\nfeeds = "5 inch/min"', ["figures.feeds", "a list"]),
+    ('[figures]\nfeeds = ["1e5 mm/s"]', ["figures.feeds"]),
+    ('[figures]\nspan = "0 mm"', ["figures.span"]),
+    ('[figures]\nhold_growth = "1 m"', ["figures.hold_growth"]),
+    ('[figures]\nhold_time_constant = "0 s"', ["figures.hold_time_constant"]),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), REFUSED, ids=[text[:40] for text, _ in REFUSED])
+def test_what_is_refused_names_file_key_and_value(tmp_path, text, said):
+    message = refusal(tmp_path, text)
+    for words in said:
+        assert words in message
+
+
+NO_TOML = [
+    (b"\xff\xfe\x00", "UTF-8"),
+    (b"\x00\x01\x02", "line 1"),
+    (b"\x89PNG\r\n\x1a\n" + bytes(range(128)), "UTF-8"),
+    (b"name", "Expected"),
+    (b"name = 1\nname = 2", "overwrite"),
+    (b"[axis]\n[axis]", "twice"),
+    (b'[program\nruns = 5\nfeed = "', "line 1"),
+    (b"x = 2020-13-45", "line 1"),
+    (b"x = " + b"9" * 5000, "digits"),
+    (b"x = " + b"[" * 5000, "nested too deeply"),
+    (b"x = " + b"{a = " * 3000, "nested too deeply"),
+    (b"#" * 1_000_001, "at most 1000000 bytes"),
+    (b'"' + b"y" * 90_000 + b'" = 1', "unknown key"),
+    (b'axis = "' + b"y" * 90_000 + b'"', "[axis]"),
+    (b'title = "' + b"y" * 90_000 + b'"', "1 to 200 characters"),
+    (b'[axis]\nacceleration = "' + b"1" * 90_000 + b' mm/s^2"', "axis.acceleration"),
+    (b'[box]\ndesigns = ["' + b"y" * 90_000 + b'"]', "box.designs"),
+    (b"[figures]\nfeeds = [" + b'"1 mm/s",' * 1001 + b"]", "figures.feeds"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), NO_TOML, ids=[said + str(len(text)) for text, said in NO_TOML])
+def test_hostile_files_are_refused_in_one_line(tmp_path, text, said):
+    assert said in refusal(tmp_path, text)
+
+
+@pytest.mark.parametrize("name", ["none.toml", ".", "x" * 300, "mine.toml/y"])
+def test_what_is_no_file_is_refused(tmp_path, name):
+    written(tmp_path, "")
+    with pytest.raises(FileFormatError) as caught:
+        read_study(tmp_path / name)
+    assert str(tmp_path / name) in str(caught.value)
+
+
+def test_a_device_is_refused():
+    with pytest.raises(FileFormatError, match="/dev/zero"):
+        read_study(Path("/dev/zero"))
+
+
+TABLE = "position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n1100,50,90\n"
+
+
+def test_a_table_beside_the_study_is_error_and_model(tmp_path):
+    (tmp_path / "mine.csv").write_text(TABLE)
+    study = read_study(written(tmp_path, '[axis]\nerror = "mine.csv"\n[predictor]\nmodel = "axis"\n'))
+    expected = BidirectionalTable(
+        forward_positions_mm=[0, 500, 1100],
+        forward_errors_mm=[0, 0.03, 0.05],
+        reverse_positions_mm=[0, 500, 1100],
+        reverse_errors_mm=[0.02, 0.06, 0.09],
+    )
+    at = np.linspace(0, 1100, 23)
+    for way in (1, -1):
+        assert study.axis_error.error_mm(at, way) == pytest.approx(expected.error_mm(at, way), abs=1e-12)
+    assert study.model == study.axis_error
+    other = read_study(written(tmp_path, '[predictor]\nmodel = "mine.csv"\n'))
+    assert isinstance(other.axis_error, LatheNetwork)
+    assert other.model == study.axis_error
+
+
+def test_a_table_with_one_backlash_will_do(tmp_path):
+    (tmp_path / "one.csv").write_text("# backlash: 70 um\nposition_mm,forward_um\n0,0\n1100,50\n")
+    study = read_study(written(tmp_path, '[axis]\nerror = "one.csv"\n[predictor]\nmodel = "lathe"\n'))
+    assert isinstance(study.axis_error, UnidirectionalTable)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (None, ["bad.csv", "no such file"]),
+        ("", ["bad.csv"]),
+        ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n400,50,90\n", ["bad.csv, line 4", "400"]),
+        ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n500,50,90\n", ["bad.csv, line 4", "500"]),
+        ("position_mm,forward_um,reverse_um\n0,0,20\n500,,60\n", ["bad.csv, line 3"]),
+        ("position_mm,forward_um,reverse_um\n0,0,20\n500,nan,60\n", ["bad.csv, line 3", "nan"]),
+        ("position_mm,forward_um,reverse_um\n0,0,20\n500,1e400,60\n", ["bad.csv, line 3", "1e400"]),
+        ("position_mm,foward_um,reverse_um\n0,0,20\n", ["bad.csv, line 1", "did you mean 'forward_um'?"]),
+        (
+            "position_mm,forward_um,reverse_um\n0,20,0\n1100,20,0\n",
+            ["FILE: axis.error", "not below the forward error"],
+        ),
+        ("position_mm,forward_mm,reverse_mm\n0,0,1\n1,-2,1\n1100,0,1\n", ["FILE: axis.error", "falls"]),
+        (
+            "position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n",
+            ["FILE: program.end", "the range of the axis's error"],
+        ),
+    ],
+)
+def test_bad_tables_are_refused(tmp_path, table, said):
+    if table is not None:
+        (tmp_path / "bad.csv").write_text(table)
+    path = written(tmp_path, '[axis]\nerror = "bad.csv"\n')
+    with pytest.raises(RtecError) as caught:
+        read_study(path)
+    message = str(caught.value).replace(str(path), "FILE")
+    assert "\n" not in message
+    for words in said:
+        assert words in message
+
+
+def test_a_jerk_makes_s_curves(tmp_path):
+    study = read_study(written(tmp_path, '[axis]\njerk = "10 m/s^3"\n'))
+    assert study.limits.max_jerk_mm_s3 == 10_000.0
+    assert study.shape is ProfileShape.JERK_LIMITED
+    assert builtin_study().shape is ProfileShape.TRAPEZOIDAL
+
+
+def test_no_period_means_no_cyclic_figure(tmp_path):
+    assert read_study(written(tmp_path, '[axis]\ncyclic_period = "0 mm"\n')).period_mm is None
+
+
+def test_timing_is_the_processors_with_the_studys_gate(tmp_path):
+    study = read_study(written(tmp_path, '[box]\nprocessor = "fast"\ngate_margin = 0.5\nrest = "2 ms"\n'))
+    timing = study.timing(Design.C)
+    assert (timing.decide_ps, timing.step_ps) == (125_000, 125_000)
+    assert (timing.gate_margin, timing.rest_ps) == (0.5, 2_000_000_000)
+    assert study.injector(Design.A).design is Design.A
+
+
+def test_errors_are_of_the_right_kind(tmp_path):
+    with pytest.raises(FileFormatError):
+        read_study(written(tmp_path, 'nmae = "x"'))
+    with pytest.raises(ArgumentError):
+        read_study(written(tmp_path, '[servo]\nperiod = "1 s"'))
