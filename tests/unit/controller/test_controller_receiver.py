@@ -90,6 +90,14 @@ def test_times_before_zero():
     assert received(ReceiverSettings(), [-(10**17)], [1], at_ps=0).min_separation_ps is None
 
 
+def test_far_from_time_zero_the_ticks_of_a_fast_clock_are_exact():
+    settings = ReceiverSettings(filter_samples=2, clock_hz=10_000_000_000)
+    for base in (-4 * 10**18, 4 * 10**18):
+        # ticks every 100 ps
+        assert received(settings, [base + 1], [1], at_ps=base + 199).count == 0
+        assert received(settings, [base + 1], [1], at_ps=base + 200).count == 1
+
+
 def test_a_dip_between_two_ticks_does_not_start_the_filter_anew():
     # ticks at 1000, 1020, 1040 ns; the dip lies between two of them
     times = [990 * NS, 1025 * NS, 1035 * NS]

@@ -138,6 +138,22 @@ def test_disabling_waits_for_the_end_at_every_step(design):
 
 
 @pytest.mark.parametrize("design", list(Design))
+def test_what_lies_before_a_switch_has_happened_even_where_nobody_looked(design):
+    timing = Timing(poll_ps=0, decide_ps=4 * US, step_ps=US, recover_ps=2 * US)
+    box = box_of(design, timing=timing)
+    box.request(1, at_ps=0)
+    box.request(2, at_ps=100 * US)
+    box.enable(False, at_ps=200 * US)
+    box.power(False, at_ps=300 * US)
+    out = quiet(box, 400)
+    starts = [4 * US, 104 * US]
+    assert out.times_ps[:: CHANGES[design]][:2].tolist() == starts
+    assert decoded(["00", *texts(out)][: 1 + 2 * CHANGES[design]]) == (2 * STEP[design], 0)
+    # only Design B shows that the power goes, from the state two ahead
+    assert out.times_ps[2 * CHANGES[design] :].tolist() == ([300 * US] if design is Design.B else [])
+
+
+@pytest.mark.parametrize("design", list(Design))
 def test_disabled_before_the_look_nothing_happens(design):
     box = box_of(design, timing=Timing(poll_ps=8 * US, poll_offset_ps=5 * US))
     box.request(1, at_ps=0)

@@ -6,6 +6,7 @@ from rtec._jit import new_record
 from rtec.errors import ArgumentError
 from rtec.link import _kernels as link
 from rtec.requester import Answer, BoxSide, Conversation, PcSide, PcState, Status
+from rtec.requester import _box_kernels as box_kernels
 from rtec.requester import _pc_kernels as pc_kernels
 
 MS = 10**9
@@ -229,6 +230,20 @@ def test_words_are_not_read_while_they_change():
     assert (pc.next_ps, pc.not_valid) == (119_999_999, 1)
     assert pc_kernels.pc_read(pc, up, 119_999_999)
     assert (pc.next_ps, pc.not_valid) == (10 * MS, 1)
+
+
+def test_the_large_correction_flag_stays_up_until_the_box_has_read_it():
+    pc, down, up = record_of_pc(Conversation())
+    flags, t = [], 0
+    for accepted in (0, 0, 0, 50, 50):
+        t += 10 * MS
+        link.post(up, t - MS, 0, accepted, accepted, Status.OK)
+        pc.large_meant = 1 if t == 20 * MS else pc.large_meant
+        assert pc_kernels.pc_read(pc, up, t)
+        pc_kernels.pc_request(pc, down, t, 0.0 if t == 10 * MS else 0.050)
+        link.deliver(down, t)
+        flags.append((int(down.word0), int(down.word1) & box_kernels.LARGE_CORRECTION))
+    assert flags == [(0, 0), (50, 1), (50, 1), (50, 0), (50, 0)]
 
 
 def test_after_a_long_wait_it_goes_on_from_now():

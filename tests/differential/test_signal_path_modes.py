@@ -1,0 +1,43 @@
+"""The same tests without the compiler, and compiled with every index checked.
+
+numba and Python differ in overflow, division and indexing; a kernel that passes both ways means the same in both.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+UNIT = "tests/unit/"
+BOTH = [
+    UNIT + "injector/test_injector_box.py",
+    UNIT + "injector/test_injector_original.py",
+    UNIT + "controller/test_controller_receiver.py",
+    UNIT + "requester/test_requester_dialogue.py",
+    UNIT + "axis/test_axis_encoder.py",
+]
+LONG = ["drift", "cruise", "wrap", "triangular", "as_often", "chunks", "limit_is"]
+MODES = {
+    # the long ones are left out; draws of random bits wrap on purpose, of which numpy warns uncompiled
+    "NUMBA_DISABLE_JIT": [
+        *BOTH,
+        "-W", "ignore:overflow encountered:RuntimeWarning",
+        "-k", " and ".join(f"not {word}" for word in LONG),
+    ],
+    "NUMBA_BOUNDSCHECK": BOTH,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", list(MODES))
+def test_kernels_pass_in_this_mode(mode, tmp_path):
+    # the cache of machine code does not tell the modes apart
+    environment = {**os.environ, mode: "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *MODES[mode]]
+    result = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-1000:]
+    assert int(result.stdout.split(" passed")[0].split()[-1]) > 150
