@@ -40,6 +40,7 @@ OPEN_PATH = np.dtype(
         ("corrections", np.int64),
         ("sign", np.int64),
         ("due", np.int64),
+        ("in_blocks", np.int64),  # 0: every edge goes through the step functions, for comparison
     ],
     align=True,
 )
@@ -89,7 +90,7 @@ def passes_unchanged(m: Record) -> bool:
     thing that it has not taken over yet.
     """
     e, s, rx = m.encoder, m.injector, m.receiver
-    plain = e.glitch_level == 0 and e.glitch_next_ps == NEVER and e.eccentric_counts == 0.0 and e.quarter_left == 0
+    plain = e.glitch_level == 0 and e.glitch_next_ps == NEVER and e.eccentric_counts == 0.0
     idle = s.requested == s.completed and s.holding == 0 and s.ready_ps <= e.last_ps
     if s.design == B:
         idle = idle and s.phase == WRITING and s.poll_ps == 0  # the last edge is on its way through the processor
@@ -112,6 +113,7 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
     for i in range(BLOCK):
         k = e.count + (i + 1 if sign > 0 else -i)
         shifts_ps[i] = e.shift_ps[(k + e.home) & 3] + (i + 1) * whole_ps
+    rest, left, den = e.steady_rest, e.quarter_left, e.quarter_den
     last_ps, least_ps = e.last_ps, rx.min_separation_ps
     delay_ps = s.latency_ps if s.design == B else 0
     sure_ps, steady_ps, serial = max(rx.sure_ps, delay_ps), e.steady_ps, e.serial
@@ -121,6 +123,14 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
         times_ps = blocks_ps[row]
         for i in range(BLOCK):
             times_ps[i] = steady_ps + shifts_ps[i] + jitter(seed, serial + 1 + i, bound_ps)
+        more_ps, new_rest = 0, rest
+        if left != 0:  # quarters of no whole number of picoseconds: one more now and then
+            for i in range(BLOCK):
+                new_rest += left
+                if new_rest >= den:
+                    new_rest -= den
+                    more_ps += 1
+                times_ps[i] += more_ps
         closest_ps = times_ps[0] - last_ps
         for i in range(1, BLOCK):
             closest_ps = min(closest_ps, times_ps[i] - times_ps[i - 1])
@@ -128,7 +138,8 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
             break
         least_ps = min(least_ps, closest_ps)
         last_ps = times_ps[BLOCK - 1]
-        steady_ps += BLOCK * whole_ps
+        steady_ps += BLOCK * whole_ps + more_ps
+        rest = new_rest
         serial += BLOCK
         passed += BLOCK
         row ^= 1  # the last whole block stays readable when the next one breaks off
@@ -138,6 +149,7 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
     e.count += sign * passed
     e.serial = serial
     e.steady_ps = steady_ps
+    e.steady_rest = rest
     if s.design == B:
         least_ps = min(least_ps, e.last_ps + delay_ps - rx.last_ps)  # what was on its way at the beginning
     e.last_ps = last_ps
@@ -174,7 +186,7 @@ def run(m: Record, edges: int, tape: Any) -> None:
     shifts_ps = np.empty(BLOCK, np.int64)
     left = edges
     while left > 0:
-        if tape is None and passes_unchanged(m):
+        if tape is None and m.in_blocks == 1 and passes_unchanged(m):
             before = e.serial
             # up to the edge before the next request
             until_due = (m.edges - 1 - m.due) // m.corrections if m.corrections > 0 else left

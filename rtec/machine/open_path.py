@@ -80,6 +80,7 @@ class OpenPath:
         self.injector.fill(state.injector)
         self.receiver.fill(state.receiver)
         state.edges = 4 * self.cycles
+        state.in_blocks = 1
         state.corrections = abs(self.corrections)
         state.sign = 1 if self.corrections >= 0 else -1
         _open_kernels.start(state, 0)
@@ -184,7 +185,11 @@ class _Tape:
 
 
 def simulate(
-    path: OpenPath, *, vcd: Path | None = None, progress: Callable[[float], None] | None = None
+    path: OpenPath,
+    *,
+    vcd: Path | None = None,
+    progress: Callable[[float], None] | None = None,
+    in_blocks: bool = True,
 ) -> OpenPathResult:
     """Run the open path and return what came out.
 
@@ -196,6 +201,8 @@ def simulate(
         Waveform file to write both sides of the box to.
     progress
         Called with the share done, now and then.
+    in_blocks
+        False sends every edge through the step functions one by one; the result is the same.
 
     Raises
     ------
@@ -208,6 +215,7 @@ def simulate(
     is begun at rest.
     """
     state = path.state()
+    state.in_blocks = int(in_blocks)
     total = 4 * path.cycles
     _open_kernels.run(state, 0, None)  # machine code is loaded before the clock starts
     if vcd is None:

@@ -21,10 +21,11 @@ from rtec.units import MM_PER_INCH
 Floats = npt.NDArray[np.float64]
 
 TOUCH_MM = 0.0005
-"""A position at most this far below a multiple of the pitch counts as that multiple: half a count of the lathe's scale.
+"""A position at most this far below a multiple of the pitch counts as that multiple.
 
-The printed cyclic network jumps where the screw has turned once, which no screw does. An axis at rest at such a target
-stands up to half a count beside it, and must not fall on the wrong side of the jump.
+It is half a count of the lathe's scale. The printed cyclic network jumps where the screw has turned once, which no
+screw does. An axis at rest at such a target stands up to half a count beside it, and must not fall on the wrong side
+of the jump.
 """
 
 

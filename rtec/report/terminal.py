@@ -33,7 +33,9 @@ def terminal_table(result: StudyResult) -> Table:
     """
     scale = scale_of(result.unit)
     rows = table_rows(result, scale)
-    table = Table(title=Text(printable(result.title)), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 0))
+    table = Table(
+        title=Text(printable(result.title)), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 0)
+    )
     table.add_column(f"{scale.symbol}; corrected by", no_wrap=True)
     for row in result.rows:
         table.add_column(Text(_SHORT.get(row.name) or look_of(row.name).label), justify="right", overflow="fold")

@@ -15,7 +15,7 @@ import numpy as np
 import open_path_job
 import peer_verilator
 from figures import Bar, Figure, Setting, Spread, number, skipped
-from open_path_job import FREQUENCY_HZ, REAL_TIME_EDGES_S, STEPPED_HZ, carry_out, job
+from open_path_job import FREQUENCY_HZ, REAL_TIME_EDGES_S, carry_out, job
 from peer_verilator import Build
 from peers import PeerAbsent, PeerFailedError, pyvcd, sigrok
 
@@ -69,12 +69,12 @@ def open_path(setting: Setting) -> Iterator[Figure]:
 def steps(setting: Setting) -> Iterator[Figure]:
     """Measure the open path without its blocks: every edge through the step functions."""
     edges = setting.of(20_000_000, 2_000_000)
-    ways = (("at 499 999 Hz", STEPPED_HZ, 100), ("with a correction every 8 edges", FREQUENCY_HZ, 8))
+    ways = (("a correction every 100 edges", 100), ("a correction every 8 edges", 8))
     for design in (Design.C, Design.ORIGINAL, Design.A, Design.B):
-        for how, frequency_hz, spacing in ways:
-            path = job(design, edges, frequency_hz=frequency_hz, spacing_edges=spacing)
-            carry_out(path)
-            spread = Spread(tuple(carry_out(path).wall_s for _ in range(setting.rounds)))
+        for how, spacing in ways:
+            path = job(design, edges, spacing_edges=spacing)
+            carry_out(path, in_blocks=False)
+            spread = Spread(tuple(carry_out(path, in_blocks=False).wall_s for _ in range(setting.rounds)))
             yield Figure(
                 what=f"Step functions alone, {how}, design {design.value}",
                 measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
@@ -91,7 +91,7 @@ def verilator(setting: Setting) -> Iterator[Figure]:
     ours, theirs = setting.of(100_000_000, 20_000_000), setting.of(1_000_000, 300_000)
     ways: dict[str, Callable[[], float]] = {
         "rtec": functools.partial(_processor_time, job(Design.C, ours)),
-        "steps": functools.partial(_processor_time, job(Design.C, ours // 4, frequency_hz=STEPPED_HZ)),
+        "steps": functools.partial(_processor_time, job(Design.C, ours // 4), in_blocks=False),
     }
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -117,10 +117,10 @@ def _verilated(bench: Path, edges: int) -> float:
     return float(peer_verilator.run(bench, edges)["cpu_s"]) / edges
 
 
-def _processor_time(path: OpenPath) -> float:
+def _processor_time(path: OpenPath, *, in_blocks: bool = True) -> float:
     """Return the seconds of processor time an edge that a run takes."""
     begun = time.process_time()
-    carry_out(path)
+    carry_out(path, in_blocks=in_blocks)
     return (time.process_time() - begun) / (4 * path.cycles)
 
 
@@ -204,9 +204,9 @@ def stages(setting: Setting) -> Iterator[Figure]:
             value=spread.best,
             command=f"{THIS} stages",
         )
-    for what, frequency_hz in (("step functions", STEPPED_HZ), ("blocks", FREQUENCY_HZ)):
-        path = job(Design.C, 5 * edges, frequency_hz=frequency_hz)
-        spread = Spread(tuple(carry_out(path).wall_s for _ in range(setting.rounds)))
+    for what, in_blocks in (("step functions", False), ("blocks", True)):
+        path = job(Design.C, 5 * edges)
+        spread = Spread(tuple(carry_out(path, in_blocks=in_blocks).wall_s for _ in range(setting.rounds)))
         yield Figure(
             what=f"All stages in one loop, design C, {what}",
             measured=f"{spread.text(lambda s: f'{s / edges / 5 * 1e9:.2f}')} ns/edge",

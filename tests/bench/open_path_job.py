@@ -7,8 +7,6 @@ from rtec.injector import Design, InjectorSettings, Processor, Timing
 from rtec.machine import OpenPath, OpenPathResult, simulate
 
 FREQUENCY_HZ = 500e3
-STEPPED_HZ = 499_999.0
-"""A frequency whose quarter period is no whole number of picoseconds: no blocks, every edge takes the steps."""
 REAL_TIME_EDGES_S = 4 * FREQUENCY_HZ
 
 
@@ -26,18 +24,18 @@ def box(design: Design) -> InjectorSettings:
     return InjectorSettings(design=design, timing=Timing.of(design, Processor.FAST))
 
 
-def job(design: Design, edges: int, *, frequency_hz: float = FREQUENCY_HZ, spacing_edges: int = 100) -> OpenPath:
+def job(design: Design, edges: int, *, spacing_edges: int = 100) -> OpenPath:
     """Return the run: ``edges`` edges with a correction every ``spacing_edges``."""
     return OpenPath(
         injector=box(design),
         encoder=encoder(),
-        frequency_hz=frequency_hz,
+        frequency_hz=FREQUENCY_HZ,
         cycles=edges // 4,
         corrections=edges // spacing_edges,
     )
 
 
-def carry_out(path: OpenPath) -> OpenPathResult:
+def carry_out(path: OpenPath, *, in_blocks: bool = True) -> OpenPathResult:
     """Run it and make sure that every correction was completed and every count is right.
 
     Raises
@@ -45,7 +43,7 @@ def carry_out(path: OpenPath) -> OpenPathResult:
     WrongResultError
         Where it was not so.
     """
-    result = simulate(path)
+    result = simulate(path, in_blocks=in_blocks)
     expected = 4 * path.cycles + path.corrections * path.injector.design.step_counts
     if not result.good or result.controller_counts != expected:
         raise WrongResultError(

@@ -4,6 +4,7 @@ A run with a tape takes every edge through the step functions one by one; a run 
 where nothing but counting happens to them.
 """
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -13,7 +14,7 @@ from rtec.axis import Encoder, Imperfections
 from rtec.controller import ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine import OpenPath
+from rtec.machine import OpenPath, simulate
 from rtec.machine import _open_kernels as kernels
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
@@ -103,16 +104,18 @@ def test_a_run_cut_into_parts_gives_the_same():
     assert wrong == []
 
 
+@pytest.mark.parametrize("frequency_hz", [500e3, 499_999.0])
 @pytest.mark.parametrize("design", Design)
-def test_the_blocks_are_used(design):
+def test_the_blocks_are_used(design, frequency_hz):
     """Else the comparison above would be one of the step functions with themselves."""
-    path = open_path(design, Processor.FAST, 500e3, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
+    path = open_path(design, Processor.FAST, frequency_hz, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
     state = path.state()
     kernels.run(state, 8, None)
     assert kernels.passes_unchanged(state)
 
 
-def test_a_period_of_no_whole_picoseconds_takes_the_steps():
-    state = open_path(Design.C, Processor.FAST, 499_999.0, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE).state()
-    kernels.run(state, 8, None)
-    assert not kernels.passes_unchanged(state)
+def test_the_steps_are_taken_where_they_are_asked_for():
+    path = open_path(Design.C, Processor.FAST, 499_999.0, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
+    results = [dataclasses.replace(simulate(path, in_blocks=ways), wall_s=0.0) for ways in (True, False)]
+    assert results[0] == results[1]
+    assert results[0].edges == EDGES
