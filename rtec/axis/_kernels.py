@@ -266,19 +266,20 @@ def trace_edges(
     a0: NDArray[np.float64],
     j0: NDArray[np.float64],
     first: int,
+    edges_a_count: float,
     out_ps: NDArray[np.int64],
     out_levels: NDArray[np.uint8],
 ) -> tuple[int, int]:
     """Write the edges of the motion segments from number ``first`` on; return (edges written, next segment).
 
-    Stops before a segment that might not fit into the arrays: with room for three edges a count of travel and sixteen
-    more, every segment fits.
+    Stops before a segment that might not fit into the arrays: with room for ``edges_a_count``, those of glitches
+    included, for each count of travel and eight counts more, every segment fits.
     """
     n = 0
     for i in range(first, start_ps.size):
         end_s = duration_ps[i] / 1e12
         travel = abs(v0[i]) * end_s + abs(a0[i]) * end_s**2 / 2 + abs(j0[i]) * end_s**3 / 6
-        if n + 3 * travel + 16 > out_ps.size:
+        if n + edges_a_count * (travel + 8) > out_ps.size:
             return n, i
         p.start_ps = start_ps[i]
         p.x0 = x0[i]

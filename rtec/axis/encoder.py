@@ -270,7 +270,10 @@ class Encoder:
         start = motion.start_ps
         span_s = motion.duration_ps / 1e12
         longest = np.abs(v0) * span_s + np.abs(a0) * span_s**2 / 2 + np.abs(j0) * span_s**3 / 6
-        room = max(_CHUNK_EDGES, int(3 * longest.max(initial=0.0)) + 64)
+        # where eccentricity brings the lines closest; a glitch adds two edges to a line's own
+        crowding = 2.0 * math.pi * self.imperfections.eccentricity_counts / max(self.counts_per_rev, 1)
+        edges_a_count = 3.0 / (1.0 - crowding)
+        room = max(_CHUNK_EDGES, int(edges_a_count * (longest.max(initial=0.0) + 8)) + 1)
         _kernels.reset_at(state, x0[0] if x0.size else motion.end_mm * per_mm)
         first = 0
         level = int(_kernels.level_now(state))
@@ -278,7 +281,7 @@ class Encoder:
             times = np.empty(room, dtype=np.int64)
             levels = np.empty(room, dtype=np.uint8)
             used, first = _kernels.trace_edges(
-                state, piece, start, motion.duration_ps, x0, v0, a0, j0, first, times, levels
+                state, piece, start, motion.duration_ps, x0, v0, a0, j0, first, edges_a_count, times, levels
             )
             yield EdgeStream(times[:used], levels[:used], initial=level)
             level = int(levels[used - 1]) if used else level

@@ -307,3 +307,23 @@ def test_jitter_that_would_change_the_order_of_edges_is_refused():
     encoder.fill_steady(new_record(_kernels.ENCODER), 480e3, 1)
     with pytest.raises(ArgumentError, match="less than 125000 ps"):  # half a quarter, half a quarter of 500 ns
         encoder.fill_steady(new_record(_kernels.ENCODER), 500e3, 1)
+
+
+def test_room_is_made_for_the_lines_that_eccentricity_crowds():
+    # Line k lies at k - 1/2 + e sin(2 pi k / n). With e = 0.94 n / 2 pi the lines about half a turn are 0.06 counts
+    # apart: the stretch of 200 000 counts there holds many times the edges of a perfect disc.
+    n = 40_000_000
+    amplitude = 0.94 * n / (2 * math.pi)
+    disc = Encoder(count_mm=1.0, counts_per_rev=n, imperfections=Imperfections(eccentricity_counts=amplitude))
+    low, high = n / 2 - 1e5, n / 2 + 1e5
+
+    def line_below(x):
+        below, above = 0.0, float(n)
+        while above - below > 1e-6:
+            k = (below + above) / 2
+            below, above = (k, above) if k - 0.5 + amplitude * math.sin(2 * math.pi * k / n) < x else (below, k)
+        return below
+
+    stream = edges(disc, (1.0, low, high - low, 0.0))
+    assert stream.counts().net == len(stream) == pytest.approx(line_below(high) - line_below(low), abs=2)
+    assert len(stream) > 2_900_000
