@@ -88,12 +88,6 @@ def changes_of(design: int) -> int:
 
 
 @step
-def step_of(design: int) -> int:
-    """Return the counts that one insertion adds."""
-    return changes_of(design)
-
-
-@step
 def gates(s: Record) -> int:
     """Return the levels at the controller."""
     held = s.held if s.holding == 1 else s.ab_in
