@@ -17,6 +17,8 @@ from rtec.errors import ArgumentError
 
 PS_PER_S = 1_000_000_000_000
 """Picoseconds in one second."""
+LONGEST_RUN_PS = 50 * 86_400 * PS_PER_S
+"""Longest run, 50 days: beyond 53 days lies the kernels' "never"."""
 MM_PER_INCH = 25.4
 """Millimetres in one inch, exact."""
 

@@ -25,15 +25,12 @@ from rtec.machine.play import check_play
 from rtec.metrology import Readings
 from rtec.predictors import NoError, Predictor
 from rtec.requester import Conversation, Status
-from rtec.units import PS_PER_S
+from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000
 _SLICE_WORK = 20_000_000
 """Ticks and edges, at the axis's top speed, between two moments at which a run can be broken off."""
 _MOST_EDGES = 1e11
-_DAY_PS = 86_400 * PS_PER_S
-_LONGEST_PS = 50 * _DAY_PS
-"""The kernels' "never" lies at 53 days."""
 _BOX_FIRST_PS = 300_000_000
 _PC_FIRST_PS = 5_500_000_000
 TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
@@ -246,10 +243,9 @@ def run_machine(
 
 def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:
     """Return into how many parts a run is cut, so that progress shows and it can be broken off in each."""
-    if total_ps > _LONGEST_PS:
-        raise ArgumentError(
-            "task", f"{total_ps / _DAY_PS:.1f} days", "a run of at most 50 days", "shorten the dwells"
-        )
+    if total_ps > LONGEST_RUN_PS:
+        days = total_ps / PS_PER_S / 86_400
+        raise ArgumentError("task", f"{days:.1f} days", "a run of at most 50 days", "shorten the dwells")
     count_mm = machine.encoder.count_mm
     path_mm = float(np.abs(np.diff(np.append(motion.x0_mm, motion.end_mm))).sum())
     if path_mm > _MOST_EDGES * count_mm:

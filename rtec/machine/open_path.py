@@ -11,13 +11,15 @@ import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.axis import Encoder
-from rtec.checks import whole_within
+from rtec.checks import number_within, whole_within
 from rtec.controller import ReceiverResult, ReceiverSettings
 from rtec.controller.receiver import result_of
+from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, Insertions
 from rtec.injector.box import insertions_of
 from rtec.machine import _open_kernels
 from rtec.signal import VcdSignal, VcdWriter
+from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 MAX_EDGES = 1 << 40
 _CHUNK_EDGES = 2_000_000
@@ -71,6 +73,10 @@ class OpenPath:
     def __post_init__(self) -> None:
         """Check the ranges."""
         cycles = whole_within("cycles", self.cycles, 1, MAX_EDGES // 4)
+        frequency_hz = number_within("frequency", self.frequency_hz, 1e-3, 1e8, unit="Hz")
+        if cycles / frequency_hz * PS_PER_S > LONGEST_RUN_PS:
+            most = int(LONGEST_RUN_PS / PS_PER_S * frequency_hz)
+            raise ArgumentError("cycles", cycles, f"at most {most}, 50 days at this frequency")
         whole_within("corrections", self.corrections, -16 * cycles, 16 * cycles, unit="(at most 4 an edge)")
 
     def state(self) -> Record:
@@ -233,7 +239,7 @@ def simulate(
 
 def _settle_ps(path: OpenPath) -> int:
     """Return how long to wait after the last edge: more than four clocks of the filter beyond its delay."""
-    return path.receiver.delay_ps + -(-5 * 1_000_000_000_000 // path.receiver.clock_hz)
+    return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
 def _run(
