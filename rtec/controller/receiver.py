@@ -114,6 +114,20 @@ class ReceiverSettings:
             self.policy.value
         ]
 
+    def counted(self, transitions: int, home_state: int) -> int:
+        """Return what the decoder makes of net ``transitions`` that begin in angle state ``home_state``.
+
+        x4 counts all of them, x2 those of A, x1 those of A while B is low: once a cycle, into state 1.
+
+        Examples
+        --------
+        >>> single = ReceiverSettings(multiplication=Multiplication.X1)
+        >>> [single.counted(transitions, 0) for transitions in (-1, 0, 1, 4, 5)]
+        [0, 0, 1, 1, 2]
+        """
+        width = 4 // self.multiplication.value
+        return (transitions + home_state - 1) // width - (home_state - 1) // width
+
     def wrapped(self, count: int) -> int:
         """Return ``count`` as the counter of finite width shows it.
 

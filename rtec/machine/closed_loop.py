@@ -294,7 +294,8 @@ def _result(
     received = result_of(state.receiver)
     step = machine.injector.design.step_counts if machine.injector else 0
     encoder_counts = int(state.encoder.count)
-    off = machine.receiver.wrapped(received.count - _counted(machine, encoder_counts + insertions.completed * step))
+    due = machine.receiver.counted(encoder_counts + insertions.completed * step, machine.encoder.home_state)
+    off = machine.receiver.wrapped(received.count - due)
     wanted = int(state.pc.target) if machine.injector else 0
     return LoopResult(
         ending=Ending(int(state.status)),
@@ -320,15 +321,6 @@ def _result(
         wall_s=wall_s,
         trace=trace,
     )
-
-
-def _counted(machine: Machine, counts: int) -> int:
-    """Return what the decoder makes of so many transitions: x2 counts those of A, x1 those while B is low."""
-    multiplication, home = machine.receiver.multiplication, machine.encoder.home_state
-    if multiplication is Multiplication.X4:
-        return counts
-    width = 4 // multiplication.value
-    return (counts + home - 1) // width - (home - 1) // width
 
 
 def readings_of(task: MeasuringRun, deviation_mm: NDArray[np.float64]) -> Readings:

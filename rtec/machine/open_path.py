@@ -266,13 +266,8 @@ def _result(path: OpenPath, state: Record, end_ps: int, wall_s: float) -> OpenPa
     encoder_counts = int(state.encoder.count)
     step = path.injector.design.step_counts
     added = insertions.completed * step
-    per_cycle = path.receiver.multiplication.value
-    # x1 and x2 count only some of the edges, so that up to one of their counts is hidden in the rest of a cycle
-    expected = (encoder_counts + added) * per_cycle / 4
-    right = (
-        abs(path.receiver.wrapped(round(received.count - expected))) * 4 < 4
-        if per_cycle < 4
-        else (path.receiver.wrapped(received.count - encoder_counts - added) == 0)
+    off = path.receiver.wrapped(
+        received.count - path.receiver.counted(encoder_counts + added, path.encoder.home_state)
     )
     return OpenPathResult(
         design=path.injector.design.value,
@@ -286,7 +281,7 @@ def _result(path: OpenPath, state: Record, end_ps: int, wall_s: float) -> OpenPa
         insertions=insertions,
         received=received,
         glitches=int(state.encoder.glitches),
-        audit=bool(right and insertions.ahead_counts == added),
+        audit=off == 0 and insertions.ahead_counts == added,
         simulated_s=end_ps / 1e12,
         wall_s=wall_s,
     )

@@ -49,6 +49,26 @@ def test_counts_of_directions_and_signs(capsys, design, step, direction, sign):
     assert result["audit"] is True
 
 
+@pytest.mark.parametrize(("multiplication", "width"), [("1", 4), ("2", 2)])
+@pytest.mark.parametrize("home", ["0", "1", "2", "3"])
+@pytest.mark.parametrize("direction", ["+", "-"])
+def test_audit_knows_what_single_and_double_decoders_count(capsys, multiplication, width, home, direction):
+    # whole cycles and one to four single counts of Design B: what is less than a count of the decoder stays hidden
+    for corrections in range(1, 5):
+        changes = {"home_state": home, "corrections": str(corrections), "direction": direction}
+        code, result = answer(capsys, words(design="b", multiplication=multiplication, **changes))
+        net = (4000 if direction == "+" else -4000) + corrections
+        assert (code, result["audit"]) == (0, True)
+        assert abs(result["controller_counts"] * width - net) < width
+
+
+def test_audit_of_a_single_decoder_sees_lost_counts(capsys):
+    # the Original merges with the next edge: four counts lost with each insertion, and no illegal transition
+    changes = {"timing": "8051", "frequency": "30kHz", "poll_offset": "1us", "multiplication": "1"}
+    code, result = answer(capsys, [*words(design="original", **changes), "--no-gate"])
+    assert (code, result["audit"], result["illegal_transitions"]) == (1, False, 0)
+
+
 def test_document_has_the_keys_that_scripts_rely_on(capsys):
     _, result = answer(capsys, words(seed="7"))
     assert result["design"] == "c"
