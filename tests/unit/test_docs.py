@@ -159,10 +159,11 @@ def test_consoles_show_what_the_commands_print(page, tmp_path, monkeypatch, caps
         found = main(words)
         out, err = capsys.readouterr()
         assert found == (code or 0) or code is None, words
-        printed = iter([line.rstrip() for line in (out + err).splitlines()])
+        # a column is as wide as its widest cell, and one of them is the time that the run took
+        printed = iter([" ".join(line.split()) for line in (out + err).splitlines()])
         for line in expected:
             if line != "...":
-                assert line.rstrip() in printed, (words, line)  # in this order
+                assert " ".join(line.split()) in printed, (words, line)  # in this order
                 shown += 1
     assert shown > 10
 
@@ -209,8 +210,8 @@ def test_readme_table_is_what_the_command_measures(quiet_run):
 def test_tutorial_table_is_what_the_command_measures(quiet_run):
     page = text_of(ROOT / "docs" / "tutorial.md")
     for words, key in (
-        ("maximum average error", "max_average_error_um"),
-        ("maximum reversal", "max_reversal_error_um"),
+        ("max average error", "max_average_error_um"),
+        ("max reversal", "max_reversal_error_um"),
     ):
         line = next(line for line in page.splitlines() if words in line)
         figures = [float(number) for number in re.findall(r"\d+\.\d", line)]
