@@ -275,10 +275,20 @@ def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64])
     return (wanted - servo.v) * servo.lag_share / servo.period_s
 
 
-@step
-def near_target(m: Record, targets_mm: NDArray[np.float64]) -> bool:
-    """Return whether the axis is within the laser's window about the next target."""
-    return abs(m.servo.x * m.servo.count_mm - targets_mm[m.reader.next]) <= m.reader.window_mm
+@helper
+def near_target(m: Record, targets_mm: NDArray[np.float64], error_kind: int, error: NDArray[np.float64]) -> bool:
+    """Return whether the axis is within the laser's window about the next target.
+
+    By the controller's position, which arrives whatever the error, or by the true one, where a table of the
+    controller's own leads it elsewhere.
+    """
+    target_mm = targets_mm[m.reader.next]
+    if abs(m.receiver.count * m.servo.counts_per_unit * m.servo.count_mm - target_mm) <= m.reader.window_mm:
+        return True
+    if abs(m.servo.command * m.servo.count_mm - target_mm) > m.reader.window_mm:
+        return False
+    follow_play(m, error_kind, error)
+    return abs(m.play.y_mm + grown_mm(m.play, m.servo.now_ps) - target_mm) <= m.reader.window_mm
 
 
 @step
@@ -297,7 +307,7 @@ def read_laser(
     t_ps = m.servo.now_ps
     if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:
         return
-    if r.begun_ps == NEVER and near_target(m, targets_mm):
+    if r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
         r.begun_ps = t_ps
     if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
         follow_play(m, error_kind, error)
@@ -324,6 +334,8 @@ def ticks_at_rest(
     duration_ps: NDArray[np.int64],
     motion: NDArray[np.float64],
     until_ps: int,
+    error_kind: int,
+    error: NDArray[np.float64],
 ) -> int:
     """Return for how many ticks from now on nothing can change; at least 1."""
     servo, s, r = m.servo, m.injector, m.reader
@@ -343,7 +355,7 @@ def ticks_at_rest(
     if r.next < begins_ps.size:
         if servo.now_ps < begins_ps[r.next]:
             bound_ps = min(bound_ps, begins_ps[r.next])
-        elif r.begun_ps == NEVER and near_target(m, targets_mm):
+        elif r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
             return 1  # the laser's timer starts now
         elif r.begun_ps < NEVER:
             half_ps = r.begun_ps + r.half_ps
@@ -438,7 +450,9 @@ def run(
         resting = servo.v == 0.0 and acceleration == 0.0
         ticks = 1
         if resting:
-            ticks = ticks_at_rest(m, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps)
+            ticks = ticks_at_rest(
+                m, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error_kind, error
+            )
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error_kind, error)
         if ticks > 1:
             servo.now_ps += ticks * servo.period_ps
