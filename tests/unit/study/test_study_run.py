@@ -1,0 +1,271 @@
+"""A whole study: its rows, its draws, its figures in motion, and what happens where a row cannot be finished."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtec.controller import IllegalPolicy, ReceiverSettings
+from rtec.errors import ArgumentError
+from rtec.injector import Design, RealEdges
+from rtec.machine import Growth, Laser
+from rtec.metrology import MeasuringPlan
+from rtec.requester import Conversation
+from rtec.study import builtin_study, read_study, run_study
+from rtec.study.figures import feed_curve
+from rtec.study.limits import limit_of, steepest_slope
+from rtec.study.run import _machine
+
+INCH_MIN = 25.4 / 60.0
+
+
+def small(**changes):
+    """Return the built-in study with six targets and next to no figures."""
+    plan = MeasuringPlan(
+        start_inch=1, end_inch=3.6, increment_inch=0.52, dwell_s=4, runs=1, feed_inch_min=50, overshoot_inch=0.1
+    )
+    values = {
+        "plan": plan, "laser": Laser(dwell_s=2.0), "feeds_mm_s": (50 * INCH_MIN,),
+        "growth": Growth(final_mm=0.01, time_constant_s=1.0),
+    } | changes  # fmt: skip
+    return replace(builtin_study(), **values)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return run_study(small())
+
+
+def without_times(result):
+    document = result.to_dict()
+    del document["wall_s"]
+    return document
+
+
+def test_the_same_study_twice_is_identical(plain):
+    again = run_study(small())
+    assert without_times(again) == without_times(plain)
+    for one, other in zip(plain.rows, again.rows, strict=True):
+        assert np.array_equal(one.readings.deviation_mm, other.readings.deviation_mm)
+    for one, other in zip(plain.feed_curves, again.feed_curves, strict=True):
+        assert np.array_equal(one.reverse_pp_mm, other.reverse_pp_mm)
+    for one, other in zip(plain.hold_curves, again.hold_curves, strict=True):
+        assert np.array_equal(one.deviation_mm, other.deviation_mm)
+
+
+def test_every_row_has_the_same_draws(plain):
+    quiet = run_study(small(repeatability_mm=0.0))
+    noise = [
+        noisy.readings.deviation_mm - clean.readings.deviation_mm
+        for noisy, clean in zip(plain.rows, quiet.rows, strict=True)
+    ]
+    assert len(noise) == 6
+    for draws in noise[1:]:
+        assert draws == pytest.approx(noise[0], abs=1e-12)
+    assert 0.0003 < np.std(noise[0]) < 0.002  # 12 draws of 1 µm
+    assert noise[0] == pytest.approx(np.random.default_rng(1).normal(0.0, 0.001, 12), abs=1e-12)
+
+
+def test_another_seed_gives_other_draws(plain):
+    other = run_study(small(seed=2, designs=()))
+    assert other.seed == 2
+    assert not np.allclose(other.rows[0].readings.deviation_mm, plain.rows[0].readings.deviation_mm, atol=1e-5)
+
+
+def test_rows_and_what_they_say(plain):
+    assert [row.name for row in plain.rows] == ["uncompensated", "table", "original", "a", "b", "c"]
+    assert plain.good
+    for row in plain.rows:
+        assert row.audit
+        assert row.ending == "FINISHED"
+        assert (row.corrections_pending, row.illegal_transitions, row.refused, row.audit_counts) == (0, 0, 0, 0)
+        assert (row.corrections_inserted > 0) == (row.step_counts > 0)
+    error = {row.name: row.figures.peak_to_peak for row in plain.rows}
+    assert error["uncompensated"] > 0.09
+    assert max(value for name, value in error.items() if name != "uncompensated") < 0.012
+    keys = {
+        "name", "max_average_error_um", "max_reversal_error_um", "iso230", "max_repeat_um", "cyclic_pp_um", "rms_um",
+        "pp_um", "corrections_inserted", "corrections_pending", "illegal_transitions", "refused", "audit",
+    }  # fmt: skip
+    assert keys <= set(plain.to_dict()["rows"][0])
+
+
+def test_the_held_axis_of_the_report(plain):
+    last = {curve.name: curve.deviation_mm[-1] for curve in plain.hold_curves}
+    inserted = {curve.name: curve.corrections_inserted for curve in plain.hold_curves}
+    assert {curve.state for curve in plain.hold_curves if curve.name == "original"} == {2}
+    # the growth that falls into the time on the way may still be corrected
+    assert inserted["original"] <= 2
+    assert last["original"] > 0.007 - 0.004 * inserted["original"]
+    for name, step in (("a", 4), ("b", 1), ("c", 2)):
+        assert abs(last[name]) <= (step + 1) * 0.001
+
+
+def test_progress_never_falls_and_ends_at_the_end():
+    told = []
+    run_study(small(designs=(Design.B,)), progress=lambda what, share: told.append((what, share)))
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < 0.05
+    assert 0.8 <= shares[-1] <= 1.0
+    assert all(isinstance(what, str) and what for what, _ in told)
+
+
+@pytest.mark.parametrize("designs", [(), (Design.C,), (Design.B, Design.A)])
+def test_any_choice_of_designs(designs):
+    result = run_study(small(designs=designs))
+    assert [row.name for row in result.rows] == ["uncompensated", "table", *(design.value for design in designs)]
+    assert len(result.feed_curves) == len(result.hold_curves) == len(result.waveforms) == len(designs)
+    assert result.good
+
+
+def test_feeds_above_the_axis_are_left_out():
+    result = run_study(small(designs=(Design.B,), feeds_mm_s=(10.0, 500.0)))
+    assert result.feed_curves[0].feed_mm_s.tolist() == [10.0]
+    none = run_study(small(designs=(Design.B,), feeds_mm_s=(500.0,)))
+    assert none.feed_curves[0].reverse_pp_mm.size == 0
+
+
+def test_a_very_slow_pass_is_thinned_out():
+    # 0.05 mm/s for 2 x 5 cm: two thousand seconds, a million ticks
+    curve = feed_curve(small(), "b", replace(_machine(small()), injector=small().injector(Design.B)), lambda _: None)
+    slow = replace(small(), feeds_mm_s=(0.05,), span_mm=5.0)
+    machine = replace(_machine(slow), injector=slow.injector(Design.B))
+    slowly = feed_curve(slow, "b", machine, lambda _: None)
+    assert slowly.reverse_pp_mm[0] < 0.003 < curve.reverse_pp_mm[0]
+
+
+# window * step / period / slope, with the lathe's reverse cyclic slope of 0.048: 14.8, 29.5, 59 inch/min
+@pytest.mark.parametrize(("design", "inch_min"), [(Design.B, 14.76), (Design.C, 29.53), (Design.A, 59.06)])
+def test_the_feed_up_to_which_a_design_follows(design, inch_min):
+    limit = limit_of(builtin_study(), design)
+    assert limit.follows_up_to_mm_s / INCH_MIN == pytest.approx(inch_min, rel=0.03)
+
+
+def test_limits_of_gate_and_word():
+    by_name = {design: limit_of(builtin_study(), design) for design in Design}
+    # the Original's last edge comes at worst 9 µs after the transition; 15 % margin; four counts of 1 µm a cycle
+    assert by_name[Design.ORIGINAL].gate_refuses_above_mm_s == pytest.approx(0.004 / (4 * 9e-6 * 1.15), rel=1e-6)
+    assert by_name[Design.A].word_holds_mm == pytest.approx(0.508)
+    assert by_name[Design.C].word_holds_mm == pytest.approx(0.254)
+    assert by_name[Design.B].word_holds_mm == pytest.approx(32.767)
+    assert by_name[Design.B].largest_error_mm == pytest.approx(0.145, abs=0.002)
+
+
+def test_steepest_slope_of_the_lathe():
+    slope = steepest_slope(builtin_study().model, np.linspace(25.4, 1016, 20_001), over_mm=0.05)
+    assert slope == pytest.approx(0.048, rel=0.03)
+
+
+@pytest.fixture(scope="module")
+def in_motion():
+    study = replace(builtin_study(), feeds_mm_s=tuple(feed * INCH_MIN for feed in (5, 50)))
+    base = _machine(study)
+    return {
+        design: feed_curve(study, design.value, replace(base, injector=study.injector(design)), lambda _: None)
+        for design in (Design.A, Design.B, Design.C)
+    }
+
+
+def test_slowly_the_finest_step_leaves_the_least(in_motion):
+    slowly = {design: curve.reverse_pp_mm[0] for design, curve in in_motion.items()}
+    assert slowly[Design.B] < slowly[Design.C] < slowly[Design.A]
+
+
+def test_at_50_inch_a_minute_the_order_turns_round(in_motion):
+    fast = {design: curve.reverse_pp_mm[1] for design, curve in in_motion.items()}
+    assert fast[Design.B] > fast[Design.C] > fast[Design.A]
+    # B follows up to 15 inch/min: at 50 nearly all of the cyclic error of about 37 µm (0.00145 inch) is left
+    assert fast[Design.B] == pytest.approx(0.037, abs=0.004)
+
+
+def test_an_error_beyond_the_word_is_pending_and_said(tmp_path):
+    (tmp_path / "long.csv").write_text("position_mm,forward_um,reverse_um\n0,0,10\n100,700,710\n200,0,10\n")
+    path = tmp_path / "long.toml"
+    path.write_text(
+        'name = "long"\n[axis]\nerror = "long.csv"\n[program]\nend = "3.6 inch"\nruns = 1\ndwell = "4 s"\n'
+        '[laser]\ndwell = "2 s"\nrepeatability = "0 um"\n[predictor]\nmodel = "axis"\n'
+        '[figures]\nfeeds = ["10 mm/s"]\nhold_time_constant = "0.5 s"\n'
+    )
+    rows = {row.name: row for row in run_study(read_study(path)).rows}
+    # 0.7 mm at 100 mm: at 3.6 inch 640 µm forward, of which 508 fit into a signed byte of 4 µm, 254 into one of 2 µm
+    for name, step_um, held_um in (("original", 4, 508), ("a", 4, 508), ("c", 2, 254)):
+        left = rows[name].readings.deviation_mm.max() * 1000
+        assert left == pytest.approx(640 - held_um, abs=12)
+        assert rows[name].beyond_word_steps == pytest.approx(
+            (668 - held_um) / step_um, abs=2
+        )  # reverse, at the overshoot
+        assert rows[name].audit
+    assert rows["b"].beyond_word_steps == 0
+    assert rows["b"].figures.peak_to_peak < 0.003
+    result = run_study(replace(read_study(path), designs=(Design.A,)))
+    assert any("word is too small by" in warning for warning in result.warnings)
+
+
+def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
+    fill = Conversation.fill_box
+
+    def narrow(self, box, *, switch_on=True):
+        fill(self, box, switch_on=switch_on)
+        box.window = 1
+
+    monkeypatch.setattr(Conversation, "fill_box", narrow)
+    # no error at the first targets, then more than the box believes at once
+    (tmp_path / "step.csv").write_text("position_mm,forward_um,reverse_um\n0,0,0\n60,0,0\n64,80,80\n1100,80,80\n")
+    path = tmp_path / "step.toml"
+    path.write_text('[axis]\nerror = "step.csv"\n[predictor]\nmodel = "axis"\n')
+    axis = read_study(path)
+    result = run_study(small(axis_error=axis.axis_error, model=axis.model, designs=(Design.B,), repeatability_mm=0.0))
+    held = result.rows[-1]
+    assert held.ending == "HELD"
+    assert held.refused == 3
+    assert 1 <= held.readings.size < 12
+    assert held.audit
+    assert not result.good
+    assert result.to_dict()["rows"][-1]["ending"] == "HELD"
+
+
+def test_a_row_without_any_reading_is_named(monkeypatch):
+    fill = Conversation.fill_box
+
+    def narrow(self, box, *, switch_on=True):
+        fill(self, box, switch_on=switch_on)
+        box.window = 1
+
+    monkeypatch.setattr(Conversation, "fill_box", narrow)
+    with pytest.raises(ArgumentError, match=r"row b: no reading \(HELD after 0.0\d+ s"):
+        run_study(small(designs=(Design.B,)))
+
+
+def test_a_faulting_controller_is_named():
+    slow = ReceiverSettings(filter_samples=1, clock_hz=15_000, policy=IllegalPolicy.FAULT)
+    with pytest.raises(ArgumentError, match=r"row uncompensated: no reading \(FAULTED after"):
+        run_study(small(receiver=slow))
+
+
+def test_merged_edges_show_in_the_row():
+    plan = replace(small().plan, end_inch=2, increment_inch=0.05, runs=2)
+    result = run_study(small(real_edges=RealEdges.MERGE, designs=(Design.A, Design.C), plan=plan))
+    off = {row.name: row.audit_counts for row in result.rows}
+    assert off["uncompensated"] == off["table"] == 0
+    assert any(off.values())
+    assert all(row.audit == (row.audit_counts == 0) for row in result.rows)
+    assert not result.good
+
+
+def test_counts_lost_at_too_high_a_speed_are_a_row_or_named():
+    # at 0.1 µm a count 50 inch/min are 212 000 counts a second: more than Design B's processor can copy
+    encoder = replace(builtin_study().encoder, count_mm=1e-4)
+    study = small(encoder=encoder, designs=(Design.B,))
+    with pytest.raises(ArgumentError, match=r"row b: no reading \(FINISHED after .* counts off\)"):
+        run_study(study)
+
+
+def test_one_run_of_two_targets_has_figures_where_they_exist():
+    plan = replace(small().plan, increment_inch=2.6)
+    row = run_study(small(plan=plan, designs=())).rows[0]
+    assert row.readings.size == 4
+    assert row.figures.repeatability is None
+    assert row.figures.max_reversal_error is not None
+    assert math.isfinite(row.figures.rms)
