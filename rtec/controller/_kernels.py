@@ -167,7 +167,7 @@ def settle_before(rx: Record, t_ps: int) -> None:
 
 @step
 def receiver_settle(rx: Record, t_ps: int) -> None:
-    """Bring the count up to ``t_ps``: what a tick at or before it has completed is counted."""
+    """Bring the count up to ``t_ps``: what a tick before the end of this picosecond has completed is counted."""
     settle_before(rx, t_ps + 1)
 
 

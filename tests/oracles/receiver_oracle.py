@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import ceil, floor
+from math import ceil
 
 FORWARD = ("00", "10", "11", "01")
 PS_PER_S = 10**12
@@ -57,9 +57,8 @@ class ReceiverOracle:
             tick = self.last_tick(t, inclusive=kind == 1) + 1 if number or self.samples else None
 
     def last_tick(self, t: int, *, inclusive: bool) -> int:
-        """Return the last tick at or before ``t``, or before it."""
-        exact = Fraction(t * self.clock_hz, PS_PER_S)
-        return floor(exact) if inclusive else ceil(exact) - 1
+        """Return the last tick before ``t``, or before the picosecond that begins with it is over."""
+        return ceil(Fraction((t + inclusive) * self.clock_hz, PS_PER_S)) - 1
 
     def change(self, t: int, levels: str) -> None:
         lines = [line for line in (0, 1) if levels[line] != self.raw[line]]
