@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rtec.cli._console import announce_compilation, note, print_json, progress
-from rtec.errors import ArgumentError, OutputError
+from rtec.errors import ArgumentError
 
 _DONE = 0
 _FAILS = 1
@@ -79,12 +80,10 @@ def run(
 def _write_builtin(file: Path, force: bool) -> None:
     """Write the built-in study to a file of the user's."""
     from rtec.study import builtin_text  # noqa: PLC0415 - loads the study's parts
+    from rtec.whole_file import WholeFile  # noqa: PLC0415
 
-    try:
-        with file.open("w" if force else "x", encoding="utf-8") as handle:
-            handle.write(builtin_text())
-    except FileExistsError:
-        raise ArgumentError("--write-study", file, "a file that does not exist", "or --force to replace it") from None
-    except OSError as error:
-        raise OutputError(f"{file}: cannot be written: {error.strerror}") from None
+    if os.path.lexists(file) and not force:
+        raise ArgumentError("--write-study", file, "a file that does not exist", "or --force to replace it")
+    with WholeFile(file) as handle:
+        handle.write(builtin_text().encode())
     typer.echo(f"Wrote {file}; change it and run: rtec run {file}")

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.errors import FileFormatError, OutputError
+from rtec.errors import FileFormatError
+from rtec.whole_file import WholeFile
 
 MAX_BYTES = 1 << 28
 """Largest file that is read (256 MiB, about five million rows): a bound on memory, not a property of a format."""
@@ -73,29 +71,13 @@ def write_lines(path: str | Path, lines: Iterable[str]) -> None:
 
     Examples
     --------
-    >>> write_lines("/nowhere/z.csv", ["a"])
+    >>> write_lines("/nowhere/z.csv", ["a"])  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    rtec.errors.OutputError: /nowhere/z.csv: cannot be written (No such file or directory)
+    rtec.errors.OutputError: /nowhere/z.csv: cannot be written: No such file or directory; ...
     """
-    file = Path(path)
-    part: str | None = None
-    try:
-        descriptor, part = tempfile.mkstemp(prefix=f".{file.name[:100]}.", dir=file.parent)
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
-            stream.writelines(f"{line}\n" for line in lines)
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(part).chmod(0o666 & ~umask)
-        Path(part).replace(file)
-        part = None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OutputError(f"{path}: cannot be written ({reason})") from None
-    finally:
-        if part is not None:
-            with contextlib.suppress(OSError):
-                Path(part).unlink()
+    with WholeFile(path) as file:
+        file.write("".join(f"{line}\n" for line in lines).encode())
 
 
 def shown(text: str) -> str:

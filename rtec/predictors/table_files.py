@@ -13,19 +13,17 @@ and a comment ``# backlash: 70 um`` says how far the reverse curve lies above th
 
 from __future__ import annotations
 
-import os
 import re
-import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
+from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.predictors._columns import LARGEST
 from rtec.predictors._rows import QUANTITIES, LengthUnit, bidirectional, columns_of, row_of, text_of
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 from rtec.units import LENGTH, parse_quantity
+from rtec.whole_file import WholeFile
 
 _BACKLASH = re.compile(r"#\s*backlash\s*:\s*(.*)", re.IGNORECASE)
 
@@ -128,7 +126,8 @@ def write_table(
         header = f"position_{suffix},forward_{suffix},reverse_{suffix}"
         columns = [table.forward_positions_mm, table.forward_errors_mm, table.reverse_errors_mm]
     rows = (",".join(map(repr, row)) for row in (np.column_stack(columns) / unit.value).tolist())
-    _replace(Path(path), "\n".join([*comments, header, *rows]) + "\n")
+    with WholeFile(path) as file:
+        file.write("".join(f"{line}\n" for line in [*comments, header, *rows]).encode())
 
 
 def _header(path: str | Path, number: int, line: str) -> list[tuple[str, LengthUnit]]:
@@ -160,19 +159,3 @@ def _backlash(path: str | Path, number: int, text: str, known_mm: float | None) 
     if not abs(value_mm) <= LARGEST:
         raise FileFormatError(path, number, f"backlash: {value_mm:g} mm", f"at most {LARGEST:g} mm either way")
     return value_mm
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write beside the file and move into place, so that nothing half-written is ever seen."""
-    beside = ""
-    try:
-        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".rtec-", suffix=".csv")
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        os.replace(beside, path)
-    except (OSError, ValueError) as error:
-        if beside:
-            with suppress(OSError):
-                os.unlink(beside)
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise OutputError(f"{path}: cannot be written ({reason})") from None

@@ -83,6 +83,17 @@ def test_full_disk_leaves_no_file(small_disk, capsys):
     assert "No space left on device" in lines[0]
 
 
+def test_full_disk_leaves_the_old_study(small_disk, capsys):
+    study = small_disk / "my.toml"
+    study.write_text("# mine\n")
+    free = shutil.disk_usage(small_disk).free
+    (small_disk / "filler").write_bytes(bytes(free))
+    assert main(["run", "--force", "--write-study", str(study)]) == 2
+    assert "No space left on device" in capsys.readouterr().err
+    assert study.read_text() == "# mine\n"
+    assert sorted(path.name for path in small_disk.iterdir()) == ["filler", "my.toml"]
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full on this system")
 def test_full_device(capsys):
     words = ["simulate", "--design", "c", "--frequency", "500kHz", "--corrections", "0", "--cycles", "10"]

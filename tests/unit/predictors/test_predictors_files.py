@@ -13,7 +13,6 @@ from rtec.predictors import (
     UnidirectionalTable,
     read_linuxcnc_table,
     read_table,
-    table_files,
     write_table,
 )
 
@@ -67,6 +66,12 @@ def test_tables_with_different_positions_are_not_written(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+def test_a_written_table_can_be_read_by_those_who_may_read_other_files(tmp_path):
+    (tmp_path / "other").touch()
+    write_table(BOTH, tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").stat().st_mode == (tmp_path / "other").stat().st_mode
+
+
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     path = tmp_path / "t.csv"
     write_table(BOTH, path)
@@ -75,7 +80,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
     def full(*_args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(table_files.os, "replace", full)
+    monkeypatch.setattr(os, "replace", full)
     with pytest.raises(OutputError, match="No space left"):
         write_table(ONE, path)
     assert os.listdir(tmp_path) == ["t.csv"]

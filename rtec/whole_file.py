@@ -22,6 +22,17 @@ class WholeFile:
     ----------
     path
         Where the file shall be.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "z.txt"
+    >>> with WholeFile(file) as whole:
+    ...     whole.write(b"all or nothing")
+    ...     file.exists()
+    False
+    >>> file.read_bytes()
+    b'all or nothing'
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -34,7 +45,7 @@ class WholeFile:
             if self._path.exists() and not self._path.is_file():
                 self._file = open(self._path, "wb")
             else:
-                self._part = self._path.with_name(f".{self._path.name}.{secrets.token_hex(4)}.part")
+                self._part = self._path.with_name(f".{self._path.name[:100]}.{secrets.token_hex(4)}.part")
                 self._file = open(self._part, "xb")
         return self
 
