@@ -14,6 +14,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
@@ -58,8 +59,9 @@ def _cache_folder() -> Path:
     home = hashlib.sha256(str(_PACKAGE).encode()).hexdigest()[:8]
     bases = [os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"]
     for base in bases:
-        if base and _writable(root := Path(base).expanduser() / "rtec" / home):
-            return root / _digest_of_sources()
+        with suppress(RuntimeError):  # a user without a home
+            if base and _writable(root := Path(base).expanduser() / "rtec" / home):
+                return root / _digest_of_sources()
     return Path(tempfile.mkdtemp(prefix="rtec-"))
 
 
