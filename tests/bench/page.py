@@ -39,8 +39,9 @@ edges, filter of 60 ns (three samples at 50 MHz), x4 decoder.
         """\
 The open path passes edges in blocks of sixteen while nothing but counting happens to them: the box owes nothing, no
 glitch is to be drawn, and neighbouring edges are farther apart than the filter needs. The times of a block do not
-depend on each other, so the compiler computes several at once. Everything else, and every edge around a correction, goes through the step functions that the closed loop calls,
-too. `tests/differential/test_open_path_blocks.py` holds the two ways to the same final state, field by field.
+depend on each other, so the compiler computes several at once. Everything else, and every edge around a correction,
+goes through the step functions that the closed loop calls, too. `tests/differential/test_open_path_blocks.py` holds
+the two ways to the same final state, field by field.
 
 Here all edges take the step functions (`rtec.machine.simulate(path, in_blocks=False)`). This is the speed to reckon
 with where the blocks do not apply, as with a correction every 8 edges, where there is no room for one.
