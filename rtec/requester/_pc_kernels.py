@@ -59,7 +59,7 @@ PC = np.dtype(
         ("target", np.int64),  # total of steps that the prediction asks for
         ("sent", np.int64),
         ("commanded_ps", np.int64),  # when it last gave the home command
-        ("unsampled", np.int64),  # 1: the last request differs from what the box has accepted
+        ("large_sent", np.int64),  # 1: the last request carried Large Correction
         # observations
         ("requests", np.int64),
         ("not_valid", np.int64),
@@ -140,7 +140,7 @@ def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     p.beyond_word_max = max(p.beyond_word_max, p.beyond_word)
     flags = PROBING if p.probing == 1 else 0
     sampled = p.accepted == p.sent and p.status == OK
-    doubted = p.status == I_DONT_BELIEVE_YOU and p.unsampled == 0 and abs(p.sent - p.accepted) > p.window
+    doubted = p.status == I_DONT_BELIEVE_YOU and p.large_sent == 0 and abs(p.sent - p.accepted) > p.window
     if p.probing == 0 and (sampled or doubted):
         if p.large_meant == 1:
             p.sent = goal
@@ -149,9 +149,9 @@ def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
             p.large_meant = 0
         else:
             p.sent = min(max(goal, p.accepted - p.window), p.accepted + p.window)
-    elif p.accepted != p.sent and p.unsampled == 1:
+    elif p.accepted != p.sent and p.large_sent == 1:
         flags |= LARGE_CORRECTION
-    p.unsampled = 1 if flags & LARGE_CORRECTION else 0
+    p.large_sent = 1 if flags & LARGE_CORRECTION else 0
     p.requests += 1
     post(down, t_ps, p.sent, flags, 0, 0)
 
@@ -170,7 +170,7 @@ def pc_reset(p: Record, first_ps: int) -> None:
     p.extreme = 0
     p.target = 0
     p.sent = 0
-    p.unsampled = 0
+    p.large_sent = 0
     p.commanded_ps = -NEVER
     p.requests = 0
     p.not_valid = 0
