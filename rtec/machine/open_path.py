@@ -77,6 +77,8 @@ class OpenPath:
         if cycles / frequency_hz * PS_PER_S > LONGEST_RUN_PS:
             most = int(LONGEST_RUN_PS / PS_PER_S * frequency_hz)
             raise ArgumentError("cycles", cycles, f"at most {most}, 50 days at this frequency")
+        if self.direction not in (1, -1):
+            raise ArgumentError("direction", self.direction, "+1 or -1")
         whole_within("corrections", self.corrections, -16 * cycles, 16 * cycles, unit="(at most 4 an edge)")
 
     def state(self) -> Record:
