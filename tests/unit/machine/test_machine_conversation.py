@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtec.axis import Encoder, Limits
+from rtec.axis import Encoder, Limits, Servo
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Ending, Machine, _loop_kernels, closed_loop, run_machine, straight_pass
 from rtec.machine.measuring_run import end_ps
@@ -154,6 +154,16 @@ def test_large_steps_of_the_request_are_taken_in_windows_only():
 def _accepted_at_every_ms():
     paused = Paused(machine(), THERE_AND_BACK)
     return [paused.run(t * MS).box.accepted for t in range(1, 4_500)]
+
+
+def test_the_pc_sees_the_last_count_before_the_axis_is_taken_for_resting():
+    # 21 µm back is just more than the hysteresis of the direction, and the axis stops dead on the last count
+    motion = straight_pass([30.0, 29.979], 20.0, LIMITS, dwell_s=1.5)
+    abrupt = machine(servo=Servo(lag_s=0.0))
+    skipped, computed = run_machine(abrupt, motion), run_machine(abrupt, motion, skip_rest=False)
+    assert final(skipped) == final(computed)
+    assert skipped.insertions == computed.insertions
+    assert skipped.insertions.completed > 80  # the reverse error
 
 
 def test_probing_stops_the_corrections():

@@ -82,17 +82,27 @@ def test_glitches_shorter_than_the_filter_are_harmless():
     assert result.audit
 
 
+def test_jitter_moves_the_edges():
+    # at 20 mm/s an edge every 50 µs; two of them come nearer to each other by up to twice the bound
+    jittery = Encoder(imperfections=Imperfections(jitter_ps=15_000_000))
+    result = run_machine(Machine(encoder=jittery), straight_pass([50.0], 20.0, LIMITS))
+    assert 20_000_000 <= result.received.min_separation_ps < 28_000_000
+    plain = run_machine(Machine(), straight_pass([50.0], 20.0, LIMITS))
+    assert 49_000_000 < plain.received.min_separation_ps <= 50_000_000
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("design", Design)
-def test_jitter_keeps_the_order_of_events(design):
-    """A jitter of twice the time between an insertion's changes must not carry an edge past them."""
-    jittery = Encoder(home_state=1, imperfections=Imperfections(jitter_ps=15_000_000))
+def test_jitter_keeps_the_order_of_events(design, seed):
+    """A jitter much longer than an insertion must not carry an edge past the changes of the box."""
+    jittery = Encoder(home_state=1, imperfections=Imperfections(jitter_ps=60_000_000), seed=seed)
     machine = Machine(axis_error=LATHE, model=LATHE, injector=box(design), encoder=jittery)
     plan = MeasuringPlan(
-        start_inch=1, end_inch=2, increment_inch=0.25, dwell_s=2, runs=1, feed_inch_min=40, overshoot_inch=0.1
+        start_inch=1, end_inch=3, increment_inch=0.25, dwell_s=2, runs=1, feed_inch_min=18, overshoot_inch=0.1
     )
     result = run_machine(machine, measuring_run(plan, LIMITS))
     assert result.audit
-    # changes of one insertion are 1 µs apart, and an edge held back follows a step later; B's copies lie 4 µs apart
+    # changes of one insertion are 1 µs apart, and an edge held back follows a step later; B's writings lie 4 µs apart
     assert result.received.min_separation_ps >= (4_000_000 if design is Design.B else 900_000)
 
 

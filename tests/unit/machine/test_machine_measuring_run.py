@@ -5,7 +5,7 @@ import pytest
 
 from rtec.axis import Limits, ProfileShape, Servo
 from rtec.errors import ArgumentError, RtecError
-from rtec.machine import Laser, Machine, measuring_run, readings_of, run_machine, straight_pass
+from rtec.machine import Laser, Machine, closed_loop, measuring_run, readings_of, run_machine, straight_pass
 from rtec.metrology import MeasuringPlan
 
 LIMITS = Limits(max_speed_mm_s=120.0, max_acceleration_mm_s2=500.0, rapid_mm_s=120.0, max_jerk_mm_s3=5000.0)
@@ -88,6 +88,17 @@ def test_readings_that_cannot_be_taken_say_so(machine, missing):
     assert np.isnan(deviation).sum() == missing
     with pytest.raises(ArgumentError, match=rf"readings: {missing} of 20 missing, the first at 25.4000 mm.*lengthen"):
         readings_of(task, deviation)
+
+
+def test_an_axis_at_rest_before_its_dwell_is_read(monkeypatch):
+    # so wide a deadband lets it stop while its command still moves; a part as long as the run bounds no skipping
+    monkeypatch.setattr(closed_loop, "_slices", lambda *_: 1)
+    lazy = Machine(servo=Servo(deadband_counts=2000.0, lag_s=0.0), laser=Laser(dwell_s=1.0, window_mm=5.0))
+    task = measuring_run(plan(), LIMITS)
+    result = run_machine(lazy, task)
+    assert np.abs(result.deviation_mm).max() <= 2.0
+    assert np.array_equal(result.deviation_mm, run_machine(lazy, task, skip_rest=False).deviation_mm)
+    assert result.ticks_skipped > 0.5 * result.ticks
 
 
 def test_a_perfect_axis_reads_within_half_a_count():

@@ -26,17 +26,18 @@ ENCODER, TRUE = TRACE_COLUMNS.index("encoder_mm"), TRACE_COLUMNS.index("true_mm"
 TARGETS = [8.0, 7.97, 7.99, 7.90, 7.95, 7.50, 7.55, 7.53, 7.80, 15.0, 14.96, 25.0, 24.5, 24.52, 12.0]
 
 
-def visit(targets):
-    """Return a run that stands at each target for 2 s and reads it there."""
+def visit(targets, *, read=None):
+    """Return a run that stands at each target for 2 s and reads it there, or only at the targets ``read``."""
     blocks = [Dwell(seconds=0.1)]
     for target in targets:
         blocks += [Move(target_mm=target, feed_mm_s=10.0), Dwell(seconds=2.0)]
     motion = plan(Program(blocks=tuple(blocks)), LIMITS)
-    last = np.arange(2, len(blocks), 2)
-    count = len(targets)
+    read = np.arange(len(targets)) if read is None else np.array(read)
+    last = 2 + 2 * read
+    count = read.size
     return MeasuringRun(
         motion=motion,
-        target_mm=np.array(targets),
+        target_mm=np.array(targets)[read],
         direction=np.ones(count, np.int8),
         run=np.arange(count),
         begins_ps=motion.block_end_ps[last - 1],
@@ -70,6 +71,13 @@ def test_small_reversals_do_not_move_the_axis():
     assert np.ptp(readings[:3]) < 0.0011
     assert readings[3] == pytest.approx(7.90 + 0.1079, abs=0.0011)
     assert readings[4] == pytest.approx(readings[3], abs=1e-5)
+
+
+def test_what_happens_between_two_readings_is_not_forgotten():
+    every = run_machine(MACHINE, visit(TARGETS)).deviation_mm
+    for index in range(1, len(TARGETS)):
+        alone = run_machine(MACHINE, visit(TARGETS, read=[index])).deviation_mm
+        assert alone[0] == pytest.approx(every[index], abs=1e-9)
 
 
 def test_a_turn_does_not_jump():
