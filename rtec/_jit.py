@@ -38,7 +38,9 @@ _PACKAGE = Path(__file__).resolve().parent
 
 def _digest_of_sources() -> str:
     """Return a digest of name, size and time of every source file that holds compiled functions."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    # numba itself does not tell code with checked indices from code without
+    checked = os.environ.get("NUMBA_BOUNDSCHECK", "")
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {checked}".encode())
     for path in sorted([Path(__file__).resolve(), *_PACKAGE.rglob("*_kernels.py")]):
         stat = path.stat()
         digest.update(f"{path.relative_to(_PACKAGE)} {stat.st_size} {stat.st_mtime_ns}".encode())

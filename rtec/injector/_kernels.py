@@ -44,6 +44,7 @@ INJECTOR = np.dtype(
         # state
         ("enabled", np.int64),
         ("powered", np.int64),
+        ("closing", np.int64),  # 1: the power goes once nothing is under way
         ("phase", np.int64),
         ("next_ps", np.int64),
         ("recognised_ps", np.int64),
@@ -332,6 +333,8 @@ def injector_fire(s: Record) -> None:
         s.next_ps = t_ps + s.step_ps
         if s.done == changes_of(s.design):
             finish_insertion(s, t_ps)
+    if s.closing == 1 and s.phase == IDLE:
+        injector_power(s, t_ps, 0)
 
 
 @step
@@ -353,6 +356,15 @@ def injector_enable(s: Record, t_ps: int, enabled: int) -> None:
 
 
 @step
+def injector_shutdown(s: Record, t_ps: int) -> None:
+    """Switch the box off in good order: what is under way is carried to its end, then the power goes."""
+    injector_enable(s, t_ps, 0)
+    s.closing = 1
+    if s.phase == IDLE:
+        injector_power(s, t_ps, 0)
+
+
+@step
 def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """Take the box's power away or give it back.
 
@@ -361,6 +373,7 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """
     cancel(s)
     s.powered = powered
+    s.closing = 0
     s.pulse_high = 0
     s.pulse_low = 0
     s.holding = 0
@@ -445,6 +458,12 @@ def switch(s: Record, t_ps: int, enabled: int, powered: int) -> None:
         injector_enable(s, t_ps, enabled)
     if powered != s.powered:
         injector_power(s, t_ps, powered)
+
+
+@kernel
+def shut_down(s: Record, t_ps: int) -> None:
+    """Switch the box off in good order from outside."""
+    injector_shutdown(s, t_ps)
 
 
 @kernel

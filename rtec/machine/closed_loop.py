@@ -161,8 +161,6 @@ class LoopResult:
     """Looks of the PC at words that were being updated, repeated later."""
     audit_counts: int
     """By how much the controller's count is off: 0 where the audit holds."""
-    at_rest: bool
-    """No insertion was under way when the counts were audited."""
     following_max_mm: float
     ticks: int
     ticks_skipped: int
@@ -174,7 +172,7 @@ class LoopResult:
     @property
     def audit(self) -> bool:
         """Return whether every count at the controller is accounted for."""
-        return self.audit_counts == 0 and self.at_rest and self.received.illegal_transitions == 0
+        return self.audit_counts == 0 and self.received.illegal_transitions == 0
 
 
 def run_machine(
@@ -295,7 +293,8 @@ def _result(
     step = machine.injector.design.step_counts if machine.injector else 0
     encoder_counts = int(state.encoder.count)
     due = machine.receiver.counted(encoder_counts + insertions.completed * step, machine.encoder.home_state)
-    off = machine.receiver.wrapped(received.count - due)
+    # the count before it wraps: modulo a narrow counter's width, a loss of whole turns would go unseen
+    off = received.count - due
     wanted = int(state.pc.target) if machine.injector else 0
     return LoopResult(
         ending=Ending(int(state.status)),
@@ -313,7 +312,6 @@ def _result(
         exchanges=int(state.pc.requests),
         not_valid=int(state.pc.not_valid),
         audit_counts=off if off else insertions.ahead_counts - insertions.completed * step,
-        at_rest=int(state.injector.phase) in (0, 1),
         following_max_mm=float(state.servo.following_max) * machine.encoder.count_mm,
         ticks=int(state.servo.ticks),
         ticks_skipped=int(state.servo.skipped),

@@ -268,9 +268,8 @@ def _result(path: OpenPath, state: Record, end_ps: int, wall_s: float) -> OpenPa
     encoder_counts = int(state.encoder.count)
     step = path.injector.design.step_counts
     added = insertions.completed * step
-    off = path.receiver.wrapped(
-        received.count - path.receiver.counted(encoder_counts + added, path.encoder.home_state)
-    )
+    # the count before it wraps: modulo a narrow counter's width, a loss of whole turns would go unseen
+    off = received.count - path.receiver.counted(encoder_counts + added, path.encoder.home_state)
     return OpenPathResult(
         design=path.injector.design.value,
         frequency_hz=path.frequency_hz,

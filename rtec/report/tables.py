@@ -153,13 +153,13 @@ def is_good(row: StudyRow) -> bool:
 def audit_text(row: StudyRow) -> str:
     """Return the outcome of the audit in a few words.
 
-    A row whose counts agree and whose audit fails had illegal transitions, or an insertion under way at its end.
+    A row whose counts agree and whose audit fails had illegal transitions.
     """
     if not row.audit:
         if row.audit_counts:
             plural = "" if abs(row.audit_counts) == 1 else "s"
             return f"off by {row.audit_counts:+d} count{plural}".replace("-", "−")
-        return "illegal transitions" if row.illegal_transitions else "an insertion cut off"
+        return "illegal transitions"
     if row.ending != "FINISHED":
         return {"HELD": "held by the PC", "FAULTED": "servo fault"}.get(row.ending, row.ending.lower())
     return "OK"

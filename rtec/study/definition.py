@@ -262,11 +262,18 @@ def _controller(section: Section) -> dict[str, Any]:
     with section.naming(clock_hz="filter_clock", counter_bits="counter_bits"):
         receiver = ReceiverSettings(
             filter_samples=section.whole("filter_samples", 0, 1_000_000),
-            clock_hz=round(section.quantity("filter_clock", FREQUENCY)),
+            clock_hz=_whole_hertz(section, "filter_clock"),
             policy=section.choice("policy", IllegalPolicy),
             counter_bits=section.whole("counter_bits", 0, 62),
         )
     return {"receiver": receiver, "table_interval_mm": interval}
+
+
+def _whole_hertz(section: Section, key: str) -> int:
+    clock_hz = section.quantity(key, FREQUENCY)
+    if abs(clock_hz - round(clock_hz)) > 1e-3:  # what is left of a conversion of units is less
+        raise ArgumentError(section.where(key), f"{clock_hz!r} Hz", "a whole number of hertz")
+    return round(clock_hz)
 
 
 def _box(section: Section) -> dict[str, Any]:
@@ -285,14 +292,18 @@ def _box(section: Section) -> dict[str, Any]:
 def _conversation(section: Section) -> Conversation:
     times = {"box_period_ps": "box_period", "pc_period_ps": "pc_period", "latency_ps": "latency"}
     low = {"update_ps": "data_valid_low", "retry_ps": "data_valid_low", "reversal_mm": "direction_hysteresis"}
+    box_ps, low_ps = section.time_ps("box_period"), section.time_ps("data_valid_low")
+    # the PC looks again so soon that it meets valid words before the box's next sample
+    retry_ps = max(min(Conversation().retry_ps, section.time_ps("pc_period"), (box_ps - low_ps) // 2), 1_000_000)
     with section.naming(**times, **low):
         return Conversation(
+            retry_ps=retry_ps,
             window_steps=section.whole("window", 1, 32767),
             grace_readings=section.whole("grace", 0, 1000),
-            box_period_ps=section.time_ps("box_period"),
+            box_period_ps=box_ps,
             pc_period_ps=section.time_ps("pc_period"),
             latency_ps=section.time_ps("latency"),
-            update_ps=section.time_ps("data_valid_low"),
+            update_ps=low_ps,
             reversal_mm=section.quantity("direction_hysteresis", LENGTH),
         )
 

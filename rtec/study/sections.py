@@ -28,7 +28,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     try:
         size = path.stat().st_size
-        if not path.is_file() or size > MAX_BYTES:
+        if not path.is_file():
+            raise FileFormatError(path, None, "no regular file", "a TOML file")
+        if size > MAX_BYTES:
             raise FileFormatError(path, None, f"{size} bytes", f"a TOML file of at most {MAX_BYTES} bytes")
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:

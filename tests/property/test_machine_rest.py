@@ -16,7 +16,7 @@ LIMITS = Limits(max_speed_mm_s=60.0, max_acceleration_mm_s2=800.0, rapid_mm_s=60
 MS = 1_000_000_000
 SAME = (
     "ending", "insertions", "received", "encoder_counts", "controller_counts", "wanted_steps", "pending_steps",
-    "beyond_word_steps", "status", "refused", "exchanges", "not_valid", "audit_counts", "at_rest", "following_max_mm",
+    "beyond_word_steps", "status", "refused", "exchanges", "not_valid", "audit_counts", "following_max_mm",
     "ticks", "simulated_s",
 )  # fmt: skip
 

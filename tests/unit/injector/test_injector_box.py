@@ -376,3 +376,26 @@ def test_pieces_give_what_the_whole_gives(cuts):
     assert [t for part in parts for t in part.times_ps] == expected.times_ps.tolist()
     assert [int(ab) for part in parts for ab in part.levels] == expected.levels.tolist()
     assert box.insertions == whole.insertions
+
+
+@pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
+@pytest.mark.parametrize("late_us", [4, 6, 7, 8])
+def test_shutdown_waits_for_the_end_of_an_insertion_and_power_loss_does_not(design, late_us):
+    """An insertion on the 8051, planned at rest, is under way from 4 us after the request on."""
+    ended = {}
+    for way in ("shut down", "power lost"):
+        box = Injector(InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51)), initial=0)
+        box.process(EdgeStream([], [], initial=0), until_ps=2_000_000_000)
+        box.request(1, at_ps=2_000_000_000)
+        begun = box.process(EdgeStream([], [], initial=0), until_ps=2_000_000_000 + late_us * 1_000_000 + 1)
+        if way == "shut down":
+            box.shut_down(at_ps=2_000_000_000 + late_us * 1_000_000 + 1)
+        else:
+            box.power(False, at_ps=2_000_000_000 + late_us * 1_000_000 + 1)
+        box.request(5, at_ps=2_000_000_000 + late_us * 1_000_000 + 1)
+        rest = box.process(EdgeStream([], [], initial=0), until_ps=3_000_000_000)
+        ended[way] = (box.insertions.completed, begun.counts().net + rest.counts().net)
+    step = design.step_counts
+    assert ended["shut down"] == (1, step)
+    whole = len(begun.times_ps) == step
+    assert ended["power lost"] == ((1, step) if whole else (0, ended["power lost"][1]))

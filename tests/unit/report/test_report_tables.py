@@ -61,7 +61,6 @@ def test_figures_that_are_not_defined_are_dashes_and_empty_fields(make_result, m
         ({"audit": False, "audit_counts": 4}, "off by +4 counts"),
         ({"audit": False, "audit_counts": -1}, "off by −1 count"),
         ({"audit": False, "illegal_transitions": 2}, "illegal transitions"),
-        ({"audit": False}, "an insertion cut off"),
         ({"ending": "HELD"}, "held by the PC"),
         ({"ending": "FAULTED"}, "servo fault"),
         ({}, "OK"),
