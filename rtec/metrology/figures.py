@@ -157,7 +157,8 @@ class PositioningFigures:
         Returns
         -------
         dict
-            ``unit``, ``targets`` (an entry each, its position in ``target_mm`` or ``target_deg``), ``A``, ``R``,
+            ``unit``, ``targets`` (their number), ``at_targets`` (an entry each, its position in ``target_mm`` or
+            ``target_deg``), ``A``, ``R``,
             ``E`` with ``_forward`` and ``_backward``, ``M``, ``B``, ``B_mean``, the thesis's figures, ``warnings``.
 
         Raises
@@ -171,7 +172,7 @@ class PositioningFigures:
         >>> r = Readings(target_mm=[0, 1, 1, 0], deviation_mm=[0, 0.001, 0.004, 0.002],
         ...              direction=[1, 1, -1, -1], run=[1, 1, 1, 1])
         >>> d = positioning_figures(r).to_dict("um")
-        >>> d["unit"], round(d["E"], 6), round(d["B"], 6), d["R"], len(d["targets"])
+        >>> d["unit"], round(d["E"], 6), round(d["B"], 6), d["R"], d["targets"]
         ('um', 4.0, 3.0, None, 2)
         """
         name, factor = self._unit(unit)
@@ -185,7 +186,8 @@ class PositioningFigures:
         fit = self.cyclic_forward or self.cyclic_backward
         return {
             "unit": name,
-            "targets": self._targets(factor),
+            "targets": int(self.at_targets.target.size),
+            "at_targets": self._targets(factor),
             "A": scaled(self.accuracy),
             "A_forward": scaled(self.accuracy_forward),
             "A_backward": scaled(self.accuracy_backward),

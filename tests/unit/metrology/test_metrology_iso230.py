@@ -60,7 +60,7 @@ def test_figures_worked_out_by_hand():
         "rms": np.sqrt((1 + 16 + 81 + 25 + 9 + 16 + 121 + 25) / 8), "pp": 10,
     }  # fmt: skip
     assert {key: figures[key] for key in expected} == pytest.approx(expected, rel=1e-12)
-    assert figures["targets"][1] == pytest.approx(
+    assert figures["at_targets"][1] == pytest.approx(
         {"target_mm": 10, "mean_forward": 4, "mean_backward": 10, "mean": 7, "reversal": -6, "s_forward": 0,
          "s_backward": root, "R_forward": 0, "R_backward": 4 * root, "R": 2 * root + 6,
          "n_forward": 2, "n_backward": 2}
@@ -82,7 +82,7 @@ def test_units():
     assert figures.to_dict()["E"] == pytest.approx(8000)
     assert figures.to_dict("µm")["B_mean"] == pytest.approx(-4500)
     assert figures.to_dict("inch")["E"] == pytest.approx(8 / INCH)
-    assert figures.to_dict("nm")["targets"][0]["mean_forward"] == pytest.approx(2e6)
+    assert figures.to_dict("nm")["at_targets"][0]["mean_forward"] == pytest.approx(2e6)
     with pytest.raises(ArgumentError, match=r"'arcsec'.*um, mm, nm, inch"):
         figures.to_dict("arcsec")
 
@@ -97,7 +97,7 @@ def test_rotary_axis_is_judged_in_seconds_of_arc():
     assert figures.to_dict()["unit"] == "arcsec"
     assert figures.to_dict()["E"] == pytest.approx(8 * 3600)
     assert figures.to_dict("urad")["B"] == pytest.approx(6 * np.pi / 180 * 1e6)
-    assert figures.to_dict()["targets"][1]["target_deg"] == 10
+    assert figures.to_dict()["at_targets"][1]["target_deg"] == 10
 
 
 def test_one_direction_has_no_bidirectional_figures():
@@ -266,8 +266,9 @@ CSV = "# screw_pitch: 5 mm\nrun,direction,target_mm,deviation_um,pulse_v\n" + ""
     for x in places
 )
 KEYS = {
-    "unit", "targets", "A", "A_forward", "A_backward", "R", "R_forward", "R_backward", "E", "E_forward", "E_backward",
-    "M", "B", "B_mean", "max_average_error", "max_reversal_error", "max_repeat", "cyclic_pp",
+    "unit", "targets", "at_targets", "A", "A_forward", "A_backward", "R", "R_forward", "R_backward",
+    "E", "E_forward", "E_backward", "M", "B", "B_mean",
+    "max_average_error", "max_reversal_error", "max_repeat", "cyclic_pp",
 }  # fmt: skip
 
 
@@ -283,7 +284,7 @@ def test_command_prints_one_json_document(csv_file):
     document = json.loads(result.stdout)
     assert document.keys() >= KEYS
     assert document["unit"] == "um"
-    assert len(document["targets"]) == 20
+    assert document["targets"] == len(document["at_targets"]) == 20
     # deviations x + way + 0.1 run in um: means 0.3 above x + way
     assert document["E"] == pytest.approx(40)
     assert document["B"] == pytest.approx(2)
