@@ -19,7 +19,7 @@ BOTH = [
     UNIT + "requester/test_requester_dialogue.py",
     UNIT + "axis/test_axis_encoder.py",
 ]
-LONG = ["drift", "cruise", "wrap", "triangular", "as_often", "chunks", "limit_is"]
+LONG = ["drift", "cruise", "wrap", "triangular", "as_often", "chunks", "limit_is", "crowds"]
 MODES = {
     # the long ones are left out; draws of random bits wrap on purpose, of which numpy warns uncompiled
     "NUMBA_DISABLE_JIT": [
