@@ -156,7 +156,8 @@ def _accepted_at_every_ms():
     return [paused.run(t * MS).box.accepted for t in range(1, 4_500)]
 
 
-def test_the_pc_sees_the_last_count_before_the_axis_is_taken_for_resting():
+def test_the_pc_sees_the_last_count_before_the_axis_is_taken_for_resting(monkeypatch):
+    monkeypatch.setattr(closed_loop, "_slices", lambda *_: 1)  # nothing but the machine itself bounds the skipping
     # 21 µm back is just more than the hysteresis of the direction, and the axis stops dead on the last count
     motion = straight_pass([30.0, 29.979], 20.0, LIMITS, dwell_s=1.5)
     abrupt = machine(servo=Servo(lag_s=0.0))

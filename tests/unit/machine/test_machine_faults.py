@@ -106,6 +106,18 @@ def test_jitter_keeps_the_order_of_events(design, seed):
     assert result.received.min_separation_ps >= (4_000_000 if design is Design.B else 900_000)
 
 
+@pytest.mark.parametrize("design", Design)
+def test_an_edge_is_never_earlier_than_what_was_done_before_it(design):
+    """So slow that insertions come between the edges, at rest: an edge may be due early, but not before them."""
+    late = Encoder(imperfections=Imperfections(jitter_ps=700_000_000), seed=5)
+    rising = UnidirectionalTable(positions_mm=[0.0, 5.0], errors_mm=[0.0, 0.5], backlash_mm=0.0)
+    machine = Machine(axis_error=rising, model=rising, injector=box(design), encoder=late)
+    result = run_machine(machine, straight_pass([3.0, 0.0, 3.0, 0.0], 0.6, LIMITS))
+    assert result.insertions.inserted > 100
+    assert result.audit
+    assert result.received.min_separation_ps >= 900_000  # as above; the edges themselves stay 0.2 ms apart
+
+
 def test_an_axis_that_never_rests_is_audited_at_rest():
     dithering = Servo(dither_counts=50.0, dither_hz=7.3)
     for design in (None, *Design):
