@@ -49,6 +49,15 @@ SHARE = Kind("share", "percent", "2 %, 2 percent")
 RATE = Kind("rate", "1/s", "16.7 1/s, 1000 1/min")
 
 
+_COMMON = {
+    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "mm": {"mm": 1.0, "um": 1e-3, "inch": MM_PER_INCH},
+    "deg": {"deg": 1.0},
+}
+"""Units that nearly every command meets: read without the unit library, which takes 0.2 s to load."""
+
+
 @functools.cache
 def _registry() -> Any:
     import pint  # noqa: PLC0415 - 0.4 s, needed only where a quantity is read
@@ -60,6 +69,9 @@ def _registry() -> Any:
 @functools.cache
 def _factor(unit: str, target: str) -> float | None:
     """Return the factor from ``unit`` to ``target``, or None where they differ in dimension or are unknown."""
+    common = _COMMON.get(target, {}).get(unit)
+    if common is not None:
+        return common
     import pint  # noqa: PLC0415 - as above
 
     def spelled(text: str) -> str:
