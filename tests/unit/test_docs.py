@@ -16,8 +16,6 @@ from rtec.study import builtin_study, builtin_text, run_study
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
-WRITTEN_LATER = {"docs/benchmarks.md"}
-"""Pages that others write; a link to one is no error before it is there."""
 FENCE = re.compile(r"^```(?P<kind>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 VERBS = ("run", "simulate", "iso230")
 
@@ -71,9 +69,7 @@ def test_links_lead_somewhere(page):
             continue
         path, _, anchor = target.partition("#")
         place = (page.parent / path).resolve() if path else page
-        if not place.exists():
-            assert identity(place) in WRITTEN_LATER, f"{identity(page)}: {target}"
-            continue
+        assert place.exists(), f"{identity(page)}: {target}"
         if anchor:
             assert anchor in anchors(place), f"{identity(page)}: {target}"
 
