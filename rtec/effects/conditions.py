@@ -1,0 +1,180 @@
+"""What the axis did at each reading: everything that a physical effect can depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.errors import ArgumentError
+
+Floats = NDArray[np.float64]
+SAME = 1e-6
+"""Positions nearer than this share of the span are one position: a file's rounding would decide otherwise."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conditions:
+    """The conditions of each reading, as columns of equal length.
+
+    Parameters
+    ----------
+    position
+        Commanded position (actual where there is no command; time where there is neither), shape (rows,), in
+        ``position_unit``.
+    position_unit
+        ``mm``, ``deg``, ``count``, or ``s`` where time is the coordinate.
+    run
+        Repeat number, shape (rows,).
+    direction
+        +1 or −1, of approach or of motion; 0 at rest in a moving log; None where the data do not tell.
+    time_s
+        Seconds since the first reading; None where the file has no time: then row order counts as time.
+    velocity, acceleration
+        In position units a second (a second squared); None for readings at rest without a feed.
+    since_reversal
+        Distance travelled since the last reversal, in position units; None without directions.
+    temperatures
+        In degC, by the name of the column.
+    reference_temperature_degc
+        At which the axis has its nominal length (ISO 1: 20 degC).
+    screw_pitch, signal_period, revolution
+        Periods that the file states, in position units: of the screw, of the scale's signal, of a turn of the encoder.
+    moving
+        True for a log of a moving axis, false for readings at rest.
+
+    Raises
+    ------
+    ArgumentError
+        Columns of unequal length or without rows.
+
+    Examples
+    --------
+    >>> c = Conditions(position=np.array([0.0, 5.0, 10.0]), position_unit="mm", run=np.ones(3, dtype=np.int64))
+    >>> c.rows, c.span, c.clock_unit
+    (3, 10.0, 'reading')
+    """
+
+    position: Floats
+    position_unit: str
+    run: NDArray[np.int64]
+    direction: Floats | None = None
+    time_s: Floats | None = None
+    velocity: Floats | None = None
+    acceleration: Floats | None = None
+    since_reversal: Floats | None = None
+    temperatures: Mapping[str, Floats] = field(default_factory=lambda: MappingProxyType({}))
+    reference_temperature_degc: float = 20.0
+    screw_pitch: float | None = None
+    signal_period: float | None = None
+    revolution: float | None = None
+    moving: bool = False
+    first_row: int = 0
+    """Row order of the first reading, where these conditions are a part of more."""
+    order_of_rows: Floats | None = None
+    """Row order of each reading, where these conditions are a selection."""
+
+    def __post_init__(self) -> None:
+        """Check that all columns have the same rows."""
+        sizes = {name: np.shape(value) for name, value in self._columns()}
+        if len(set(sizes.values())) != 1 or self.position.ndim != 1 or self.position.size == 0:
+            raise ArgumentError("conditions", sizes, "columns of one shape (rows,), with rows")
+
+    def _columns(self) -> list[tuple[str, NDArray[np.float64] | NDArray[np.int64]]]:
+        found = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        named = [(name, value) for name, value in found if isinstance(value, np.ndarray)]
+        return named + [(f"temperature {name}", value) for name, value in self.temperatures.items()]
+
+    @property
+    def rows(self) -> int:
+        """Number of readings."""
+        return int(self.position.size)
+
+    @property
+    def order(self) -> Floats:
+        """Row order of each reading, shape (rows,)."""
+        if self.order_of_rows is not None:
+            return self.order_of_rows
+        return np.arange(self.first_row, self.first_row + self.rows, dtype=np.float64)
+
+    @property
+    def clock(self) -> Floats:
+        """Time of each reading: seconds, or row order where there is no time; shape (rows,)."""
+        return self.order if self.time_s is None else self.time_s
+
+    @property
+    def clock_unit(self) -> str:
+        """Unit of ``clock``: ``s`` or ``reading``."""
+        return "reading" if self.time_s is None else "s"
+
+    @property
+    def time_is_coordinate(self) -> bool:
+        """Whether the file has no position, so that time stands for it."""
+        return self.position_unit == "s"
+
+    @cached_property
+    def span(self) -> float:
+        """Length over which positions spread."""
+        return float(np.ptp(self.position))
+
+    @cached_property
+    def places(self) -> Floats:
+        """Distinct positions, ascending."""
+        ordered = np.unique(self.position)
+        if ordered.size < 2 or self.span == 0.0:
+            return ordered[:1]
+        return ordered[np.append(True, np.diff(ordered) > SAME * self.span)]
+
+    @cached_property
+    def both_directions(self) -> bool:
+        """Whether positions were approached from both sides."""
+        return self.direction is not None and bool((self.direction > 0).any() and (self.direction < 0).any())
+
+    def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Conditions:
+        """Return the conditions of some of the readings, which keep their time and row order.
+
+        Examples
+        --------
+        >>> c = Conditions(position=np.arange(4.0), position_unit="mm", run=np.ones(4, dtype=np.int64))
+        >>> c.take(np.array([2, 3])).order.tolist()
+        [2.0, 3.0]
+        """
+        picked = {
+            f.name: getattr(self, f.name)[rows] for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray)
+        }
+        picked["order_of_rows"] = self.order[rows]
+        heat = {name: values[rows] for name, values in self.temperatures.items()}
+        return replace(self, temperatures=MappingProxyType(heat), **picked)
+
+
+def distance_since_reversal(position: Floats, direction: Floats, run: NDArray[np.int64]) -> Floats:
+    """Return how far the axis has gone since it last turned round.
+
+    The first reading of a run counts as one just after a reversal: a measuring program overshoots and comes back.
+
+    Parameters
+    ----------
+    position, direction, run
+        Shape (rows,), in the order of the readings.
+
+    Returns
+    -------
+    ndarray
+        Shape (rows,), in the unit of ``position``.
+
+    Examples
+    --------
+    >>> x, way = np.array([0.0, 5.0, 10.0, 10.0, 5.0]), np.array([1.0, 1.0, 1.0, -1.0, -1.0])
+    >>> distance_since_reversal(x, way, np.ones(5, dtype=np.int64)).tolist()
+    [0.0, 5.0, 10.0, 0.0, 5.0]
+    """
+    turned = np.ones(position.size, dtype=np.bool_)
+    turned[1:] = (direction[1:] != direction[:-1]) | (run[1:] != run[:-1])
+    starts = np.flatnonzero(turned)
+    begin = starts[np.cumsum(turned) - 1]
+    gone: Floats = np.abs(position - position[begin])
+    return gone

@@ -1,0 +1,178 @@
+"""What a physical effect is to the rest of the program: columns, a scan grid, needs, look-alikes, a card."""
+
+from __future__ import annotations
+
+import abc
+import enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
+from typing import ClassVar
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+
+_PREFIXES = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0)}
+
+
+class Observable(enum.Enum):
+    """What kind of measured quantity an effect contributes to."""
+
+    DEVIATION = "deviation"
+    """Actual less commanded position."""
+    DRIVE = "drive"
+    """Force, torque, current or voltage of a drive."""
+
+
+class Quantity(enum.Enum):
+    """What a shape parameter is, which decides its unit and how it is written."""
+
+    POSITION = "position"
+    SPEED = "speed"
+    CLOCK = "clock"
+    COUNT = "count"
+    CHOICE = "choice"
+    TEXT = "text"
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """What an effect's columns depend on beyond the conditions; an effect without such parameters has no field."""
+
+
+def parameter(quantity: Quantity, meaning: str) -> Mapping[str, object]:
+    """Return the metadata of a shape's field: what it is and what it means.
+
+    Examples
+    --------
+    >>> parameter(Quantity.POSITION, "period")["quantity"].value
+    'position'
+    """
+    return MappingProxyType({"quantity": quantity, "meaning": meaning})
+
+
+@dataclass(frozen=True, slots=True)
+class Tunable:
+    """A continuous shape parameter that a refit may move, within bounds."""
+
+    name: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Amplitude:
+    """One linear parameter: its name, the unit in which people read it, and the factor from inside to that unit."""
+
+    name: str
+    unit: str
+    factor: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """An effect that can look the same, and what to measure to tell the two apart."""
+
+    name: str
+    experiment: str
+    permanent: bool = False
+    """No experiment with the same instrument can tell them apart."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Card:
+    """What a user reads about an effect, as on the cards of a ballbar's help."""
+
+    title: str
+    plot: str
+    """How it looks, and in which plot."""
+    cause: str
+    consequence: str
+    action: str
+    invariant_to: str
+    """What does not change it."""
+    source: str
+    """Paper, section, equation or table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Units inside of what is observed (``mm``, ``deg``, ``n``, ``a``, ``nm``, ``v``), of position, and of time."""
+
+    observed: str
+    position: str
+    clock: str
+
+    @property
+    def shown(self) -> tuple[str, float]:
+        """Unit in which what is observed is shown, and the factor to it.
+
+        Examples
+        --------
+        >>> Units("mm", "mm", "s").shown, Units("n", "mm", "s").shown
+        (('um', 1000.0), ('N', 1.0))
+        """
+        return _PREFIXES.get(self.observed, ({"nm": "N*m"}.get(self.observed, self.observed.upper()), 1.0))
+
+
+class Effect(abc.ABC):
+    """One physical effect.
+
+    The same object explains data (the columns of a fit) and produces them (``contribution``). A subclass states the
+    class attributes and ``columns``; one with shape parameters states ``shapes`` and ``tunables``, too.
+    """
+
+    name: ClassVar[str]
+    observable: ClassVar[Observable] = Observable.DEVIATION
+    needs: ClassVar[str]
+    """What it needs from the data, in words."""
+    card: ClassVar[Card]
+    shape_type: ClassVar[type[Shape]] = Shape
+    contains: ClassVar[frozenset[str]] = frozenset()
+    """Simpler effects that are special cases of this one: where they explain the data, they win."""
+    rivals: ClassVar[tuple[Rival, ...]] = ()
+    not_negative: ClassVar[bool] = False
+    """Amplitudes cannot be below zero (friction, inertia)."""
+    in_time: ClassVar[bool] = False
+    """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""
+    repeatable: ClassVar[bool] = False
+    """A model may hold it more than once (several families of periods)."""
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show this effect, or None where they can."""
+        return None
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the scan grid: shapes close enough together that none between them is missed."""
+        return (self.shape_type(),)
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return simpler and richer forms around the best of the scan (harmonics, nodes, directions)."""
+        return (shape,)
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the continuous parameters that a refit may move, near ``shape``."""
+        return ()
+
+    @abc.abstractmethod
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the contribution of unit amplitudes, shape (rows, amplitudes)."""
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several shapes with the same number of amplitudes, shape (shapes, amplitudes, rows)."""
+        return np.stack([self.columns(conditions, shape).T for shape in shapes])
+
+    @abc.abstractmethod
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return name and unit of each amplitude."""
+
+    def contribution(self, conditions: Conditions, shape: Shape, amplitudes: Sequence[float]) -> Floats:
+        """Return what the effect adds to the observed quantity, shape (rows,), in its unit inside."""
+        added: Floats = self.columns(conditions, shape) @ np.asarray(amplitudes, dtype=np.float64)
+        return added
+
+    def freedom(self, shape: Shape) -> int:
+        """Return how many parameters were chosen beside the amplitudes (period, time constant, ...)."""
+        kinds = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
+        return sum(1 for f in fields(shape) if f.metadata.get("quantity") in kinds)

@@ -1,0 +1,89 @@
+"""A model: the effects that explain a measured quantity, with the numbers of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtec.effects import Conditions, Effect, Floats, Shape, Units
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Term:
+    """One effect of a model.
+
+    Parameters
+    ----------
+    effect
+        From the library.
+    shape
+        Period, time constant, nodes, ...; None where a fit has to find them.
+    amplitudes
+        In units inside; None where a fit has to find them.
+    errors
+        Standard error of each amplitude; None where no fit gave them.
+    shape_errors
+        Standard error of each refitted shape parameter, by its name.
+    """
+
+    effect: Effect
+    shape: Shape | None = None
+    amplitudes: tuple[float, ...] | None = None
+    errors: tuple[float, ...] | None = None
+    shape_errors: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+    @property
+    def fitted(self) -> bool:
+        """Whether shape and amplitudes are known."""
+        return self.shape is not None and self.amplitudes is not None
+
+    def contribution(self, conditions: Conditions) -> Floats:
+        """Return what the term adds, shape (rows,), in the observed unit inside."""
+        if self.shape is None or self.amplitudes is None:
+            raise ValueError(f"{self.name} is not fitted")
+        return self.effect.contribution(conditions, self.shape, self.amplitudes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """Effects in the order in which they were found.
+
+    Parameters
+    ----------
+    observe
+        The column that the model explains: ``deviation``, ``force``, ...
+    units
+        Units inside.
+    terms
+        The effects.
+    datum
+        Constant of the readings that is no effect: where the instrument was set to zero; in the observed unit inside.
+    """
+
+    observe: str
+    units: Units
+    terms: tuple[Term, ...] = ()
+    datum: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects, each once, in order."""
+        return tuple(dict.fromkeys(term.name for term in self.terms))
+
+    def predict(self, conditions: Conditions) -> Floats:
+        """Return the model's value at each reading, shape (rows,), in the observed unit inside."""
+        total = np.full(conditions.rows, self.datum)
+        for term in self.terms:
+            total += term.contribution(conditions)
+        return total
+
+    def with_terms(self, terms: Iterable[Term], datum: float | None = None) -> Model:
+        """Return the model with other terms."""
+        return replace(self, terms=tuple(terms), datum=self.datum if datum is None else datum)
