@@ -7,10 +7,12 @@ it, so that an expression such as ``9**9**9 Hz`` is refused and never evaluated.
 
 from __future__ import annotations
 
+import decimal
 import functools
 import math
 import re
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from rtec.errors import ArgumentError
@@ -24,9 +26,19 @@ MM_PER_INCH = 25.4
 
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?)"
-    r"\s*(?P<unit>(?:1/)?[A-Za-zµμ°%][A-Za-zµμ°%/^²\d ]{0,30})?\s*"
+    r"\s*(?P<unit>(?:1/)?[A-Za-zµμ°%][A-Za-zµμ°%/*()^²\d ]{0,30})?\s*"
 )
 _POWER = re.compile(r"\^?([23])")
+_SYMBOL = re.compile(r"([A-Za-zµμ°%]+(?:_[A-Za-z]+)?)(?:\^?([23])|²)?|1(?=/)|[*/()]")
+_ANGLES = frozenset(
+    {"deg", "degree", "degrees", "°", "rad", "radian", "radians", "mrad", "urad", "µrad", "μrad"}
+    | {"mas", "arcmin", "arcsec", "rev", "revolution", "revolutions", "turn", "turns", "rpm"}
+)
+_NUMBERS = frozenset(("count", "counts", "reading", "readings"))
+_BETWEEN = frozenset("*/)")
+_REVOLUTION = re.compile(r"\brev\b")
+_DEGREES = re.compile(r"\bdeg([CF])\b")
+_LONGEST_NUMBER = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +63,10 @@ RATE = Kind("rate", "1/s", "16.7 1/s, 1000 1/min")
 
 _COMMON = {
     "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
-    "mm": {"mm": 1.0, "um": 1e-3, "inch": MM_PER_INCH},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "mm": {"mm": 1.0, "um": 1e-3, "inch": MM_PER_INCH, "m": 1e3},
     "deg": {"deg": 1.0},
+    "um": {"um": 1.0, "mm": 1e3},
 }
 """Units that nearly every command meets: read without the unit library, which takes 0.2 s to load."""
 
@@ -72,15 +85,64 @@ def _factor(unit: str, target: str) -> float | None:
     common = _COMMON.get(target, {}).get(unit)
     if common is not None:
         return common
+    if not _same_angles_and_numbers(unit, target):
+        return None
     import pint  # noqa: PLC0415 - as above
 
     def spelled(text: str) -> str:
-        return _POWER.sub(r"**\1", text.strip().replace("²", "^2"))
+        plain = _POWER.sub(r"**\1", text.strip().replace("²", "^2"))
+        plain = _REVOLUTION.sub("revolution", plain)
+        # a temperature in a product is a difference of temperatures
+        return _DEGREES.sub(r"delta_deg\1", plain) if re.search("[*/]", plain) else plain
 
     try:
         return float(_registry().Quantity(f"1 * {spelled(unit)}").to(spelled(target)).magnitude)
     except (pint.errors.PintError, ValueError, TypeError, AttributeError):
         return None
+
+
+def _same_angles_and_numbers(unit: str, target: str) -> bool:
+    """Return whether two units hold the same powers of angles and of things counted; false for what is no unit.
+
+    To the unit library both are pure numbers, so that 5 counts would be 286 degrees.
+    """
+    powers = _powers(unit), _powers(target)
+    if powers[0] is None or powers[1] is None:
+        return False
+    for kind in (_ANGLES, _NUMBERS):
+        sums = [sum(power for symbol, power in of_unit if symbol in kind) for of_unit in powers if of_unit]
+        if sums[0] != sums[-1]:
+            return False
+    return True
+
+
+def _powers(unit: str) -> list[tuple[str, int]] | None:
+    """Return the symbols of a unit with their powers; None for what is no product of symbols.
+
+    >>> _powers("A/(deg/s^2)")
+    [('A', 1), ('deg', -1), ('s', 2)]
+    """
+    text = "".join(unit.split()) if re.search(r"\s[*/]|[*/]\s", unit) else unit.strip().replace(" ", "*")
+    found: list[tuple[str, int]] = []
+    groups, sign, expects, at = [1], 1, True, 0
+    while at < len(text):
+        match = _SYMBOL.match(text, at)
+        if match is None:
+            return None
+        at, part = match.end(), match[0]
+        if expects != (part not in _BETWEEN) or (part == ")" and len(groups) == 1):
+            return None
+        if part == "(":
+            groups.append(sign)
+        elif part == ")":
+            groups.pop()
+        elif part in _BETWEEN:
+            sign, expects = (-groups[-1] if part == "/" else groups[-1]), True
+        else:
+            expects = False
+            if match[1]:
+                found.append((match[1], sign * (2 if part.endswith("²") else int(match[2] or 1))))
+    return None if expects or len(groups) > 1 else found
 
 
 def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
@@ -128,6 +190,96 @@ def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
     if not math.isfinite(value):
         raise ArgumentError(name, repr(text), allowed, "the value is not finite")
     return value
+
+
+def parse_in(text: str, unit: str, *, name: str, inside: float = 1.0) -> float:
+    """Read a quantity in any unit of the dimension of ``unit``, rounding once.
+
+    The same text gives the same number wherever it is read, and what :func:`written` writes comes back bit for bit.
+
+    Parameters
+    ----------
+    text
+        One number and one unit. A bare number is refused.
+    unit
+        In which people expect it.
+    name
+        The option or key, for the error message.
+    inside
+        The result is the number in ``unit`` divided by this.
+
+    Returns
+    -------
+    float
+        Finite.
+
+    Raises
+    ------
+    ArgumentError
+        No number, no unit, a unit of another dimension, or a value that is not finite.
+
+    Examples
+    --------
+    >>> parse_in("12.3 um", "um", name="backlash", inside=1000.0), parse_in("0.25 inch", "mm", name="period")
+    (0.0123, 6.35)
+    >>> parse_in("20 ppm", "um/m", name="scale", inside=1e6)
+    2e-05
+    """
+    allowed = f"a number with its unit, such as '1.5 {unit}'"
+    if not isinstance(text, str):
+        raise ArgumentError(name, repr(text)[:60], allowed, "write the unit behind the number, in quotes")
+    match = _QUANTITY.fullmatch(text) if len(text) <= 2 * _LONGEST_NUMBER else None
+    if match is None or len(match["number"]) > _LONGEST_NUMBER:
+        raise ArgumentError(name, repr(text[:60]), allowed)
+    if match["unit"] is None:
+        raise ArgumentError(name, repr(text[:60]), allowed, "write the unit behind the number")
+    given = match["unit"].strip()
+    factor = 1.0 if given == unit else _factor(given, unit)
+    if factor is None:
+        raise ArgumentError(name, repr(text[:60]), allowed)
+    value = _rounded(Fraction(match["number"]) * Fraction(repr(factor)) / Fraction(inside))
+    if not math.isfinite(value):
+        raise ArgumentError(name, repr(text[:60]), allowed, "the value is not finite")
+    return value
+
+
+def _rounded(exact: Fraction) -> float:
+    try:
+        return float(exact)
+    except OverflowError:
+        return math.inf
+
+
+def written(value: float, unit: str, *, inside: float = 1.0) -> str:
+    """Return the shortest text that :func:`parse_in` reads back as the same number.
+
+    Parameters
+    ----------
+    value
+        Finite; in units of the inside.
+    unit
+        In which people read it.
+    inside
+        The number in ``unit`` is ``value`` times this.
+
+    Raises
+    ------
+    ArgumentError
+        A value that is not finite.
+
+    Examples
+    --------
+    >>> written(0.0123, "um", inside=1000.0), written(1 / 3, "mm")
+    ('12.3 um', '0.3333333333333333 mm')
+    """
+    if not math.isfinite(value):
+        raise ArgumentError("value", value, "a finite number")
+    exact = Fraction(value) * Fraction(inside)
+    for digits in range(15, 25):
+        number = decimal.Context(prec=digits).divide(exact.numerator, exact.denominator).normalize()
+        if _rounded(Fraction(number) / Fraction(inside)) == value:
+            break
+    return f"{number:f} {unit}" if -7 < number.adjusted() < 16 else f"{number:e} {unit}"
 
 
 def seconds_to_ps(seconds: float, *, name: str) -> int:
