@@ -1,0 +1,131 @@
+"""The JSON documents of ``rtec diagnose``, ``rtec add`` and ``rtec compare``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rtec.report.diagnosis.likeness import look_alikes
+from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
+from rtec.report.folder import plain
+from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
+
+
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return a diagnosis as plain data: what ``rtec diagnose --json`` prints.
+
+    Parameters
+    ----------
+    diagnosis
+        The search.
+
+    Returns
+    -------
+    dict
+        Lengths, forces and the like in ``unit``; parameters in the unit that ends their key, with the standard error
+        under ``..._error``; what is no finite number is None.
+    """
+    shown = shown_of(diagnosis.dataset.units)
+    document = {
+        "verdict": diagnosis.verdict.value,
+        "effects": list(diagnosis.effects),
+        "steps": [_step(step, shown) for step in diagnosis.steps],
+        "candidates": [_candidate(candidate, shown) for candidate in diagnosis.candidates],
+        "noise_floor": shown.number(diagnosis.noise.floor),
+        "rms_before": shown.number(diagnosis.rms_before),
+        "rms_after": shown.number(diagnosis.rms_after),
+        "rms_heldout": shown.number(diagnosis.rms_heldout),
+        "unit": shown.unit,
+        "not_testable": dict(diagnosis.not_testable),
+        "minimum_detectable": {name: shown.number(value) for name, value in diagnosis.minimum_detectable},
+        "unknown": _unknown(diagnosis.unknown, diagnosis.dataset.units.position),
+        "suggested_experiment": diagnosis.experiment.text,
+        "observe": diagnosis.dataset.observe,
+        "source": diagnosis.dataset.source,
+        "rows": diagnosis.dataset.rows,
+        "heldout_by": diagnosis.heldout_by,
+        "heldout_rows": diagnosis.dataset.rows if diagnosis.heldout is None else diagnosis.heldout.rows,
+        "datum": shown.number(diagnosis.model.datum),
+        "noise": noise_document(diagnosis.noise, shown),
+        "lack_of_fit": dict(diagnosis.lack_of_fit),
+        "look_alikes": _look_alikes(diagnosis),
+        "notes": [*diagnosis.dataset.notes, *diagnosis.notes],
+    }
+    cleaned: dict[str, Any] = plain(document)
+    return cleaned
+
+
+def noise_document(noise: NoiseFloor, shown: Shown) -> dict[str, Any]:
+    """Return where the noise floor comes from."""
+    return {
+        "from_repeats": noise.from_repeats,
+        "sigma": shown.number(noise.sigma),
+        "correlation": noise.correlation,
+        "white_share": noise.white_share,
+        "degrees_of_freedom": noise.degrees_of_freedom,
+        "sigma_adjacent": shown.number(noise.sigma_adjacent),
+    }
+
+
+def parameters_document(values: tuple[Value, ...]) -> dict[str, float | str | None]:
+    """Return parameters as one flat dict, the unit at the end of each key.
+
+    Examples
+    --------
+    >>> parameters_document((Value("backlash", 12.3, 0.2, "um"), Value("sensor", "temperature_nut", None, "")))
+    {'backlash_um': 12.3, 'backlash_um_error': 0.2, 'sensor': 'temperature_nut'}
+    """
+    flat: dict[str, float | str | None] = {}
+    for value in values:
+        suffix = unit_suffix(value.unit)
+        key = value.name if value.name.endswith(suffix) else value.name + suffix
+        flat[key] = value.value
+        if value.error is not None:
+            flat[f"{key}_error"] = value.error
+    return flat
+
+
+def _step(step: Step, shown: Shown) -> dict[str, Any]:
+    gain_factor = shown.factor**2
+    return {
+        "effect": step.effect,
+        "added": step.added,
+        "params": parameters_document(step.params),
+        "rms_train": shown.number(step.rms_train),
+        "rms_heldout": shown.number(step.rms_heldout),
+        "p_adjusted": step.p_adjusted,
+        "heldout_gain": step.gain * gain_factor,
+        "heldout_gain_error": step.gain_error * gain_factor,
+        "reason": step.reason,
+    }
+
+
+def _candidate(candidate: Candidate, shown: Shown) -> dict[str, Any]:
+    return {
+        "effect": candidate.effect,
+        "accepted": candidate.accepted,
+        "predicted_rms": shown.number(candidate.predicted_rms),
+        "achieved_rms": shown.number(candidate.achieved_rms),
+        "p_adjusted": candidate.p_adjusted,
+        "params": parameters_document(candidate.params),
+        "tied_with": list(candidate.tied_with),
+        "cosine": candidate.cosine,
+        "reason": candidate.reason,
+    }
+
+
+def _unknown(unknown: Unknown | None, position_unit: str) -> dict[str, Any] | None:
+    if unknown is None:
+        return None
+    return {
+        "depends_on": list(unknown.depends_on),
+        "period": unknown.period,
+        "period_unit": position_unit,
+        "frequency_hz": unknown.frequency_hz,
+        "description": unknown.description,
+    }
+
+
+def _look_alikes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {"effects": [first, second], "cosine": cosine} for first, second, cosine in look_alikes(diagnosis.cosines)
+    ]

@@ -1,0 +1,83 @@
+"""Which effects look alike: on the plan that was measured, and whatever is measured."""
+
+from __future__ import annotations
+
+import math
+
+from rtec.effects import Effect, Rival
+from rtec.errors import ArgumentError
+from rtec.twin.results import Candidate, Cosines
+
+ALIKE = 0.95
+"""Cosine above which two effects explain the same data equally well."""
+
+
+def look_alikes(cosines: Cosines | None) -> list[tuple[str, str, float]]:
+    """Return the pairs of effects with a cosine above 0.95 in size, the most alike first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> table = np.array([[1.0, -0.99, 0.2], [-0.99, 1.0, 0.5], [0.2, 0.5, 1.0]])
+    >>> look_alikes(Cosines(names=("scale", "drift", "backlash"), cosine=table))
+    [('scale', 'drift', -0.99)]
+    """
+    if cosines is None:
+        return []
+    pairs = [
+        (first, second, float(cosines.cosine[i, j]))
+        for i, first in enumerate(cosines.names)
+        for j, second in enumerate(cosines.names[:i])
+        if math.isfinite(cosines.cosine[i, j]) and abs(cosines.cosine[i, j]) > ALIKE
+    ]
+    return sorted(((second, first, cosine) for first, second, cosine in pairs), key=lambda pair: -abs(pair[2]))
+
+
+def effect_or_none(name: str) -> Effect | None:
+    """Return the effect of that name, or None where the library has none."""
+    try:
+        from rtec.effects import effect_named
+
+        return effect_named(name)
+    except (ArgumentError, ImportError):
+        return None
+
+
+def rival(name: str, other: str) -> Rival | None:
+    """Return what tells ``name`` from ``other``, or None where they are no look-alikes of the library."""
+    for first, second in ((name, other), (other, name)):
+        effect = effect_or_none(first)
+        found = next((r for r in effect.rivals if r.name == second), None) if effect is not None else None
+        if found is not None:
+            return found
+    return None
+
+
+def tied_groups(candidates: tuple[Candidate, ...]) -> list[tuple[str, ...]]:
+    """Return the effects that explain the data equally, group by group.
+
+    What no experiment with the same instrument can tell apart is no tie: it is so in every measurement.
+    """
+    groups: dict[frozenset[str], tuple[str, ...]] = {}
+    for candidate in candidates:
+        others = [other for other in candidate.tied_with if not _permanent(candidate.effect, other)]
+        if others:
+            group = (candidate.effect, *others)
+            groups.setdefault(frozenset(group), group)
+    return list(groups.values())
+
+
+def permanent_look_alikes(candidates: tuple[Candidate, ...]) -> list[tuple[str, str]]:
+    """Return accepted effects, each with one that mimics it for ever."""
+    return [
+        (candidate.effect, other)
+        for candidate in candidates
+        if candidate.accepted
+        for other in candidate.tied_with
+        if _permanent(candidate.effect, other)
+    ]
+
+
+def _permanent(name: str, other: str) -> bool:
+    found = rival(name, other)
+    return found is not None and found.permanent

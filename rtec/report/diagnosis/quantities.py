@@ -1,0 +1,148 @@
+"""How quantities of a diagnosis are written: in the unit that people read, with the digits that they deserve."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from rtec.effects import Units
+from rtec.report.appearance import MISSING, printable
+from rtec.twin.results import Value
+
+_PARTS_OF_UNITS = re.compile(r"[^A-Za-z0-9/]+")
+_CERTAIN = 1e-3
+"""Probabilities below it are given as a bound: the calibration resolves no finer."""
+
+
+def symbol(unit: str) -> str:
+    """Return a unit as it is printed.
+
+    Examples
+    --------
+    >>> symbol("um/m/K"), symbol("N*m"), symbol("ms^2"), symbol("arcsec")
+    ('µm/m/K', 'N·m', 'ms²', 'arcsec')
+    """
+    return re.sub(r"\bum\b", "µm", printable(unit)).replace("*", "·").replace("^2", "²")
+
+
+def unit_suffix(unit: str) -> str:
+    """Return a unit as the end of a key: what stands below the first stroke follows ``per``.
+
+    Examples
+    --------
+    >>> unit_suffix("um"), unit_suffix("um/m/K"), unit_suffix("N/(m/s)"), unit_suffix("ms^2"), unit_suffix("")
+    ('_um', '_um_per_m_k', '_n_per_m_s', '_ms2', '')
+    """
+    top, stroke, bottom = unit.replace("^", "").partition("/")
+    words = [top, "per", bottom] if stroke else [top]
+    flat = "_".join(_PARTS_OF_UNITS.sub("_", word.replace("/", "_")).strip("_") for word in words)
+    return f"_{re.sub('_+', '_', flat).lower()}" if flat else ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """Turns the observed quantity from its unit inside into the one that people read.
+
+    Examples
+    --------
+    >>> shown = shown_of(Units("mm", "mm", "s"))
+    >>> shown.unit, shown.text(0.0123456), shown.with_unit(1.5), shown.text(float("nan"))
+    ('um', '12.3', '1500 µm', '–')
+    """
+
+    unit: str
+    """As in files."""
+    symbol: str
+    """As printed."""
+    factor: float
+
+    def number(self, value: float | None) -> float | None:
+        """Return the value in the shown unit; None where there is none or it is not finite."""
+        if value is None or not math.isfinite(value):
+            return None
+        return float(value) * self.factor
+
+    def text(self, value: float | None) -> str:
+        """Return the value with three digits, or a dash where there is none."""
+        scaled = self.number(value)
+        return MISSING if scaled is None else rounded(scaled, 3)
+
+    def with_unit(self, value: float | None) -> str:
+        """Return the value with its unit."""
+        text = self.text(value)
+        return text if text == MISSING else f"{text} {self.symbol}"
+
+
+def shown_of(units: Units) -> Shown:
+    """Return how the observed quantity is shown."""
+    unit, factor = units.shown
+    return Shown(unit=unit, symbol=symbol(unit), factor=factor)
+
+
+def rounded(value: float, digits: int) -> str:
+    """Return a number with so many digits, without an exponent where that can be read.
+
+    Examples
+    --------
+    >>> rounded(1234.6, 3), rounded(0.0123456, 3), rounded(1.0, 3), rounded(1.2e-9, 3), rounded(-0.0, 3)
+    ('1235', '0.0123', '1.00', '1.20e-09', '0')
+    """
+    if not math.isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if not -5 <= size <= 8:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(digits - 1 - size, 0)}f}".replace("-", "−")
+
+
+def probability(p: float) -> str:
+    """Return a probability in two digits; a very small one as a bound.
+
+    Examples
+    --------
+    >>> probability(0.2345), probability(1e-12), probability(1.0), probability(float("nan"))
+    ('0.23', '< 0.001', '1', '–')
+    """
+    if not math.isfinite(p):
+        return MISSING
+    if p < _CERTAIN:
+        return f"< {_CERTAIN:g}"
+    return f"{p:.2g}"
+
+
+def value_text(value: Value) -> str:
+    """Return a parameter with its standard error and unit, rounded to two digits of the error.
+
+    Examples
+    --------
+    >>> value_text(Value("backlash", 12.3456, 0.234, "um")), value_text(Value("harmonics", 3.0, None, ""))
+    ('12.35 ± 0.23 µm', '3')
+    >>> value_text(Value("sensor", "temperature_nut", None, "")), value_text(Value("lag", 0.5, 40.0, "ms"))
+    ('temperature_nut', '0 ± 40 ms')
+    """
+    unit = symbol(value.unit)
+    tail = f" {unit}" if unit else ""
+    if isinstance(value.value, str):
+        return printable(value.value)[:60] + tail
+    if not math.isfinite(value.value):
+        return MISSING
+    if value.error is None or not math.isfinite(value.error) or value.error <= 0.0:
+        return f"{value.value:.6g}".replace("-", "−") + tail
+    decimals = 1 - math.floor(math.log10(value.error))
+    number, error = (f"{round(x, decimals) + 0.0:.{max(decimals, 0)}f}" for x in (value.value, value.error))
+    return f"{number} ± {error}{tail}".replace("-", "−")
+
+
+def parameter_texts(values: tuple[Value, ...], most: int) -> list[str]:
+    """Return ``name value ± error unit`` of each parameter, the last of more than ``most`` counted only.
+
+    Examples
+    --------
+    >>> parameter_texts((Value("lag", 1.5, None, "ms"),), 3), parameter_texts((Value("a", 1.0, None, "um"),) * 3, 2)
+    (['lag 1.5 ms'], ['a 1 µm', 'and 2 more'])
+    """
+    texts = [f"{printable(value.name).replace('_', ' ')} {value_text(value)}" for value in values]
+    return texts if len(texts) <= most else [*texts[: most - 1], f"and {len(texts) - most + 1} more"]

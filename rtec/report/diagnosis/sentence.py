@@ -1,0 +1,172 @@
+"""The verdict of a diagnosis in one sentence."""
+
+from __future__ import annotations
+
+import math
+
+from rtec.report.appearance import joined, printable
+from rtec.report.diagnosis.likeness import tied_groups
+from rtec.report.diagnosis.quantities import Shown, rounded, shown_of, symbol
+from rtec.twin.results import Diagnosis, NoiseFloor, Unknown, Verdict
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """Return what came out of a search in one sentence, with numbers and units.
+
+    Parameters
+    ----------
+    diagnosis
+        The search.
+
+    Returns
+    -------
+    str
+        One line; names that come from a file are without signs that cannot be printed.
+    """
+    shown = shown_of(diagnosis.dataset.units)
+    return {
+        Verdict.NAMED: _named,
+        Verdict.TIED: _tied,
+        Verdict.NOT_TESTABLE: _not_testable,
+        Verdict.INCONCLUSIVE: _inconclusive,
+        Verdict.UNKNOWN: _unknown,
+        Verdict.NONE: _none,
+    }[diagnosis.verdict](diagnosis, shown)
+
+
+def spoken(name: str) -> str:
+    """Return the name of an effect as a word in a sentence.
+
+    Examples
+    --------
+    >>> spoken("thermal_growth")
+    'thermal growth'
+    """
+    return printable(name).replace("_", " ")
+
+
+def explanation_names(diagnosis: Diagnosis) -> list[str]:
+    """Return the effects of the model as words, those that the search began with included."""
+    return [spoken(name) for name in diagnosis.effects]
+
+
+def floor_words(noise: NoiseFloor, shown: Shown) -> str:
+    """Return the noise floor in words, or that there is none.
+
+    Examples
+    --------
+    >>> floor_words(NoiseFloor(from_repeats=False, sigma=1.0, correlation=0.0, white_share=1.0,
+    ...     degrees_of_freedom=9.0, sigma_adjacent=None), Shown(unit="N", symbol="N", factor=1.0))
+    'nothing was repeated, so there is no noise floor'
+    """
+    if noise.floor is None:
+        return "nothing was repeated, so there is no noise floor"
+    return f"the noise floor from repeats is {shown.with_unit(noise.floor)}"
+
+
+def heldout_words(heldout_by: str) -> str:
+    """Return how readings were held out, as the end of a clause.
+
+    Examples
+    --------
+    >>> heldout_words("run"), heldout_words("pulses.csv")
+    ('run by run', 'pulses.csv')
+    """
+    name = printable(heldout_by)
+    return f"{name} by {name}" if name.isalpha() else name
+
+
+def _fall(diagnosis: Diagnosis, shown: Shown) -> str:
+    return (
+        f"from {shown.with_unit(diagnosis.rms_before)} to {shown.with_unit(diagnosis.rms_after)} RMS "
+        f"(held out {shown.with_unit(diagnosis.rms_heldout)})"
+    )
+
+
+def _quantity(diagnosis: Diagnosis) -> str:
+    return f"the {printable(diagnosis.dataset.observe).replace('_', ' ')}"
+
+
+def _named(diagnosis: Diagnosis, shown: Shown) -> str:
+    names = explanation_names(diagnosis)
+    verb = "explains" if len(names) == 1 else "explain"
+    text = (
+        f"{joined(names)} {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}; "
+        f"{floor_words(diagnosis.noise, shown)}."
+    )
+    return text[:1].upper() + text[1:]
+
+
+def _tied(diagnosis: Diagnosis, shown: Shown) -> str:
+    groups = tied_groups(diagnosis.candidates)
+    either = [f"either {' or '.join(spoken(name) for name in group)}" for group in groups] or ["more than one effect"]
+    tied = {name for group in groups for name in group}
+    beside = [spoken(name) for name in diagnosis.effects if name not in tied]
+    tail = f" beside {joined(beside)}" if beside and groups else ""
+    text = (
+        f"{joined(either)} explains {_quantity(diagnosis)}{tail}, and no fit on this plan can tell which: what "
+        f"is left falls {_fall(diagnosis, shown)} one way or the other; {floor_words(diagnosis.noise, shown)}."
+    )
+    return text[:1].upper() + text[1:]
+
+
+def _unknown(diagnosis: Diagnosis, shown: Shown) -> str:
+    found = explanation_names(diagnosis)
+    before = f" after {joined(found)}" if found else ""
+    return (
+        f"Structure is left{before} that repeats and that nothing in the library explains"
+        f"{unknown_words(diagnosis.unknown, diagnosis.dataset.units.position)}: {_quantity(diagnosis)} falls "
+        f"{_fall(diagnosis, shown)}; {floor_words(diagnosis.noise, shown)}."
+    )
+
+
+def unknown_words(unknown: Unknown | None, position_unit: str) -> str:
+    """Return what an unknown structure depends on, as the end of a clause.
+
+    Examples
+    --------
+    >>> unknown_words(Unknown(depends_on=("position",), period=3.2, frequency_hz=None, description=""), "mm")
+    '; it depends on position, with a period of 3.20 mm'
+    """
+    if unknown is None:
+        return ""
+    parts = []
+    if unknown.depends_on:
+        parts.append(f"depends on {joined(printable(name).replace('_', ' ') for name in unknown.depends_on)}")
+    if unknown.period is not None:
+        parts.append(f"with a period of {rounded(unknown.period, 3)} {symbol(position_unit)}")
+    elif unknown.frequency_hz is not None:
+        parts.append(f"with a line at {rounded(unknown.frequency_hz, 3)} Hz")
+    if not parts:
+        return ""
+    start = "it " if unknown.depends_on else "it is strongest "
+    return f"; {start}" + ", ".join(parts)
+
+
+def _inconclusive(diagnosis: Diagnosis, shown: Shown) -> str:
+    detectable = sorted((value, name) for name, value in diagnosis.minimum_detectable if math.isfinite(value))
+    least = ""
+    if detectable:
+        (low, easiest), (high, hardest) = detectable[0], detectable[-1]
+        least = f"; they would show {spoken(easiest)} from {shown.with_unit(low)} RMS on"
+        least += f" and {spoken(hardest)} from {shown.with_unit(high)} on" if len(detectable) > 1 else ""
+    return (
+        f"These data cannot decide: {_quantity(diagnosis)} has {shown.with_unit(diagnosis.rms_after)} RMS left, and "
+        f"{floor_words(diagnosis.noise, shown)}{least}."
+    )
+
+
+def _none(diagnosis: Diagnosis, shown: Shown) -> str:
+    return (
+        f"There is nothing repeatable to explain: {_quantity(diagnosis)} scatters by "
+        f"{shown.with_unit(diagnosis.rms_after)} RMS, and {floor_words(diagnosis.noise, shown)}."
+    )
+
+
+def _not_testable(diagnosis: Diagnosis, shown: Shown) -> str:
+    reasons = joined(dict.fromkeys(printable(reason) for _, reason in diagnosis.not_testable[:3]))
+    why = f" ({reasons})" if reasons else ""
+    return (
+        f"No effect of the library could be tested on these data{why}: {_quantity(diagnosis)} has "
+        f"{shown.with_unit(diagnosis.rms_before)} RMS, and {floor_words(diagnosis.noise, shown)}."
+    )

@@ -1,0 +1,104 @@
+"""What ``rtec diagnose`` and ``rtec add`` show on the terminal."""
+
+from __future__ import annotations
+
+from rich.box import SIMPLE
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from rtec.report.appearance import printable
+from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_of
+from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
+from rtec.twin.results import Diagnosis, Verdict
+
+_STYLES = {
+    Verdict.NAMED: "bold green",
+    Verdict.NONE: "bold green",
+    Verdict.TIED: "bold yellow",
+    Verdict.INCONCLUSIVE: "bold yellow",
+    Verdict.NOT_TESTABLE: "bold yellow",
+    Verdict.UNKNOWN: "bold red",
+}
+_MOST_PARAMETERS = 6
+_MOST_CANDIDATES = 8
+
+
+def diagnosis_table(diagnosis: Diagnosis) -> Group:
+    """Return the steps of a search, the candidates that were not taken, and what could not be tested.
+
+    It fits 80 columns. The sentence of the verdict is not part of it.
+
+    Parameters
+    ----------
+    diagnosis
+        The search.
+    """
+    shown = shown_of(diagnosis.dataset.units)
+    parts: list[Table | Text] = [Text(diagnosis.verdict.value, style=_STYLES[diagnosis.verdict])]
+    parts.append(_steps(diagnosis, shown))
+    others = [candidate for candidate in diagnosis.candidates if not candidate.accepted]
+    if others:
+        parts.append(_candidates(diagnosis, shown))
+    if diagnosis.not_testable:
+        parts.append(_pairs("not testable", [(spoken(name), printable(why)) for name, why in diagnosis.not_testable]))
+    if diagnosis.experiment.text:
+        parts.append(Text.assemble(("Measure next: ", "bold"), printable(diagnosis.experiment.text)))
+    return Group(*parts)
+
+
+def _steps(diagnosis: Diagnosis, shown: Shown) -> Table:
+    floor = floor_words(diagnosis.noise, shown)
+    by = f"held out: {heldout_words(diagnosis.heldout_by)}"
+    table = Table(
+        box=SIMPLE, padding=(0, 1, 0, 0), caption=Text(f"{floor}; {by}"), caption_justify="left", caption_style="dim"
+    )
+    table.add_column("step", no_wrap=True)
+    table.add_column("parameters", overflow="fold")
+    table.add_column(f"RMS ({shown.symbol})", justify="right", no_wrap=True)
+    table.add_column("held out", justify="right", no_wrap=True)
+    table.add_column("adjusted p", justify="right", no_wrap=True)
+    started = ", ".join(spoken(name) for name in diagnosis.start.names) or "no effect"
+    table.add_row("start", Text(started), shown.text(diagnosis.rms_before), "", "")
+    for step in diagnosis.steps:
+        sign, style = ("+ ", "") if step.added else ("− ", "yellow")
+        words = parameter_texts(step.params, _MOST_PARAMETERS) if step.added else [printable(step.reason)]
+        table.add_row(
+            Text(sign + spoken(step.effect), style=style),
+            Text("\n".join(words)),
+            shown.text(step.rms_train),
+            shown.text(step.rms_heldout),
+            probability(step.p_adjusted) if step.added else "",
+        )
+    return table
+
+
+def _candidates(diagnosis: Diagnosis, shown: Shown) -> Table:
+    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column("not added", no_wrap=True)
+    table.add_column(f"RMS with it ({shown.symbol})", justify="right")
+    table.add_column("adjusted p", justify="right", no_wrap=True)
+    table.add_column("why not", overflow="fold")
+    left = [candidate for candidate in diagnosis.candidates if not candidate.accepted]
+    for candidate in left[:_MOST_CANDIDATES]:
+        words = printable(candidate.reason)
+        if candidate.tied_with:
+            words += f"{'; ' if words else ''}tied with {', '.join(spoken(name) for name in candidate.tied_with)}"
+        table.add_row(
+            Text(spoken(candidate.effect)),
+            shown.text(candidate.predicted_rms),
+            probability(candidate.p_adjusted),
+            Text(words),
+        )
+    if len(left) > _MOST_CANDIDATES:
+        table.caption = Text(f"and {len(left) - _MOST_CANDIDATES} more")
+    return table
+
+
+def _pairs(head: str, rows: list[tuple[str, str]]) -> Table:
+    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column(head, no_wrap=True)
+    table.add_column("why", overflow="fold")
+    for name, words in rows:
+        table.add_row(Text(name), Text(words))
+    return table
