@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +56,8 @@ class Measurement:
         The known columns by quantity.
     unknown
         Columns that name no known quantity, by heading: numbers, or text where a field is no number.
+    lines
+        Line of the file in which each row stands, counted from 1; None where there is no file.
 
     Examples
     --------
@@ -69,6 +71,7 @@ class Measurement:
     facts: Mapping[str, str]
     columns: Mapping[str, Column]
     unknown: Mapping[str, NDArray[np.float64] | NDArray[np.str_]]
+    lines: Sequence[int] | None = None
 
     def __post_init__(self) -> None:
         sizes = {column.values.shape for column in self.columns.values()}
@@ -88,6 +91,10 @@ class Measurement:
         for column in self.columns.values():
             yield column.values
         yield from self.unknown.values()
+
+    def line_of(self, row: int) -> int | None:
+        """Return the line of the file in which a row stands, counted from 1; None where there is no file."""
+        return None if self.lines is None else self.lines[row]
 
     def to_readings(self) -> Readings | RotaryReadings:
         """Return the readings of a positioning test.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -60,6 +61,7 @@ def read_measurement(path: str | Path) -> Measurement:
         table: list[NDArray[np.float64] | NDArray[np.str_]] = [column.copy() for column in numbers.T]
     else:
         table = _read_slowly(path, header + 2, body, headings, known)
+    numbered = _numbered(body, header + 2)
     columns: dict[str, Column] = {}
     unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
     for heading, what, values in zip(headings, known, table, strict=True):
@@ -70,10 +72,21 @@ def read_measurement(path: str | Path) -> Measurement:
         raw = np.asarray(values, dtype=np.float64)
         if (outside := _outside_range(quantity, unit, raw)) is not None:
             row, allowed = outside
-            line = [index for index, text in enumerate(lines, 1) if index > header + 1 and text.strip()][row]
-            raise FileFormatError(path, line, f"{heading} {raw[row]:g} is not allowed", allowed)
+            raise FileFormatError(path, numbered[row], f"{heading} {raw[row]:g} is not allowed", allowed)
         columns[quantity] = Column(quantity, unit.inside, (raw + unit.offset) * unit.factor)
-    return Measurement(source=str(path), facts=MappingProxyType(facts), columns=columns, unknown=unknown)
+    return Measurement(
+        source=str(path), facts=MappingProxyType(facts), columns=columns, unknown=unknown, lines=numbered
+    )
+
+
+def _numbered(body: list[str], first_line: int) -> Sequence[int]:
+    """Return the line number of each row: a mere range, unless there are empty lines between the rows."""
+    last = len(body)
+    while last and not body[last - 1].strip():
+        last -= 1
+    if all(body[:last]) and not any(text.isspace() for text in body[:last]):
+        return range(first_line, first_line + last)
+    return [line for line, text in enumerate(body, first_line) if text.strip()]
 
 
 def _read_facts(path: str | Path, lines: list[str]) -> tuple[dict[str, str], int]:
