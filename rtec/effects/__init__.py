@@ -1,10 +1,105 @@
-from rtec.effects.conditions import Conditions, distance_since_reversal
-from rtec.effects.offset import Offset
-from rtec.effects.scale import Scale
-from rtec.effects.drift import Drift
+"""Physical effects: what each adds to the error of an axis or to the force of its drive, one effect per file.
+
+An effect explains data (its columns are fitted) and produces them (its contribution is added): one truth. To add one,
+write a file like ``backlash.py`` and put the effect in ``library.py``.
+"""
+
+from rtec.effects.acceleration_lag import AccelerationLag
+from rtec.effects.asymmetric_friction import AsymmetricFriction
 from rtec.effects.backlash import Backlash
-from rtec.effects.pitch_map import PitchMap, BacklashMap
-from rtec.effects.cyclic import Cyclic
-from rtec.effects.timed import *
-from rtec.effects.conditions import Floats
-from rtec.effects.protocol import *
+from rtec.effects.backlash_map import BacklashMap
+from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects.conditions import SAME, Conditions, Floats, distance_since_reversal
+from rtec.effects.cosine import Cosine
+from rtec.effects.coulomb import Coulomb
+from rtec.effects.cyclic import Cyclic, CyclicShape
+from rtec.effects.drift import Drift
+from rtec.effects.eccentricity import Eccentricity, EccentricityShape
+from rtec.effects.force_offset import ForceOffset
+from rtec.effects.frequency_grid import alias_limit, frequencies, highest_frequency, phases_seen, resolved_harmonics
+from rtec.effects.inertia import Inertia
+from rtec.effects.interpolation import Interpolation, InterpolationShape
+from rtec.effects.library import CAPTURE_EFFECTS, LIBRARY, effect_named
+from rtec.effects.lost_counts import LostCounts, StepShape
+from rtec.effects.offset import Offset
+from rtec.effects.pitch_map import MapShape, PitchMap
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Effect,
+    Observable,
+    Quantity,
+    Rival,
+    Shape,
+    Tunable,
+    Units,
+    parameter,
+)
+from rtec.effects.quantisation import Quantisation, QuantisationShape
+from rtec.effects.scale import Scale
+from rtec.effects.servo_lag import ServoLag
+from rtec.effects.stribeck import Stribeck, StribeckShape
+from rtec.effects.thermal_growth import HeatShape, ThermalGrowth
+from rtec.effects.viscous import Viscous
+from rtec.effects.warm_up import WarmShape, WarmUp
+from rtec.effects.windup import Windup, WindupShape
+
+__all__ = [
+    "CAPTURE_EFFECTS",
+    "LIBRARY",
+    "SAME",
+    "AccelerationLag",
+    "Amplitude",
+    "AsymmetricFriction",
+    "Backlash",
+    "BacklashMap",
+    "Card",
+    "Cogging",
+    "CoggingShape",
+    "Conditions",
+    "Cosine",
+    "Coulomb",
+    "Cyclic",
+    "CyclicShape",
+    "Drift",
+    "Eccentricity",
+    "EccentricityShape",
+    "Effect",
+    "Floats",
+    "ForceOffset",
+    "HeatShape",
+    "Inertia",
+    "Interpolation",
+    "InterpolationShape",
+    "LostCounts",
+    "MapShape",
+    "Observable",
+    "Offset",
+    "PitchMap",
+    "Quantisation",
+    "QuantisationShape",
+    "Quantity",
+    "Rival",
+    "Scale",
+    "ServoLag",
+    "Shape",
+    "StepShape",
+    "Stribeck",
+    "StribeckShape",
+    "ThermalGrowth",
+    "Tunable",
+    "Units",
+    "Viscous",
+    "WarmShape",
+    "WarmUp",
+    "Windup",
+    "WindupShape",
+    "alias_limit",
+    "distance_since_reversal",
+    "effect_named",
+    "frequencies",
+    "highest_frequency",
+    "parameter",
+    "phases_seen",
+    "resolved_harmonics",
+]

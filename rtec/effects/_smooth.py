@@ -39,3 +39,12 @@ def node_ladder(conditions: Conditions) -> list[tuple[float, ...]]:
     if 3 <= places.size <= TABLE_TARGETS:
         ladder.append(tuple(places.tolist()))
     return ladder
+
+
+def node_names(nodes: Sequence[float]) -> list[str]:
+    """Return ``at_<position>`` of each node, with as many digits as it takes to tell them apart."""
+    for digits in range(4, 18):
+        names = [f"at_{node:.{digits}g}" for node in nodes]
+        if len(set(names)) == len(names):
+            break
+    return names

@@ -1,13 +1,42 @@
+"""An error that grows steadily in time: instrument, support or axis move slowly against each other."""
+
 from __future__ import annotations
+
 import numpy as np
-from rtec.effects.protocol import *
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+
+
 class Drift(Effect):
+    """A straight line in time, or in row order where the data have no time.
+
+    Notes
+    -----
+    ``deviation = rate * clock``, with the clock in seconds since the first reading or in readings.
+
+    Examples
+    --------
+    >>> c = Conditions(position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64))
+    >>> Drift().contribution(c, Shape(), [0.5]).tolist()
+    [0.0, 0.5, 1.0]
+    """
+
     name = "drift"
-    needs = "time or row order, repeats"
+    needs = "time or row order, with repeats"
     in_time = True
-    def untestable(self, c):
-        return None if np.ptp(c.clock) > 0 else "one moment only"
-    def columns(self, c, shape):
-        return c.clock[:, None].astype(float)
-    def amplitudes(self, shape, units):
-        return (Amplitude("rate", units.shown[0] + "/" + units.clock, units.shown[1]),)
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a change in time, or None."""
+        return None if np.ptp(conditions.clock) > 0 else "one moment only"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the clock, shape (rows, 1)."""
+        return conditions.clock[:, None].astype(float)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the rate, an hour or a reading."""
+        unit, factor = units.shown
+        if units.clock == "s":
+            return (Amplitude("rate", f"{unit}/h", 3600.0 * factor),)
+        return (Amplitude("rate", f"{unit}/{units.clock}", factor),)

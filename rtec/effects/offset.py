@@ -1,12 +1,34 @@
+"""A constant error: where the zero of the axis and the zero of the instrument differ."""
+
 from __future__ import annotations
+
 import numpy as np
-from rtec.effects.protocol import *
+
 from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+
 
 class Offset(Effect):
+    """A constant.
+
+    Notes
+    -----
+    ``deviation = offset``.
+
+    Examples
+    --------
+    >>> c = Conditions(position=np.array([0.0, 5.0]), position_unit="mm", run=np.ones(2, dtype=np.int64))
+    >>> Offset().contribution(c, Shape(), [0.003]).tolist()
+    [0.003, 0.003]
+    """
+
     name = "offset"
     needs = "nothing"
-    def columns(self, c, shape):
-        return np.ones((c.rows, 1))
-    def amplitudes(self, shape, units):
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return a column of ones, shape (rows, 1)."""
+        return np.ones((conditions.rows, 1))
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the offset."""
         return (Amplitude("offset", *units.shown),)

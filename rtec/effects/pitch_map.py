@@ -1,28 +1,75 @@
+"""An error that is a smooth function of position: the screw's or the scale's own map."""
+
 from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+
 import numpy as np
-from rtec.effects.protocol import *
-from rtec.effects._smooth import node_ladder, smooth_columns
+
+from rtec.effects._smooth import node_ladder, node_names, smooth_columns
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+
+
 @dataclass(frozen=True, slots=True)
 class MapShape(Shape):
+    """Where the nodes of a map stand."""
+
     nodes: tuple[float, ...] = field(default=(), metadata=parameter(Quantity.POSITION, "nodes"))
+
+
 class PitchMap(Effect):
+    """A natural cubic spline through nodes.
+
+    Notes
+    -----
+    ``deviation = s(position)``; the amplitudes are the values of ``s`` at the nodes. With at most twelve targets a node
+    stands at each, and the map is the table of a bidirectional compensation's mean (thesis 3.1.1); beyond the
+    outer nodes it goes on straight.
+
+    References
+    ----------
+    Thesis, section 3.1.1, table 3-1: a compensation table of error against position.
+
+    Examples
+    --------
+    >>> x = np.array([0.0, 50.0, 100.0])
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64))
+    >>> PitchMap().contribution(c, MapShape((0.0, 50.0, 100.0)), [0.0, 0.004, 0.001]).round(9).tolist()
+    [0.0, 0.004, 0.001]
+    """
+
     name = "pitch_map"
+    needs = "positions dense enough: three at least"
     shape_type = MapShape
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "eccentricity", "interpolation"})
-    def untestable(self, c):
-        return None if node_ladder(c) else f"{c.places.size} positions only"
-    def shapes(self, c):
-        return [MapShape(n) for n in node_ladder(c)]
-    def columns(self, c, shape):
-        return smooth_columns(c.position, shape.nodes)
-    def freedom(self, shape): return 0
-    def amplitudes(self, shape, units):
-        return tuple(Amplitude(f"at_{x:g}", *units.shown) for x in shape.nodes)
-class BacklashMap(PitchMap):
-    name = "backlash_map"
-    contains = frozenset({"backlash", "windup"})
-    def untestable(self, c):
-        return super().untestable(c) or (None if c.both_directions else "one direction only")
-    def columns(self, c, shape):
-        return smooth_columns(c.position, shape.nodes) * (c.direction / 2)[:, None]
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a map, or None."""
+        count = conditions.places.size
+        return (
+            None if node_ladder(conditions) else f"{count} position{'s' if count > 1 else ''} only: at least 3 needed"
+        )
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return maps of few to many nodes."""
+        return [MapShape(nodes) for nodes in node_ladder(conditions)]
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the splines that are 1 at one node, shape (rows, nodes)."""
+        return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes)
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 0: the nodes are a grid, none of them is fitted."""
+        return 0
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the value at each node."""
+        return tuple(Amplitude(name, *units.shown) for name in node_names(own_shape(shape, MapShape).nodes))
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return how many nodes there are, and the peak to peak value over them."""
+        unit, factor = units.shown
+        nodes = own_shape(shape, MapShape).nodes
+        return ("nodes", float(len(nodes)), ""), ("peak_to_peak", float(np.ptp(amplitudes)) * factor, unit)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import abc
 import enum
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
+from rtec.errors import ArgumentError
 
-_PREFIXES = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0)}
+_SHOWN = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0), "nm": ("N*m", 1.0), "count": ("count", 1.0), "s": ("s", 1.0)}
 
 
 class Observable(enum.Enum):
@@ -113,7 +114,47 @@ class Units:
         >>> Units("mm", "mm", "s").shown, Units("n", "mm", "s").shown
         (('um', 1000.0), ('N', 1.0))
         """
-        return _PREFIXES.get(self.observed, ({"nm": "N*m"}.get(self.observed, self.observed.upper()), 1.0))
+        return _SHOWN.get(self.observed, (self.observed.upper(), 1.0))
+
+    @property
+    def per_length(self) -> tuple[str, float]:
+        """Unit in which what is observed per position is shown, and the factor to it.
+
+        Examples
+        --------
+        >>> Units("mm", "mm", "s").per_length, Units("deg", "deg", "s").per_length
+        (('um/m', 1000000.0), ('arcsec/deg', 3600.0))
+        """
+        if self.observed == self.position == "mm":
+            return "um/m", 1e6
+        unit, factor = self.shown
+        return f"{unit}/{self.position}", factor
+
+    @property
+    def speed(self) -> str:
+        """Unit of speeds inside: position units a second."""
+        return f"{self.position}/s"
+
+
+_S = TypeVar("_S", bound=Shape)
+
+
+def own_shape(shape: Shape, kind: type[_S]) -> _S:
+    """Return ``shape``, known to be of the effect's own kind.
+
+    Raises
+    ------
+    ArgumentError
+        The shape belongs to another effect.
+
+    Examples
+    --------
+    >>> own_shape(Shape(), Shape)
+    Shape()
+    """
+    if not isinstance(shape, kind):
+        raise ArgumentError("shape", shape, f"a {kind.__name__}")
+    return shape
 
 
 class Effect(abc.ABC):
@@ -138,6 +179,8 @@ class Effect(abc.ABC):
     """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""
     repeatable: ClassVar[bool] = False
     """A model may hold it more than once (several families of periods)."""
+    never_ranked: ClassVar[bool] = False
+    """No score test ranks it: it looks like another effect for ever, or is found by other means than columns."""
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""
@@ -176,3 +219,35 @@ class Effect(abc.ABC):
         """Return how many parameters were chosen beside the amplitudes (period, time constant, ...)."""
         kinds = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
         return sum(1 for f in fields(shape) if f.metadata.get("quantity") in kinds)
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return what people read of a fitted effect: (name, value, unit) of each number.
+
+        Parameters
+        ----------
+        shape, amplitudes
+            Of the fit, in units inside.
+        units
+            Units inside.
+
+        Returns
+        -------
+        tuple
+            The continuous shape parameters in units inside, then the amplitudes in the units in which they are shown.
+        """
+        unit_of = {Quantity.POSITION: units.position, Quantity.SPEED: units.speed, Quantity.CLOCK: units.clock}
+        chosen = tuple(
+            (f.name, float(getattr(shape, f.name)), unit_of[f.metadata["quantity"]])
+            for f in fields(shape)
+            if f.metadata.get("quantity") in unit_of
+        )
+        linear = zip(self.amplitudes(shape, units), amplitudes, strict=True)
+        return chosen + tuple((a.name, float(value) * a.factor, a.unit) for a, value in linear)
+
+    def _needed(self, values: Floats | None, what: str) -> Floats:
+        """Return a column of the conditions that the effect cannot do without, or raise an error that names it."""
+        if values is None:
+            raise ArgumentError(
+                f"effect {self.name}", f"data without {what}", f"data with {what}", f"needs {self.needs}"
+            )
+        return values

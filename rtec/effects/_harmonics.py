@@ -1,0 +1,49 @@
+"""Fourier series in position: columns, names of the amplitudes, and what people read of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtec.effects.conditions import Floats
+from rtec.effects.protocol import Amplitude, Units
+
+POINTS_A_PERIOD = 3600
+"""On which the peak to peak value is looked up."""
+
+
+def harmonic_columns(position: Floats, period: float, harmonics: int) -> Floats:
+    """Return sine and cosine of each harmonic, shape (rows, 2 harmonics): sin_1, cos_1, sin_2, cos_2, ..."""
+    angle = (2.0 * np.pi / period) * position
+    columns = np.empty((position.size, 2 * harmonics))
+    for order in range(1, harmonics + 1):
+        np.sin(order * angle, out=columns[:, 2 * order - 2])
+        np.cos(order * angle, out=columns[:, 2 * order - 1])
+    return columns
+
+
+def harmonic_names(harmonics: int, units: Units, suffix: str = "") -> tuple[Amplitude, ...]:
+    """Return names and units of the amplitudes of ``harmonic_columns``."""
+    return tuple(
+        Amplitude(f"{part}_{order}{suffix}", *units.shown)
+        for order in range(1, harmonics + 1)
+        for part in ("sin", "cos")
+    )
+
+
+def harmonic_summary(
+    amplitudes: Sequence[float], units: Units, suffix: str = ""
+) -> tuple[tuple[str, float, str], ...]:
+    """Return amplitude and phase of each harmonic, and the peak to peak value of all together.
+
+    The k-th harmonic is ``amplitude_k * sin(2 pi k x / period + phase_k)``.
+    """
+    unit, factor = units.shown
+    parts = np.asarray(amplitudes, dtype=np.float64).reshape(-1, 2)
+    lines: list[tuple[str, float, str]] = []
+    for order, (sine, cosine) in enumerate(parts, start=1):
+        lines.append((f"amplitude_{order}{suffix}", float(np.hypot(sine, cosine)) * factor, unit))
+        lines.append((f"phase_{order}{suffix}", float(np.degrees(np.arctan2(cosine, sine))), "deg"))
+    turn = harmonic_columns(np.arange(POINTS_A_PERIOD) / POINTS_A_PERIOD, 1.0, len(parts)) @ parts.ravel()
+    return (*lines, (f"peak_to_peak{suffix}", float(np.ptp(turn)) * factor, unit))

@@ -1,0 +1,45 @@
+"""An error proportional to acceleration: the servo or an elastic drive gives way to inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+
+
+class AccelerationLag(Effect):
+    """Following error that accelerating takes, on top of that of velocity.
+
+    Notes
+    -----
+    ``deviation = -lag * acceleration``: of a drive with stiffness k that moves the mass m the lag is m / k, of a servo
+    with velocity feed-forward it is 1 / (kp kv).
+
+    Examples
+    --------
+    >>> a = np.array([0.0, 1000.0])
+    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
+    >>> AccelerationLag().contribution(c, Shape(), [2e-6]).tolist()
+    [-0.0, -0.002]
+    """
+
+    name = "acceleration_lag"
+    needs = "moving data with accelerations"
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show an error of acceleration, or None."""
+        if conditions.acceleration is None:
+            return "no moving data"
+        return None if np.any(conditions.acceleration) else "the acceleration is zero throughout"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the acceleration, negative, shape (rows, 1)."""
+        return -self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the lag in ms^2 where position is explained."""
+        if units.observed == units.position:
+            return (Amplitude("lag", "ms^2", 1e6),)
+        unit, factor = units.shown
+        return (Amplitude("lag", f"{unit}/({units.speed}^2)", factor),)

@@ -1,0 +1,52 @@
+"""Friction that grows with speed faster one way than the other: guideways out of parallel, a one-sided load."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects._drive import per_speed
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+
+
+class AsymmetricFriction(Effect):
+    """Difference of the viscous coefficient by direction.
+
+    Notes
+    -----
+    ``force = asymmetry * |velocity|``: added to ``viscous * velocity`` the coefficient is viscous + asymmetry forward and
+    viscous - asymmetry backward. Either sign is possible.
+
+    References
+    ----------
+    Erwinski et al. (2019), section 3: friction is not symmetric if the unit is inclined or its guideways are not
+    exactly parallel.
+
+    Examples
+    --------
+    >>> v = np.array([10.0, -10.0])
+    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), velocity=v)
+    >>> AsymmetricFriction().contribution(c, Shape(), [0.03]).round(9).tolist()
+    [0.3, 0.3]
+    """
+
+    name = "asymmetric_friction"
+    observable = Observable.DRIVE
+    needs = "motion in both directions"
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a difference by direction, or None."""
+        velocity = conditions.velocity
+        if velocity is None:
+            return "no velocity or feed column"
+        if not np.any(velocity):
+            return "the velocity is zero throughout"
+        return None if bool((velocity > 0).any() and (velocity < 0).any()) else "one direction only"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the speed, shape (rows, 1)."""
+        return np.abs(self._needed(conditions.velocity, "a velocity or feed column"))[:, None]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return half of the difference of the coefficients, in N/(m/s) on a linear axis."""
+        return (Amplitude("asymmetry", *per_speed(units)),)

@@ -1,0 +1,42 @@
+"""A reversal error that varies along the axis: play where the screw is worn, friction that winds it up."""
+
+from __future__ import annotations
+
+from rtec.effects._smooth import smooth_columns
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.pitch_map import MapShape, PitchMap
+from rtec.effects.protocol import Shape, own_shape
+
+
+class BacklashMap(PitchMap):
+    """A natural cubic spline through nodes, times half of the direction of approach.
+
+    Notes
+    -----
+    ``deviation = s(position) / 2 * direction``; the amplitudes are the reversal errors at the nodes.
+
+    References
+    ----------
+    Thesis, section 3.1.2, table 3-3: separate errors forward and backward (bidirectional compensation).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x, way = np.array([0.0, 50.0, 100.0]), np.array([1.0, 1.0, -1.0])
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way)
+    >>> BacklashMap().contribution(c, MapShape((0.0, 50.0, 100.0)), [0.02, 0.03, 0.05]).round(9).tolist()
+    [0.01, 0.015, -0.025]
+    """
+
+    name = "backlash_map"
+    needs = "both directions, at three positions at least"
+    contains = frozenset({"backlash", "windup"})
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a map of the reversal error, or None."""
+        return super().untestable(conditions) or (None if conditions.both_directions else "one direction only")
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the splines times half of the direction, shape (rows, nodes)."""
+        way = self._needed(conditions.direction, "directions of approach")
+        return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes) * (way / 2)[:, None]

@@ -1,0 +1,117 @@
+"""A force periodic in position: magnets that pull at the teeth of a motor's iron."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects._periodic import Periodic, families
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.frequency_grid import frequencies, highest_frequency, stated_periods
+from rtec.effects.protocol import Amplitude, Observable, Quantity, Shape, Tunable, Units, own_shape, parameter
+
+PARTS = (1, 2, 3, 4, 5, 6)
+"""Which harmonic of its family the strongest line may be."""
+NEAR = 0.5
+"""A line this near to whole cycles a turn, in units of 1 / span, cannot be told from them."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoggingShape(Shape):
+    """Period and number of harmonics of one family."""
+
+    period: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "period"))
+    harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
+
+
+class Cogging(Periodic):
+    """A Fourier series in position; a model may hold several families (poles and slots).
+
+    Notes
+    -----
+    ``force = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, for moving data and for positions
+    held. On a rotary axis whole numbers of cycles a turn are preferred: a motor looks the same after a turn.
+
+    References
+    ----------
+    Erwinski et al. (2019), section 3 and figure 6: the current at constant speed against position, with a period of 12 mm.
+
+    Examples
+    --------
+    >>> x = np.array([0.0, 3.0, 6.0])
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64))
+    >>> Cogging().contribution(c, CoggingShape(12.0), [0.25, 0.0]).round(9).tolist()
+    [0.0, 0.25, 0.0]
+    """
+
+    name = "cogging"
+    observable = Observable.DRIVE
+    needs = "a period that the positions resolve and do not alias: six positions at least, moving or held"
+    shape_type = CoggingShape
+    repeatable = True
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""
+        stated = stated_periods(conditions, conditions.screw_pitch)
+        scanned = np.concatenate([frequencies(conditions), _whole_cycles(conditions), 1.0 / stated])
+        return [CoggingShape(period) for period in (1.0 / scanned).tolist()]
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return families of harmonics that hold the wave found, of whole cycles a turn where that is possible."""
+        frequency = 1.0 / own_shape(shape, CoggingShape).period
+        cycles = _cycles_a_turn(conditions, frequency)
+        if cycles is None or conditions.revolution is None:
+            found = families(conditions, frequency, PARTS)
+        else:
+            parts = [part for part in PARTS if cycles % part == 0]
+            found = families(conditions, cycles / conditions.revolution, parts)
+        return [CoggingShape(1.0 / base, harmonics) for base, harmonics in found]
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the period; nothing where it is a whole fraction of a turn."""
+        period = own_shape(shape, CoggingShape).period
+        turn = conditions.revolution
+        if turn is not None and abs(turn / period - round(turn / period)) < 1e-9 * turn / period:
+            return ()
+        return super().tunables(conditions, shape)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return sine and cosine of each harmonic, shape (rows, amplitudes)."""
+        own = own_shape(shape, CoggingShape)
+        return harmonic_columns(conditions.position, own.period, own.harmonics)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return sin_1, cos_1, sin_2, ..."""
+        return harmonic_names(own_shape(shape, CoggingShape).harmonics, units)
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return period, harmonics, amplitude and phase of each, and peak to peak."""
+        own = own_shape(shape, CoggingShape)
+        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
+        return head + harmonic_summary(amplitudes, units)
+
+    def _more_than_one_wave(self, shape: Shape) -> bool:
+        return own_shape(shape, CoggingShape).harmonics > 1
+
+
+def _whole_cycles(conditions: Conditions) -> Floats:
+    """Return the whole numbers of cycles a turn within the scan, as frequencies, shape (frequencies,)."""
+    grid = frequencies(conditions)
+    if conditions.revolution is None or grid.size == 0:
+        return np.empty(0)
+    turn = conditions.revolution
+    first = int(np.ceil(grid[0] * turn - 1e-9))
+    last = int(np.floor(highest_frequency(conditions) * turn + 1e-9))
+    return np.arange(max(first, 1), last + 1) / turn
+
+
+def _cycles_a_turn(conditions: Conditions, frequency: float) -> int | None:
+    """Return the whole number of cycles a turn that a line stands for, or None where there is none so near."""
+    if conditions.revolution is None:
+        return None
+    cycles = round(frequency * conditions.revolution)
+    away = abs(frequency - cycles / conditions.revolution)
+    return cycles if cycles >= 1 and away <= NEAR / conditions.span else None

@@ -1,0 +1,40 @@
+"""The laser beam is not parallel to the axis: an error proportional to position, like a wrong scale."""
+
+from __future__ import annotations
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+
+
+class Cosine(Effect):
+    """A beam at an angle to the travel, which reads short by the cosine of the angle.
+
+    Notes
+    -----
+    ``deviation = (cos(angle) - 1) * position``, in the angle ``-angle**2 / 2``: 1 mrad reads 0.5 um/m short. The column
+    is that of ``scale``, so that no measurement with the same set-up tells the two apart; this effect is listed beside
+    ``scale`` and never ranked.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> c = Conditions(position=np.array([0.0, 1000.0]), position_unit="mm", run=np.ones(2, dtype=np.int64))
+    >>> (Cosine().contribution(c, Shape(), [np.cos(1e-3) - 1]) * 1e3).round(3).tolist()
+    [0.0, -0.5]
+    """
+
+    name = "cosine"
+    needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
+    never_ranked = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a slope, or None."""
+        return None if conditions.places.size >= 2 else "one position only"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the position, shape (rows, 1)."""
+        return conditions.position[:, None].astype(float)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the slope, in um/m (arcsec/deg on a rotary axis)."""
+        return (Amplitude("cosine", *units.per_length),)

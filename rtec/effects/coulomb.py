@@ -1,0 +1,46 @@
+"""A force of constant size against the motion: dry friction."""
+
+from __future__ import annotations
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+
+
+class Coulomb(Effect):
+    """Friction with the sign of the motion.
+
+    Notes
+    -----
+    ``force = coulomb * direction``, and 0 at rest, where friction is whatever holds the axis.
+
+    References
+    ----------
+    Erwinski et al. (2019), section 3: the constant component, independent of velocity.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> way = np.array([1.0, 0.0, -1.0])
+    >>> c = Conditions(position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way)
+    >>> Coulomb().contribution(c, Shape(), [20.0]).tolist()
+    [20.0, 0.0, -20.0]
+    """
+
+    name = "coulomb"
+    observable = Observable.DRIVE
+    needs = "motion in both directions"
+    not_negative = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show dry friction, or None."""
+        if conditions.direction is None:
+            return "no directions: moving data or a direction column needed"
+        return None if conditions.both_directions else "one direction only"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the sign of the motion, shape (rows, 1)."""
+        return self._needed(conditions.direction, "directions of motion")[:, None].astype(float)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the size of the friction."""
+        return (Amplitude("coulomb", *units.shown),)

@@ -1,0 +1,39 @@
+"""A constant force: weight, an inclined axis, the zero of the amplifier."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+
+
+class ForceOffset(Effect):
+    """A constant.
+
+    Notes
+    -----
+    ``force = force_offset``.
+
+    References
+    ----------
+    Erwinski et al. (2019), section 3: an inclined unit needs another force one way than the other.
+
+    Examples
+    --------
+    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64))
+    >>> ForceOffset().contribution(c, Shape(), [-3.0]).tolist()
+    [-3.0, -3.0]
+    """
+
+    name = "force_offset"
+    observable = Observable.DRIVE
+    needs = "nothing"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return a column of ones, shape (rows, 1)."""
+        return np.ones((conditions.rows, 1))
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the offset."""
+        return (Amplitude("force_offset", *units.shown),)

@@ -1,0 +1,48 @@
+"""A force proportional to acceleration: the moving mass."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects._drive import per_acceleration
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+
+
+class Inertia(Effect):
+    """Newton's second law.
+
+    Notes
+    -----
+    ``force = inertia * acceleration``.
+
+    References
+    ----------
+    Erwinski et al. (2019), section 3 and figure 4: 1/M between the sum of the forces and the acceleration.
+
+    Examples
+    --------
+    >>> a = np.array([0.0, 2000.0])
+    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
+    >>> Inertia().contribution(c, Shape(), [0.1]).tolist()
+    [0.0, 200.0]
+    """
+
+    name = "inertia"
+    observable = Observable.DRIVE
+    needs = "moving data with accelerations"
+    not_negative = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show the mass, or None."""
+        if conditions.acceleration is None:
+            return "no moving data"
+        return None if np.any(conditions.acceleration) else "the acceleration is zero throughout"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the acceleration, shape (rows, 1)."""
+        return self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None].astype(float)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the mass, in kg where a force in newtons moves a linear axis."""
+        return (Amplitude("inertia", *per_acceleration(units)),)

@@ -1,0 +1,83 @@
+"""An error that comes back every signal period of the scale: its sine and cosine are no perfect ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.frequency_grid import phases_seen
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+
+FEWEST_PHASES = 4
+HARMONICS = 2
+"""Offsets of the two signals come once a signal period, unequal amplitudes and phase errors twice."""
+
+
+@dataclass(frozen=True, slots=True)
+class InterpolationShape(Shape):
+    """Signal period of the scale, and how many harmonics of it."""
+
+    period: float = field(default=0.02, metadata=parameter(Quantity.POSITION, "signal period"))
+    harmonics: int = field(default=HARMONICS, metadata=parameter(Quantity.COUNT, "harmonics"))
+
+
+class Interpolation(Effect):
+    """A Fourier series with the scale's stated signal period.
+
+    Notes
+    -----
+    ``deviation = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, k = 1 (offset of a signal)
+    and k = 2 (unequal amplitudes, phase other than 90 degrees).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = np.array([0.0, 0.005, 0.01])
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64), signal_period=0.02)
+    >>> shape = Interpolation().shapes(c)[0]
+    >>> Interpolation().contribution(c, shape, [1e-4, 0.0, 0.0, 0.0]).round(9).tolist()
+    [0.0, 0.0001, 0.0]
+    """
+
+    name = "interpolation"
+    needs = "a stated signal period, which the positions show at four phases at least"
+    shape_type = InterpolationShape
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show the signal period, or None."""
+        period = conditions.signal_period
+        if period is None:
+            return "no scale_signal_period is stated"
+        seen = phases_seen(conditions.places, period)
+        if seen >= FEWEST_PHASES:
+            return None
+        where = f"the scale's signal period ({period:g} {conditions.position_unit})"
+        if seen == 1:
+            return f"targets lie at whole multiples of {where}: an interpolation error looks constant here"
+        return f"targets lie at {seen} phases of {where} only: at least {FEWEST_PHASES} needed"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the stated signal period."""
+        period = conditions.signal_period
+        return [] if period is None else [InterpolationShape(period)]
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return sine and cosine of each harmonic, shape (rows, amplitudes)."""
+        own = own_shape(shape, InterpolationShape)
+        return harmonic_columns(conditions.position, own.period, own.harmonics)
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 0: the period is stated, not fitted."""
+        return 0
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return sin_1, cos_1, sin_2, cos_2."""
+        return harmonic_names(own_shape(shape, InterpolationShape).harmonics, units)
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return the signal period, amplitude and phase of each harmonic, and peak to peak."""
+        own = own_shape(shape, InterpolationShape)
+        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
+        return head + harmonic_summary(amplitudes, units)

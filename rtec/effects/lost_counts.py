@@ -1,0 +1,101 @@
+"""Counts lost or gained at a moment: from then on every position is wrong by the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+
+FEWEST_MOMENTS = 5
+EDGE = 2
+"""Readings before the first and after the last step: one reading alone is an outlier, no step."""
+DENSEST = 0.1
+"""Moments to try lie no farther apart than this share of the readings to the nearer end: a cosine of 0.97 at least."""
+MOST_MOMENTS = 3000
+MOST_NEARBY = 64
+
+
+@dataclass(frozen=True, slots=True)
+class StepShape(Shape):
+    """When the counts were lost."""
+
+    moment: float = field(default=1.0, metadata=parameter(Quantity.CLOCK, "moment"))
+
+
+class LostCounts(Effect):
+    """A step in time.
+
+    Notes
+    -----
+    ``deviation = step`` for readings after the moment, 0 before. A model may hold several.
+
+    Examples
+    --------
+    >>> t = np.array([0.0, 1.0, 2.0, 3.0])
+    >>> c = Conditions(position=np.zeros(4), position_unit="mm", run=np.ones(4, dtype=np.int64), time_s=t)
+    >>> LostCounts().contribution(c, StepShape(1.5), [0.004]).tolist()
+    [0.0, 0.0, 0.004, 0.004]
+    """
+
+    name = "lost_counts"
+    needs = "a time column"
+    shape_type = StepShape
+    in_time = True
+    repeatable = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a step in time, or None."""
+        if conditions.time_s is None:
+            return "no time column"
+        moments = np.unique(conditions.time_s).size
+        return None if moments >= FEWEST_MOMENTS else f"{moments} moments only: at least {FEWEST_MOMENTS} needed"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return moments between readings: between all of them, or denser towards both ends where they are many."""
+        between = _between(conditions)
+        last = between.size
+        chosen, index = [], 0
+        while index < last:
+            chosen.append(index)
+            readings = EDGE + min(index, last - index)
+            index += max(1, min(int(DENSEST * readings), last // MOST_MOMENTS))
+        return [StepShape(moment) for moment in between[chosen].tolist()]
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the moments around the best of the scan that the scan left out, at most 64."""
+        between = _between(conditions)
+        reach = max(1, between.size // MOST_MOMENTS)
+        here = int(np.searchsorted(between, own_shape(shape, StepShape).moment))
+        near = between[max(0, here - reach) : here + reach + 1]
+        if near.size > MOST_NEARBY:
+            near = near[np.linspace(0, near.size - 1, MOST_NEARBY).astype(np.int64)]
+        return sorted({shape, *(StepShape(moment) for moment in near.tolist())}, key=_moment)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return 0 before the moment and 1 after it, shape (rows, 1)."""
+        return self.scan(conditions, [shape])[0].T
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several moments, shape (shapes, 1, rows)."""
+        time = self._needed(conditions.time_s, "a time column")
+        moments = np.array([_moment(shape) for shape in shapes])
+        return (time > moments[:, None])[:, None, :].astype(np.float64)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the height of the step."""
+        return (Amplitude("step", *units.shown),)
+
+
+def _moment(shape: Shape) -> float:
+    return own_shape(shape, StepShape).moment
+
+
+def _between(conditions: Conditions) -> Floats:
+    """Return the moments half way between readings, without those near the ends, ascending."""
+    moments = np.unique(conditions.clock)
+    halves: Floats = (moments[1:] + moments[:-1]) / 2
+    return halves[EDGE - 1 : halves.size - EDGE + 1]

@@ -1,0 +1,104 @@
+"""Values that come in steps: of an encoder's counts, a display's digits, a file's decimals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.effects._lattice import lattice_step
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.errors import ArgumentError
+
+VISIBLE = 0.05
+"""Share of a step that the rounding of the positions must vary by, standard deviation; evenly spread it is 0.29."""
+DECADES = (1.0, 2.0, 2.5, 5.0)
+
+
+@dataclass(frozen=True, slots=True)
+class QuantisationShape(Shape):
+    """The step to which values are rounded."""
+
+    step: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "step"))
+
+
+class Quantisation(Effect):
+    """Rounding to the nearest step.
+
+    Notes
+    -----
+    A continuous value u is recorded as ``q round(u / q)``. This is no matter of amplitudes: :meth:`steps` finds the step
+    that recorded values have, :meth:`rounded` rounds a model's values as the recording did. The column, for data made
+    of positions alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis comes to
+    rest at whole counts it is a sawtooth over the positions, with the amplitude 1. It vanishes where all positions
+    are whole steps.
+
+    Examples
+    --------
+    >>> q = Quantisation()
+    >>> q.steps(np.array([0.012, -0.003, 0.021, 0.009]))
+    0.003
+    >>> q.rounded(np.array([0.0121, -0.0029]), 0.003).round(9).tolist()
+    [0.012, -0.003]
+    """
+
+    name = "quantisation"
+    needs = "three different values at least"
+    shape_type = QuantisationShape
+    never_ranked = True
+
+    def steps(self, values: npt.ArrayLike) -> float | None:
+        """Return the largest step of which all recorded values are whole multiples.
+
+        Parameters
+        ----------
+        values
+            Recorded values in any unit, of any shape; those that are not finite are left out.
+
+        Returns
+        -------
+        float or None
+            The step in the unit of the values; None where there is none, or where fewer than three different values
+            occur. A value counts as a multiple within 1e-6 steps (and the rounding of its own digits).
+        """
+        return lattice_step(np.asarray(values, dtype=np.float64))
+
+    def rounded(self, values: npt.ArrayLike, step: float) -> Floats:
+        """Return the values as they are recorded in whole steps, halves to the even neighbour.
+
+        Raises
+        ------
+        ArgumentError
+            A step that is not a finite number above 0.
+        """
+        if not (np.isfinite(step) and step > 0):
+            raise ArgumentError("step", step, "a finite number above 0")
+        whole: Floats = np.round(np.asarray(values, dtype=np.float64) / step) * step
+        return whole
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return round steps that the positions show, from a hundred thousandth of the span to half a gap."""
+        if conditions.places.size < 3:
+            return []
+        widest = float(np.median(np.diff(conditions.places))) / 2
+        low = np.floor(np.log10(1e-5 * conditions.span))
+        found = [part * 10.0**power for power in np.arange(low, np.log10(widest) + 1) for part in DECADES]
+        return [QuantisationShape(step) for step in found if step <= widest and self._visible(conditions, step)]
+
+    def _visible(self, conditions: Conditions, step: float) -> bool:
+        return bool(np.std(self.rounded(conditions.places, step) - conditions.places) > VISIBLE * step)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the rounding error of the positions, shape (rows, 1)."""
+        step = own_shape(shape, QuantisationShape).step
+        return (self.rounded(conditions.position, step) - conditions.position)[:, None]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the share of the rounding error, 1 where positions are rounded and observed in the same unit."""
+        if units.observed == units.position:
+            return (Amplitude("share", "", 1.0),)
+        unit, factor = units.shown
+        return (Amplitude("share", f"{unit}/{units.position}", factor),)

@@ -1,0 +1,49 @@
+"""An error proportional to velocity: the servo follows late, or position is read late."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+
+
+class ServoLag(Effect):
+    """A delay.
+
+    Notes
+    -----
+    ``deviation = -lag * velocity``: of a proportional position loop with gain kv the lag is 1 / kv, and a late reading
+    of the position gives the same. In a test with stops the velocity is that of the approach.
+
+    References
+    ----------
+    Network contour error (2015), section I: the following error depends on the velocity of the axis.
+
+    Examples
+    --------
+    >>> v = np.array([0.0, 100.0])
+    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), velocity=v)
+    >>> ServoLag().contribution(c, Shape(), [0.002]).tolist()
+    [-0.0, -0.2]
+    """
+
+    name = "servo_lag"
+    needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a lag, or None."""
+        if conditions.velocity is None:
+            return "no velocity or feed column"
+        return None if np.any(conditions.velocity) else "the velocity is zero throughout"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the velocity, negative, shape (rows, 1)."""
+        return -self._needed(conditions.velocity, "a velocity or feed column")[:, None]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the lag in ms where position is explained."""
+        if units.observed == units.position:
+            return (Amplitude("lag", "ms", 1e3),)
+        unit, factor = units.shown
+        return (Amplitude("lag", f"{unit}/({units.speed})", factor),)

@@ -1,0 +1,111 @@
+"""Friction that falls as motion begins: the surfaces part when lubricant is drawn between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects._ladders import ladder
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import (
+    Amplitude,
+    Effect,
+    Observable,
+    Quantity,
+    Shape,
+    Tunable,
+    Units,
+    own_shape,
+    parameter,
+)
+
+FEWEST_SPEEDS = 4
+SLOWEST = 1 / 300
+"""Of the highest speed: slower motion counts as rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class StribeckShape(Shape):
+    """At which speed the surfaces have parted."""
+
+    speed: float = field(default=1.0, metadata=parameter(Quantity.SPEED, "Stribeck speed"))
+
+
+class Stribeck(Effect):
+    """Friction on top of dry friction that is gone beyond a speed.
+
+    Notes
+    -----
+    ``force = stribeck * direction * exp(-(velocity / speed)**2)``, 0 at rest.
+
+    References
+    ----------
+    Erwinski et al. (2019), section 3: the friction force drops as the speed increases, and after the Stribeck velocity
+    rises again.
+
+    Examples
+    --------
+    >>> v = np.array([0.0, 1.0, -100.0])
+    >>> c = Conditions(
+    ...     position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64), velocity=v, direction=np.sign(v)
+    ... )
+    >>> Stribeck().contribution(c, StribeckShape(1.0), [10.0]).round(3).tolist()
+    [0.0, 3.679, -0.0]
+    """
+
+    name = "stribeck"
+    observable = Observable.DRIVE
+    needs = "motion in both directions at four speeds at least, creep among them"
+    shape_type = StribeckShape
+    not_negative = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show friction that falls with speed, or None."""
+        if conditions.velocity is None:
+            return "no velocity or feed column"
+        if not np.any(conditions.velocity):
+            return "the velocity is zero throughout"
+        if not conditions.both_directions:
+            return "one direction only"
+        speeds = _speeds(conditions).size
+        return None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return Stribeck speeds from the slowest motion to the fastest."""
+        speeds = _speeds(conditions)
+        if speeds.size < 2:
+            return []
+        return [StribeckShape(speed) for speed in ladder(float(speeds[0]), float(speeds[-1]))]
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the Stribeck speed, free by a half more or less."""
+        speed = own_shape(shape, StribeckShape).speed
+        return (Tunable("speed", speed / 1.5, speed * 1.5),)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return what is left of the friction at each speed, with the sign of the motion, shape (rows, 1)."""
+        return self.scan(conditions, [shape])[0].T
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several speeds, shape (shapes, 1, rows)."""
+        velocity = self._needed(conditions.velocity, "a velocity or feed column")
+        way = self._needed(conditions.direction, "directions of motion")
+        speeds = np.array([own_shape(shape, StribeckShape).speed for shape in shapes])
+        left: Floats = np.exp(-((velocity / speeds[:, None]) ** 2)) * way
+        return left[:, None, :]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the friction that is gone at speed."""
+        return (Amplitude("stribeck", *units.shown),)
+
+
+def _speeds(conditions: Conditions) -> Floats:
+    """Return the distinct speeds of motion, ascending: those that differ by 1 % at least."""
+    if conditions.velocity is None:
+        return np.empty(0)
+    speeds = np.unique(np.abs(conditions.velocity))
+    speeds = speeds[speeds > SLOWEST * speeds[-1]]
+    marks = np.unique(np.round(np.log(speeds) / 0.01), return_index=True)[1]
+    return speeds[marks]

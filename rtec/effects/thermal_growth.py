@@ -1,0 +1,79 @@
+"""An error proportional to position and to temperature: screw or scale grow with heat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.errors import ArgumentError, nearest
+
+LEAST_CHANGE_K = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class HeatShape(Shape):
+    """Which temperature the growth follows."""
+
+    sensor: str = field(default="temperature", metadata=parameter(Quantity.TEXT, "sensor"))
+
+
+class ThermalGrowth(Effect):
+    """Expansion between position zero and the slide.
+
+    Notes
+    -----
+    ``deviation = expansion * position * (temperature - reference temperature)``; steel grows by 11 to 12 um/m/K.
+
+    References
+    ----------
+    Yao et al., section 4.1: temperatures of the machine's key parts among the factors that induce the error; thesis,
+    section 3.3: temperatures as input of the correction. ISO 1: the reference is 20 degC.
+
+    Examples
+    --------
+    >>> x, heat = np.array([0.0, 1000.0]), {"temperature": np.array([22.0, 22.0])}
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64), temperatures=heat)
+    >>> ThermalGrowth().contribution(c, HeatShape(), [11.5e-6]).round(6).tolist()
+    [0.0, 0.023]
+    """
+
+    name = "thermal_growth"
+    needs = "a temperature column that changes by 0.5 K at least"
+    shape_type = HeatShape
+    in_time = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show growth, or None."""
+        if not conditions.temperatures:
+            return "no temperature column"
+        if conditions.places.size < 2:
+            return "one position only"
+        change = max(float(np.ptp(values)) for values in conditions.temperatures.values())
+        if change >= LEAST_CHANGE_K:
+            return None
+        return f"the temperature changes by {change:.2g} degC only: at least {LEAST_CHANGE_K:g} needed"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the sensors whose temperature changes."""
+        spread = {name: np.ptp(values) for name, values in conditions.temperatures.items()}
+        return [HeatShape(name) for name, change in spread.items() if change >= LEAST_CHANGE_K]
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return position times the rise of temperature, shape (rows, 1)."""
+        sensor = own_shape(shape, HeatShape).sensor
+        if sensor not in conditions.temperatures:
+            known = conditions.temperatures
+            hint = nearest(sensor, known) if known else "the data have no temperature column"
+            raise ArgumentError("sensor", sensor, "the name of a temperature column", hint)
+        rise = conditions.temperatures[sensor] - conditions.reference_temperature_degc
+        grown: Floats = (conditions.position * rise)[:, None]
+        return grown
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the coefficient of expansion, in um/m/K (arcsec/deg/K on a rotary axis)."""
+        unit, factor = units.per_length
+        return (Amplitude("expansion", f"{unit}/K", factor),)

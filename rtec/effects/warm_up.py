@@ -1,0 +1,80 @@
+"""An error that approaches an end value: the machine warms up after it was switched on or sped up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects._ladders import ladder
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Tunable, Units, own_shape, parameter
+
+FEWEST_MOMENTS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class WarmShape(Shape):
+    """How fast the end is approached."""
+
+    time_constant: float = field(default=1.0, metadata=parameter(Quantity.CLOCK, "time constant"))
+
+
+class WarmUp(Effect):
+    """A first-order approach in time.
+
+    Notes
+    -----
+    ``deviation = final * (1 - exp(-t / time_constant))``: the solution of ``d(deviation)/dt = (final - deviation) /
+    time_constant`` from nothing at the first reading.
+
+    References
+    ----------
+    Yao et al., section 4.2: 2.5 hours of running and 2 hours of cooling, in which a spindle's error follows its heat.
+
+    Examples
+    --------
+    >>> t = np.array([0.0, 600.0, 6000.0])
+    >>> c = Conditions(position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64), time_s=t)
+    >>> WarmUp().contribution(c, WarmShape(600.0), [0.01]).round(5).tolist()
+    [0.0, 0.00632, 0.01]
+    """
+
+    name = "warm_up"
+    needs = "a time column"
+    shape_type = WarmShape
+    contains = frozenset({"drift"})
+    in_time = True
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show an approach in time, or None."""
+        if conditions.time_s is None:
+            return "no time column"
+        moments = np.unique(conditions.time_s).size
+        return None if moments >= FEWEST_MOMENTS else f"{moments} moments only: at least {FEWEST_MOMENTS} needed"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return time constants from a fiftieth of the measurement to all of it."""
+        lasted = float(np.ptp(conditions.clock))
+        return [WarmShape(constant) for constant in ladder(lasted / 50, lasted)] if lasted > 0 else []
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the time constant, free by a half more or less."""
+        constant = own_shape(shape, WarmShape).time_constant
+        return (Tunable("time_constant", constant / 1.5, constant * 1.5),)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the share of the approach that is done, shape (rows, 1)."""
+        return self.scan(conditions, [shape])[0].T
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several time constants, shape (shapes, 1, rows)."""
+        time = self._needed(conditions.time_s, "a time column")
+        constants = np.array([own_shape(shape, WarmShape).time_constant for shape in shapes])
+        done: Floats = -np.expm1(-time / constants[:, None])
+        return done[:, None, :]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the end value."""
+        return (Amplitude("final", *units.shown),)

@@ -1,0 +1,89 @@
+"""A reversal error that builds up over a distance: an elastic drive against friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects._ladders import ladder
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Tunable, Units, own_shape, parameter
+
+FEWEST_DISTANCES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class WindupShape(Shape):
+    """Over which distance the drive winds up."""
+
+    distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
+
+
+class Windup(Effect):
+    """Half of a reversal error that has grown to 63 % one distance after the reversal.
+
+    Notes
+    -----
+    ``deviation = windup / 2 * direction * (1 - exp(-since_reversal / distance))``: the solution of
+    ``d(deviation)/dx = (windup / 2 * direction - deviation) / distance`` started from nothing at each reversal.
+
+    Examples
+    --------
+    >>> way, gone = np.array([1.0, 1.0, -1.0]), np.array([0.0, 2.0, 2.0])
+    >>> c = Conditions(
+    ...     position=gone, position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way, since_reversal=gone
+    ... )
+    >>> Windup().contribution(c, WindupShape(2.0), [-0.02]).round(5).tolist()
+    [-0.0, -0.00632, 0.00632]
+    """
+
+    name = "windup"
+    needs = "both directions, with readings at four distances after a reversal at least"
+    shape_type = WindupShape
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show how a reversal error builds up, or None."""
+        if not conditions.both_directions:
+            return "one direction only"
+        count = _distances(conditions).size
+        if count >= FEWEST_DISTANCES:
+            return None
+        return f"{count} distances after a reversal only: at least {FEWEST_DISTANCES} needed"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return distances from half the shortest seen to a fifth of the span: longer ones look like a scale error."""
+        gone = _distances(conditions)
+        if gone.size < FEWEST_DISTANCES:
+            return []
+        return [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the distance, free by a half more or less."""
+        distance = own_shape(shape, WindupShape).distance
+        return (Tunable("distance", distance / 1.5, distance * 1.5),)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return half of the direction times the share built up, shape (rows, 1)."""
+        return self.scan(conditions, [shape])[0].T
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several distances, shape (shapes, 1, rows)."""
+        way = self._needed(conditions.direction, "directions of approach")
+        gone = self._needed(conditions.since_reversal, "distances since the last reversal")
+        distances = np.array([own_shape(shape, WindupShape).distance for shape in shapes])
+        built: Floats = -np.expm1(-gone / distances[:, None]) * (way / 2)
+        return built[:, None, :]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the reversal error once it is fully built up."""
+        return (Amplitude("windup", *units.shown),)
+
+
+def _distances(conditions: Conditions) -> Floats:
+    """Return the distinct distances after a reversal above zero, ascending."""
+    if conditions.since_reversal is None:
+        return np.empty(0)
+    gone = np.unique(np.round(conditions.since_reversal, 9))
+    return gone[gone > 0]
