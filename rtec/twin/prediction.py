@@ -31,10 +31,7 @@ def component(dataset: Dataset, term: Term) -> Floats:
     """
     if term.shape is None or term.amplitudes is None:
         raise ValueError(f"{term.name} is not fitted")
-    columns = getattr(dataset, "columns", None)
-    if columns is None:
-        return term.contribution(dataset.conditions)
-    added: Floats = columns(term.effect, term.shape) @ np.asarray(term.amplitudes, dtype=np.float64)
+    added: Floats = dataset.columns(term.effect, term.shape) @ np.asarray(term.amplitudes, dtype=np.float64)
     return added
 
 

@@ -1,7 +1,14 @@
-"""A diagnosis as a page, figures, tables and plain data."""
+"""A diagnosis or a comparison as a page, figures, tables and plain data."""
 
-from rtec.report.diagnosis.document import diagnosis_document
-from rtec.report.diagnosis.sentence import verdict_sentence
-from rtec.report.diagnosis.terminal import diagnosis_table
+from rtec.report.diagnosis.document import comparison_document, diagnosis_document
+from rtec.report.diagnosis.sentence import comparison_sentence, verdict_sentence
+from rtec.report.diagnosis.terminal import comparison_table, diagnosis_table
 
-__all__ = ["diagnosis_document", "diagnosis_table", "verdict_sentence"]
+__all__ = [
+    "comparison_document",
+    "comparison_sentence",
+    "comparison_table",
+    "diagnosis_document",
+    "diagnosis_table",
+    "verdict_sentence",
+]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rtec.report.diagnosis.likeness import look_alikes
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 from rtec.report.folder import plain
 from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
+
+if TYPE_CHECKING:
+    from rtec.twin.compare import Comparison, Where
 
 
 def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -52,6 +55,59 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     }
     cleaned: dict[str, Any] = plain(document)
     return cleaned
+
+
+def comparison_document(comparison: Comparison) -> dict[str, Any]:
+    """Return a comparison as plain data: what ``rtec compare --json`` prints.
+
+    Parameters
+    ----------
+    comparison
+        A model against a measurement.
+
+    Returns
+    -------
+    dict
+        Lengths, forces and the like in ``unit``; what is no finite number is None.
+    """
+    shown = shown_of(comparison.dataset.units)
+    document = {
+        "rms": shown.number(comparison.rms),
+        "rms_heldout": shown.number(comparison.rms_heldout),
+        "noise_floor": shown.number(comparison.noise.floor),
+        "unit": shown.unit,
+        "rows": comparison.dataset.rows,
+        "observe": comparison.dataset.observe,
+        "source": comparison.dataset.source,
+        "effects": list(comparison.model.names),
+        "datum": shown.number(comparison.model.datum),
+        "heldout_by": comparison.heldout_by,
+        "heldout_rows": comparison.dataset.rows if comparison.heldout is None else comparison.heldout.rows,
+        "noise": noise_document(comparison.noise, shown),
+        "where": [_where(where, shown) for where in comparison.where],
+        "notes": list(comparison.dataset.notes),
+    }
+    cleaned: dict[str, Any] = plain(document)
+    return cleaned
+
+
+def _where(where: Where, shown: Shown) -> dict[str, Any]:
+    return {
+        "quantity": where.quantity,
+        "unit": where.unit,
+        "share": where.share,
+        "worst": [
+            {
+                "low": stretch.low,
+                "high": stretch.high,
+                "direction": stretch.direction,
+                "mean": shown.number(stretch.mean),
+                "rms": shown.number(stretch.rms),
+                "rows": stretch.rows,
+            }
+            for stretch in where.worst
+        ],
+    }
 
 
 def noise_document(noise: NoiseFloor, shown: Shown) -> dict[str, Any]:

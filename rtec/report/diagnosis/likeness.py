@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rtec.effects import Effect, Rival
+from rtec.effects import Effect, Rival, effect_named
 from rtec.errors import ArgumentError
 from rtec.twin.results import Candidate, Cosines
 
@@ -36,10 +36,8 @@ def look_alikes(cosines: Cosines | None) -> list[tuple[str, str, float]]:
 def effect_or_none(name: str) -> Effect | None:
     """Return the effect of that name, or None where the library has none."""
     try:
-        from rtec.effects import effect_named
-
         return effect_named(name)
-    except (ArgumentError, ImportError):
+    except ArgumentError:
         return None
 
 

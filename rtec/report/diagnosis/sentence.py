@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.likeness import tied_groups
 from rtec.report.diagnosis.quantities import Shown, rounded, shown_of, symbol
 from rtec.twin.results import Diagnosis, NoiseFloor, Unknown, Verdict
+
+if TYPE_CHECKING:
+    from rtec.twin.compare import Comparison, Stretch
+
+_WORTH_NAMING = 0.1
+"""Share of the variance from which on the quantity that it goes with is named."""
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
@@ -62,6 +69,36 @@ def floor_words(noise: NoiseFloor, shown: Shown) -> str:
     if noise.floor is None:
         return "nothing was repeated, so there is no noise floor"
     return f"the noise floor from repeats is {shown.with_unit(noise.floor)}"
+
+
+def comparison_sentence(comparison: Comparison) -> str:
+    """Return what a model leaves of a measurement in one sentence, and with what most of that goes.
+
+    Parameters
+    ----------
+    comparison
+        A model against a measurement.
+    """
+    shown = shown_of(comparison.dataset.units)
+    quantity = printable(comparison.dataset.observe).replace("_", " ")
+    names = [spoken(name) for name in comparison.model.names]
+    model = f"The model ({joined(names)})" if names else "A perfect axis"
+    most = next(iter(comparison.where), None)
+    where = ""
+    if most is not None and most.share >= _WORTH_NAMING:
+        where = f"; {most.share:.0%} of its variance goes with {printable(most.quantity).replace('_', ' ')}"
+    return (
+        f"{model} leaves {shown.with_unit(comparison.rms)} RMS of the {quantity} "
+        f"(held out {shown.with_unit(comparison.rms_heldout)}); {floor_words(comparison.noise, shown)}{where}."
+    )
+
+
+def stretch_words(stretch: Stretch, unit: str) -> str:
+    """Return where a stretch is: its limits with their unit, and the direction where it has one."""
+    low, high = f"{stretch.low:.5g}", f"{stretch.high:.5g}"
+    place = (low if low == high else f"{low} to {high}").replace("-", "−")
+    words = f"{place} {symbol(unit)}".rstrip()
+    return words + {1: ", forward", -1: ", reverse"}.get(stretch.direction, "")
 
 
 def heldout_words(heldout_by: str) -> str:

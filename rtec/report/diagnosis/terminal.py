@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rich.box import SIMPLE
 from rich.console import Group
 from rich.table import Table
@@ -9,8 +11,11 @@ from rich.text import Text
 
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_of
-from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
+from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words
 from rtec.twin.results import Diagnosis, Verdict
+
+if TYPE_CHECKING:
+    from rtec.twin.compare import Comparison
 
 _STYLES = {
     Verdict.NAMED: "bold green",
@@ -45,6 +50,34 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     if diagnosis.experiment.text:
         parts.append(Text.assemble(("Measure next: ", "bold"), printable(diagnosis.experiment.text)))
     return Group(*parts)
+
+
+def comparison_table(comparison: Comparison) -> Group:
+    """Return with what the residual goes and where it is worst; the sentence is not part of it.
+
+    It fits 80 columns.
+
+    Parameters
+    ----------
+    comparison
+        A model against a measurement.
+    """
+    shown = shown_of(comparison.dataset.units)
+    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column("what is left goes with", overflow="fold")
+    table.add_column("share", justify="right", no_wrap=True)
+    table.add_column("worst at", overflow="fold")
+    table.add_column(f"mean there ({shown.symbol})", justify="right")
+    for where in comparison.where:
+        worst = where.worst[0] if where.worst else None
+        table.add_row(
+            Text(printable(where.quantity).replace("_", " ")),
+            f"{where.share:.0%}",
+            Text("" if worst is None else stretch_words(worst, where.unit)),
+            "" if worst is None else shown.text(worst.mean),
+        )
+    by = Text(f"held out {heldout_words(comparison.heldout_by)}", style="dim")
+    return Group(table, by) if comparison.where else Group(by)
 
 
 def _steps(diagnosis: Diagnosis, shown: Shown) -> Table:

@@ -1,0 +1,183 @@
+"""Spectra of what was there before and of what is left, with the level that noise alone does not reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rtec.effects import Conditions, Floats
+from rtec.report.diagnosis.quantities import rounded, shown_of, symbol
+from rtec.report.diagnosis.readings import FORWARD, NEUTRAL, period_of, residual
+from rtec.report.diagnosis.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
+from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
+from rtec.twin.dataset import Dataset
+from rtec.twin.model import Model
+from rtec.twin.results import NoiseFloor
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_REGULAR = 0.05
+"""Share of the median gap by which the gaps of regular targets may differ."""
+_LINES_PER_SPAN = 2000
+"""Periods over the span that the spectrum of a moving log goes up to."""
+_COLUMNS = 1200
+_FEWEST = 8
+_ROOM = 1.15
+_MOST_MARKS = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Axis:
+    """What a spectrum is taken over, and what the places allow."""
+
+    x: Floats
+    label: str
+    factor: float
+    """From cycles per unit of ``x`` to the unit of the label."""
+    top: float
+    nyquist: float | None
+    step: float | None
+    """Of regular targets."""
+    spacing: float
+    lines: tuple[tuple[float, str], ...]
+
+
+def spectra_figure(dataset: Dataset, before: Model | None, after: Model, noise: NoiseFloor) -> Figure | None:
+    """Return spectra over position and, where there is time beside it, over time; None for very few places."""
+    c = dataset.coordinates
+    found = [axis for axis in (_over_position(c, after), _over_time(c)) if axis is not None]
+    if not found:
+        return None
+    shown = shown_of(dataset.units)
+    left = [("left by the model", FORWARD, residual(dataset, after) * shown.factor)]
+    if before is not None:
+        left.insert(0, ("before", NEUTRAL, residual(dataset, before) * shown.factor))
+    figure = new_figure(3.3 * len(found) + 0.4)
+    panels = figure.subplots(len(found), 1, squeeze=False)[:, 0]
+    for axes, axis in zip(panels, found, strict=True):
+        _panel(axes, axis, left, noise, shown.factor)
+        axes.set_ylabel(f"amplitude ({shown.symbol})")
+    legend_above(figure, panels[0], 4)
+    return figure
+
+
+def _over_position(c: Conditions, model: Model) -> _Axis | None:
+    places = c.places
+    if places.size < _FEWEST:
+        return None
+    gaps = np.diff(places)
+    step = float(np.median(gaps))
+    regular = bool(np.abs(gaps - step).max() < _REGULAR * step)
+    held = not c.moving
+    spaced = step if regular else c.span / (places.size - 1)
+    lines = _found_lines(model, symbol(c.position_unit))
+    wanted = (1.0 - 0.5 / places.size) / spaced if held else min(_LINES_PER_SPAN / c.span, 0.5 / spaced)
+    if not (held and regular):  # places that are not regular show lines beyond, too
+        wanted = max([wanted, *(_ROOM * line for line, _ in lines)])
+    per, factor = (
+        ("cycles per turn", 360.0) if c.position_unit == "deg" else (f"cycles/{symbol(c.position_unit)}", 1.0)
+    )
+    label = "frequency in time (Hz)" if c.time_is_coordinate else f"frequency along the axis ({per})"
+    moves = np.abs(np.diff(c.position))
+    return _Axis(
+        x=c.position,
+        label=label,
+        factor=factor,
+        top=highest_frequency(c.span, wanted),
+        nyquist=0.5 / spaced if held else None,
+        step=step if regular and held else None,
+        spacing=float(np.median(moves[moves > 0])),
+        lines=lines,
+    )
+
+
+def _found_lines(model: Model, unit: str) -> tuple[tuple[float, str], ...]:
+    """Return frequency and label of every harmonic of the model's periodic effects."""
+    lines = []
+    for term in model.terms:
+        period = period_of(term)
+        if term.fitted and period is not None:
+            harmonics = int(getattr(term.shape, "harmonics", 1))
+            for h in range(1, harmonics + 1):
+                name = f"{rounded(period, 4)} {unit}" if h == 1 else f"{h}×"
+                lines.append((h / period, name))
+    return tuple(lines)
+
+
+def _over_time(c: Conditions) -> _Axis | None:
+    if c.time_s is None or c.time_is_coordinate or np.ptp(c.time_s) <= 0 or c.rows < _FEWEST:
+        return None
+    gaps = np.diff(np.unique(c.time_s))
+    step = float(np.median(gaps))
+    slow = 0.5 / step < 0.1
+    return _Axis(
+        x=c.time_s,
+        label=f"frequency in time ({'mHz' if slow else 'Hz'})",
+        factor=1e3 if slow else 1.0,
+        top=highest_frequency(float(np.ptp(c.time_s)), 0.5 / step),
+        nyquist=None,
+        step=None,
+        spacing=step,
+        lines=(),
+    )
+
+
+def _panel(axes: Axes, axis: _Axis, left: list[tuple[str, str, Floats]], noise: NoiseFloor, factor: float) -> None:
+    lowest, highest = np.inf, 0.0
+    for label, colour, values in left:
+        found = _thinned(spectrum(axis.x, values, axis.top))
+        axes.plot(found.frequency * axis.factor, found.amplitude, color=colour, linewidth=1.0, label=label)
+        highest = max(highest, float(found.amplitude.max()))
+        lowest = min(lowest, float(np.median(found.amplitude)))
+    aliased_from = axis.nyquist if axis.step is not None and axis.nyquist is not None else axis.top
+    level = factor * threshold(found.frequency, noise, rows=axis.x.size,
+                               resolved=aliased_from * float(np.ptp(axis.x)), spacing=axis.spacing)  # fmt: skip
+    axes.plot(found.frequency * axis.factor, level, color=ALARM, linestyle=(0, (5, 2)), linewidth=1.2,
+              label=f"noise alone passes it anywhere with p = {PROBABILITY:g}")  # fmt: skip
+    highest = max(highest, float(level.max()), 1e-12)
+    bottom = max(min(lowest, float(level.min())) / 4.0, highest * 1e-5)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))
+    axes.set_ylim(bottom, highest * (highest / bottom) ** 0.28)
+    axes.set_xlim(0.0, axis.top * axis.factor)
+    axes.set_xlabel(axis.label)
+    _marks(axes, axis)
+
+
+def _thinned(found: Spectrum) -> Spectrum:
+    """Return the largest amplitude of each stretch, where there are more frequencies than a figure can show."""
+    if found.frequency.size <= 2 * _COLUMNS:
+        return found
+    starts = np.unique(np.linspace(0, found.frequency.size, _COLUMNS, endpoint=False).astype(np.int64))
+    peaks = np.maximum.reduceat(found.amplitude, starts)
+    where = np.append(starts[1:], found.frequency.size) - 1
+    return Spectrum(frequency=(found.frequency[starts] + found.frequency[where]) / 2, amplitude=peaks)
+
+
+def _marks(axes: Axes, axis: _Axis) -> None:
+    """Mark the model's lines, their aliases, and the frequency beyond which targets show everything twice."""
+    if axis.nyquist is not None and axis.nyquist < axis.top:
+        axes.axvspan(axis.nyquist * axis.factor, axis.top * axis.factor, color="#000000", alpha=0.05, linewidth=0)
+        words = "beyond the Nyquist limit of the targets" + (
+            ": everything is mirrored" if axis.step is not None else "' mean distance"
+        )
+        _word(axes, axis.nyquist * axis.factor, 0.99, f" {words}", "left", "top", INK)
+    place = axes.get_xaxis_transform()
+    for frequency, name in axis.lines[:_MOST_MARKS]:
+        if frequency <= axis.top:
+            axes.plot(frequency * axis.factor, 0.82, marker="v", color=INK, markersize=5, transform=place)
+            _word(axes, frequency * axis.factor, 0.85, name, "center", "bottom", INK)
+        if axis.step is not None:
+            for alias in mirrored(frequency, axis.step, axis.top):
+                axes.plot(alias * axis.factor, 0.82, marker="v", color=INK, markersize=5, markerfacecolor="white",
+                          transform=place)  # fmt: skip
+                _word(axes, alias * axis.factor, 0.85, f"alias of {name}", "center", "bottom", "#666666")
+
+
+def _word(axes: Axes, x: float, height: float, text: str, across: str, up: str, colour: str) -> None:
+    axes.annotate(text, (x, height), xycoords=axes.get_xaxis_transform(), ha=across, va=up, fontsize=8.0,
+                  color=colour)  # fmt: skip

@@ -1,0 +1,236 @@
+"""Readings as pictures show them: by direction, against what they may depend on, few enough to draw."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects import SAME, Conditions, Floats
+from rtec.report.diagnosis.quantities import symbol
+from rtec.twin.dataset import Dataset
+from rtec.twin.model import Model, Term
+from rtec.twin.prediction import dataset_prediction
+
+FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
+"""Of the palette of Okabe and Ito (2008), as in the other figures."""
+BAND = "#dcdcdc"
+MOST_DOTS = 4000
+"""Readings that a panel draws; of more, so many are chosen at random, the same in every run."""
+MOST_POINTS = 1500
+"""Points of a line; a longer one is drawn as the range of each stretch."""
+_DISTINCT = 60
+_FEWEST_IN_GROUP = 4
+_GROUPS = (5, 40)
+_IN_GROUP = 10
+_EVEN = 0.3
+"""Share of the mean gap that the gaps between distinct values have at least, to be groups of their own."""
+_IN_FIGURES = frozenset("µ°±−²³·–…")
+Rows = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Way:
+    """The readings of one direction and how they are drawn."""
+
+    label: str
+    colour: str
+    marker: str
+    dash: str
+    rows: Mask
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Abscissa:
+    """Something that the residual may depend on, with a label that carries its unit."""
+
+    name: str
+    label: str
+    values: Floats
+
+
+def residual(dataset: Dataset, model: Model) -> Floats:
+    """Return what a model leaves, shape (rows,); about the mean where the model is not fitted."""
+    if all(term.fitted for term in model.terms) and (model.terms or model.datum):
+        return dataset.observed - dataset_prediction(dataset, model)
+    return dataset.observed - float(np.mean(dataset.observed))
+
+
+def ways(conditions: Conditions) -> list[Way]:
+    """Return the readings by direction; in one group where directions are not known or only one occurs."""
+    everything = np.ones(conditions.rows, dtype=np.bool_)
+    if not conditions.both_directions or conditions.direction is None:
+        return [Way(label="readings", colour=FORWARD, marker="o", dash="-", rows=everything)]
+    found = [
+        Way(label="forward", colour=FORWARD, marker="^", dash="-", rows=conditions.direction > 0),
+        Way(label="reverse", colour=REVERSE, marker="v", dash="--", rows=conditions.direction < 0),
+        Way(label="at rest", colour=NEUTRAL, marker="o", dash=":", rows=conditions.direction == 0),
+    ]
+    return [way for way in found if way.rows.any()]
+
+
+def figure_text(text: str, most: int = 40) -> str:
+    r"""Return text that a figure can show as it stands: no sign that its font lacks or that means something to it.
+
+    Examples
+    --------
+    >>> figure_text("temperature_nut"), figure_text("$\\frac{温")
+    ('temperature_nut', '__frac{_')
+    """
+    known = (s if (s.isascii() and s.isprintable() and s not in "$\\") or s in _IN_FIGURES else "_" for s in text)
+    kept = "".join(known)
+    return kept if len(kept) <= most else kept[: most - 1] + "…"
+
+
+def position_label(conditions: Conditions) -> str:
+    """Return the label of the axis of positions, which is time where the file has no position."""
+    name = "time" if conditions.time_is_coordinate else "position"
+    return f"{name} ({symbol(conditions.position_unit)})"
+
+
+def per_time(unit: str, power: int = 1) -> str:
+    """Return a unit divided by seconds.
+
+    Examples
+    --------
+    >>> per_time("mm"), per_time("deg", 2)
+    ('mm/s', 'deg/s²')
+    """
+    return f"{symbol(unit)}/s" + ("²" if power == 2 else "")
+
+
+def clock(conditions: Conditions) -> Abscissa:
+    """Return time in a unit that suits its span, or row order where there is no time."""
+    if conditions.time_s is None:
+        return Abscissa(name="order", label="row order (no time in the file)", values=conditions.order)
+    span = float(np.ptp(conditions.time_s))
+    unit, seconds = ("h", 3600.0) if span > 3 * 3600 else ("min", 60.0) if span > 600 else ("s", 1.0)
+    return Abscissa(name="time", label=f"time ({unit})", values=conditions.time_s / seconds)
+
+
+def phase(conditions: Conditions, period: float) -> Abscissa:
+    """Return the place within a period, in turns of it."""
+    turns = conditions.position / period
+    unit = symbol(conditions.position_unit)
+    label = f"phase within the period of {period:.5g} {unit} (turns)"
+    return Abscissa(name="phase", label=label, values=turns - np.floor(turns))
+
+
+def abscissas(conditions: Conditions, periods: tuple[float, ...] = ()) -> list[Abscissa]:
+    """Return everything that there is a column for: position, velocity, time, temperature, reversal, phase."""
+    c, unit = conditions, symbol(conditions.position_unit)
+    found = [Abscissa(name="position", label=position_label(c), values=c.position)]
+    if not c.time_is_coordinate:
+        found.append(clock(c))
+    if c.velocity is not None:
+        found.append(Abscissa(name="velocity", label=f"velocity ({per_time(unit)})", values=c.velocity))
+    if c.acceleration is not None:
+        label = f"acceleration ({per_time(unit, 2)})"
+        found.append(Abscissa(name="acceleration", label=label, values=c.acceleration))
+    for name, values in c.temperatures.items():
+        found.append(Abscissa(name=name, label=f"{figure_text(name.replace('_', ' '))} (°C)", values=values))
+    if c.since_reversal is not None and c.both_directions:
+        label = f"distance since the last reversal ({unit})"
+        found.append(Abscissa(name="since_reversal", label=label, values=c.since_reversal))
+    found += [phase(c, period) for period in periods if period > 0]
+    return [one for one in found if float(np.ptp(one.values)) > 0.0]
+
+
+def periods_of(model: Model, conditions: Conditions, unknown: float | None, most: int = 2) -> tuple[float, ...]:
+    """Return the periods that are worth a look: found ones first, else stated ones, else that of what is unknown."""
+    found = [period for period in map(period_of, model.terms) if period is not None]
+    stated = [conditions.screw_pitch, conditions.signal_period, conditions.revolution]
+    named = [
+        period for period in (unknown, *(found or stated)) if period is not None and 0 < period < conditions.span
+    ]
+    return tuple(dict.fromkeys(named))[:most]
+
+
+def period_of(term: Term) -> float | None:
+    """Return the period of a periodic effect, in position units."""
+    period = getattr(term.shape, "period", None)
+    return float(period) if isinstance(period, float) and math.isfinite(period) and period > 0 else None
+
+
+def some_rows(rows: Mask, most: int = MOST_DOTS) -> Rows:
+    """Return the numbers of the rows, or of ``most`` of them chosen at random, in order."""
+    numbers = np.flatnonzero(rows)
+    if numbers.size <= most:
+        return numbers
+    return np.sort(np.random.default_rng(0).choice(numbers, most, replace=False))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Smoothed:
+    """Means over groups of neighbours, with two standard errors as if readings were independent."""
+
+    at: Floats
+    mean: Floats
+    band: Floats
+
+
+def smoothed(x: Floats, y: Floats) -> Smoothed:
+    """Return the mean of ``y`` at each distinct ``x``, or over groups of equal numbers of neighbours.
+
+    Distinct values are groups where they are few, evenly spread and repeated.
+
+    Examples
+    --------
+    >>> s = smoothed(np.array([1.0, 2.0] * 4), np.array([1.0, 5.0, 3.0, 5.0, 1.0, 5.0, 3.0, 5.0]))
+    >>> s.at.tolist(), s.mean.tolist(), s.band.round(2).tolist()
+    ([1.0, 2.0], [2.0, 5.0], [1.15, 0.0])
+    """
+    return _grouped(x, y, places=False)
+
+
+def smoothed_places(x: Floats, y: Floats) -> Smoothed:
+    """Return the mean of ``y`` at each distinct ``x``, however many there are."""
+    return _grouped(x, y, places=True)
+
+
+def _grouped(x: Floats, y: Floats, *, places: bool) -> Smoothed:
+    order = np.argsort(x, kind="stable")
+    x, y = x[order], y[order]
+    tolerance = SAME * float(x[-1] - x[0])
+    starts = np.flatnonzero(np.append(True, np.diff(x) > tolerance))
+    if not places and not _are_groups(x, starts):
+        groups = min(max(x.size // _IN_GROUP, _GROUPS[0]), _GROUPS[1], x.size)
+        starts = np.unique(np.linspace(0, x.size, groups, endpoint=False).astype(np.int64))
+    count = np.diff(np.append(starts, x.size))
+    mean = np.add.reduceat(y, starts) / count
+    scatter = np.add.reduceat((y - np.repeat(mean, count)) ** 2, starts) / np.maximum(count - 1, 1)
+    return Smoothed(at=np.add.reduceat(x, starts) / count, mean=mean, band=2.0 * np.sqrt(scatter / count))
+
+
+def _are_groups(x: Floats, starts: Rows) -> bool:
+    if starts.size > _DISTINCT or x.size < _FEWEST_IN_GROUP * starts.size:
+        return False
+    gaps = np.diff(x[starts])
+    return bool(gaps.size == 0 or gaps.min() > _EVEN * gaps.mean())
+
+
+def outline(x: Floats, y: Floats, most: int = MOST_POINTS) -> tuple[Floats, Floats]:
+    """Return a line with at most twice ``most`` points that keeps every peak: least and largest of each stretch.
+
+    Parameters
+    ----------
+    x
+        Ascending, shape (points,).
+    y
+        Shape (points,).
+    most
+        Stretches.
+
+    Examples
+    --------
+    >>> outline(np.arange(6.0), np.array([0.0, 9.0, 0.0, 0.0, -9.0, 0.0]), 2)[1].tolist()
+    [0.0, 9.0, -9.0, 0.0]
+    """
+    if x.size <= 2 * most:
+        return x, y
+    starts = np.unique(np.linspace(0, x.size, most, endpoint=False).astype(np.int64))
+    low, high = np.minimum.reduceat(y, starts), np.maximum.reduceat(y, starts)
+    return np.repeat(x[starts], 2), np.stack([low, high], axis=1).reshape(-1)
