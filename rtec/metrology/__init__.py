@@ -5,7 +5,7 @@ from rtec.metrology.figures import UNITS, Coordinate, PositioningFigures, Target
 from rtec.metrology.iso230 import positioning_figures
 from rtec.metrology.laser_file import is_laser_file, read_laser_file, write_laser_file
 from rtec.metrology.load import PositioningTest, read_positioning_test
-from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.measurement import Column, Measurement, direction_of_motion, measurement_of_readings
 from rtec.metrology.measurement_csv import read_measurement, write_measurement
 from rtec.metrology.measuring_plan import AxisMeasure, InchMode, MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_program import (
@@ -44,6 +44,7 @@ __all__ = [
     "StopKind",
     "TargetFigures",
     "cyclic_error",
+    "direction_of_motion",
     "is_laser_file",
     "measurement_of_readings",
     "measuring_program",

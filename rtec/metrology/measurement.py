@@ -190,12 +190,7 @@ class Measurement:
         return float(text)
 
     def _direction_of_motion(self, target: Floats, run: Floats) -> Floats:
-        step = np.zeros(target.size)
-        same_run = run[1:] == run[:-1]
-        step[1:][same_run] = np.sign(np.diff(target))[same_run]
-        starts = np.flatnonzero(np.concatenate(([True], ~same_run)))
-        for first, last in zip(starts, [*starts[1:], target.size], strict=True):
-            step[first:last] = _fill_rests(step[first:last])
+        step = direction_of_motion(target, run)
         if not step.all():
             what = (
                 "nothing moves" if not step.any() else f"nothing moves in run {run[np.flatnonzero(step == 0)[0]]:g}"
@@ -204,6 +199,35 @@ class Measurement:
                 self.source, None, f"no direction column, and {what}", "a column 'direction' of +1, -1"
             )
         return step
+
+
+def direction_of_motion(target: Floats, run: Floats | NDArray[np.int64]) -> Floats:
+    """Return the sign of the motion to each reading within its run.
+
+    Parameters
+    ----------
+    target, run
+        Shape (rows,), in the order of the readings.
+
+    Returns
+    -------
+    ndarray
+        Shape (rows,): +1 or −1. The first reading of a run, and one at the target of the reading before, take the
+        sign of the motion that follows (the axis has overshot and turned), the last ones of the motion before; 0
+        throughout a run in which nothing moves.
+
+    Examples
+    --------
+    >>> direction_of_motion(np.array([0.0, 1, 2, 2, 1]), np.ones(5)).tolist()
+    [1.0, 1.0, 1.0, -1.0, -1.0]
+    """
+    step = np.zeros(target.size)
+    same_run = run[1:] == run[:-1]
+    step[1:][same_run] = np.sign(np.diff(target))[same_run]
+    starts = np.flatnonzero(np.concatenate(([True], ~same_run)))
+    for first, last in zip(starts, [*starts[1:], target.size], strict=True):
+        step[first:last] = _fill_rests(step[first:last])
+    return step
 
 
 def _refuse_mixture(source: str, target_unit: str, other: str, other_unit: str) -> None:

@@ -120,8 +120,8 @@ def local_derivatives(time_s: Floats, values: Floats) -> tuple[Floats, Floats]:
     Returns
     -------
     tuple of ndarray
-        Each of shape (rows,): of the parabola that fits the 21 nearest rows best (all rows, where there are fewer), at
-        the actual times.
+        Each of shape (rows,): of the parabola that fits the 21 nearest rows best (all rows, where there are fewer),
+        at the actual times.
 
     Examples
     --------

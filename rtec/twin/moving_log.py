@@ -1,0 +1,198 @@
+"""Logs of a moving axis: told from readings at rest, freed of wraps and of the motion before the test began."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects.conditions import Floats
+from rtec.twin.drive_signals import local_derivatives
+
+Ints = NDArray[np.int64]
+
+_FEWEST_ROWS = 20
+_FASTEST_TEST_S = 0.05
+"""No axis goes to a target, settles and is read twenty times a second."""
+_SLOWEST_LOG_S = 1.0
+_SMALL_STEP = 0.01
+"""Share of the span: a test that reads faster than once a second has no hundred targets on the way."""
+_UNEVEN = 3.0
+"""Largest ratio of intervals (5 % to 95 %) of what still is a sampled log."""
+_GAP = 5.0
+"""Median intervals after which a log begins again."""
+_STEADY = 0.05
+"""Departure from a straight line, as a share of the way, of a run at constant speed."""
+_FAR = 5.0
+"""How many times faster, or farther off its line, than ever later the axis is in a transient."""
+
+
+def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: bool) -> bool:
+    """Return whether a file is a log of a moving axis, and not readings at rest.
+
+    Parameters
+    ----------
+    time_s
+        Shape (rows,); None where there is no time.
+    position, run
+        Shape (rows,).
+    has_velocity
+        Whether there is a column ``velocity``.
+
+    Notes
+    -----
+    The rule:
+
+    - a ``velocity`` column says that the axis moves (a ``feed`` column does not: it tells how a target was
+      approached);
+    - else a log has a time, at least twenty rows, positions that change, and intervals within its runs that are
+      nearly even (from their 5th to their 95th percentile less than 3 to 1), with a median
+    - below 50 ms: no axis goes to a target, settles and is read twenty times a second;
+    - or below 1 s, where half of the steps that are steps at all stay below 1 % of the span.
+
+    Everything else is readings at rest: also a test with a time column in which minutes pass between targets.
+
+    Examples
+    --------
+    >>> t, run = np.arange(100) * 0.01, np.ones(100, dtype=np.int64)
+    >>> is_moving(t, np.sin(t), run, False), is_moving(t * 1000, np.sin(t), run, False)
+    (True, False)
+    """
+    if has_velocity:
+        return True
+    same_run = run[1:] == run[:-1]
+    if time_s is None or time_s.size < _FEWEST_ROWS or not same_run.any() or np.ptp(position) == 0.0:
+        return False
+    low, median, high = np.percentile(np.diff(time_s)[same_run], [5, 50, 95])
+    if not 0.0 <= high < _UNEVEN * max(low, median / _UNEVEN) or not 0.0 < median < _SLOWEST_LOG_S:
+        return False
+    steps = np.abs(np.diff(position)[same_run])
+    return bool(median < _FASTEST_TEST_S or np.median(steps[steps > 0]) < _SMALL_STEP * np.ptp(position))
+
+
+def unwrapped(angle: Floats, turn: float) -> Floats:
+    """Return the angle of a single-turn encoder in a log without its jumps at the end of a turn.
+
+    Parameters
+    ----------
+    angle
+        Shape (rows,), in the unit of ``turn``; what does not stay within one turn is no single-turn counter and comes
+        back as it is.
+    turn
+        A whole turn.
+
+    Examples
+    --------
+    >>> unwrapped(np.array([8190.0, 8191.0, 0.0, 1.0]), 8192.0).tolist()
+    [8190.0, 8191.0, 8192.0, 8193.0]
+    """
+    if np.ptp(angle) > turn or angle.size < 2 or np.abs(np.diff(angle)).max() <= turn / 2:
+        return angle
+    straight: Floats = np.unwrap(angle, period=turn)
+    return straight
+
+
+def stretches_of(time_s: Floats, run: Ints) -> list[tuple[int, int]]:
+    """Return first row and end of each stretch without a gap: a new run, or five median intervals, begin another.
+
+    Examples
+    --------
+    >>> stretches_of(np.array([0.0, 1, 2, 3, 30, 31]), np.ones(6, dtype=np.int64))
+    [(0, 4), (4, 6)]
+    """
+    steps, same_run = np.diff(time_s), run[1:] == run[:-1]
+    usual = float(np.median(steps[same_run])) if same_run.any() else 0.0
+    new = ~same_run | (steps > _GAP * usual)
+    return list(itertools.pairwise([0, *(np.flatnonzero(new) + 1).tolist(), time_s.size]))
+
+
+def even_rate(time_s: Floats, stretches: list[tuple[int, int]]) -> float | None:
+    """Return the sampling rate of an evenly sampled log in Hz, or None where it is not.
+
+    Notes
+    -----
+    Even: no time is farther from a regular grid than a tenth of the interval, or half of the last digit in which the
+    file writes its times.
+
+    Examples
+    --------
+    >>> even_rate(np.array([0.0, 0.333, 0.667, 1.0]), [(0, 4)])
+    3.0
+    >>> even_rate(np.array([0.0, 0.1, 0.31, 0.4]), [(0, 4)]) is None
+    True
+    """
+    longest = max(end - begin for begin, end in stretches)
+    if longest < 2:
+        return None
+    rows = sum(end - begin - 1 for begin, end in stretches)
+    interval = sum(float(time_s[end - 1] - time_s[begin]) for begin, end in stretches) / max(rows, 1)
+    if interval <= 0.0:
+        return None
+    tolerance = max(0.1 * interval, 0.51 * _last_digit(time_s, interval))
+    for begin, end in stretches:
+        grid = time_s[begin] + interval * np.arange(end - begin)
+        off = time_s[begin:end] - grid
+        if np.ptp(off) > 2.0 * tolerance:
+            return None
+    return 1.0 / interval
+
+
+def _last_digit(time_s: Floats, interval: float) -> float:
+    """Return the decimal step in which times are written, at most one interval."""
+    few = time_s[:: max(1, time_s.size // 1000)]
+    for digits in range(7):
+        step = 10.0**-digits
+        if step <= interval and np.abs(few - np.round(few, digits)).max() <= 1e-3 * step:
+            return step
+    return 0.0
+
+
+def transient_rows(time_s: Floats, position: Floats) -> int:
+    """Return how many rows at the start of a run at constant speed belong to the motion before it (homing).
+
+    Parameters
+    ----------
+    time_s, position
+        Shape (rows,), of one stretch; unwrapped.
+
+    Returns
+    -------
+    int
+        0 where there is no transient, or where the log is no run at constant speed.
+
+    Notes
+    -----
+    A log is a run at constant speed where a straight line through the second half of its rows is nowhere farther off
+    than 5 % of the way. The range of the velocity there (local parabolas through 21 rows), widened by a tenth on both
+    sides, is the usual range. The transient lasts as long as the velocity, in the first quarter of the rows, still
+    leaves the usual range, and a tenth of that time more, in which the axis rings. It counts as one only if in it the
+    axis is five times faster, or five times farther off the line, than ever in the second half: slip from one cogging
+    position to the next is part of the run.
+
+    Examples
+    --------
+    >>> t = np.arange(400) * 0.01
+    >>> transient_rows(t, t + 100 * np.exp(-t / 0.02)), transient_rows(t, t + 0.1 * np.sin(9 * t))
+    (53, 0)
+    """
+    half = time_s.size // 2
+    if half < _FEWEST_ROWS or time_s[-1] <= time_s[half]:
+        return 0
+    line = np.polyfit(time_s[half:] - time_s[half], position[half:], 1)
+    off = np.abs(position - np.polyval(line, time_s - time_s[half]))
+    way = abs(line[0]) * (time_s[-1] - time_s[half])
+    if way == 0.0 or off[half:].max() > _STEADY * way:
+        return 0
+    velocity, _ = local_derivatives(time_s, position)
+    low, high = velocity[half:].min(), velocity[half:].max()
+    margin = 0.1 * (high - low) + 1e-6 * abs(line[0])
+    early = velocity[: time_s.size // 4]
+    unusual = np.flatnonzero((early < low - margin) | (early > high + margin))
+    if unusual.size == 0:
+        return 0
+    until = time_s[0] + 1.1 * (time_s[unusual[-1]] - time_s[0])
+    rows = int(np.searchsorted(time_s, until, side="right"))
+    fast = np.abs(velocity[:rows]).max() > _FAR * np.abs(velocity[half:]).max()
+    away = off[:rows].max() > _FAR * max(float(off[half:].max()), 1e-6 * way)
+    return rows if fast or away else 0
