@@ -1,0 +1,64 @@
+"""What is hidden: its name, its numbers and how strong it is; and who decides how strong a unit of it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.blind.plan import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number of a hidden effect, as people read it."""
+
+    name: str
+    value: float
+    unit: str
+    scales: bool = False
+    """Proportional to the strength of the effect; given for unit strength until that is known."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hidden:
+    """An effect that was hidden.
+
+    Parameters
+    ----------
+    name
+        As in the library of effects, or a name of its own for what lies outside.
+    description
+        What it does physically.
+    parameters
+        Its numbers.
+    rms_sigma
+        RMS of its contribution over the readings, mean removed, in units of the repeat noise.
+    """
+
+    name: str
+    description: str
+    parameters: tuple[Parameter, ...]
+    rms_sigma: float
+
+
+def rms(values: Floats) -> float:
+    """Return the RMS of ``values`` about their mean.
+
+    Examples
+    --------
+    >>> rms(np.array([1.0, 3.0]))
+    1.0
+    """
+    return float(np.std(values))
+
+
+def scaled(parameters: tuple[Parameter, ...], factor: float) -> tuple[Parameter, ...]:
+    """Return the parameters of an effect that is ``factor`` times as strong.
+
+    Examples
+    --------
+    >>> scaled((Parameter("play", 2.0, "um", scales=True), Parameter("period", 5.0, "mm")), 1.5)[0].value
+    3.0
+    """
+    return tuple(Parameter(p.name, p.value * factor if p.scales else p.value, p.unit, p.scales) for p in parameters)

@@ -1,0 +1,253 @@
+"""What the game measures: targets, order of the readings, feeds, dwells, and which columns the file holds."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError, nearest
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+PITCH_MM = 5.0
+"""Of the screw that drives the axis; stated in every file."""
+SIGNAL_PERIOD_MM = 2.0
+"""Of the magnetic scale's signal; stated in every file."""
+PROGRAM_STEP_MM = 0.001
+"""Resolution of the control: targets are whole numbers of it."""
+
+
+class Passes(enum.Enum):
+    """In which directions the targets are visited in each run."""
+
+    BOTH = "forth and back"
+    FORWARD = "forward only"
+
+
+class Spacing(enum.Enum):
+    """How the targets lie."""
+
+    EVEN = "even but for small offsets"
+    DENSE_AT_ENDS = "dense just after the reversals"
+
+
+class Heating(enum.Enum):
+    """What the temperature does."""
+
+    NONE = "steady"
+    COLD_AND_HOT = "runs cold and hot in turn"
+    ONE_RISE = "rising all the time"
+
+
+class Reading(enum.Enum):
+    """When the laser reads."""
+
+    AT_REST = "at rest at each target"
+    MOVING = "at equal times while the axis moves"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """A measuring plan of the game.
+
+    Parameters
+    ----------
+    name
+        In `PLANS`.
+    reading
+        At rest at targets, or in motion.
+    runs
+        Number of runs; of a moving log, repetitions of the program.
+    targets
+        Of one pass; moves of one repetition of a moving log.
+    start_mm, span_mm
+        First target, and distance to the last.
+    passes, spacing, heating
+        How the targets are visited, how they lie, what the temperature does.
+    overshoot_mm
+        How far the axis goes beyond the ends before it turns.
+    feeds_mm_s
+        Of the runs in turn; of the moves of a moving log in turn.
+    dwell_s
+        Rest at each target.
+    turn_dwells_s
+        Shortest and longest rest before a reversal; each run has another one.
+    columns
+        Of the file beyond run, direction, target and actual: ``time``, ``feed``, ``velocity``, ``dwell``,
+        ``temperature``.
+    sigma_um
+        Standard deviation of the repeat noise.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+
+    Examples
+    --------
+    >>> PLANS["base"].readings
+    210
+    """
+
+    name: str
+    reading: Reading = Reading.AT_REST
+    runs: int = 5
+    targets: int = 21
+    start_mm: float = 20.0
+    span_mm: float = 400.0
+    passes: Passes = Passes.BOTH
+    spacing: Spacing = Spacing.EVEN
+    heating: Heating = Heating.NONE
+    overshoot_mm: float = 2.0
+    feeds_mm_s: tuple[float, ...] = (40.0,)
+    dwell_s: float = 6.0
+    turn_dwells_s: tuple[float, float] = (2.0, 60.0)
+    columns: tuple[str, ...] = ("time",)
+    sigma_um: float = 2.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        whole_within("runs", self.runs, 1, 99)
+        whole_within("targets", self.targets, 2, 2000)
+        number_within("start_mm", self.start_mm, 5.0, 1e4, unit="mm")
+        number_within("span_mm", self.span_mm, 10.0, 1e4, unit="mm")
+        number_within("overshoot_mm", self.overshoot_mm, 0.5, self.start_mm / 2.0, unit="mm")
+        for feed in self.feeds_mm_s:
+            number_within("feeds_mm_s", feed, 1.0, 90.0, unit="mm/s")
+        number_within("dwell_s", self.dwell_s, 2.0, 100.0, unit="s")
+        for dwell in self.turn_dwells_s:
+            number_within("turn_dwells_s", dwell, 1.0, 1000.0, unit="s")
+        number_within("sigma_um", self.sigma_um, 0.1, 100.0, unit="um")
+
+    @property
+    def readings(self) -> int:
+        """Number of readings at rest."""
+        return self.runs * self.targets * (2 if self.passes is Passes.BOTH else 1)
+
+    @property
+    def end_mm(self) -> float:
+        """Where the last target would lie without its offset."""
+        return self.start_mm + self.span_mm
+
+
+_BASE = Plan(name="base")
+_ALL = (
+    _BASE,
+    Plan(name="dwell", columns=("time", "dwell")),
+    Plan(name="temperature", heating=Heating.COLD_AND_HOT, columns=("time", "temperature")),
+    Plan(name="dense", spacing=Spacing.DENSE_AT_ENDS),
+    Plan(name="single_pass", runs=1, passes=Passes.FORWARD),
+    Plan(name="one_feed", columns=("time", "feed")),
+    Plan(name="turned_once", runs=1),
+    Plan(
+        name="one_heating",
+        runs=1,
+        passes=Passes.FORWARD,
+        heating=Heating.ONE_RISE,
+        columns=("time", "temperature"),
+    ),
+)
+PLANS: Mapping[str, Plan] = MappingProxyType({plan.name: plan for plan in _ALL})
+"""The plans by name: good ones, and the poor ones on which effects look alike."""
+
+
+def plan_named(name: str) -> Plan:
+    """Return a plan by its name.
+
+    Raises
+    ------
+    ArgumentError
+        No plan has this name; the nearest is suggested.
+
+    Examples
+    --------
+    >>> plan_named("turned_once").runs
+    1
+    """
+    if name not in PLANS:
+        raise ArgumentError("plan", repr(name)[:60], ", ".join(PLANS), nearest(name, PLANS))
+    return PLANS[name]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Course:
+    """A plan with everything drawn that the seed decides: the readings in the order in which they are taken.
+
+    Parameters
+    ----------
+    plan
+        Where it comes from.
+    target_mm, direction, run
+        Of each reading, shape (n,).
+    feed_mm_s
+        Of the move to it.
+    turn_dwell_s
+        Rest before the last reversal.
+    """
+
+    plan: Plan
+    target_mm: Floats
+    direction: NDArray[np.int8]
+    run: Ints
+    feed_mm_s: Floats
+    turn_dwell_s: Floats
+
+
+def draw_course(plan: Plan, rng: np.random.Generator) -> Course:
+    """Draw targets and dwells of a plan at rest.
+
+    Parameters
+    ----------
+    plan
+        What is measured.
+    rng
+        Where the draws come from.
+
+    Notes
+    -----
+    Targets are even but for offsets of up to half the screw's pitch to either side (ISO 230-2, 4.3.1 asks for
+    random offsets, so that periodic errors are sampled), and whole steps of the control.
+
+    Examples
+    --------
+    >>> course = draw_course(PLANS["base"], np.random.default_rng(1))
+    >>> course.target_mm.size, np.unique(course.target_mm).size
+    (210, 21)
+    """
+    targets = _targets(plan, rng)
+    dwells = np.geomspace(*plan.turn_dwells_s, max(plan.runs, 2))
+    rng.shuffle(dwells)
+    there = [(float(x), 1) for x in targets]
+    back = [(float(x), -1) for x in targets[::-1]] if plan.passes is Passes.BOTH else []
+    one = np.array(there + back)
+    run = np.repeat(np.arange(1, plan.runs + 1), len(one))
+    feeds = np.resize(plan.feeds_mm_s, plan.runs)
+    return Course(
+        plan=plan,
+        target_mm=np.tile(one[:, 0], plan.runs),
+        direction=np.tile(one[:, 1], plan.runs).astype(np.int8),
+        run=run,
+        feed_mm_s=feeds[run - 1],
+        turn_dwell_s=np.round(dwells, 1)[run - 1],
+    )
+
+
+def _targets(plan: Plan, rng: np.random.Generator) -> Floats:
+    """Return the targets of a forward pass, ascending."""
+    if plan.spacing is Spacing.EVEN:
+        places = np.linspace(0.0, 1.0, plan.targets)
+    else:
+        # half of them within the first quarter of the way from either end, ever closer to it
+        share = np.linspace(-1.0, 1.0, plan.targets)
+        places = 0.5 + 0.5 * np.sign(share) * (1.0 - (1.0 - np.abs(share)) ** 2)
+    gap = float(np.diff(places).min()) * plan.span_mm
+    offset = rng.uniform(-0.5, 0.5, plan.targets) * min(PITCH_MM, 0.8 * gap)
+    targets: Floats = np.round((plan.start_mm + places * plan.span_mm + offset) / PROGRAM_STEP_MM) * PROGRAM_STEP_MM
+    return targets

@@ -1,0 +1,184 @@
+"""What to hide, and how strong: a scenario, given or drawn."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading
+from rtec.blind.slow_errors import SLOW
+from rtec.blind.static_errors import STATIC
+from rtec.checks import number_within
+from rtec.errors import ArgumentError, nearest
+
+OUTSIDE = ("moving_bump", "chirped_cyclic", "dwell_reversal")
+"""What lies outside the library of effects."""
+LAGS = ("servo_lag", "acceleration_lag")
+"""What shows in motion only."""
+INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE)))
+"""Effects of the library that the game can hide."""
+LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
+    frozenset(pair)
+    for pair in (
+        ("scale", "pitch_map"),
+        ("scale", "thermal_growth"),
+        ("pitch_map", "cyclic"),
+        ("pitch_map", "windup"),
+        ("pitch_map", "interpolation"),
+        ("cyclic", "interpolation"),
+        ("backlash", "backlash_map"),
+        ("backlash", "windup"),
+        ("backlash_map", "windup"),
+        ("backlash", "servo_lag"),
+        ("backlash_map", "servo_lag"),
+        ("drift", "warm_up"),
+        ("drift", "lost_counts"),
+        ("warm_up", "lost_counts"),
+        ("drift", "thermal_growth"),
+        ("warm_up", "thermal_growth"),
+        ("lost_counts", "thermal_growth"),
+    )
+)
+"""Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
+
+
+class Noise(enum.Enum):
+    """Noise of the readings."""
+
+    WHITE = "white"
+    CORRELATED = "correlated"
+    """At 0.9 from reading to reading."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """What to hide and how strong.
+
+    Parameters
+    ----------
+    names
+        Effects, of `INSIDE` and `OUTSIDE`; none hides nothing.
+    strength_sigma
+        RMS contribution over the readings, mean removed, in units of the repeat noise: one for all, or one each.
+    noise
+        White or correlated.
+    plan
+        What is measured.
+
+    Raises
+    ------
+    ArgumentError
+        A name that is not known or comes twice, a strength outside its range, or an effect that the plan cannot show.
+
+    Examples
+    --------
+    >>> Scenario(names=("backlash", "drift"), strength_sigma=3.0).strengths
+    (3.0, 3.0)
+    """
+
+    names: tuple[str, ...] = ()
+    strength_sigma: float | tuple[float, ...] = 3.0
+    noise: Noise = Noise.WHITE
+    plan: Plan = field(default=PLANS["base"])
+
+    def __post_init__(self) -> None:
+        """Check names, strengths and that the plan can show them."""
+        object.__setattr__(self, "names", tuple(self.names))
+        for name in self.names:
+            if name not in INSIDE and name not in OUTSIDE:
+                raise ArgumentError("names", repr(name)[:60], "effects of the game", nearest(name, INSIDE + OUTSIDE))
+            if (why := unfit(name, self.plan)) is not None:
+                raise ArgumentError("names", name, f"effects that the plan {self.plan.name} can show", why)
+        if len(set(self.names)) != len(self.names):
+            raise ArgumentError("names", ", ".join(self.names), "each effect once")
+        given = self.strength_sigma
+        if isinstance(given, tuple) and len(given) != len(self.names):
+            raise ArgumentError("strength_sigma", f"{len(given)} numbers", f"{len(self.names)}, one for each name")
+        for strength in self.strengths:
+            number_within("strength_sigma", strength, 0.01, 30.0)
+
+    @property
+    def strengths(self) -> tuple[float, ...]:
+        """The strength of each name."""
+        if isinstance(self.strength_sigma, tuple):
+            return self.strength_sigma
+        return (self.strength_sigma,) * len(self.names)
+
+
+def unfit(name: str, plan: Plan) -> str | None:
+    """Return why an effect cannot be hidden in a plan, or None where it can.
+
+    Examples
+    --------
+    >>> unfit("servo_lag", PLANS["base"])
+    'it shows in motion only'
+    >>> unfit("backlash", PLANS["base"]) is None
+    True
+    """
+    moving = plan.reading is Reading.MOVING
+    if name in LAGS and not moving:
+        return "it shows in motion only"
+    if moving and name not in LAGS and name not in STATIC:
+        return "a moving log is too short for what is slow"
+    if name == "thermal_growth" and plan.heating is Heating.NONE:
+        return "the temperature does not change"
+    both = moving or plan.passes is Passes.BOTH
+    if not both and name in ("backlash", "backlash_map", "windup", "dwell_reversal"):
+        return "it needs both directions"
+    if name in ("moving_bump", "dwell_reversal") and plan.runs < 3:
+        return "it needs several runs"
+    return None
+
+
+_KINDS = (("nothing", 0.12), ("outside", 0.18), ("one", 0.30), ("two", 0.28), ("three", 0.12))
+
+
+def scenario_of(seed: int) -> Scenario:
+    """Draw what the game hides.
+
+    Parameters
+    ----------
+    seed
+        The same seed draws the same scenario.
+
+    Returns
+    -------
+    Scenario
+        Nothing, one to three effects that are no look-alikes, or one that lies outside the library.
+
+    Examples
+    --------
+    >>> scenario_of(3) == scenario_of(3)
+    True
+    """
+    rng = np.random.default_rng([seed, 0])
+    kind = str(rng.choice([name for name, _ in _KINDS], p=[share for _, share in _KINDS]))
+    noise = Noise.WHITE if rng.uniform() < 0.7 else Noise.CORRELATED
+    if kind == "outside":
+        name = str(rng.choice(OUTSIDE))
+        plan = PLANS["dwell"] if name == "dwell_reversal" and rng.uniform() < 0.5 else PLANS["base"]
+        return Scenario(names=(name,), strength_sigma=_strengths(1, rng), noise=Noise.WHITE, plan=plan)
+    plan = PLANS[str(rng.choice(["base", "temperature", "dense", "dwell"], p=[0.6, 0.2, 0.1, 0.1]))]
+    count = {"nothing": 0, "one": 1, "two": 2, "three": 3}[kind]
+    names = _companions(plan, count, rng)
+    return Scenario(names=names, strength_sigma=_strengths(len(names), rng), noise=noise, plan=plan)
+
+
+def _strengths(count: int, rng: np.random.Generator) -> tuple[float, ...]:
+    return tuple(float(x) for x in np.round(rng.uniform(1.5, 4.0, count), 2))
+
+
+def _companions(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, ...]:
+    """Draw effects that the plan can show and that are no look-alikes of each other."""
+    names: list[str] = []
+    for name in (str(name) for name in rng.permutation([name for name in INSIDE if unfit(name, plan) is None])):
+        if len(names) == count:
+            break
+        # dense points just after the reversal show what builds up there; elsewhere it passes for lost motion
+        if name == "windup" and plan.name != "dense":
+            continue
+        if all(frozenset((name, other)) not in LOOK_ALIKES for other in names):
+            names.append(name)
+    return tuple(names)

@@ -1,0 +1,234 @@
+"""Errors of the emulated axis that change in time, with temperature or with the way gone.
+
+They lie between encoder and laser like the static ones, but outside the closed loop, which does not feel them: each
+is computed from the times at which the laser read, from the path that the encoder took, or from a simulated
+temperature, and added to the readings. Over the two seconds of one reading the fastest of them changes by less than a
+tenth of the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from rtec.blind.axis_run import Pass
+from rtec.blind.hidden import Parameter
+from rtec.blind.plan import Course, Floats, Heating
+
+REFERENCE_DEGC = 20.0
+SENSOR_SIGMA_DEGC, SENSOR_STEP_DEGC = 0.02, 0.01
+RELEASE_MM = 0.02
+"""Turning round by this much takes the load off the screw."""
+_STEP_S = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SlowError:
+    """An error at unit strength at each reading.
+
+    Parameters
+    ----------
+    added_mm
+        What it adds, shape (n,), in mm.
+    description
+        What it does physically.
+    parameters
+        Its numbers at unit strength.
+    """
+
+    added_mm: Floats
+    description: str
+    parameters: tuple[Parameter, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Circumstances:
+    """What slow errors depend on: course, what was measured, and the true temperature at each reading."""
+
+    course: Course
+    measured: Pass
+    temperature_degc: Floats
+
+    @property
+    def direction(self) -> Floats:
+        """Of each reading, as floats."""
+        return self.course.direction.astype(np.float64)
+
+
+def drift(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a laser, or a mounting, that wanders at a constant rate."""
+    sign = float(rng.choice([-1.0, 1.0]))
+    return SlowError(
+        added_mm=sign * 1e-3 * c.measured.time_s / 3600.0,
+        description="laser or mounting drifts at a constant rate",
+        parameters=(Parameter("rate", sign, "um/h", scales=True),),
+    )
+
+
+def warm_up(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a structure that friction heats from the start: heat in, heat lost in proportion to its excess."""
+    span_s = float(np.ptp(c.measured.time_s))
+    tau_s = rng.uniform(0.08, 0.22) * span_s
+    sign = float(rng.choice([-1.0, 1.0]))
+    excess = _first_order(c.measured.time_s, tau_s, lambda _: 1.0, 0.0)
+    return SlowError(
+        added_mm=sign * 1e-3 * excess,
+        description="the structure warms up from the start and grows, towards a steady state",
+        parameters=(Parameter("time_constant", tau_s, "s"), Parameter("final", sign, "um", scales=True)),
+    )
+
+
+def _first_order(time_s: Floats, tau_s: float, goal: Callable[[float], float], begin: float) -> Floats:
+    """Integrate x' = (goal(t) - x) / tau by the midpoint rule in steps of a second; return x at the times."""
+    steps = int(np.ceil(time_s[-1] / _STEP_S)) + 2
+    states = np.empty(steps)
+    state = begin
+    for k in range(steps):
+        states[k] = state
+        wanted = goal((k + 0.5) * _STEP_S)
+        half = state + 0.5 * _STEP_S * (wanted - state) / tau_s
+        state += _STEP_S * (wanted - half) / tau_s
+    at: Floats = np.interp(time_s, np.arange(steps) * _STEP_S, states)
+    return at
+
+
+def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generator) -> Floats:
+    """Return the true temperature of the axis at each reading, shape (n,), in degC.
+
+    A body with one time constant, in a room, with a heater that the plan switches.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS, draw_course
+    >>> rng = np.random.default_rng(0)
+    >>> course = draw_course(PLANS["one_heating"], rng)
+    >>> heat = simulate_temperature(course, np.arange(21) * 10.0, rng)
+    >>> bool((np.diff(heat) > 0).all())
+    True
+    """
+    room = REFERENCE_DEGC + rng.uniform(-0.5, 0.5)
+    if course.plan.heating is Heating.NONE:
+        return np.full(time_s.size, room)
+    rise, span_s = rng.uniform(7.0, 11.0), float(time_s[-1])
+    if course.plan.heating is Heating.ONE_RISE:
+        return _first_order(time_s, span_s * rng.uniform(0.8, 1.5), lambda _: room + rise, room)
+    runs = int(course.run[-1])
+    hot = np.arange(runs) % 2 == rng.integers(2)
+    ends = np.array([time_s[course.run == run][-1] for run in range(1, runs + 1)])
+    power = np.where(hot, rise, 0.0)
+    tau_s = rng.uniform(0.4, 0.8) * span_s / runs
+    begin = room + (0.0 if hot[0] else 0.7 * rise)
+    return _first_order(
+        time_s, tau_s, lambda t: room + float(power[min(int(np.searchsorted(ends, t)), runs - 1)]), begin
+    )
+
+
+def sensed_temperature(true_degc: Floats, rng: np.random.Generator) -> Floats:
+    """Return what a sensor shows: with its noise, in steps of its resolution.
+
+    Examples
+    --------
+    >>> sensed_temperature(np.array([21.0]), np.random.default_rng(0)).round(2).tolist()
+    [21.0]
+    """
+    noisy = true_degc + rng.normal(0.0, SENSOR_SIGMA_DEGC, true_degc.size)
+    shown: Floats = np.round(np.round(noisy / SENSOR_STEP_DEGC) * SENSOR_STEP_DEGC, 2)
+    return shown
+
+
+def thermal_growth(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return an axis that expands away from its fixed end at 0 mm, by its true temperature."""
+    return SlowError(
+        added_mm=1e-6 * c.course.target_mm * (c.temperature_degc - REFERENCE_DEGC),
+        description="the axis expands from its fixed end at 0 mm",
+        parameters=(Parameter("expansion", 1.0, "um/m/K", scales=True),),
+    )
+
+
+def windup(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a screw that twists under the friction of the slide, more and more after each reversal.
+
+    Turning round takes the load off; from there the twist approaches its final value over a distance. Integrated
+    along the path that the encoder took.
+    """
+    distance_mm = rng.uniform(0.08, 0.25) * c.course.plan.span_mm
+    twist = _twist(c.measured.path_mm, distance_mm)
+    at = np.searchsorted(c.measured.path_s, c.measured.time_s, side="right") - 1
+    return SlowError(
+        added_mm=-1e-3 * twist[at],
+        description="the screw twists under friction: lost motion that builds up after each reversal",
+        parameters=(Parameter("distance", distance_mm, "mm"), Parameter("final", 1.0, "um", scales=True)),
+    )
+
+
+def _twist(path_mm: Floats, distance_mm: float) -> Floats:
+    """Return the twist along a path, from -1 to 1: dz = (sign - z) |dx| / distance, and 0 where the axis turns."""
+    twist = np.empty(path_mm.size)
+    begin = 0
+    for end in [*_turning_points(path_mm), path_mm.size]:
+        piece = path_mm[begin:end]
+        gone = np.abs(piece - piece[0])
+        twist[begin:end] = np.sign(piece[-1] - piece[0]) * (1.0 - np.exp(-gone / distance_mm))
+        begin = end
+    return twist
+
+
+def _turning_points(path_mm: Floats) -> list[int]:
+    """Return the indices from which on a path goes the other way, by more than the release travel."""
+    found: list[int] = []
+    begin = 0
+    while begin < path_mm.size:
+        rest = path_mm[begin:] - path_mm[begin]
+        away = np.flatnonzero(np.abs(rest) > RELEASE_MM)
+        if away.size == 0:
+            break
+        way = np.sign(rest[away[0]])
+        front = np.maximum.accumulate(way * rest)
+        turned = np.flatnonzero(front - way * rest > RELEASE_MM)
+        if turned.size == 0:
+            break
+        begin += int(np.argmax(way * rest[: turned[0]])) + 1
+        found.append(begin)
+    return found
+
+
+def moving_bump(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a local error that moves along the axis from run to run, such as dirt pushed along."""
+    plan = c.course.plan
+    width_mm = rng.uniform(0.07, 0.12) * plan.span_mm
+    share = (np.arange(plan.runs) + rng.uniform(0.2, 0.8, plan.runs)) / plan.runs
+    places = plan.start_mm + (0.1 + 0.8 * share) * plan.span_mm
+    if rng.uniform() < 0.5:
+        places = places[::-1]
+    sign = float(rng.choice([-1.0, 1.0]))
+    off = (c.course.target_mm - places[c.course.run - 1]) / width_mm
+    return SlowError(
+        added_mm=sign * 1e-3 * np.exp(-0.5 * off**2),
+        description="a local bump that moves along the axis from run to run",
+        parameters=(
+            Parameter("width", width_mm, "mm"),
+            Parameter("from", float(places[0]), "mm"),
+            Parameter("to", float(places[-1]), "mm"),
+            Parameter("height", sign, "um", scales=True),
+        ),
+    )
+
+
+def dwell_reversal(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return lost motion that grows with the rest before the reversal, as a contact creeps."""
+    tau_s = rng.uniform(8.0, 20.0)
+    lost = 1.0 - np.exp(-c.course.turn_dwell_s / tau_s)
+    return SlowError(
+        added_mm=-0.5e-3 * c.direction * lost,
+        description="lost motion at a reversal that grows with the rest before it",
+        parameters=(Parameter("time_constant", tau_s, "s"), Parameter("largest", 1.0, "um", scales=True)),
+    )
+
+
+SLOW: Mapping[str, Callable[[Circumstances, np.random.Generator], SlowError]] = MappingProxyType(
+    {draw.__name__: draw for draw in (drift, warm_up, thermal_growth, windup, moving_bump, dwell_reversal)}
+)
+"""What draws each slow error, by name; the last two lie outside the library."""
