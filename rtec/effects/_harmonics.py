@@ -33,7 +33,7 @@ def harmonic_names(harmonics: int, units: Units, suffix: str = "") -> tuple[Ampl
 
 
 def harmonic_summary(
-    amplitudes: Sequence[float], units: Units, suffix: str = ""
+    amplitudes: Sequence[float] | Floats, units: Units, suffix: str = ""
 ) -> tuple[tuple[str, float, str], ...]:
     """Return amplitude and phase of each harmonic, and the peak to peak value of all together.
 

@@ -16,8 +16,8 @@ EPS = float(np.finfo(np.float64).eps)
 def lattice_step(values: Floats) -> float | None:
     """Return the step, or None where there is none or fewer than three different values occur.
 
-    Euclid's algorithm on the differences of neighbours, which have the smallest errors, then on the values; the step is
-    sharpened over all values, and rounded to twelve digits where it remains a step.
+    Euclid's algorithm on the differences of neighbours, which have the smallest errors, then on the values; the step
+    is sharpened over all values, and rounded to twelve digits where it remains a step.
     """
     distinct = np.unique(values[np.isfinite(values)])
     if distinct.size < 3:

@@ -73,7 +73,7 @@ def period_of(shape: Shape) -> float:
 
 
 def fill(wanted: Floats, position: Floats, out: Floats) -> None:
-    """Fill ``out`` (frequencies, 2, rows) with the waves of ``wanted``, one equally spaced stretch after the other."""
+    """Fill ``out`` (frequencies, 2, rows) with the waves of ``wanted``, an equally spaced stretch at a time."""
     from rtec.effects._periodic_kernels import fill_waves  # noqa: PLC0415 - numba takes 0.3 s, for scans only
 
     reach = float(np.max(np.abs(position), initial=0.0))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
 
 
 class AccelerationLag(Effect):
@@ -13,19 +14,35 @@ class AccelerationLag(Effect):
 
     Notes
     -----
-    ``deviation = -lag * acceleration``: of a drive with stiffness k that moves the mass m the lag is m / k, of a servo
-    with velocity feed-forward it is 1 / (kp kv).
+    ``deviation = -lag * acceleration``: of a drive with stiffness k that moves the mass m the lag is m / k, of a
+    servo with velocity feed-forward it is 1 / (kp kv).
 
     Examples
     --------
     >>> a = np.array([0.0, 1000.0])
     >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
     >>> AccelerationLag().contribution(c, Shape(), [2e-6]).tolist()
-    [-0.0, -0.002]
+    [0.0, -0.002]
     """
 
     name = "acceleration_lag"
     needs = "moving data with accelerations"
+    rivals = (Rival("scale", experiments.TWO_STROKES),)
+    card = Card(
+        title="Acceleration lag",
+        plot=(
+            "In a moving log the deviation shows peaks where the axis speeds up and slows down, of opposite sign, "
+            "and none at constant speed."
+        ),
+        cause=(
+            "The drive gives way to inertia (compliance m/k), or velocity feed-forward without acceleration feed- "
+            "forward."
+        ),
+        consequence="Overshoot and undercut at the ends of moves and in sharp curvature.",
+        action="Add acceleration feed-forward, limit jerk, stiffen the drive or lighten the slide.",
+        invariant_to="position, direction and speed as long as it is constant, time and temperature.",
+        source="Erwinski et al. (002), section I: inertia, and elastic coupling between the elements of an axis.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show an error of acceleration, or None."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
 
 class AsymmetricFriction(Effect):
@@ -14,8 +15,8 @@ class AsymmetricFriction(Effect):
 
     Notes
     -----
-    ``force = asymmetry * |velocity|``: added to ``viscous * velocity`` the coefficient is viscous + asymmetry forward and
-    viscous - asymmetry backward. Either sign is possible.
+    ``force = asymmetry * |velocity|``: added to ``viscous * velocity`` the coefficient is viscous + asymmetry forward
+    and viscous - asymmetry backward. Either sign is possible.
 
     References
     ----------
@@ -33,6 +34,24 @@ class AsymmetricFriction(Effect):
     name = "asymmetric_friction"
     observable = Observable.DRIVE
     needs = "motion in both directions"
+    rivals = (Rival("force_offset", experiments.SPEEDS_EACH_WAY),)
+    card = Card(
+        title="Friction that differs by direction",
+        plot="Force against velocity has another slope forward than backward.",
+        cause="Guideways out of parallel, a nut or wiper that tilts one way, a one-sided load, an inclined axis.",
+        consequence=(
+            "Feed-forward that is right one way is wrong the other way; following errors differ by direction."
+        ),
+        action=(
+            "Check the parallelism of the guideways and the mounting of nut and wipers; use a coefficient for each "
+            "direction."
+        ),
+        invariant_to="position and acceleration; it grows with speed.",
+        source=(
+            "Erwinski et al. (004), section 3: friction is not always symmetric if the unit is inclined or the "
+            "guideways are not exactly parallel."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a difference by direction, or None."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
 
 
 class Backlash(Effect):
@@ -11,9 +12,9 @@ class Backlash(Effect):
 
     Notes
     -----
-    ``deviation = backlash / 2 * direction``, so that the amplitude is the distance between the forward and the backward
-    curve (positive where the forward curve lies higher; play itself leaves the slide behind, which is negative). Where
-    a moving log is at rest its direction is 0, and so is the contribution.
+    ``deviation = backlash / 2 * direction``, so that the amplitude is the distance between the forward and the
+    backward curve (positive where the forward curve lies higher; play itself leaves the slide behind, which is
+    negative). Where a moving log is at rest its direction is 0, and so is the contribution.
 
     References
     ----------
@@ -30,6 +31,35 @@ class Backlash(Effect):
 
     name = "backlash"
     needs = "both directions"
+    rivals = (
+        Rival("servo_lag", experiments.THREE_FEEDS),
+        Rival("windup", experiments.AFTER_REVERSAL),
+        Rival("lost_counts", experiments.REPEAT_CYCLES),
+    )
+    card = Card(
+        title="Backlash (reversal error)",
+        plot="Forward and backward curves run parallel, a constant distance apart along the whole axis.",
+        cause=(
+            "Play between drive and slide: worn nut or gears, a loose thrust bearing, lost preload; a control that "
+            "corrects play which is not there gives the opposite sign."
+        ),
+        consequence=(
+            "Contours show a step where an axis turns round; a position depends on the side from which it was "
+            "approached."
+        ),
+        action=(
+            "Find and remove the play (nut preload, bearing, coupling); then set the reversal compensation of the "
+            "control to what is left."
+        ),
+        invariant_to=(
+            "position, time, the distance travelled before the reversal, and the feed: what shrinks with the feed is "
+            "a lag."
+        ),
+        source=(
+            "Thesis (000), sections 2.3.4, 3.1.1 and 5.1: looseness between leadscrew and nut; a maximum reversal "
+            "error of 0.004181 inch. ISO 230-2, reversal value B."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a reversal error, or None."""

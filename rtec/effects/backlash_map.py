@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from rtec.effects import experiments
 from rtec.effects._smooth import smooth_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.pitch_map import MapShape, PitchMap
-from rtec.effects.protocol import Shape, own_shape
+from rtec.effects.protocol import Card, Rival, Shape, own_shape
 
 
 class BacklashMap(PitchMap):
@@ -31,6 +32,27 @@ class BacklashMap(PitchMap):
     name = "backlash_map"
     needs = "both directions, at three positions at least"
     contains = frozenset({"backlash", "windup"})
+    rivals = (Rival("windup", experiments.MANY_REVERSALS),)
+    card = Card(
+        title="Backlash that varies along the axis",
+        plot=(
+            "The distance between forward and backward curve changes with position: larger where the axis works "
+            "most, or towards the far end of the screw."
+        ),
+        cause=(
+            "Thread and nut worn where the machine is used most; friction and length of the screw that make its "
+            "wind-up change along the axis; gibs that are tight at one end."
+        ),
+        consequence="One backlash value in the control is right at one place and wrong at others.",
+        action=(
+            "Use a bidirectional compensation table; repair screw, nut or gibs where the reversal error has grown."
+        ),
+        invariant_to="time, feed, and the distance travelled before the reversal.",
+        source=(
+            "Thesis (000), section 3.1.2, Figure 3.2 and Table 3-3: variations of the backlash over the range of "
+            "motion ask for separate tables by direction."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map of the reversal error, or None."""

@@ -7,11 +7,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import frequencies, highest_frequency, stated_periods
-from rtec.effects.protocol import Amplitude, Observable, Quantity, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Observable,
+    Quantity,
+    Rival,
+    Shape,
+    Tunable,
+    Units,
+    own_shape,
+    parameter,
+)
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
@@ -32,12 +44,14 @@ class Cogging(Periodic):
 
     Notes
     -----
-    ``force = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, for moving data and for positions
-    held. On a rotary axis whole numbers of cycles a turn are preferred: a motor looks the same after a turn.
+    ``force = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, for moving data and for
+    positions held. On a rotary axis whole numbers of cycles a turn are preferred: a motor looks the same after a
+    turn.
 
     References
     ----------
-    Erwinski et al. (2019), section 3 and figure 6: the current at constant speed against position, with a period of 12 mm.
+    Erwinski et al. (2019), section 3 and figure 6: the current at constant speed against position, with a period of
+    12 mm.
 
     Examples
     --------
@@ -52,6 +66,29 @@ class Cogging(Periodic):
     needs = "a period that the positions resolve and do not alias: six positions at least, moving or held"
     shape_type = CoggingShape
     repeatable = True
+    rivals = (
+        Rival("inertia", experiments.TWO_STROKES),
+        Rival("force_offset", experiments.OVER_A_PERIOD),
+    )
+    card = Card(
+        title="Cogging",
+        plot=(
+            "Force or current is a wave against position with the period of poles and slots, the same in both "
+            "directions and at every slow speed; in the spectrum families of lines at whole numbers of cycles a "
+            "turn."
+        ),
+        cause="Magnets pull at the teeth of the motor's iron core.",
+        consequence="Ripple of speed at slow feeds, and a following error with the pole pitch.",
+        action=(
+            "Map the current against position at a slow constant speed or with positions held, and feed it forward; "
+            "skewed magnets or an ironless motor remove it."
+        ),
+        invariant_to="direction, speed (its frequency in time grows with speed), time; shifts by whole periods.",
+        source=(
+            "Erwinski et al. (004), section 3, Figure 6: a current that repeats every 12 mm, the distance of the "
+            "poles, mapped and compensated by the drive."
+        ),
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""

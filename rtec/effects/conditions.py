@@ -43,7 +43,8 @@ class Conditions:
     reference_temperature_degc
         At which the axis has its nominal length (ISO 1: 20 degC).
     screw_pitch, signal_period, revolution
-        Periods that the file states, in position units: of the screw, of the scale's signal, of a turn of the encoder.
+        Periods that the file states, in position units: of the screw, of the scale's signal, of a turn of the
+        encoder.
     moving
         True for a log of a moving axis, false for readings at rest.
 
@@ -127,7 +128,8 @@ class Conditions:
         ordered = np.unique(self.position)
         if ordered.size < 2 or self.span == 0.0:
             return ordered[:1]
-        return ordered[np.append(True, np.diff(ordered) > SAME * self.span)]
+        distinct: Floats = ordered[np.append(True, np.diff(ordered) > SAME * self.span)]
+        return distinct
 
     @cached_property
     def both_directions(self) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
 
 
 class Cosine(Effect):
@@ -11,9 +12,9 @@ class Cosine(Effect):
 
     Notes
     -----
-    ``deviation = (cos(angle) - 1) * position``, in the angle ``-angle**2 / 2``: 1 mrad reads 0.5 um/m short. The column
-    is that of ``scale``, so that no measurement with the same set-up tells the two apart; this effect is listed beside
-    ``scale`` and never ranked.
+    ``deviation = (cos(angle) - 1) * position``, in the angle ``-angle**2 / 2``: 1 mrad reads 0.5 um/m short. The
+    column is that of ``scale``, so that no measurement with the same set-up tells the two apart; this effect is
+    listed beside ``scale`` and never ranked.
 
     Examples
     --------
@@ -26,6 +27,28 @@ class Cosine(Effect):
     name = "cosine"
     needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
     never_ranked = True
+    rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)
+    card = Card(
+        title="Cosine error of the laser",
+        plot=(
+            "The deviation falls on a straight line with position: a beam at an angle always reads short, 0.5 um/m "
+            "at 1 mrad."
+        ),
+        cause=(
+            "The laser beam is not parallel to the travel of the axis, so that it measures the cosine of the travel. "
+            "The machine is innocent."
+        ),
+        consequence="A compensation made from this measurement puts the error into the machine.",
+        action=(
+            "Align the beam over the full travel until the return spot stays put, measure again, and see whether the "
+            "slope changes."
+        ),
+        invariant_to="direction, feed, time and temperature; it changes with every new set-up of the laser.",
+        source=(
+            "Geometry of the set-up: ISO 230-1, alignment of the measuring line; the laser of the thesis (000), "
+            "section 2.3.2."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a slope, or None."""

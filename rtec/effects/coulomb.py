@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
 
 class Coulomb(Effect):
@@ -30,6 +31,24 @@ class Coulomb(Effect):
     observable = Observable.DRIVE
     needs = "motion in both directions"
     not_negative = True
+    rivals = (
+        Rival("viscous", experiments.SEVERAL_SPEEDS),
+        Rival("stribeck", experiments.CREEP),
+    )
+    card = Card(
+        title="Coulomb friction",
+        plot=(
+            "The force jumps from one level to another where the motion turns round, and stays on the level at every "
+            "speed."
+        ),
+        cause="Dry friction of guideways, seals, wipers and preloaded nuts.",
+        consequence="Quadrant glitches on circles, stick-slip, wind-up of an elastic drive after each reversal.",
+        action="Lubricate, ease gibs and wipers, check preload; enter it as friction compensation.",
+        invariant_to=(
+            "position, speed and acceleration; it depends on the sign of the motion only and cannot be below zero."
+        ),
+        source="Erwinski et al. (004), section 3: the constant component that does not depend on velocity.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show dry friction, or None."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_periods
-from rtec.effects.protocol import Amplitude, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Units, own_shape, parameter
 
 PARTS = (1, 2, 3, 4, 5)
 """Which harmonic of its family the strongest line may be."""
@@ -52,6 +53,38 @@ class Cyclic(Periodic):
     needs = "a period that the positions resolve and do not alias: six positions at least"
     shape_type = CyclicShape
     contains = frozenset({"eccentricity", "interpolation"})
+    rivals = (
+        Rival("interpolation", experiments.FRACTIONS_OF_SIGNAL),
+        Rival("eccentricity", experiments.SEVERAL_TURNS),
+    )
+    card = Card(
+        title="Cyclic error",
+        plot=(
+            "A wave along the axis that comes back with every turn of the screw (worm, pinion, pole pitch), often "
+            "with two humps a turn; in the spectrum a line at one cycle a turn and its multiples. Forward and "
+            "backward waves may differ."
+        ),
+        cause=(
+            "Eccentric or tilted mounting of screw, bearing, coupling, pulley or encoder; an error of the thread "
+            "within a turn."
+        ),
+        consequence=(
+            "Short distances are wrong although long ones are right; surfaces show a pattern with the pitch of the "
+            "screw."
+        ),
+        action=(
+            "Look at coupling, thrust bearing and mounting of screw and encoder. A compensation table needs some ten "
+            "points a turn; targets at whole turns hide the error altogether."
+        ),
+        invariant_to=(
+            "shifts of the targets by whole periods, feed, time, temperature; its amplitude does not depend on where "
+            "along the axis it is seen."
+        ),
+        source=(
+            "Thesis (000), section 5.1, Figure 5.2: 0.00145 inch peak to peak with the 0.25 inch pitch of the "
+            "leadscrew, double-humped; section 5.2: an interval that the pitch does not divide brings it out."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why no period can be seen, or None."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
 
 
 class Drift(Effect):
@@ -25,6 +26,29 @@ class Drift(Effect):
     name = "drift"
     needs = "time or row order, with repeats"
     in_time = True
+    rivals = (
+        Rival("scale", experiments.INTERLEAVE),
+        Rival("warm_up", experiments.LONGER),
+        Rival("lost_counts", experiments.INDEX_OFTEN),
+    )
+    card = Card(
+        title="Drift",
+        plot="Repeats of one target move on steadily from run to run; against time or row order a straight line.",
+        cause=(
+            "The instrument's support or optics creep, air or room temperature changes slowly, a clamp or a magnetic "
+            "base relaxes."
+        ),
+        consequence="A long measurement mixes time with position; the repeatability looks worse than it is.",
+        action=(
+            "Return to a datum target often, shorten the measurement, shield it against draughts, let the laser "
+            "settle."
+        ),
+        invariant_to="position, direction and feed: it is the same for every target at one time.",
+        source=(
+            "ISO 230-2 and ISO 230-3 ask for a check of drift; thesis (000), section 5.2: four passes took almost 20 "
+            "hours."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a change in time, or None."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
 LEAST_TURN = 0.5
 FEWEST_PLACES = 4
@@ -25,8 +26,8 @@ class Eccentricity(Effect):
 
     Notes
     -----
-    ``deviation = sin_1 sin(2 pi x / period) + cos_1 cos(2 pi x / period)``. A disc off centre by e, read at the radius r,
-    gives the amplitude e / r in radians.
+    ``deviation = sin_1 sin(2 pi x / period) + cos_1 cos(2 pi x / period)``. A disc off centre by e, read at the
+    radius r, gives the amplitude e / r in radians.
 
     Examples
     --------
@@ -40,6 +41,23 @@ class Eccentricity(Effect):
     name = "eccentricity"
     needs = "a rotary axis, half a turn of it at least"
     shape_type = EccentricityShape
+    rivals = (Rival("cyclic", experiments.SEVERAL_TURNS),)
+    card = Card(
+        title="Eccentricity of a rotary encoder",
+        plot="One single wave a turn against angle; no higher harmonics.",
+        cause=(
+            "The graduated disc turns about another centre than the shaft: e off centre at the radius r gives e/r "
+            "radians, 4.1 arcsec for 1 um at 50 mm."
+        ),
+        consequence=(
+            "Angles are wrong by a sine of the angle; an axis behind a screw gets a cyclic error with its pitch."
+        ),
+        action="Centre the disc, or read it with two opposite heads.",
+        invariant_to="whole turns, direction, speed and time.",
+        source=(
+            "Geometry of a disc off centre; NISTIR 4832, position feedback signals (rotary encoders on ball-screws)."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a wave of one turn, or None."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
 
 class ForceOffset(Effect):
@@ -29,6 +30,22 @@ class ForceOffset(Effect):
     name = "force_offset"
     observable = Observable.DRIVE
     needs = "nothing"
+    rivals = (
+        Rival("asymmetric_friction", experiments.SPEEDS_EACH_WAY),
+        Rival("cogging", experiments.OVER_A_PERIOD),
+    )
+    card = Card(
+        title="Constant force",
+        plot="Force in both directions and at rest is shifted by the same amount.",
+        cause=(
+            "Weight on an inclined or vertical axis with an imperfect balance, a cable or spring that pulls, the "
+            "zero of the current sensor."
+        ),
+        consequence="The drive holds against it at rest and heats up.",
+        action="Set the zero of the amplifier, balance the weight, or enter the offset as feed-forward.",
+        invariant_to="position, direction, speed and acceleration.",
+        source="Erwinski et al. (004), section 3: an inclined motion unit.",
+    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""

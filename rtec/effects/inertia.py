@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._drive import per_acceleration
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
 
 class Inertia(Effect):
@@ -32,6 +33,25 @@ class Inertia(Effect):
     observable = Observable.DRIVE
     needs = "moving data with accelerations"
     not_negative = True
+    rivals = (Rival("cogging", experiments.TWO_STROKES),)
+    card = Card(
+        title="Inertia",
+        plot=(
+            "Force against time shows peaks where the axis speeds up and slows down; against acceleration a straight "
+            "line through zero."
+        ),
+        cause="The mass of the slide, or the moment of inertia of screw, coupling and motor.",
+        consequence="Sets the force that acceleration takes; a model without it follows no fast move.",
+        action=(
+            "Enter it as acceleration feed-forward; compare with the mass by the drawing, since a difference is a "
+            "wrong force constant."
+        ),
+        invariant_to="position, direction and speed; it cannot be below zero.",
+        source=(
+            "Erwinski et al. (004), section 3, Figure 4 (1/M; 3.61 kg identified by a current step); (002), section "
+            "I."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show the mass, or None."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import phases_seen
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
 FEWEST_PHASES = 4
 HARMONICS = 2
@@ -28,8 +29,8 @@ class Interpolation(Effect):
 
     Notes
     -----
-    ``deviation = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, k = 1 (offset of a signal)
-    and k = 2 (unequal amplitudes, phase other than 90 degrees).
+    ``deviation = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, k = 1 (offset of a
+    signal) and k = 2 (unequal amplitudes, phase other than 90 degrees).
 
     Examples
     --------
@@ -44,6 +45,31 @@ class Interpolation(Effect):
     name = "interpolation"
     needs = "a stated signal period, which the positions show at four phases at least"
     shape_type = InterpolationShape
+    rivals = (
+        Rival("cyclic", experiments.FRACTIONS_OF_SIGNAL),
+        Rival("quantisation", experiments.FINE_STEPS),
+    )
+    card = Card(
+        title="Interpolation error of the scale",
+        plot=(
+            "A wave with the signal period of the scale (some micrometres to 0.1 mm), seen only where readings lie "
+            "closer together than that; in the spectrum lines at once and twice per signal period."
+        ),
+        cause=(
+            "Offset, unequal amplitudes or a phase other than 90 degrees of the scale's sine and cosine: dirt, gap "
+            "or tilt of the reading head, worn electronics."
+        ),
+        consequence=(
+            "Ripple on surfaces and of speed at slow feeds; positions are uncertain by a fraction of the signal "
+            "period."
+        ),
+        action="Clean and adjust the reading head, trim offset, gain and phase of the signals.",
+        invariant_to="shifts by whole signal periods, direction, slow feeds, time.",
+        source=(
+            "Signals of the scale and their errors: NISTIR 4832, position feedback signals (two signals 90 degrees "
+            "apart)."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show the signal period, or None."""

@@ -77,10 +77,10 @@ def effect_named(name: str) -> Effect:
     --------
     >>> effect_named("backlash").needs
     'both directions'
-    >>> effect_named("backlsh")
+    >>> effect_named("viscos")
     Traceback (most recent call last):
     ...
-    rtec.errors.ArgumentError: effect: backlsh is not allowed; allowed: a name of the library; did you mean 'backlash'?
+    rtec.errors.ArgumentError: effect: viscos is not allowed; allowed: a name of the library; did you mean 'viscous'?
     """
     if name in _BY_NAME:
         return _BY_NAME[name]

@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
 FEWEST_MOMENTS = 5
 EDGE = 2
 """Readings before the first and after the last step: one reading alone is an outlier, no step."""
 DENSEST = 0.1
-"""Moments to try lie no farther apart than this share of the readings to the nearer end: a cosine of 0.97 at least."""
+"""Of the readings to the nearer end, how far apart moments to try may lie: a cosine of 0.97 between them."""
 MOST_MOMENTS = 3000
 MOST_NEARBY = 64
 
@@ -46,6 +47,31 @@ class LostCounts(Effect):
     shape_type = StepShape
     in_time = True
     repeatable = True
+    rivals = (
+        Rival("backlash", experiments.REPEAT_CYCLES),
+        Rival("drift", experiments.INDEX_OFTEN),
+    )
+    card = Card(
+        title="Lost counts",
+        plot=(
+            "From one reading to the next everything is shifted by the same amount, usually whole counts, and stays "
+            "so; against time a step."
+        ),
+        cause=(
+            "Counts lost or gained: noise on the lines, an encoder faster than its receiver, a slipping coupling or "
+            "belt, a bumped target mirror."
+        ),
+        consequence="All later positions are wrong until the axis is referenced anew.",
+        action=(
+            "Check the index after each cycle; look at cables, shielding, supply and maximum frequency of encoder "
+            "and receiver; tighten couplings."
+        ),
+        invariant_to="position, direction and feed; it depends on the moment only.",
+        source=(
+            "NISTIR 4832, altering the position signal: a decoder does not respond to pulses that are too narrow for "
+            "it; whatever is added to or lost from the count shifts all later positions."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a step in time, or None."""
@@ -77,13 +103,15 @@ class LostCounts(Effect):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return 0 before the moment and 1 after it, shape (rows, 1)."""
-        return self.scan(conditions, [shape])[0].T
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several moments, shape (shapes, 1, rows)."""
         time = self._needed(conditions.time_s, "a time column")
         moments = np.array([_moment(shape) for shape in shapes])
-        return (time > moments[:, None])[:, None, :].astype(np.float64)
+        after: Floats = (time > moments[:, None]).astype(np.float64)
+        return after[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the height of the step."""

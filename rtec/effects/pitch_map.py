@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._smooth import node_ladder, node_names, smooth_columns
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +25,8 @@ class PitchMap(Effect):
 
     Notes
     -----
-    ``deviation = s(position)``; the amplitudes are the values of ``s`` at the nodes. With at most twelve targets a node
-    stands at each, and the map is the table of a bidirectional compensation's mean (thesis 3.1.1); beyond the
+    ``deviation = s(position)``; the amplitudes are the values of ``s`` at the nodes. With at most twelve targets a
+    node stands at each, and the map is the table of a bidirectional compensation's mean (thesis 3.1.1); beyond the
     outer nodes it goes on straight.
 
     References
@@ -44,6 +45,25 @@ class PitchMap(Effect):
     needs = "positions dense enough: three at least"
     shape_type = MapShape
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "eccentricity", "interpolation"})
+    rivals = (Rival("thermal_growth", experiments.COLD_AND_HOT),)
+    card = Card(
+        title="Pitch map",
+        plot="A smooth curve against position, the same forward and backward and in every run.",
+        cause=(
+            "The screw's lead or the scale's graduation varies along its length; the ways are not straight, so that "
+            "the carriage tilts at an offset from the scale (Abbe error)."
+        ),
+        consequence="Lengths are wrong by amounts that depend on where along the axis the part sits.",
+        action=(
+            "Load a compensation table with enough points, after everything that depends on heat, direction or time "
+            "is out of the measurement."
+        ),
+        invariant_to="direction, feed, time and, in the main, temperature.",
+        source=(
+            "Thesis (000), section 3.1.1, Figure 3.1 and Table 3-1; NISTIR 4832, introduction: lead-screw "
+            "nonlinearity as a fixed geometric error."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map, or None."""

@@ -203,7 +203,7 @@ class Effect(abc.ABC):
         """Return the contribution of unit amplitudes, shape (rows, amplitudes)."""
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several shapes with the same number of amplitudes, shape (shapes, amplitudes, rows)."""
+        """Return the columns of shapes with the same number of amplitudes, shape (shapes, amplitudes, rows)."""
         return np.stack([self.columns(conditions, shape).T for shape in shapes])
 
     @abc.abstractmethod

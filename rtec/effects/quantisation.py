@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from rtec.effects import experiments
 from rtec.effects._lattice import lattice_step
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 from rtec.errors import ArgumentError
 
 VISIBLE = 0.05
@@ -30,11 +31,11 @@ class Quantisation(Effect):
 
     Notes
     -----
-    A continuous value u is recorded as ``q round(u / q)``. This is no matter of amplitudes: :meth:`steps` finds the step
-    that recorded values have, :meth:`rounded` rounds a model's values as the recording did. The column, for data made
-    of positions alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis comes to
-    rest at whole counts it is a sawtooth over the positions, with the amplitude 1. It vanishes where all positions
-    are whole steps.
+    A continuous value u is recorded as ``q round(u / q)``. This is no matter of amplitudes: :meth:`steps` finds the
+    step that recorded values have, :meth:`rounded` rounds a model's values as the recording did. The column, for data
+    made of positions alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis
+    comes to rest at whole counts it is a sawtooth over the positions, with the amplitude 1. It vanishes where all
+    positions are whole steps.
 
     Examples
     --------
@@ -49,6 +50,21 @@ class Quantisation(Effect):
     needs = "three different values at least"
     shape_type = QuantisationShape
     never_ranked = True
+    rivals = (Rival("interpolation", experiments.FINE_STEPS),)
+    card = Card(
+        title="Quantisation",
+        plot=(
+            "Values lie on a comb of equal steps; residuals fill a band one step wide, evenly, or make a sawtooth "
+            "against position."
+        ),
+        cause="Counts of the encoder, digits of a display, decimals of a file.",
+        consequence=(
+            "Nothing below a step can be seen; the noise floor is a step divided by the square root of 12 at least."
+        ),
+        action="Record more digits, use a finer count, or accept the floor.",
+        invariant_to="direction, feed, time; shifts by whole steps.",
+        source="NISTIR 4832, position feedback signals: the resolution is a quarter of the cycle of the square wave.",
+    )
 
     def steps(self, values: npt.ArrayLike) -> float | None:
         """Return the largest step of which all recorded values are whole multiples.

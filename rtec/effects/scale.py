@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
 
 
 class Scale(Effect):
@@ -23,6 +24,31 @@ class Scale(Effect):
 
     name = "scale"
     needs = "spread of positions"
+    rivals = (
+        Rival("cosine", experiments.SECOND_INSTRUMENT, permanent=True),
+        Rival("drift", experiments.INTERLEAVE),
+        Rival("thermal_growth", experiments.COLD_AND_HOT),
+        Rival("acceleration_lag", experiments.TWO_STROKES),
+    )
+    card = Card(
+        title="Scale error (lead)",
+        plot="The deviation grows on a straight line with position, the same forward and backward.",
+        cause=(
+            "The lead of the screw or the graduation of the scale differs from nominal by a constant factor: screw "
+            "stretched or warm, a scale at another temperature than that of its calibration, a wrong factor in the "
+            "control, or weather data of the laser that are wrong."
+        ),
+        consequence="Parts come out too long or too short in proportion to their length; distances of holes as well.",
+        action=(
+            "Check the laser's air temperature, pressure, humidity and the material temperature first; then correct "
+            "the factor or load a linear compensation."
+        ),
+        invariant_to="the direction of approach, feed, time, and where zero is (which only adds an offset).",
+        source=(
+            'Thesis (000), section 5.1: the general trend of the machine to position "long", about 0.0012 inch over '
+            "39 inch."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a slope, or None."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
 
 
 class ServoLag(Effect):
@@ -13,8 +14,8 @@ class ServoLag(Effect):
 
     Notes
     -----
-    ``deviation = -lag * velocity``: of a proportional position loop with gain kv the lag is 1 / kv, and a late reading
-    of the position gives the same. In a test with stops the velocity is that of the approach.
+    ``deviation = -lag * velocity``: of a proportional position loop with gain kv the lag is 1 / kv, and a late
+    reading of the position gives the same. In a test with stops the velocity is that of the approach.
 
     References
     ----------
@@ -25,11 +26,32 @@ class ServoLag(Effect):
     >>> v = np.array([0.0, 100.0])
     >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), velocity=v)
     >>> ServoLag().contribution(c, Shape(), [0.002]).tolist()
-    [-0.0, -0.2]
+    [0.0, -0.2]
     """
 
     name = "servo_lag"
     needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
+    rivals = (Rival("backlash", experiments.THREE_FEEDS),)
+    card = Card(
+        title="Servo lag (delay)",
+        plot=(
+            "In a moving log the deviation is proportional to velocity and changes sign with it; in a test with "
+            "readings on the fly forward and backward curves lie apart by twice the lag times the feed."
+        ),
+        cause=(
+            "A position loop without feed-forward follows late by 1/kv; a reference, a filter or a bus that reads "
+            "late does the same."
+        ),
+        consequence=(
+            "Contours are cut short in corners and circles shrink; with unequal lags of two axes circles become "
+            "ellipses."
+        ),
+        action=(
+            "Raise kv, match the axes, add velocity feed-forward; synchronise the readings of instrument and axis."
+        ),
+        invariant_to="position, time, temperature, and the order of the moves; at standstill it is gone.",
+        source="Erwinski et al. (002), sections I and II: the following error as a function of the axis velocities.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a lag, or None."""

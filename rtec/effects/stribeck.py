@@ -7,13 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Amplitude,
+    Card,
     Effect,
     Observable,
     Quantity,
+    Rival,
     Shape,
     Tunable,
     Units,
@@ -42,8 +45,8 @@ class Stribeck(Effect):
 
     References
     ----------
-    Erwinski et al. (2019), section 3: the friction force drops as the speed increases, and after the Stribeck velocity
-    rises again.
+    Erwinski et al. (2019), section 3: the friction force drops as the speed increases, and after the Stribeck
+    velocity rises again.
 
     Examples
     --------
@@ -52,7 +55,7 @@ class Stribeck(Effect):
     ...     position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64), velocity=v, direction=np.sign(v)
     ... )
     >>> Stribeck().contribution(c, StribeckShape(1.0), [10.0]).round(3).tolist()
-    [0.0, 3.679, -0.0]
+    [0.0, 3.679, 0.0]
     """
 
     name = "stribeck"
@@ -60,6 +63,26 @@ class Stribeck(Effect):
     needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
     not_negative = True
+    rivals = (Rival("coulomb", experiments.CREEP),)
+    card = Card(
+        title="Stribeck friction",
+        plot=(
+            "Against speed the force falls from a peak at creep to a minimum before viscous friction raises it again."
+        ),
+        cause="At creep the surfaces touch; with speed lubricant is drawn between them.",
+        consequence="Stick-slip at slow feeds, steps after standstill, glitches where circles turn round.",
+        action=(
+            "Use guideway oil with friction modifier or roller guides; raise the slowest feed above the Stribeck "
+            "speed."
+        ),
+        invariant_to=(
+            "position, acceleration; at speeds well above the Stribeck speed it is gone. It cannot be below zero."
+        ),
+        source=(
+            "Erwinski et al. (004), section 3: after standstill the friction force drops, and rises again above the "
+            "Stribeck velocity."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that falls with speed, or None."""
@@ -86,7 +109,8 @@ class Stribeck(Effect):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return what is left of the friction at each speed, with the sign of the motion, shape (rows, 1)."""
-        return self.scan(conditions, [shape])[0].T
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several speeds, shape (shapes, 1, rows)."""
@@ -108,4 +132,5 @@ def _speeds(conditions: Conditions) -> Floats:
     speeds = np.unique(np.abs(conditions.velocity))
     speeds = speeds[speeds > SLOWEST * speeds[-1]]
     marks = np.unique(np.round(np.log(speeds) / 0.01), return_index=True)[1]
-    return speeds[marks]
+    distinct: Floats = speeds[marks]
+    return distinct

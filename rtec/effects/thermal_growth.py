@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 from rtec.errors import ArgumentError, nearest
 
 LEAST_CHANGE_K = 0.5
@@ -45,6 +46,29 @@ class ThermalGrowth(Effect):
     needs = "a temperature column that changes by 0.5 K at least"
     shape_type = HeatShape
     in_time = True
+    rivals = (
+        Rival("pitch_map", experiments.COLD_AND_HOT),
+        Rival("scale", experiments.COLD_AND_HOT),
+        Rival("warm_up", experiments.OTHER_HEAT),
+    )
+    card = Card(
+        title="Thermal growth",
+        plot=(
+            "The slope of the deviation against position changes with temperature: cold and hot runs fan out from "
+            "the fixed bearing."
+        ),
+        cause="Screw, scale or bed expand between the fixed point and the slide; steel by about 11.5 um/m/K.",
+        consequence="Lengths grow with the temperature; a compensation made cold is wrong when the machine is warm.",
+        action=(
+            "Compensate with the temperature of the screw or scale, cool the screw, or use a scale that is mounted "
+            "at one point; measure at a stated temperature."
+        ),
+        invariant_to="direction and feed, and the order of the readings: the same temperature gives the same error.",
+        source=(
+            "Yao et al. (003), section 4.1: temperatures of key parts as inputs of the error; thesis (000), section "
+            "3.3; NISTIR 4832, introduction: expansion of bed and lead-screw. ISO 1 and ISO 230-3."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show growth, or None."""

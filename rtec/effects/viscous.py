@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Observable, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
 
 class Viscous(Effect):
@@ -32,6 +33,22 @@ class Viscous(Effect):
     observable = Observable.DRIVE
     needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True
+    rivals = (Rival("coulomb", experiments.SEVERAL_SPEEDS),)
+    card = Card(
+        title="Viscous friction",
+        plot="At constant speeds the force grows in proportion to the speed, with the sign of the motion.",
+        cause="Shearing of grease and oil in guideways, nut and bearings; eddy currents and back EMF of a motor.",
+        consequence="Fast moves take force and make heat; it damps vibrations.",
+        action=(
+            "Enter it as velocity feed-forward; much more than before speaks for too much or too stiff grease, and "
+            "it falls as the machine warms up."
+        ),
+        invariant_to="position, acceleration; it changes with the lubricant's temperature. It cannot be below zero.",
+        source=(
+            "Erwinski et al. (004), section 3 and Figure 5: friction grows linearly with speed (up to 500 mm/s "
+            "there; at 2 m/s it is 20 % less than that); (002), section I."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that grows with speed, or None."""

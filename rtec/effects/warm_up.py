@@ -7,9 +7,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Effect,
+    Quantity,
+    Rival,
+    Shape,
+    Tunable,
+    Units,
+    own_shape,
+    parameter,
+)
 
 FEWEST_MOMENTS = 4
 
@@ -46,6 +58,28 @@ class WarmUp(Effect):
     shape_type = WarmShape
     contains = frozenset({"drift"})
     in_time = True
+    rivals = (
+        Rival("drift", experiments.LONGER),
+        Rival("thermal_growth", experiments.OTHER_HEAT),
+    )
+    card = Card(
+        title="Warm-up",
+        plot="Against time the deviation climbs fast at first and levels off; repeats lie ever closer together.",
+        cause=(
+            "Spindle, motor, nut or hydraulics heat the structure after the start, and it approaches a new balance "
+            "with one time constant."
+        ),
+        consequence="The first parts of a shift differ from the later ones.",
+        action=(
+            "Warm the machine up before measuring and before work; log temperatures, so that growth can be told from "
+            "time."
+        ),
+        invariant_to="position (all of the axis is shifted), direction and feed.",
+        source=(
+            "Yao et al. (003), section 4.2: 2.5 h of running, then 2 h of cooling, recorded every minute; NISTIR "
+            "4832, introduction: errors within the thermal warm-up period. ISO 230-3."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show an approach in time, or None."""
@@ -66,7 +100,8 @@ class WarmUp(Effect):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the share of the approach that is done, shape (rows, 1)."""
-        return self.scan(conditions, [shape])[0].T
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several time constants, shape (shapes, 1, rows)."""

@@ -7,9 +7,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Effect,
+    Quantity,
+    Rival,
+    Shape,
+    Tunable,
+    Units,
+    own_shape,
+    parameter,
+)
 
 FEWEST_DISTANCES = 4
 
@@ -36,12 +48,40 @@ class Windup(Effect):
     ...     position=gone, position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way, since_reversal=gone
     ... )
     >>> Windup().contribution(c, WindupShape(2.0), [-0.02]).round(5).tolist()
-    [-0.0, -0.00632, 0.00632]
+    [0.0, -0.00632, 0.00632]
     """
 
     name = "windup"
     needs = "both directions, with readings at four distances after a reversal at least"
     shape_type = WindupShape
+    rivals = (
+        Rival("backlash", experiments.AFTER_REVERSAL),
+        Rival("backlash_map", experiments.MANY_REVERSALS),
+    )
+    card = Card(
+        title="Wind-up after reversal",
+        plot=(
+            "After each reversal the deviation bends over from one branch to the other within a distance, like a "
+            "rounded hysteresis loop; against the distance since reversal all readings fall on one exponential."
+        ),
+        cause=(
+            "Friction of the slide winds up an elastic drive (long screw, belt, cable, gear train) or deforms its "
+            "seals and guideways before they slide: the pre-sliding regime of friction."
+        ),
+        consequence="Short moves after a reversal fall short; small circles are flattened.",
+        action=(
+            "Reduce friction (lubrication, gibs, wipers) or stiffen the drive; approach targets from one side with a "
+            "run-up longer than the wind-up distance."
+        ),
+        invariant_to=(
+            "where along the axis the reversal took place, feed and time; it depends on the distance since the "
+            "reversal."
+        ),
+        source=(
+            "First-order element over distance after P. R. Dahl (1968), a solid friction model; the thesis (000), "
+            "section 4.2, moves past the first target by an overshoot so as to start beyond it."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show how a reversal error builds up, or None."""
@@ -53,7 +93,7 @@ class Windup(Effect):
         return f"{count} distances after a reversal only: at least {FEWEST_DISTANCES} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return distances from half the shortest seen to a fifth of the span: longer ones look like a scale error."""
+        """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""
         gone = _distances(conditions)
         if gone.size < FEWEST_DISTANCES:
             return []
@@ -66,7 +106,8 @@ class Windup(Effect):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction times the share built up, shape (rows, 1)."""
-        return self.scan(conditions, [shape])[0].T
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""
@@ -86,4 +127,5 @@ def _distances(conditions: Conditions) -> Floats:
     if conditions.since_reversal is None:
         return np.empty(0)
     gone = np.unique(np.round(conditions.since_reversal, 9))
-    return gone[gone > 0]
+    positive: Floats = gone[gone > 0]
+    return positive

@@ -1,0 +1,76 @@
+"""Experiments that separate effects which look alike: one sentence for both of a pair."""
+
+from __future__ import annotations
+
+THREE_FEEDS = (
+    "approach the same targets from both sides at three feeds, creep among them, and once so slowly that the axis "
+    "stands before each reading: a lag shrinks with the feed, play stays"
+)
+AFTER_REVERSAL = (
+    "after each reversal take readings a few hundredths of the wind-up distance apart until nothing changes any "
+    "more: play is there at once, wind-up builds up"
+)
+INTERLEAVE = (
+    "measure both directions in turn, at least five times, return to the datum target every few readings, and mix "
+    "the order of the targets: a drift shows at the datum, a scale error does not"
+)
+COLD_AND_HOT = (
+    "measure the same targets cold and hot with a temperature column from screw and scale: a map stays, growth "
+    "follows the temperature"
+)
+REPEAT_CYCLES = (
+    "repeat the whole cycle of both directions and check the index (reference mark) before and after each: lost "
+    "counts stay lost after the next reversal, play comes back with every one"
+)
+INDEX_OFTEN = (
+    "return to the index (reference mark) every few readings: lost counts show as one step of whole counts, a slow "
+    "change shows at every return"
+)
+SECOND_INSTRUMENT = (
+    "realign the laser with the axis at full travel and measure again, or measure with a second instrument: the same "
+    "set-up cannot tell the two apart"
+)
+FRACTIONS_OF_SIGNAL = (
+    "measure a few signal periods of the scale in steps of a twentieth of a period, then one screw turn in steps of "
+    "a twentieth of a turn: each period shows in its own sweep only"
+)
+FINE_STEPS = (
+    "move over two signal periods of the scale in steps of a twentieth of a period, with a second reference of finer "
+    "resolution: rounding is a sawtooth of the recording's step, interpolation a smooth wave of the signal period"
+)
+LONGER = (
+    "measure one target again and again for at least three hours, from a cold start: a warm-up levels off, a drift "
+    "goes on"
+)
+OTHER_HEAT = (
+    "let the machine cool down, or change the room's temperature, with time and temperature recorded: growth follows "
+    "the temperature both ways, a warm-up follows the time since the start"
+)
+SEVERAL_TURNS = (
+    "measure several turns in steps of a fraction of a turn, then move the encoder by half a turn against the shaft "
+    "and repeat: eccentricity stays with the encoder, the error of gear or screw with the shaft"
+)
+MANY_REVERSALS = (
+    "turn round at many positions along the axis, and after each reversal take readings close together: a map "
+    "depends on where the axis is, wind-up on how far it has come since it turned"
+)
+TWO_STROKES = (
+    "move with the same amplitude at two frequencies, or at constant speed: what follows the acceleration grows with "
+    "the square of the frequency, what follows the position stays"
+)
+SEVERAL_SPEEDS = (
+    "move at several constant speeds in both directions: dry friction is the same at each, viscous friction grows "
+    "with the speed"
+)
+CREEP = (
+    "move at constant speeds down to creep (a hundredth of the highest and less) in both directions: friction that "
+    "falls as motion begins shows at creep only"
+)
+SPEEDS_EACH_WAY = (
+    "move at several constant speeds in both directions and hold still between: a constant force is there at every "
+    "speed and at rest, a difference by direction grows with the speed"
+)
+OVER_A_PERIOD = (
+    "move at one creep speed over several pole pitches in both directions, or hold positions closely spaced: cogging "
+    "comes back with the pitch and averages out, a constant force does not"
+)
