@@ -59,12 +59,15 @@ def illustrations(result: StudyResult, scale: Scale) -> list[Illustration]:
     with figure_style():
         for plate in _PLATES:
             figure = plate.draw(result, scale)
-            if figure is None:
-                continue
-            svg, png = rendered(figure)
-            caption = plate.caption(result, scale)
-            drawn.append(Illustration(name=plate.name, title=plate.title, caption=caption, svg=svg, png=png))
+            if figure is not None:
+                drawn.append(illustration(figure, plate.name, plate.title, plate.caption(result, scale)))
     return drawn
+
+
+def illustration(figure: Figure, name: str, title: str, caption: str) -> Illustration:
+    """Return a figure with its words, rendered."""
+    svg, png = rendered(figure)
+    return Illustration(name=name, title=title, caption=caption, svg=svg, png=png)
 
 
 def _summary(result: StudyResult, scale: Scale) -> str:

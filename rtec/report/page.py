@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
 from rtec.report.illustrations import Illustration
@@ -19,6 +20,9 @@ from rtec.report.tables import (
     limit_rows,
     table_rows,
 )
+
+if TYPE_CHECKING:
+    import jinja2
 
 DEFINITIONS = (
     ("deviation", "Actual position less target (ISO 230-2), as the laser reads it."),
@@ -115,6 +119,24 @@ def _failure(row: StudyRow) -> str:
     return f"is {text}" if text.startswith("off") else f"had {text}"
 
 
+def page_environment() -> jinja2.Environment:
+    """Return what renders templates: text of a user is escaped everywhere, and a name that is missing is an error."""
+    import jinja2  # noqa: PLC0415 - a tenth of a second, needed only where a report is written
+
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("rtec.report", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def embedded(figure: Illustration) -> str:
+    """Return a figure as text that a page can carry in itself."""
+    return base64.b64encode(figure.svg).decode("ascii")
+
+
 def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustration], files: Sequence[str]) -> str:
     """Return the page.
 
@@ -129,37 +151,32 @@ def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustratio
     files
         What lies beside the page, as paths from it.
     """
-    import jinja2  # noqa: PLC0415 - a tenth of a second, needed only where a report is written
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("rtec.report", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2").render(
-        title=printable(result.title),
-        study=printable(result.study),
-        verdict=verdict(result, scale),
-        scale=scale,
-        rows=table_rows(result, scale),
-        thesis_columns=THESIS_COLUMNS,
-        iso_columns=ISO_COLUMNS,
-        reading_columns=READING_COLUMNS,
-        count_columns=COUNT_COLUMNS,
-        limits=limit_rows(result, scale),
-        largest_error=scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
-        program_feed=scale.feed(result.program_feed_mm_s),
-        figures=[(figure, base64.b64encode(figure.svg).decode("ascii")) for figure in figures],
-        facts=[(printable(label), printable(value)) for label, value in result.facts],
-        warnings=[printable(warning) for warning in result.warnings],
-        definitions=DEFINITIONS,
-        not_modelled=NOT_MODELLED,
-        seed=result.seed,
-        repeatability=f"{result.repeatability_mm * 1000:g} µm",
-        noisy=result.repeatability_mm > 0.0,
-        command=result.command,
-        simulated=number(round(sum(row.simulated_s for row in result.rows) / 3600.0, 1)),
-        files=files,
+    return (
+        page_environment()
+        .get_template("report.html.j2")
+        .render(
+            title=printable(result.title),
+            study=printable(result.study),
+            verdict=verdict(result, scale),
+            scale=scale,
+            rows=table_rows(result, scale),
+            thesis_columns=THESIS_COLUMNS,
+            iso_columns=ISO_COLUMNS,
+            reading_columns=READING_COLUMNS,
+            count_columns=COUNT_COLUMNS,
+            limits=limit_rows(result, scale),
+            largest_error=scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
+            program_feed=scale.feed(result.program_feed_mm_s),
+            figures=[(figure, embedded(figure)) for figure in figures],
+            facts=[(printable(label), printable(value)) for label, value in result.facts],
+            warnings=[printable(warning) for warning in result.warnings],
+            definitions=DEFINITIONS,
+            not_modelled=NOT_MODELLED,
+            seed=result.seed,
+            repeatability=f"{result.repeatability_mm * 1000:g} µm",
+            noisy=result.repeatability_mm > 0.0,
+            command=result.command,
+            simulated=number(round(sum(row.simulated_s for row in result.rows) / 3600.0, 1)),
+            files=files,
+        )
     )

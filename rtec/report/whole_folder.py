@@ -1,0 +1,110 @@
+"""Files of a report that get to their places together, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rtec.errors import OutputError
+from rtec.report.illustrations import Illustration
+
+PAGE = "report.html"
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    r"""Let files be made in a hidden folder inside ``folder``, and move them to their places at the end.
+
+    An error, a full disk or Ctrl-C leaves the folder as it was. What stands in the way under the same name is
+    replaced; the page comes last.
+
+    Parameters
+    ----------
+    folder
+        Where to; it exists.
+
+    Yields
+    ------
+    Path
+        An empty folder to write into.
+
+    Raises
+    ------
+    OutputError
+        The folder is missing or not writable, or the disk is full.
+
+    Examples
+    --------
+    >>> place = Path(tempfile.mkdtemp())
+    >>> with whole_folder(place) as new:
+    ...     write_text(new / "rows.csv", "name,rms\n")
+    ...     (place / "rows.csv").exists()
+    False
+    >>> [path.name for path in place.iterdir()]
+    ['rows.csv']
+    """
+    part: Path | None = None
+    try:
+        part = Path(tempfile.mkdtemp(prefix=".rtec-report-", dir=folder))
+        new = part / "new"
+        new.mkdir()
+        yield new
+        _move_into_place(new, part / "old", folder)
+    except OSError as error:
+        raise OutputError(f"{folder}: the report cannot be written ({_reason(error, part)}); nothing was") from None
+    finally:
+        if part is not None:
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def _reason(error: OSError, part: Path | None) -> str:
+    """Return why, without the name of the hidden folder."""
+    text = error.strerror or str(error)
+    return text.replace(f"{part}{os.sep}new{os.sep}", "") if part is not None else text
+
+
+def _move_into_place(new: Path, old: Path, folder: Path) -> None:
+    """Move the entries of ``new`` into ``folder``, those in the way into ``old``; undo that where it fails."""
+    old.mkdir()
+    done: list[tuple[Path, Path]] = []
+    try:
+        for entry in sorted(new.iterdir(), key=lambda path: (path.name == PAGE, path.name)):
+            place = folder / entry.name
+            moves = [(place, old / entry.name)] if os.path.lexists(place) else []
+            for source, target in [*moves, (entry, place)]:
+                # noted before it is done: an interruption in between is undone as well
+                done.append((source, target))
+                source.rename(target)
+    except BaseException:
+        for source, target in reversed(done):
+            if not os.path.lexists(source):
+                with contextlib.suppress(OSError):
+                    target.rename(source)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write text with the same bytes on every system."""
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_figures(folder: Path, figures: Iterable[Illustration]) -> None:
+    """Write each figure as SVG and as PNG into ``figures`` under ``folder``."""
+    place = folder / "figures"
+    place.mkdir()
+    for figure in figures:
+        (place / f"{figure.name}.svg").write_bytes(figure.svg)
+        (place / f"{figure.name}.png").write_bytes(figure.png)
+
+
+def without_empty(folder: Path, names: Iterable[str]) -> list[str]:
+    """Take away those of the folders that are empty, and return all files as paths from ``folder``."""
+    for name in names:
+        with contextlib.suppress(OSError):
+            (folder / name).rmdir()
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
