@@ -42,6 +42,10 @@ _LARGEST_STAGE = 13
 """Factor above which one pass of ``decimate`` loses accuracy, so that it is done in stages (scipy's own advice)."""
 _FILTERED_AT_LEAST, _DECIMATED_AT_LEAST = 16, 28
 """Samples that scipy's ``filtfilt`` and ``decimate`` need to mirror the signal at its ends."""
+_CHEBYSHEV_POLES, _RIPPLE_DB, _PASS_BAND = 8, 0.05, 0.8
+"""Of the low pass in ``scipy.signal.decimate``: poles, ripple in dB, end of its pass band as a share of Nyquist."""
+_COMPILED_FROM = 16
+"""Signals from which the compiled filter is worth the time to load it."""
 _WINDOW = 21
 """Rows of the local polynomial that differentiates an unevenly sampled log."""
 
@@ -212,19 +216,37 @@ class Resample:
 
     def apply_rows(self, signals: Floats) -> Floats:
         """Return signals of shape (..., samples) decimated, shape (..., rows)."""
-        from scipy.signal import decimate  # noqa: PLC0415 - 0.5 s, for moving logs only
-
+        lines = np.ascontiguousarray(signals, dtype=np.float64).reshape(-1, self.samples)
         parts = []
         for begin, end in self.stretches:
-            part = signals[..., begin:end]
+            part = lines[:, begin:end]
             for factor in self.stages:
-                part = decimate(part, factor, ftype="iir", axis=-1)
+                part = _decimated(part, factor)
             parts.append(part)
         every = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
-        picked: Floats = every if self.picked is None else every[..., self.picked]
-        return np.ascontiguousarray(picked)
+        picked: Floats = every if self.picked is None else every[:, self.picked]
+        return np.ascontiguousarray(picked).reshape(*signals.shape[:-1], self.rows)
 
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Resample:
         """Return the decimation to some of the rows."""
         every = np.arange(self.rows) if self.picked is None else self.picked
         return replace(self, picked=every[rows])
+
+
+def _decimated(lines: Floats, factor: int) -> Floats:
+    """Return signals of shape (lines, samples) as ``scipy.signal.decimate(..., ftype="iir")`` gives them.
+
+    Many signals, as a scan has them, pass a compiled filter side by side: the same arithmetic, ten times faster.
+    """
+    from scipy.signal import cheby1, decimate, sosfilt_zi  # noqa: PLC0415 - 0.5 s, for moving logs only
+
+    if len(lines) < _COMPILED_FROM:
+        few: Floats = decimate(lines, factor, ftype="iir", axis=-1)
+        return few
+    from rtec.twin._decimate_kernels import decimate_lines  # noqa: PLC0415 - loads numba, for scans only
+
+    sections = cheby1(_CHEBYSHEV_POLES, _RIPPLE_DB, _PASS_BAND / factor, output="sos")
+    found = np.empty((len(lines), -(-lines.shape[1] // factor)))
+    edge = _DECIMATED_AT_LEAST - 1
+    decimate_lines(np.ascontiguousarray(lines), sections, sosfilt_zi(sections), edge, factor, found)
+    return found

@@ -13,13 +13,13 @@ from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
 from rtec.errors import FileFormatError
 from rtec.metrology import (
     Measurement,
-    direction_of_motion,
     is_laser_file,
     measurement_of_readings,
     read_laser_file,
     read_measurement,
 )
 from rtec.metrology.text_file import read_text
+from rtec.twin.at_rest import conditions_of, prepare_at_rest, run_clocks, velocity_of
 from rtec.twin.axis_facts import AxisFacts
 from rtec.twin.dataset import Dataset
 from rtec.twin.drive_signals import Resample
@@ -33,8 +33,8 @@ from rtec.twin.observed import (
     observed_quantity,
     positions_of,
 )
-from rtec.twin.repeats import blocks_of, cells_of, condition_numbers, one_clock, place_numbers, runs_by_recurrence
-from rtec.twin.rows import Ints, Rows
+from rtec.twin.repeats import blocks_of, cells_of
+from rtec.twin.rows import Rows
 from rtec.twin.same_kind import same_kind
 
 FEWEST_ROWS = 3
@@ -104,7 +104,7 @@ def load_dataset(
         evenly = like is None or like.cutoff_hz is not None
         resample, cutoff_hz = prepare_log(rows, None if like is None else like.cutoff_hz, evenly)
     else:
-        _prepare_at_rest(rows)
+        prepare_at_rest(rows)
     if len(rows) < FEWEST_ROWS:
         raise FileFormatError(measurement.source, None, f"{len(rows)} rows are left", f"at least {FEWEST_ROWS}")
     conditions = _conditions(rows, axis, positions, moving)
@@ -130,7 +130,9 @@ def _rows(
     run = columns["run"].values.astype(np.int64) if "run" in columns else np.ones(measurement.rows, dtype=np.int64)
     time_s = columns["time"].values if "time" in columns else None
     position = _position(measurement, positions, coordinate)
-    moving = is_moving(time_s, position, run, "velocity" in columns and quantity != "velocity")
+    has_velocity = "velocity" in columns and quantity != "velocity"
+    # where time is the coordinate, only a column can say that something moves
+    moving = (has_velocity or coordinate != "time") and is_moving(time_s, position, run, has_velocity)
     if moving and positions.turn is not None:
         positions = _without_wraps(positions, positions.turn)
         position = _position(measurement, positions, coordinate)
@@ -157,10 +159,10 @@ def _rows(
         },
         notes=list(positions.notes),
     )
-    if moving and "velocity" in columns and quantity != "velocity":
-        rows.velocity = _speed(rows, "velocity")
+    if has_velocity:
+        rows.velocity = velocity_of(rows)
     if time_s is not None and (moving or "run" in columns or coordinate == "time"):
-        _one_clock(rows)
+        run_clocks(rows)
     _name_what_is_not_used(rows, moving)
     return rows, unit, moving
 
@@ -200,29 +202,6 @@ def _observed(measurement: Measurement, positions: Positions, quantity: str) -> 
     return column.values, column.unit
 
 
-def _speed(rows: Rows, quantity: str) -> Floats:
-    """Return a column of speed, which has to be in the unit of the position."""
-    column = rows.measurement.columns[quantity]
-    if rows.coordinate != "time" and column.unit != f"{rows.position_unit}_s":
-        problem = f"units mixed: {quantity} in {column.unit.replace('_', '/')}, positions in {rows.position_unit}"
-        allowed = "both linear or both angular"
-        if rows.position_unit == "count":
-            allowed += "; a line '# counts_per_rev: 8192' turns counts into angles"
-        raise FileFormatError(rows.measurement.source, None, problem, allowed)
-    return column.values
-
-
-def _one_clock(rows: Rows) -> None:
-    if rows.time_s is None:
-        return
-    clock, note = one_clock(rows.measurement, rows.time_s, rows.run)
-    if note is not None:
-        rows.notes.append(note)
-        if rows.coordinate == "time":
-            rows.position = clock
-    rows.time_s = clock
-
-
 def _name_what_is_not_used(rows: Rows, moving: bool) -> None:
     """Note the columns that nothing looks at."""
     used = {"run", "direction", "time", "deviation", "velocity", rows.observe, rows.coordinate, *rows.temperatures}
@@ -240,32 +219,6 @@ def _name_what_is_not_used(rows: Rows, moving: bool) -> None:
         rows.notes.append(f"not used, because not all of it are numbers: {', '.join(text)}")
 
 
-def _prepare_at_rest(rows: Rows) -> None:
-    """Give readings at rest their direction, runs, clock and speed of approach."""
-    columns = rows.measurement.columns
-    if rows.direction is None and rows.coordinate != "time":
-        step = direction_of_motion(place_numbers(rows.position).astype(np.float64), rows.run)
-        if step.all():
-            rows.direction = step
-            rows.notes.append("direction: the sign of the motion to each reading")
-        else:
-            rows.notes.append("no direction: there is no such column, and nothing moves in some run")
-    rows.held_direction = rows.direction
-    if "feed" in columns and rows.direction is not None and rows.observe != "feed":
-        rows.velocity = rows.direction * np.abs(_speed(rows, "feed"))
-    if "run" not in columns and rows.coordinate != "time":
-        found = runs_by_recurrence(_condition_numbers(rows)) if np.ptp(rows.position) > 0.0 else None
-        if found is not None:
-            rows.run = found
-            rows.notes.append(f"no column 'run': {found[-1]} passes over the same places count as runs")
-        _one_clock(rows)
-
-
-def _condition_numbers(rows: Rows) -> Ints:
-    speed = None if rows.velocity is None else np.abs(rows.velocity)
-    return condition_numbers(rows.position, rows.direction, speed)
-
-
 def _conditions(rows: Rows, axis: AxisFacts, positions: Positions, moving: bool) -> Conditions:
     unit = rows.position_unit
     since = None
@@ -276,6 +229,8 @@ def _conditions(rows: Rows, axis: AxisFacts, positions: Positions, moving: bool)
         if axis.text(key) is not None and period is None:
             what = "time" if unit == "s" else "counts of unknown size"
             rows.notes.append(f"{key}: {axis.text(key)} is not used, because positions are {what}")
+    if rows.time_s is None:
+        rows.notes.append("no time column: row order counts as time")
     reference = axis.reference_temperature_degc()
     return Conditions(
         position=rows.position,
@@ -304,7 +259,7 @@ def _dataset(
         unknown = {name: resample.apply_rows(values) for name, values in unknown.items()}
     cell = np.full(observed.size, -1, dtype=np.int64)
     if not conditions.moving and rows.coordinate != "time":
-        cell = cells_of(_condition_numbers(rows), run)
+        cell = cells_of(conditions_of(rows), run)
     block, held_out_by = blocks_of(run)
     return Dataset(
         source=rows.measurement.source,

@@ -24,8 +24,8 @@ _GAP = 5.0
 """Median intervals after which a log begins again."""
 _STEADY = 0.05
 """Departure from a straight line, as a share of the way, of a run at constant speed."""
-_FAR = 5.0
-"""How many times faster, or farther off its line, than ever later the axis is in a transient."""
+_FASTER = 5.0
+"""How many times faster than ever later the axis is in a transient."""
 
 
 def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: bool) -> bool:
@@ -44,8 +44,8 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
     -----
     The rule:
 
-    - a ``velocity`` column says that the axis moves (a ``feed`` column does not: it tells how a target was
-      approached);
+    - a ``velocity`` column says that the axis moves, unless a second or more lies between the rows (a ``feed`` column
+      does not: it tells how a target was approached);
     - else a log has a time, at least twenty rows, positions that change, and intervals within its runs that are
       nearly even (from their 5th to their 95th percentile less than 3 to 1), with a median
     - below 50 ms: no axis goes to a target, settles and is read twenty times a second;
@@ -59,9 +59,9 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
     >>> is_moving(t, np.sin(t), run, False), is_moving(t * 1000, np.sin(t), run, False)
     (True, False)
     """
-    if has_velocity:
-        return True
     same_run = run[1:] == run[:-1]
+    if has_velocity:
+        return time_s is None or not same_run.any() or bool(np.median(np.diff(time_s)[same_run]) < _SLOWEST_LOG_S)
     if time_s is None or time_s.size < _FEWEST_ROWS or not same_run.any() or np.ptp(position) == 0.0:
         return False
     low, median, high = np.percentile(np.diff(time_s)[same_run], [5, 50, 95])
@@ -167,8 +167,8 @@ def transient_rows(time_s: Floats, position: Floats) -> int:
     than 5 % of the way. The range of the velocity there (local parabolas through 21 rows), widened by a tenth on both
     sides, is the usual range. The transient lasts as long as the velocity, in the first quarter of the rows, still
     leaves the usual range, and a tenth of that time more, in which the axis rings. It counts as one only if in it the
-    axis is five times faster, or five times farther off the line, than ever in the second half: slip from one cogging
-    position to the next is part of the run.
+    axis is five times faster than ever in the second half: slip from one cogging position to the next is part of the
+    run, and so are an acceleration from rest and a motion in the other direction.
 
     Examples
     --------
@@ -180,9 +180,9 @@ def transient_rows(time_s: Floats, position: Floats) -> int:
     if half < _FEWEST_ROWS or time_s[-1] <= time_s[half]:
         return 0
     line = np.polyfit(time_s[half:] - time_s[half], position[half:], 1)
-    off = np.abs(position - np.polyval(line, time_s - time_s[half]))
+    off = np.abs(position[half:] - np.polyval(line, time_s[half:] - time_s[half]))
     way = abs(line[0]) * (time_s[-1] - time_s[half])
-    if way == 0.0 or off[half:].max() > _STEADY * way:
+    if way == 0.0 or off.max() > _STEADY * way:
         return 0
     velocity, _ = local_derivatives(time_s, position)
     low, high = velocity[half:].min(), velocity[half:].max()
@@ -193,6 +193,5 @@ def transient_rows(time_s: Floats, position: Floats) -> int:
         return 0
     until = time_s[0] + 1.1 * (time_s[unusual[-1]] - time_s[0])
     rows = int(np.searchsorted(time_s, until, side="right"))
-    fast = np.abs(velocity[:rows]).max() > _FAR * np.abs(velocity[half:]).max()
-    away = off[:rows].max() > _FAR * max(float(off[half:].max()), 1e-6 * way)
-    return rows if fast or away else 0
+    fast = np.abs(velocity[:rows]).max() > _FASTER * np.abs(velocity[half:]).max()
+    return rows if fast else 0
