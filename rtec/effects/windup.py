@@ -28,9 +28,10 @@ FEWEST_DISTANCES = 4
 
 @dataclass(frozen=True, slots=True)
 class WindupShape(Shape):
-    """Over which distance the drive winds up."""
+    """Over which distance the drive winds up, and whether it starts from the wind-up of the motion before."""
 
     distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
+    carried: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "carried over the reversal"))
 
 
 class Windup(Effect):
@@ -39,7 +40,13 @@ class Windup(Effect):
     Notes
     -----
     ``deviation = windup / 2 * direction * (1 - exp(-since_reversal / distance))``: the solution of
-    ``d(deviation)/dx = (windup / 2 * direction - deviation) / distance`` started from nothing at each reversal.
+    ``d(deviation) / d(travel) = (windup / 2 * direction - deviation) / distance`` started from nothing at each
+    reversal, as where an overshoot on the way back has unwound the drive. Carried over, it starts from the full
+    wind-up of the motion before, and the last factor is ``1 - 2 exp(-since_reversal / distance)``.
+
+    References
+    ----------
+    P. R. Dahl, A solid friction model, Aerospace Corporation, 1968: friction as a first-order element over distance.
 
     Examples
     --------
@@ -99,6 +106,11 @@ class Windup(Effect):
             return []
         return [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
 
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the shape started from nothing and carried over the reversal."""
+        distance = own_shape(shape, WindupShape).distance
+        return [WindupShape(distance), WindupShape(distance, carried=True)]
+
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the distance, free by a half more or less."""
         distance = own_shape(shape, WindupShape).distance
@@ -113,8 +125,10 @@ class Windup(Effect):
         """Return the columns of several distances, shape (shapes, 1, rows)."""
         way = self._needed(conditions.direction, "directions of approach")
         gone = self._needed(conditions.since_reversal, "distances since the last reversal")
-        distances = np.array([own_shape(shape, WindupShape).distance for shape in shapes])
-        built: Floats = -np.expm1(-gone / distances[:, None]) * (way / 2)
+        own = [own_shape(shape, WindupShape) for shape in shapes]
+        distances = np.array([shape.distance for shape in own])[:, None]
+        missing = np.array([2.0 if shape.carried else 1.0 for shape in own])[:, None]
+        built: Floats = (1.0 - missing * np.exp(-gone / distances)) * (way / 2)
         return built[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
