@@ -1,0 +1,202 @@
+"""The parameters of an effect's shape (period, time constant, nodes, ...) as people write them."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import Field, fields
+from typing import Any
+
+from rtec.checks import whole_within
+from rtec.effects import Effect, Quantity, Shape, Units
+from rtec.errors import ArgumentError
+from rtec.units import parse_in, written
+
+MOST_NODES = 10_000
+_LARGEST_COUNT = 1000
+_CONTINUOUS = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
+
+Parameter = Field[Any]
+
+
+def field_keys(shape_type: type[Shape]) -> tuple[str, ...]:
+    """Return the names of a shape's parameters.
+
+    Examples
+    --------
+    >>> from rtec.effects import effect_named
+    >>> field_keys(effect_named("cyclic").shape_type)
+    ('period', 'harmonics', 'by_direction')
+    """
+    return tuple(item.name for item in fields(shape_type))
+
+
+def is_continuous(item: Parameter) -> bool:
+    """Return whether a parameter is a quantity with a unit, which a refit can move."""
+    return item.metadata["quantity"] in _CONTINUOUS and not _is_list(item)
+
+
+def is_wanted(item: Parameter) -> bool:
+    """Return whether a parameter has no sensible value of its own: it is given, or a scan finds it."""
+    return item.metadata["quantity"] in (*_CONTINUOUS, Quantity.TEXT)
+
+
+def _is_list(item: Parameter) -> bool:
+    return isinstance(item.default, tuple)
+
+
+def parameter_unit(item: Parameter, units: Units) -> str:
+    """Return the unit of a parameter; empty for what has none.
+
+    Examples
+    --------
+    >>> from rtec.effects import effect_named
+    >>> period, harmonics, _ = fields(effect_named("cyclic").shape_type)
+    >>> parameter_unit(period, Units("mm", "mm", "s")), parameter_unit(harmonics, Units("mm", "mm", "s"))
+    ('mm', '')
+    """
+    kinds = {Quantity.POSITION: units.position, Quantity.SPEED: f"{units.position}/s", Quantity.CLOCK: units.clock}
+    return kinds.get(item.metadata["quantity"], "")
+
+
+def read_shape(
+    effect: Effect, given: Mapping[str, object], units: Units, *, name: Callable[[str], str]
+) -> Shape | None:
+    """Return the shape that values as they stand in a file make.
+
+    Parameters
+    ----------
+    effect
+        Whose shape.
+    given
+        Values by the name of the parameter: quantities with their units as text, lists of them for nodes, whole
+        numbers, true or false.
+    units
+        Units inside.
+    name
+        How an error message calls a parameter.
+
+    Returns
+    -------
+    Shape or None
+        None where nothing is given although a period, a time constant or the like is needed: a scan has to find it.
+
+    Raises
+    ------
+    ArgumentError
+        A value that its parameter cannot have, or some parameters without one that is needed beside them.
+
+    Examples
+    --------
+    >>> from rtec.effects import effect_named
+    >>> cyclic, units = effect_named("cyclic"), Units("mm", "mm", "s")
+    >>> read_shape(cyclic, {"period": "0.25 inch", "harmonics": 2}, units, name=str).period
+    6.35
+    >>> read_shape(cyclic, {}, units, name=str) is None
+    True
+    """
+    items = fields(effect.shape_type)
+    wanted = [item.name for item in items if is_wanted(item)]
+    if wanted and not given:
+        return None
+    values = {item.name: _value(item, given[item.name], units, name) for item in items if item.name in given}
+    for key in wanted:
+        if key not in given:
+            others = ", ".join(given)
+            raise ArgumentError(
+                name(key), "nothing", f"a value beside {others}, or none of them: then a scan finds all"
+            )
+    try:
+        return effect.shape_type(**values)
+    except ArgumentError as error:
+        raise ArgumentError(name(error.name), error.value, error.allowed, error.hint) from None
+
+
+def _value(item: Parameter, value: object, units: Units, name: Callable[[str], str]) -> object:
+    quantity, key = item.metadata["quantity"], name(item.name)
+    if quantity is Quantity.COUNT:
+        return whole_within(key, value, 1, _LARGEST_COUNT)
+    if quantity is Quantity.CHOICE:
+        if not isinstance(value, bool):
+            raise ArgumentError(key, repr(value)[:60], "true or false")
+        return value
+    if quantity is Quantity.TEXT:
+        if not isinstance(value, str) or not 0 < len(value) <= 200 or not value.isprintable():
+            raise ArgumentError(key, repr(value)[:60], "a printable text of 1 to 200 characters in quotes")
+        return value
+    unit = parameter_unit(item, units)
+    if _is_list(item):
+        return _places(key, value, unit)
+    number = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
+    if number <= 0.0:
+        raise ArgumentError(key, repr(value)[:60], f"above 0 {unit}")
+    return number
+
+
+def _places(key: str, value: object, unit: str) -> tuple[float, ...]:
+    """Return positions of nodes."""
+    if not isinstance(value, list) or not 2 <= len(value) <= MOST_NODES:
+        what = f"{len(value)} of them" if isinstance(value, list) else repr(value)[:60]
+        raise ArgumentError(key, what, f"a list of 2 to {MOST_NODES} positions, such as ['0 {unit}', '10 {unit}']")
+    places = tuple(parse_in(text, unit, name=key) for text in value)
+    for before, after in itertools.pairwise(places):
+        if not before < after:
+            raise ArgumentError(key, f"{after:g} {unit} behind {before:g} {unit}", "positions that ascend")
+    return places
+
+
+def shown_field(item: Parameter, value: object, units: Units) -> str:
+    """Return a parameter as it stands in a TOML file.
+
+    Raises
+    ------
+    ArgumentError
+        A number that is not finite, or a text with letters that cannot be printed.
+
+    Examples
+    --------
+    >>> from rtec.effects import effect_named
+    >>> period, harmonics, by_direction = fields(effect_named("cyclic").shape_type)
+    >>> units = Units("mm", "mm", "s")
+    >>> shown_field(period, 6.35, units), shown_field(harmonics, 2, units), shown_field(by_direction, True, units)
+    ('"6.35 mm"', '2', 'true')
+    """
+    unit = parameter_unit(item, units)
+    if isinstance(value, tuple):
+        return shown_list([f'"{written(place, unit)}"' for place in value])
+    if unit:
+        return f'"{written(float(value), unit)}"'  # type: ignore[arg-type]  # a number, as it has a unit
+    if isinstance(value, str):
+        return shown_text(value)
+    return str(value).lower()
+
+
+def shown_list(values: list[str]) -> str:
+    """Return values of TOML as a list, one to a line where they are many.
+
+    Examples
+    --------
+    >>> shown_list(['"0 mm"', '"10 mm"'])
+    '["0 mm", "10 mm"]'
+    """
+    joined = ", ".join(values)
+    return f"[{joined}]" if len(joined) <= 100 else "[\n" + "".join(f"    {value},\n" for value in values) + "]"
+
+
+def shown_text(text: str) -> str:
+    r"""Return a text in quotes, as TOML has it.
+
+    Raises
+    ------
+    ArgumentError
+        Letters that cannot be printed.
+
+    Examples
+    --------
+    >>> shown_text('say "x"')
+    '"say \\"x\\""'
+    """
+    if not text.isprintable():
+        raise ArgumentError("text", repr(text)[:60], "printable letters")
+    return json.dumps(text, ensure_ascii=False)
