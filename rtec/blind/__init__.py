@@ -2,8 +2,9 @@
 
 from rtec.blind.game import play
 from rtec.blind.hidden import Hidden, Parameter
+from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Plan, plan_named
-from rtec.blind.scenario import INSIDE, OUTSIDE, Noise, Scenario, scenario_of
+from rtec.blind.scenario import INSIDE, OUTSIDE, Scenario, scenario_of
 from rtec.blind.secret import Secret
 
 __all__ = [

@@ -62,3 +62,21 @@ def scaled(parameters: tuple[Parameter, ...], factor: float) -> tuple[Parameter,
     3.0
     """
     return tuple(Parameter(p.name, p.value * factor if p.scales else p.value, p.unit, p.scales) for p in parameters)
+
+
+def hidden_of(
+    name: str, description: str, parameters: tuple[Parameter, ...], factor: float, added_mm: Floats, sigma_mm: float
+) -> Hidden:
+    """Return what was hidden: an effect ``factor`` times as strong as the one that adds ``added_mm``.
+
+    Examples
+    --------
+    >>> hidden_of("backlash", "play", (), 3.0, np.array([0.001, -0.001]), 0.002).rms_sigma
+    1.5
+    """
+    return Hidden(
+        name=name,
+        description=description,
+        parameters=scaled(parameters, factor),
+        rms_sigma=factor * rms(added_mm) / sigma_mm,
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 
 import numpy as np
@@ -11,6 +12,19 @@ from rtec.blind.plan import Floats
 CORRELATION = 0.9
 """From reading to reading, where the noise is correlated."""
 LASER_STEP_MM = 1e-5
+
+
+class Noise(enum.Enum):
+    """Noise of the readings."""
+
+    WHITE = "white"
+    CORRELATED = "correlated"
+    """At 0.9 from reading to reading."""
+
+
+def noise_of(kind: Noise, count: int, sigma: float, rng: np.random.Generator) -> Floats:
+    """Return the noise of readings in the order in which they were taken, shape (count,)."""
+    return white(count, sigma, rng) if kind is Noise.WHITE else correlated(count, sigma, rng)
 
 
 def white(count: int, sigma: float, rng: np.random.Generator) -> Floats:

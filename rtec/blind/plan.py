@@ -80,7 +80,7 @@ class Plan:
     turn_dwells_s
         Shortest and longest rest before a reversal; each run has another one.
     columns
-        Of the file beyond run, direction, target and actual: ``time``, ``feed``, ``velocity``, ``dwell``,
+        Of the file beyond run, target and actual: ``direction``, ``time``, ``feed``, ``velocity``, ``dwell``,
         ``temperature``.
     sigma_um
         Standard deviation of the repeat noise.
@@ -109,7 +109,7 @@ class Plan:
     feeds_mm_s: tuple[float, ...] = (40.0,)
     dwell_s: float = 6.0
     turn_dwells_s: tuple[float, float] = (2.0, 60.0)
-    columns: tuple[str, ...] = ("time",)
+    columns: tuple[str, ...] = ("direction", "time")
     sigma_um: float = 2.0
 
     def __post_init__(self) -> None:
@@ -140,18 +140,27 @@ class Plan:
 _BASE = Plan(name="base")
 _ALL = (
     _BASE,
-    Plan(name="dwell", columns=("time", "dwell")),
-    Plan(name="temperature", heating=Heating.COLD_AND_HOT, columns=("time", "temperature")),
+    Plan(name="dwell", columns=("direction", "time", "dwell")),
+    Plan(name="temperature", heating=Heating.COLD_AND_HOT, columns=("direction", "time", "temperature")),
     Plan(name="dense", spacing=Spacing.DENSE_AT_ENDS),
+    Plan(
+        name="moving",
+        reading=Reading.MOVING,
+        runs=2,
+        targets=60,
+        span_mm=100.0,
+        feeds_mm_s=(5.0, 20.0, 60.0),
+        columns=("time", "velocity"),
+    ),
     Plan(name="single_pass", runs=1, passes=Passes.FORWARD),
-    Plan(name="one_feed", columns=("time", "feed")),
+    Plan(name="one_feed", columns=("direction", "time", "feed")),
     Plan(name="turned_once", runs=1),
     Plan(
         name="one_heating",
         runs=1,
         passes=Passes.FORWARD,
         heating=Heating.ONE_RISE,
-        columns=("time", "temperature"),
+        columns=("direction", "time", "temperature"),
     ),
 )
 PLANS: Mapping[str, Plan] = MappingProxyType({plan.name: plan for plan in _ALL})

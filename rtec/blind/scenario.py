@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtec.blind.draws import Draw, stream
+from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading
 from rtec.blind.slow_errors import SLOW
 from rtec.blind.static_errors import STATIC
@@ -42,14 +43,6 @@ LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
     )
 )
 """Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
-
-
-class Noise(enum.Enum):
-    """Noise of the readings."""
-
-    WHITE = "white"
-    CORRELATED = "correlated"
-    """At 0.9 from reading to reading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,6 +99,11 @@ class Scenario:
             return self.strength_sigma
         return (self.strength_sigma,) * len(self.names)
 
+    @property
+    def wanted(self) -> dict[str, float]:
+        """The strength by name."""
+        return dict(zip(self.names, self.strengths, strict=True))
+
 
 def unfit(name: str, plan: Plan) -> str | None:
     """Return why an effect cannot be hidden in a plan, or None where it can.
@@ -153,14 +151,14 @@ def scenario_of(seed: int) -> Scenario:
     >>> scenario_of(3) == scenario_of(3)
     True
     """
-    rng = np.random.default_rng([seed, 0])
+    rng = stream(seed, Draw.SCENARIO)
     kind = str(rng.choice([name for name, _ in _KINDS], p=[share for _, share in _KINDS]))
     noise = Noise.WHITE if rng.uniform() < 0.7 else Noise.CORRELATED
     if kind == "outside":
         name = str(rng.choice(OUTSIDE))
         plan = PLANS["dwell"] if name == "dwell_reversal" and rng.uniform() < 0.5 else PLANS["base"]
         return Scenario(names=(name,), strength_sigma=_strengths(1, rng), noise=Noise.WHITE, plan=plan)
-    plan = PLANS[str(rng.choice(["base", "temperature", "dense", "dwell"], p=[0.6, 0.2, 0.1, 0.1]))]
+    plan = PLANS[str(rng.choice(["base", "temperature", "dense", "moving", "dwell"], p=[0.5, 0.2, 0.1, 0.1, 0.1]))]
     count = {"nothing": 0, "one": 1, "two": 2, "three": 3}[kind]
     names = _companions(plan, count, rng)
     return Scenario(names=names, strength_sigma=_strengths(len(names), rng), noise=noise, plan=plan)
