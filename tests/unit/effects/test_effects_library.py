@@ -1,0 +1,248 @@
+"""The library as a whole: names, cards, look-alikes, invariants that hold for every effect, and its page."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtec.effects import CAPTURE_EFFECTS, LIBRARY, Conditions, Observable, Shape, Units, effect_named
+from rtec.errors import ArgumentError
+
+ROOT = Path(__file__).parents[3]
+NAMES = (
+    "offset scale pitch_map cyclic backlash backlash_map windup thermal_growth warm_up drift servo_lag "
+    "acceleration_lag interpolation eccentricity lost_counts quantisation cosine "
+    "inertia viscous coulomb asymmetric_friction stribeck force_offset cogging"
+).split()
+DRIVE = set(NAMES[17:])
+UNITS = [Units("mm", "mm", "s"), Units("deg", "deg", "reading"), Units("n", "mm", "s"), Units("a", "deg", "s")]
+
+
+def identity(effect):
+    return effect.name
+
+
+@pytest.fixture(scope="session")
+def everything(bidirectional):
+    """Conditions with every column, at which every effect can be tested."""
+    targets = np.linspace(3.0, 397.0, 21) + np.random.default_rng(5).uniform(-5, 5, 21)
+    rows = 210
+    direction = bidirectional(targets).direction
+    speed = np.tile([0.5, 2.0, 10.0, 50.0, 100.0, 7.0], 35)
+    return bidirectional(
+        targets,
+        velocity=direction * speed,
+        acceleration=np.random.default_rng(6).normal(size=rows),
+        temperatures={"temperature": np.linspace(20.0, 26.0, rows), "air": np.linspace(22.0, 20.0, rows)},
+        signal_period=0.02,
+        revolution=360.0,
+    )
+
+
+def test_the_library_holds_the_effects_in_the_agreed_order():
+    assert [effect.name for effect in LIBRARY] == NAMES
+    assert {effect.name for effect in LIBRARY if effect.observable is Observable.DRIVE} == DRIVE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_effects_are_found_by_name(name):
+    assert effect_named(name).name == name
+
+
+def test_an_unknown_name_is_answered_with_the_nearest():
+    with pytest.raises(ArgumentError, match="did you mean 'thermal_growth'"):
+        effect_named("thermal_grwth")
+    with pytest.raises(ArgumentError, match="known: offset, scale"):
+        effect_named("?" * 10_000)
+
+
+@pytest.mark.parametrize("name", ["phase_error", "duty_error", "jitter", "glitch", "bounce", "missed_edge", "skew"])
+def test_effects_of_captures_say_where_they_belong(name):
+    assert name in CAPTURE_EFFECTS
+    with pytest.raises(ArgumentError, match=f"{name} belongs to captures"):
+        effect_named(name)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_every_card_is_filled_in(effect):
+    card = effect.card
+    for part in (card.title, card.plot, card.cause, card.consequence, card.action, card.invariant_to, card.source):
+        assert part.strip() == part
+        assert len(part) > 4
+    for sentence in (card.plot, card.cause, card.consequence, card.action, card.invariant_to, card.source):
+        assert sentence.endswith("."), sentence
+        assert len(sentence) > 15
+    assert effect.needs
+
+
+def test_titles_differ():
+    assert len({effect.card.title for effect in LIBRARY}) == len(LIBRARY)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_look_alikes_name_each_other_with_one_experiment(effect):
+    for rival in effect.rivals:
+        other = effect_named(rival.name)
+        assert other.observable is effect.observable
+        (back,) = [again for again in other.rivals if again.name == effect.name]
+        assert back.experiment == rival.experiment
+        assert back.permanent is rival.permanent
+        assert len(rival.experiment) > 40
+
+
+@pytest.mark.parametrize(
+    "one, other, words",
+    [
+        ("backlash", "servo_lag", "three feeds, creep"),
+        ("backlash", "windup", "after each reversal"),
+        ("scale", "drift", "datum"),
+        ("pitch_map", "thermal_growth", "cold and hot"),
+        ("lost_counts", "backlash", "index"),
+        ("scale", "cosine", "second instrument"),
+        ("cyclic", "interpolation", "signal periods"),
+        ("warm_up", "drift", "three hours"),
+        ("cyclic", "eccentricity", "turn"),
+        ("viscous", "coulomb", "several constant speeds"),
+        ("coulomb", "stribeck", "creep"),
+    ],
+)
+def test_the_experiment_that_separates(one, other, words):
+    (rival,) = [rival for rival in effect_named(one).rivals if rival.name == other]
+    assert words in rival.experiment
+
+
+def test_only_cosine_is_a_look_alike_for_ever():
+    permanent = {(effect.name, rival.name) for effect in LIBRARY for rival in effect.rivals if rival.permanent}
+    assert permanent == {("scale", "cosine"), ("cosine", "scale")}
+    assert {effect.name for effect in LIBRARY if effect.never_ranked} == {"cosine", "quantisation"}
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_simpler_effects_are_of_the_library_and_observed_alike(effect):
+    for name in effect.contains:
+        assert effect_named(name).observable is effect.observable
+
+
+def test_friction_and_mass_are_not_negative():
+    assert {e.name for e in LIBRARY if e.not_negative} == {"inertia", "viscous", "coulomb", "stribeck"}
+    assert {e.name for e in LIBRARY if e.in_time} == {"thermal_growth", "warm_up", "drift", "lost_counts"}
+    assert {e.name for e in LIBRARY if e.repeatable} == {"lost_counts", "cogging"}
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_columns_scan_and_contribution_agree(effect, everything):
+    assert effect.untestable(everything) is None
+    shapes = list(effect.shapes(everything))
+    assert shapes
+    for shape in shapes[:: max(1, len(shapes) // 7)]:
+        assert type(shape) is effect.shape_type
+        columns = effect.columns(everything, shape)
+        assert columns.dtype == np.float64
+        assert columns.shape[0] == everything.rows
+        assert np.isfinite(columns).all()
+        assert np.abs(columns).max() > 0
+        for units in UNITS:
+            assert len(effect.amplitudes(shape, units)) == columns.shape[1]
+        values = np.linspace(-1.0, 2.0, columns.shape[1])
+        by_hand = sum(value * column for value, column in zip(values, columns.T, strict=True))
+        assert effect.contribution(everything, shape, values) == pytest.approx(
+            by_hand, abs=1e-9 * np.abs(by_hand).max()
+        )
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_a_scan_holds_the_columns_of_each_shape(effect, everything):
+    shapes = list(effect.shapes(everything))
+    width = effect.columns(everything, shapes[0]).shape[1]
+    alike = [shape for shape in shapes if effect.columns(everything, shape).shape[1] == width]
+    scan = effect.scan(everything, alike)
+    assert scan.shape == (len(alike), width, everything.rows)
+    for found, shape in zip(scan, alike, strict=True):
+        expected = effect.columns(everything, shape).T
+        assert np.abs(found - expected).max() <= 1e-9 * max(1.0, np.abs(expected).max())
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_a_part_of_the_readings_has_a_part_of_the_columns(effect, everything):
+    rows = np.array([2, 17, 18, 90, 200])
+    for shape in list(effect.shapes(everything))[:3]:
+        whole = effect.columns(everything, shape)
+        assert effect.columns(everything.take(rows), shape) == pytest.approx(whole[rows], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_variants_hold_the_shape_or_its_wave_and_refits_stay_near_it(effect, everything):
+    shape = list(effect.shapes(everything))[1 % len(effect.shapes(everything))]
+    variants = effect.variants(everything, shape)
+    if effect.name == "cogging":
+        # snapped to whole cycles a turn, by less than the data can tell
+        away = [abs(1 / variant.period - 1 / shape.period) * everything.span for variant in variants]
+        assert min(away) <= 0.5
+    else:
+        assert any(variant == shape for variant in variants)
+    for variant in variants:
+        for tunable in effect.tunables(everything, variant):
+            assert 0 < tunable.low < getattr(variant, tunable.name) < tunable.high
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_the_summary_is_for_people(effect, everything):
+    shape = next(iter(effect.shapes(everything)))
+    units = Units("mm", "mm", "s")
+    amplitudes = [0.001] * len(effect.amplitudes(shape, units))
+    lines = effect.summary(shape, amplitudes, units)
+    assert lines
+    assert len({name for name, _, _ in lines}) == len(lines)
+    for name, value, unit in lines:
+        assert re.fullmatch(r"[a-z0-9_]+", name)
+        assert isinstance(value, float)
+        assert isinstance(unit, str)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_data_that_lack_a_column_are_refused_in_words(effect):
+    """A model may name an effect that the data cannot hold: an answer or a clear error, never a traceback."""
+    c = Conditions(position=np.array([0.0, 5.0, 10.0]), position_unit="mm", run=np.ones(3, dtype=np.int64))
+    reason = effect.untestable(c)
+    assert reason is None or len(reason) > 8
+    shape = effect.shape_type()
+    if effect.name in ("pitch_map", "backlash_map"):
+        shape = effect.shape_type((0.0, 5.0, 10.0))
+    try:
+        columns = effect.columns(c, shape)
+    except ArgumentError as error:
+        assert "data" in str(error)
+        assert reason is not None
+    else:
+        assert columns.shape[0] == c.rows
+
+
+@pytest.mark.parametrize("effect", [e for e in LIBRARY if e.shape_type is not Shape], ids=identity)
+def test_a_foreign_shape_is_refused(effect, everything):
+    with pytest.raises(ArgumentError, match=effect.shape_type.__name__):
+        effect.columns(everything, Shape())
+
+
+def test_importing_the_room_loads_no_heavy_library():
+    heavy = ("scipy", "numba", "matplotlib", "pint", "lmfit")
+    code = f"import sys, rtec.effects; print([name for name in {heavy!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_page_holds_every_name_and_card():
+    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    flat = " ".join(page.split())
+    rows = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
+    assert rows[: len(NAMES)] == NAMES
+    for effect in LIBRARY:
+        card = effect.card
+        assert f"### `{effect.name}`: {card.title}" in page
+        for part in (card.plot, card.cause, card.consequence, card.action, card.invariant_to, card.source):
+            assert part in flat, (effect.name, part)
+        assert effect.needs in flat
+        for rival in effect.rivals:
+            assert f"`{rival.name}`: {rival.experiment}" in flat, (effect.name, rival.name)
