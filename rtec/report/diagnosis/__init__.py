@@ -1,14 +1,20 @@
 """A diagnosis or a comparison as a page, figures, tables and plain data."""
 
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
+from rtec.report.diagnosis.folder import write_comparison, write_diagnosis
+from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.sentence import comparison_sentence, verdict_sentence
 from rtec.report.diagnosis.terminal import comparison_table, diagnosis_table
 
 __all__ = [
     "comparison_document",
+    "comparison_figures",
     "comparison_sentence",
     "comparison_table",
     "diagnosis_document",
+    "diagnosis_figures",
     "diagnosis_table",
     "verdict_sentence",
+    "write_comparison",
+    "write_diagnosis",
 ]

@@ -66,7 +66,7 @@ def ways(conditions: Conditions) -> list[Way]:
         return [Way(label="readings", colour=FORWARD, marker="o", dash="-", rows=everything)]
     found = [
         Way(label="forward", colour=FORWARD, marker="^", dash="-", rows=conditions.direction > 0),
-        Way(label="reverse", colour=REVERSE, marker="v", dash="--", rows=conditions.direction < 0),
+        Way(label="backward", colour=REVERSE, marker="v", dash="--", rows=conditions.direction < 0),
         Way(label="at rest", colour=NEUTRAL, marker="o", dash=":", rows=conditions.direction == 0),
     ]
     return [way for way in found if way.rows.any()]

@@ -98,7 +98,7 @@ def stretch_words(stretch: Stretch, unit: str) -> str:
     low, high = f"{stretch.low:.5g}", f"{stretch.high:.5g}"
     place = (low if low == high else f"{low} to {high}").replace("-", "−")
     words = f"{place} {symbol(unit)}".rstrip()
-    return words + {1: ", forward", -1: ", reverse"}.get(stretch.direction, "")
+    return words + {1: ", forward", -1: ", backward"}.get(stretch.direction, "")
 
 
 def heldout_words(heldout_by: str) -> str:

@@ -1,0 +1,279 @@
+"""What the page of a diagnosis says in words and tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.effects import Card, Units
+from rtec.report.appearance import MISSING, joined, number, printable
+from rtec.report.diagnosis.likeness import effect_or_none, look_alikes, permanent_look_alikes, rival, tied_groups
+from rtec.report.diagnosis.quantities import (
+    Shown,
+    parameter_texts,
+    probability,
+    rounded,
+    shown_of,
+    symbol,
+    value_text,
+)
+from rtec.report.diagnosis.sentence import heldout_words, spoken
+from rtec.twin.dataset import Dataset
+from rtec.twin.model import Model, Term
+from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Value
+
+_MOST_PARAMETERS = 12
+_CORRELATED = 0.1
+
+DEFINITIONS = (
+    ("RMS", "Root mean square. Of the residual: of measured less model, the datum of the instrument taken off."),
+    ("training, held out", "Readings that the model was fitted to, and readings that took no part in the fit."),
+    (
+        "noise floor",
+        "Standard deviation of a reading about the mean of all readings under the same conditions (target and "
+        "direction). It comes from repeats, never from what a model leaves.",
+    ),
+    (
+        "adjusted p",
+        "Probability that noise alone gives so large a statistic anywhere: for any effect of the library and any "
+        "period, time constant or other form that was tried. An effect is added below 0.01.",
+    ),
+    ("predicted", "RMS that the score test promises before an effect is fitted."),
+    (
+        "minimum detectable",
+        "RMS contribution of an effect to these readings that this search would find nine times out of ten.",
+    ),
+    (
+        "cosine",
+        "Of the angle between what two effects contribute to these readings, a constant taken off: 1 means that no "
+        "fit to them can tell the two apart.",
+    ),
+    ("lack of fit", "Test of what is left against the repeats: a small p says that something repeatable is left."),
+    ("NAMED", "Effects were found, and what is left is at the noise floor."),
+    ("TIED", "Two or more effects explain the data equally; the suggested experiment separates them."),
+    ("UNKNOWN", "Repeatable structure is left that nothing in the library explains."),
+    ("INCONCLUSIVE", "The data could not have shown what would matter."),
+    ("NONE", "There is nothing repeatable to explain."),
+    ("NOT_TESTABLE", "What the effects need is not in the data."),
+)
+"""Terms of the page and what they mean."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepRow:
+    """A line of the table of steps."""
+
+    label: str
+    added: bool
+    parameters: list[str]
+    train: str
+    heldout: str
+    gain: str
+    p: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundEffect:
+    """An effect of the model with its card."""
+
+    name: str
+    card: Card
+    parameters: list[tuple[str, str]]
+    mimics: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CandidateRow:
+    """A line of the table of candidates."""
+
+    name: str
+    accepted: bool
+    predicted: str
+    achieved: str
+    p: str
+    parameters: list[str]
+    reason: str
+
+
+def facts(dataset: Dataset, noise: NoiseFloor, heldout: Dataset | None, heldout_by: str) -> list[tuple[str, str]]:
+    """Return what was measured, as label and value."""
+    c, shown, unit = dataset.coordinates, shown_of(dataset.units), symbol(dataset.units.position)
+    found = [
+        ("File", printable(dataset.source)),
+        ("Explained", f"{printable(dataset.observe).replace('_', ' ')}, shown in {shown.symbol}"),
+        ("Readings", f"{number(dataset.rows)}, {'of a moving axis' if c.moving else 'at rest'}"),
+    ]
+    low, high = float(c.position.min()), float(c.position.max())
+    place = "Time" if c.time_is_coordinate else "Position"
+    found.append((place, f"{low:.6g} to {high:.6g} {unit}, {number(c.places.size)} distinct".replace("-", "−")))
+    runs = len(set(c.run.tolist()))
+    found.append(("Runs", number(runs)))
+    if c.both_directions:
+        found.append(("Directions", "both"))
+    else:
+        found.append(("Directions", "not told by the data" if c.direction is None else "one only"))
+    if c.time_s is not None and not c.time_is_coordinate:
+        found.append(("Duration", f"{float(c.time_s.max() - c.time_s.min()):.5g} s"))
+    for name, heat in c.temperatures.items():
+        label = printable(name).replace("_", " ").capitalize()
+        found.append((label, f"{float(heat.min()):.4g} to {float(heat.max()):.4g} °C".replace("-", "−")))
+    stated = (("Screw pitch", c.screw_pitch), ("Scale signal period", c.signal_period))
+    found += [(label, f"{value:.6g} {unit}, as stated") for label, value in stated if value is not None]
+    found.append(("Noise of a reading", noise_text(noise, shown)))
+    other = f", {number(heldout.rows)} readings" if heldout is not None else ""
+    found.append(("Held out", heldout_words(heldout_by) + other))
+    unknown = [printable(name) for name, _ in dataset.unknown]
+    if unknown:
+        found.append(("Columns of unknown meaning", ", ".join(unknown)))
+    return found
+
+
+def noise_text(noise: NoiseFloor, shown: Shown) -> str:
+    """Return the noise of a reading, where it comes from, and how far readings depend on each other."""
+    if noise.from_repeats:
+        freedom = f"{noise.degrees_of_freedom:.0f} degrees of freedom"
+        text = f"{shown.with_unit(noise.sigma)} (standard deviation from repeats, {freedom})"
+    else:
+        text = f"nothing was repeated; {shown.with_unit(noise.sigma)} is the standard deviation of what is left"
+    if noise.correlation > _CORRELATED:
+        text += (
+            f"; correlated by {noise.correlation:.2f} from reading to reading, {noise.white_share:.0%} of it white"
+        )
+    if noise.sigma_adjacent is not None:
+        text += f"; from adjacent repeats alone {shown.with_unit(noise.sigma_adjacent)}"
+    return text
+
+
+def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
+    """Return the table of steps, the start first."""
+    names = joined(spoken(name) for name in diagnosis.start.names)
+    start = StepRow(label=f"start: {names or 'no effect'}", added=True, parameters=[], gain="", p="",
+                    train=shown.text(diagnosis.rms_before), heldout="", reason="")  # fmt: skip
+    rows = [start]
+    for step in diagnosis.steps:
+        gain = error = math.nan
+        if math.isfinite(step.gain):
+            gain, error = step.gain * shown.factor**2, step.gain_error * shown.factor**2
+        rows.append(
+            StepRow(
+                label=f"{'+' if step.added else '−'} {spoken(step.effect)}",
+                added=step.added,
+                parameters=parameter_texts(step.params, _MOST_PARAMETERS) if step.added else [],
+                train=shown.text(step.rms_train),
+                heldout=shown.text(step.rms_heldout),
+                gain=_plus_minus(gain, error),
+                p=probability(step.p_adjusted) if step.added else "",
+                reason=printable(step.reason),
+            )
+        )
+    return rows
+
+
+def _plus_minus(value: float, error: float) -> str:
+    if not math.isfinite(value):
+        return MISSING
+    return rounded(value, 3) + (f" ± {rounded(error, 2)}" if math.isfinite(error) else "")
+
+
+def final_values(term: Term, units: Units) -> tuple[Value, ...]:
+    """Return the numbers of a fitted effect as people read them, with their standard errors.
+
+    Notes
+    -----
+    Where a number is made of several amplitudes (a length and a phase of a wave), their errors are propagated as if
+    they were independent of each other.
+    """
+    if term.shape is None or term.amplitudes is None:
+        return ()
+    read = term.effect.summary(term.shape, term.amplitudes, units)
+    errors = _propagated(term, units, [value for _, value, _ in read]) | dict(term.shape_errors)
+    return tuple(Value(name, value, errors.get(name), unit) for name, value, unit in read)
+
+
+def _propagated(term: Term, units: Units, read: list[float]) -> dict[str, float]:
+    if term.shape is None or term.amplitudes is None or term.errors is None:
+        return {}
+    square = np.zeros(len(read))
+    names: list[str] = []
+    for k, error in enumerate(term.errors):
+        moved = [value + (error if i == k else 0.0) for i, value in enumerate(term.amplitudes)]
+        found = term.effect.summary(term.shape, moved, units)
+        names = [name for name, _, _ in found]
+        square += (np.array([value for _, value, _ in found]) - read) ** 2
+    return {name: math.sqrt(total) for name, total in zip(names, square, strict=True) if total > 0}
+
+
+def found_effects(model: Model, candidates: tuple[Candidate, ...]) -> list[FoundEffect]:
+    """Return the effects of a model in their order, each with its card and its final numbers."""
+    for_ever: dict[str, list[str]] = {}
+    for name, other in permanent_look_alikes(candidates):
+        for_ever.setdefault(name, []).append(spoken(other))
+    found = []
+    for term in model.terms:
+        values = final_values(term, model.units)
+        pairs = [(printable(value.name).replace("_", " "), value_text(value)) for value in values]
+        if len(pairs) > _MOST_PARAMETERS:
+            left = len(pairs) - _MOST_PARAMETERS
+            pairs = [*pairs[:_MOST_PARAMETERS], ("and", f"{left} more: the model's file has all")]
+        mimics = joined(for_ever.get(term.name, []))
+        found.append(FoundEffect(name=spoken(term.name), card=term.effect.card, parameters=pairs, mimics=mimics))
+    return found
+
+
+def candidate_rows(diagnosis: Diagnosis, shown: Shown) -> list[CandidateRow]:
+    """Return the table of candidates in the order in which the search ranks them."""
+    rows = []
+    for one in diagnosis.candidates:
+        ties = f"looks like {joined(spoken(name) for name in one.tied_with)}" if one.tied_with else ""
+        if ties and one.cosine is not None and math.isfinite(one.cosine):
+            ties += f" (cosine {abs(one.cosine):.2f})"
+        rows.append(
+            CandidateRow(
+                name=spoken(one.effect),
+                accepted=one.accepted,
+                predicted=shown.text(one.predicted_rms),
+                achieved=shown.text(one.achieved_rms),
+                p=probability(one.p_adjusted),
+                parameters=parameter_texts(one.params, 4),
+                reason="; ".join(words for words in (printable(one.reason), ties) if words),
+            )
+        )
+    return rows
+
+
+def likeness_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Return the look-alikes of this plan: both names, the cosine, and what separates them."""
+    rows = []
+    for first, second, cosine in look_alikes(diagnosis.cosines):
+        known = rival(first, second)
+        if known is None:
+            words = "no experiment is known to the library; vary what only one of them depends on"
+        else:
+            words = f"{'for ever, with this instrument: ' if known.permanent else ''}{known.experiment}"
+        rows.append((f"{spoken(first)} and {spoken(second)}", f"{abs(cosine):.3f}", words))
+    return rows
+
+
+def tie_words(diagnosis: Diagnosis) -> str:
+    """Return which effects are tied, as a sentence; empty where none is."""
+    groups = [f"{joined(spoken(name) for name in group)}" for group in tied_groups(diagnosis.candidates)]
+    return f"Tied here: {'; '.join(groups)}." if groups else ""
+
+
+def unmeasured(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Return what could not be tested, why, and what the effect needs."""
+    return [(spoken(name), printable(why), _needs(name)) for name, why in diagnosis.not_testable]
+
+
+def _needs(name: str) -> str:
+    effect = effect_or_none(name)
+    return "" if effect is None else effect.needs
+
+
+def pairs_text(pairs: Iterable[tuple[str, float]], text: Callable[[float], str]) -> list[tuple[str, str]]:
+    """Return names as words with their figures as text."""
+    return [(printable(name).replace("_", " "), text(value)) for name, value in pairs]

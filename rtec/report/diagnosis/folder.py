@@ -1,0 +1,64 @@
+"""The folder of a diagnosis or a comparison, which gets all of its files or none."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rtec.report.diagnosis.document import comparison_document, diagnosis_document
+from rtec.report.diagnosis.page import comparison_page, diagnosis_page
+from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
+from rtec.report.illustrations import Illustration
+from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
+from rtec.twin.results import Diagnosis
+
+if TYPE_CHECKING:
+    from rtec.twin.compare import Comparison
+
+Render = Callable[[Sequence[Illustration], Sequence[str]], str]
+
+
+def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> Path:
+    """Write page, figures and numbers of a search.
+
+    Everything is put in place at the end: an error, a full disk or Ctrl-C leaves the folder as it was. What stands in
+    the way under the same name is replaced.
+
+    Parameters
+    ----------
+    diagnosis
+        The search.
+    folder
+        Where to; it exists.
+
+    Returns
+    -------
+    Path
+        The page, ``report.html``; beside it are ``result.json`` and ``figures`` (each as SVG and as PNG).
+
+    Raises
+    ------
+    OutputError
+        The folder is missing or not writable, or the disk is full.
+    """
+    figures = diagnosis_figures(diagnosis)
+    document = diagnosis_document(diagnosis)
+    return _written(folder, figures, document, lambda drawn, files: diagnosis_page(diagnosis, drawn, files))
+
+
+def write_comparison(comparison: Comparison, folder: Path) -> Path:
+    """Write page, figures and numbers of a comparison; parameters, result and errors as for ``write_diagnosis``."""
+    figures = comparison_figures(comparison.dataset, comparison.model, comparison.noise)
+    document = comparison_document(comparison)
+    return _written(folder, figures, document, lambda drawn, files: comparison_page(comparison, drawn, files))
+
+
+def _written(folder: Path, figures: list[Illustration], document: dict[str, Any], render: Render) -> Path:
+    with whole_folder(folder) as new:
+        write_figures(new, figures)
+        write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        files = without_empty(new, ("figures",))
+        write_text(new / PAGE, render(figures, files))
+    return folder / PAGE

@@ -1,0 +1,180 @@
+"""The figures of a diagnosis and of a comparison in their order, each with a caption that says what to see."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rtec.report.diagnosis.figures_measured import measured_figure
+from rtec.report.diagnosis.figures_model import components_figure, cosines_figure, experiment_figure
+from rtec.report.diagnosis.figures_residual import residual_panels
+from rtec.report.diagnosis.figures_search import candidates_figure, staircase_figure
+from rtec.report.diagnosis.figures_spectra import spectra_figure
+from rtec.report.diagnosis.quantities import shown_of
+from rtec.report.diagnosis.readings import MOST_DOTS
+from rtec.report.diagnosis.sentence import heldout_words
+from rtec.report.figures_style import figure_style
+from rtec.report.illustrations import Illustration, illustration
+from rtec.twin.dataset import Dataset
+from rtec.twin.model import Model
+from rtec.twin.results import Diagnosis, NoiseFloor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plate:
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[], Figure | None]
+
+
+def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
+    """Draw the figures for which the search has results.
+
+    Parameters
+    ----------
+    diagnosis
+        The search.
+
+    Returns
+    -------
+    list
+        ``measured``, ``staircase``, ``components``, ``candidates``, ``residual``, ``spectra``, ``cosines`` and
+        ``experiment``, those that there is something to show for.
+    """
+    d = diagnosis
+    held = heldout_words(d.heldout_by)
+    measured, residual, spectra = _plates(d.dataset, d.start, d.model, d.noise, d)
+    return _drawn(
+        [
+            measured,
+            _Plate(
+                name="staircase",
+                title="The staircase",
+                caption="What is left after each step, everything refitted each time: in training (line) and on "
+                f"readings that took no part in the fit (diamonds; held out {held}). A step that helps in training "
+                "and not held out explains noise; such an effect is taken out again (cross). Below the band of the "
+                "noise floor there is nothing repeatable to explain.",
+                draw=lambda: staircase_figure(d),
+            ),
+            _Plate(
+                name="components",
+                title="What the model consists of",
+                caption="The contribution of each effect to the readings, over what it depends on. All panels have "
+                "the same unit; each has its own scale.",
+                draw=lambda: components_figure(d.dataset, d.model),
+            ),
+            _Plate(
+                name="candidates",
+                title="Candidates, ranked",
+                caption="Each effect of the library that these data can show. The upper bar runs from the RMS at "
+                "which the effect was judged to the one that the score test promised without fitting it, the lower "
+                "one to what was reached when it was added and everything refitted. The scale is logarithmic.",
+                draw=lambda: candidates_figure(d),
+            ),
+            residual,
+            spectra,
+            _Plate(
+                name="cosines",
+                title="Which effects look alike on this plan",
+                caption="The size of the cosine between what two effects contribute to these readings: 0 where "
+                "they have nothing in common, 1 where no fit can tell them apart. Framed: above 0.95, which counts "
+                "as a tie.",
+                draw=lambda: cosines_figure(d.cosines),
+            ),
+            _Plate(
+                name="experiment",
+                title="The rivals in the suggested experiment",
+                caption="What each of the rivals predicts there, with the amplitudes fitted here: measure where the "
+                "curves part.",
+                draw=lambda: experiment_figure(d.experiment, d.dataset),
+            ),
+        ]
+    )
+
+
+def comparison_figures(dataset: Dataset, model: Model, noise: NoiseFloor) -> list[Illustration]:
+    """Draw measured against model, the residual against each column, and its spectra.
+
+    Parameters
+    ----------
+    dataset
+        The measurement.
+    model
+        Fitted.
+    noise
+        Of a reading.
+    """
+    return _drawn(_plates(dataset, None, model, noise, None))
+
+
+def _plates(
+    dataset: Dataset, before: Model | None, model: Model, noise: NoiseFloor, diagnosis: Diagnosis | None
+) -> list[_Plate]:
+    """Return the plates that a diagnosis and a comparison share."""
+    unknown = None if diagnosis is None else diagnosis.unknown
+    moving = dataset.coordinates.moving and dataset.coordinates.time_s is not None
+    return [
+        _Plate(
+            name="measured",
+            title="Measured and model",
+            caption=(_OVER_TIME if moving else _OVER_PLACE) + _noise_words(dataset, noise),
+            draw=lambda: measured_figure(dataset, model, noise),
+        ),
+        _Plate(
+            name="residual",
+            title="What is left, and what it depends on",
+            caption="Measured less model against each column of the data. The lines are means of neighbours, their "
+            "bands two standard errors as if readings were independent of each other; where a band leaves zero again "
+            "and again, something that depends on that column is left."
+            + _thinned(dataset)
+            + _noise_words(dataset, noise),
+            draw=lambda: residual_panels(dataset, model, noise, unknown),
+        ),
+        _Plate(
+            name="spectra",
+            title="Spectra of what is left",
+            caption="Amplitude of the best-fitting wave at each frequency. Noise alone, as correlated from reading "
+            "to reading as the repeats are, passes the red line anywhere in a panel with a probability of 0.01 only. "
+            "Filled marks stand at the lines of the model, hollow ones where targets that stand at regular distances "
+            "show the same line again: beyond half a cycle per target nothing can be told from its mirror image.",
+            draw=lambda: spectra_figure(dataset, before, model, noise),
+        ),
+    ]
+
+
+_OVER_PLACE = (
+    "Above, each reading (▲ forward, ▼ backward) and the model, mean of all runs; the model's waves are drawn "
+    "between the targets, too. Below, the difference at a scale of its own."
+)
+_OVER_TIME = (
+    "Above, the whole log, the range of each stretch where rows stand closer than the picture resolves; in the "
+    "middle the stretch in which the model changes most; below, the difference at a scale of its own."
+)
+
+
+def _thinned(dataset: Dataset) -> str:
+    if dataset.rows <= MOST_DOTS:
+        return ""
+    return f" Of each direction at most {MOST_DOTS} readings are drawn, chosen at random; lines and bands use all."
+
+
+def _noise_words(dataset: Dataset, noise: NoiseFloor) -> str:
+    shown = shown_of(dataset.units)
+    source = "from repeats" if noise.from_repeats else "of what is left, for nothing was repeated"
+    sigma = f"{shown.with_unit(noise.sigma)}, {source}"
+    return f" The pale band is two standard deviations of a reading ({sigma}) wide to either side."
+
+
+def _drawn(plates: list[_Plate]) -> list[Illustration]:
+    drawn = []
+    with figure_style():
+        for plate in plates:
+            figure = plate.draw()
+            if figure is not None:
+                drawn.append(illustration(figure, plate.name, plate.title, plate.caption))
+    return drawn
