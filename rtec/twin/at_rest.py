@@ -7,13 +7,18 @@ import numpy as np
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError
 from rtec.metrology import direction_of_motion
-from rtec.twin.repeats import condition_numbers, one_clock, place_numbers, runs_by_recurrence
+from rtec.twin.repeats import condition_numbers, one_clock, one_way_passes, place_numbers, runs_by_recurrence
 from rtec.twin.rows import Ints, Rows
 
 
 def prepare_at_rest(rows: Rows) -> None:
     """Give readings at rest their direction, runs, clock and speed of approach."""
     columns = rows.measurement.columns
+    if rows.direction is None and "run" not in columns and rows.coordinate != "time":
+        passes = one_way_passes(rows.position)
+        if passes is not None:
+            rows.run = passes
+            rows.notes.append(f"no column 'run': {passes[-1]} passes in one direction count as runs")
     if rows.direction is None and rows.coordinate != "time":
         step = direction_of_motion(place_numbers(rows.position).astype(np.float64), rows.run)
         if step.all():
@@ -24,11 +29,12 @@ def prepare_at_rest(rows: Rows) -> None:
     rows.held_direction = rows.direction
     if "feed" in columns and rows.velocity is None and rows.direction is not None and rows.observe != "feed":
         rows.velocity = rows.direction * np.abs(_speed(rows, "feed"))
-    if "run" not in columns and rows.coordinate != "time":
+    if "run" not in columns and rows.run[-1] == rows.run[0] and rows.coordinate != "time":
         found = runs_by_recurrence(conditions_of(rows)) if np.ptp(rows.position) > 0.0 else None
         if found is not None:
             rows.run = found
             rows.notes.append(f"no column 'run': {found[-1]} passes over the same places count as runs")
+    if "run" not in columns and rows.coordinate != "time":
         run_clocks(rows)
 
 

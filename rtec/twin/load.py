@@ -79,7 +79,8 @@ def load_dataset(
     `rtec.twin.log_rows`; everything that was done to this file say its ``notes``.
 
     The direction of a reading at rest is its column, or the sign of the motion to it. Where no column numbers the
-    runs, but whole passes over the same conditions follow each other, each pass is a run.
+    runs, but whole passes over the same conditions follow each other, or the axis returns in one go between passes in
+    one direction, each pass is a run.
 
     Examples
     --------

@@ -16,6 +16,8 @@ _BLOCKS = 5
 _MOST_RUN_BLOCKS = 10
 _FEWEST_ROWS_IN_STRETCHES = 10
 """With fewer rows each is a block of its own."""
+_WHOLE_RETURN = 0.9
+"""Share of the span of a motion that takes the axis back to where the next pass begins."""
 _WHOLE_PASS = 0.8
 """Share of all conditions that a pass has to visit to count as a run."""
 
@@ -90,6 +92,41 @@ def runs_by_recurrence(conditions: Ints) -> Ints | None:
     runs = np.zeros(conditions.size, dtype=np.int64)
     runs[starts] = 1
     return np.cumsum(runs)
+
+
+def one_way_passes(position: Floats) -> Ints | None:
+    """Return run numbers 1, 2, ... where each pass goes the same way, and the axis returns in one go between them.
+
+    Parameters
+    ----------
+    position
+        Shape (rows,), in the order of the readings.
+
+    Returns
+    -------
+    ndarray or None
+        Shape (rows,). A return leads over nine tenths of the span at least, against the way of all other steps. None
+        where there is no such return, or a pass (but the last, which needs two readings) does not visit four of five
+        places.
+
+    Examples
+    --------
+    >>> one_way_passes(np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])).tolist()
+    [1, 1, 1, 2, 2, 2]
+    >>> one_way_passes(np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])) is None
+    True
+    """
+    steps, span = np.diff(position), float(np.ptp(position))
+    back = np.abs(steps) >= _WHOLE_RETURN * span
+    ways, returns = np.sign(steps[~back]), np.sign(steps[back])
+    way = float(ways.sum())
+    if span == 0.0 or returns.size == 0 or way == 0.0 or (ways * way < 0.0).any() or (returns * way > 0.0).any():
+        return None
+    run = np.concatenate(([1], 1 + np.cumsum(back)))
+    sizes, places = np.bincount(run)[1:], int(place_numbers(position).max()) + 1
+    if sizes[:-1].min() < _WHOLE_PASS * places or sizes[-1] < 2:
+        return None
+    return np.asarray(run, dtype=np.int64)
 
 
 def cells_of(conditions: Ints, run: Ints) -> Ints:
