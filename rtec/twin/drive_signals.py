@@ -174,6 +174,12 @@ class Resample:
     picked
         Which of the decimated rows are taken, shape (rows,); None for all.
 
+    Notes
+    -----
+    A constant comes out 1.1 % smaller from each stage: with its even number of poles the filter has its ripple of
+    0.05 dB, forwards and backwards, at frequency zero. Columns and observed quantity shrink alike, so that amplitudes
+    stay what they are.
+
     Examples
     --------
     >>> resample = Resample(stretches=((0, 500),), stages=(10,))

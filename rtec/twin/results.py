@@ -87,7 +87,9 @@ class NoiseFloor:
     """Share of the variance that is white; the rest is correlated."""
     degrees_of_freedom: float
     sigma_adjacent: float | None
-    """From adjacent repeats only: where it is clearly below ``sigma``, something changes in time."""
+    """From adjacent repeats only: where it lies clearly below ``sigma_pooled``, something changes in time."""
+    sigma_pooled: float | None = None
+    """From all repeats, with what changes in time still in it."""
 
     @property
     def floor(self) -> float | None:

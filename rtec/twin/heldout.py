@@ -1,0 +1,131 @@
+"""Held-out error: what a model says about readings that its numbers have not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects import Floats
+from rtec.twin.dataset import Dataset
+from rtec.twin.fit import opened_model, residual_of
+from rtec.twin.model import Model
+from rtec.twin.workspace import Choice, Workspace
+
+FOLDS = 5
+_STRETCH = 6
+"""Readings that are held out together, at least, where runs repeat: neighbours share their noise."""
+_MOST_STRETCHES = 10
+_CUT = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldOutGain:
+    """Fall of the held-out mean square by an effect, and its paired standard error."""
+
+    gain: float
+    error: float
+
+    @property
+    def passes(self) -> bool:
+        """Whether the gain lies above two standard errors."""
+        return self.gain > 2.0 * self.error
+
+
+def folds(dataset: Dataset) -> NDArray[np.int64]:
+    """Return the fold of each reading, shape (rows,), by which it is held out.
+
+    Where runs repeat, short stretches of each run are dealt to five folds so that a place that is held out in one run
+    is kept in others: what happens once in time (a warm-up, a step) is then neither wholly hidden nor wholly shown.
+    Without repeats the folds are the data set's blocks.
+    """
+    if not dataset.has_repeats:
+        return dataset.block
+    run = dataset.coordinates.run
+    fold = np.zeros(dataset.rows, dtype=np.int64)
+    for order, number in enumerate(np.unique(run)):
+        rows = np.flatnonzero(run == number)
+        stretches = max(2, min(_MOST_STRETCHES, rows.size // _STRETCH))
+        for k, part in enumerate(np.array_split(rows, stretches)):
+            fold[part] = (k + 2 * order) % FOLDS
+    return fold
+
+
+def _table(workspace: Workspace, choices: Sequence[Choice], datum: bool) -> Floats:
+    parts = [workspace.columns(effect, shape) for effect, shape in choices]
+    if datum:
+        parts.append(workspace.constant)
+    return np.vstack(parts).T if parts else np.empty((workspace.dataset.rows, 0))
+
+
+def held_out_residual(workspace: Workspace, choices: Sequence[Choice], *, datum: bool) -> Floats:
+    """Return the whitened residual of each reading by a fit to the other folds, shape (rows,)."""
+    table = _table(workspace, choices, datum)
+    residual = workspace.observed.copy()
+    fold = folds(workspace.dataset)
+    if table.shape[1]:
+        for number in np.unique(fold):
+            test = fold == number
+            numbers = np.linalg.lstsq(table[~test], workspace.observed[~test], rcond=_CUT)[0]
+            residual[test] -= table[test] @ numbers
+    return residual
+
+
+def gain_of(workspace: Workspace, before: Floats, after: Floats) -> HeldOutGain:
+    """Return the held-out gain between two whitened held-out residuals.
+
+    With noise from repeats, the paired error follows from it: the difference of two squares is ``2 e d`` and ``d²``, d
+    being the difference of the predictions, so that a step or a warm-up that lives in a few readings is judged by
+    these. Without repeats it comes from the spread between blocks.
+    """
+    if workspace.noise.from_repeats:
+        difference = before - after
+        total = float((before**2 - after**2).sum())
+        error = 2.0 * workspace.noise.sigma * float(np.sqrt(difference @ difference))
+        return HeldOutGain(gain=total / before.size, error=error / before.size)
+    return _between_blocks(before**2 - after**2, workspace.dataset.block)
+
+
+def _between_blocks(falls: Floats, block: NDArray[np.int64]) -> HeldOutGain:
+    _, number = np.unique(block, return_inverse=True)
+    means = np.bincount(number, weights=falls) / np.bincount(number)
+    if means.size < 2:
+        return HeldOutGain(gain=float(falls.mean()), error=0.0)
+    return HeldOutGain(gain=float(means.mean()), error=float(means.std(ddof=1) / np.sqrt(means.size)))
+
+
+def rms_by_folds(workspace: Workspace, choices: Sequence[Choice], *, datum: bool) -> float:
+    """Return the held-out RMS in the observed unit inside: every reading is held out once."""
+    weights = _table(workspace, choices, datum)
+    dataset = workspace.dataset
+    raw = [dataset.columns(effect, shape) for effect, shape in choices]
+    if datum:
+        raw.append(np.ones((dataset.rows, 1)))
+    columns = np.hstack(raw) if raw else np.empty((dataset.rows, 0))
+    residual = dataset.observed.copy()
+    fold = folds(dataset)
+    if columns.shape[1]:
+        for number in np.unique(fold):
+            test = fold == number
+            numbers = np.linalg.lstsq(weights[~test], workspace.observed[~test], rcond=_CUT)[0]
+            residual[test] -= columns[test] @ numbers
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def gain_on(before: Model, after: Model, other: Dataset) -> HeldOutGain:
+    """Return the fall of the mean square on another measurement, with the spread between its blocks."""
+    falls = residual_of(other, before) ** 2 - residual_of(other, after) ** 2
+    return _between_blocks(falls, other.block)
+
+
+def blocked_rms(dataset: Dataset, model: Model) -> float:
+    """Return the RMS of a model on readings that took no part in the fit of what it leaves open.
+
+    Every fold is predicted by the model fitted to the others; a model with nothing open is simply compared.
+    """
+    opened = opened_model(dataset, model)
+    if opened is None:
+        return float(np.sqrt(np.mean(residual_of(dataset, model) ** 2)))
+    return rms_by_folds(opened.workspace, opened.choices, datum=opened.datum)

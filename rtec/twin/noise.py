@@ -1,0 +1,235 @@
+"""Noise of a reading and its correlation: from repeats - or from what a model leaves, where there are none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects import Effect, Floats, Shape
+from rtec.twin.dataset import Dataset
+from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space
+from rtec.twin.results import NoiseFloor
+from rtec.twin.whitening import Correlation
+
+_RHO = (0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97, 0.985, 0.994, 0.998)
+_WHITE = (0.1, 0.25, 0.5, 0.75)
+_MIXED_FROM = 0.7
+"""An autoregressive part with a white part beside it is tried from this correlation on: below, the two look alike."""
+WORTH = 3.0
+"""Log-likelihood that a further parameter of the correlation has to bring (BIC asks for 2.6 at 200 readings)."""
+FEWEST = 9
+"""With fewer differences no correlation is estimated."""
+_RANK = 1e-10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Noise of a reading.
+
+    Parameters
+    ----------
+    sigma
+        Standard deviation, in the observed unit inside.
+    correlation
+        From reading to reading.
+    freedom
+        Degrees of freedom of ``sigma``.
+    from_repeats
+        Whether it comes from repeats; else from a model's residual, which holds everything that the model lacks.
+    """
+
+    sigma: float
+    correlation: Correlation
+    freedom: float
+    from_repeats: bool
+
+
+class NoiseFit:
+    """Restricted maximum likelihood of the noise in differences from which some columns are taken out.
+
+    Parameters
+    ----------
+    nuisance
+        Shape (columns, rows): what is taken out.
+    starts
+        Shape (rows,): where segments of consecutive readings begin.
+    freedom
+        Independent differences among the rows.
+
+    Notes
+    -----
+    The correlation is looked for on a grid, so that the same grid, prepared once, serves any number of simulated
+    data. A parameter more has to be worth its log-likelihood: white, then autoregressive, then both.
+
+    References
+    ----------
+    H. D. Patterson, R. Thompson, Recovery of inter-block information when block sizes are unequal, Biometrika 58
+    (1971) 545: the likelihood of what is left when fixed columns are taken out.
+    """
+
+    def __init__(self, nuisance: Floats, starts: NDArray[np.bool_], freedom: float) -> None:
+        self._starts = starts
+        self._freedom = freedom
+        norm = np.sqrt((nuisance**2).sum(axis=1))
+        self._nuisance = nuisance[norm > 0.0] / norm[norm > 0.0][:, None]
+        self._prepared: dict[Correlation, tuple[Floats, float, int]] = {}
+
+    def fit(self, observed: Floats, *, refine: bool = True) -> tuple[float, Correlation, float]:
+        """Return standard deviation, correlation and degrees of freedom that suit ``observed``, shape (rows,), best."""
+        flat = Correlation()
+        best, value = flat, self._likelihood(observed, flat)[0]
+        if observed.size >= FEWEST and np.isfinite(value):
+            chain = [(self._likelihood(observed, Correlation(rho=rho))[0], rho, 0.0) for rho in _RHO]
+            mixed = [
+                (self._likelihood(observed, Correlation(rho=rho, white=white))[0], rho, white)
+                for rho in _RHO
+                if rho >= _MIXED_FROM
+                for white in _WHITE
+            ]
+            for found in (max(chain), max(mixed)):
+                if found[0] > value + WORTH:
+                    value, best = found[0], Correlation(rho=found[1], white=found[2])
+            if refine and not best.is_white:
+                best = self._refined(observed, best)
+        _, variance, freedom = self._likelihood(observed, best)
+        return float(np.sqrt(variance)), best, freedom
+
+    def _refined(self, observed: Floats, best: Correlation) -> Correlation:
+        """Climb from a grid point to the top between its neighbours."""
+        from scipy.optimize import minimize  # noqa: PLC0415 - 0.2 s, for fits only
+
+        mixed = best.white > 0.0
+
+        def at(v: NDArray[np.float64]) -> Correlation:
+            rho = min(float(np.tanh(abs(v[0]))), 0.9995)
+            return Correlation(rho=rho, white=float(1.0 / (1.0 + np.exp(-v[1]))) if mixed else 0.0)
+
+        begin = [np.arctanh(best.rho)] + ([np.log(best.white / (1.0 - best.white))] if mixed else [])
+        options = {"maxiter": 60, "xatol": 0.01, "fatol": 0.01}
+        found = minimize(
+            lambda v: -self._likelihood(observed, at(v), keep=False)[0], begin, method="Nelder-Mead", options=options
+        )
+        return at(found.x)
+
+    def _likelihood(self, observed: Floats, c: Correlation, *, keep: bool = True) -> tuple[float, float, float]:
+        """Return log-likelihood with the variance profiled out, that variance, and its degrees of freedom."""
+        if c in self._prepared:
+            basis, log_det, rank = self._prepared[c]
+        else:
+            basis, log_det, rank = self._prepare(c)
+            if keep:
+                self._prepared[c] = basis, log_det, rank
+        y = c.whitened(observed, self._starts)[0]
+        y = y - (y @ basis) @ basis.T
+        share = self._freedom / observed.size
+        left = self._freedom - rank
+        rss = float(y @ y) * share
+        if left < 1.0 or rss <= 0.0:
+            return -np.inf, max(rss, 0.0) / max(left, 1.0), max(left, 1.0)
+        return -0.5 * (left * np.log(rss / left) + log_det), rss / left, left
+
+    def _prepare(self, c: Correlation) -> tuple[Floats, float, int]:
+        """Return an orthonormal basis of the whitened nuisance, the log-determinants, and the rank."""
+        log_det = c.log_determinant(self._starts) * self._freedom / self._starts.size
+        if not self._nuisance.size:
+            return np.empty((self._starts.size, 0)), log_det, 0
+        white = c.whitened(self._nuisance, self._starts)
+        values, vectors = np.linalg.eigh(white @ white.T)
+        good = values > _RANK * values[-1]
+        basis = white.T @ (vectors[:, good] / np.sqrt(values[good]))
+        return basis, log_det + float(np.log(values[good]).sum()), int(good.sum())
+
+
+def columns_in_time(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]]) -> Floats:
+    """Return the columns of those effects that change from repeat to repeat, shape (columns, rows)."""
+    found = [dataset.columns(effect, shape).T for effect, shape in terms if effect.in_time]
+    return np.vstack(found) if found else np.empty((0, dataset.rows))
+
+
+def noise_from_repeats(
+    dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] = (), *, structure: Mapping[str, Floats] | None = None
+) -> Noise | None:
+    """Return the noise that repeats show, or None where nothing was repeated.
+
+    Slow changes in time are taken out beforehand, for a drift that is not in the model yet is no noise.
+
+    Parameters
+    ----------
+    dataset
+        With or without repeats.
+    terms
+        The model so far; of it, what changes in time is taken out, too.
+    structure
+        More to be taken out, by what it depends on, each shape (columns, rows); by default slow changes in time.
+    """
+    space = repeat_space(dataset)
+    if space is None or space.freedom < 1:
+        return None
+    out = changes_between_repeats(dataset, space)["time"] if structure is None else np.vstack([*structure.values()])
+    fit = NoiseFit(space.of(np.vstack([out, columns_in_time(dataset, terms)])), space.starts, space.freedom)
+    sigma, correlation, freedom = fit.fit(space.observed)
+    return Noise(sigma=max(sigma, _smallest(dataset)), correlation=correlation, freedom=freedom, from_repeats=True)
+
+
+def noise_from_residual(dataset: Dataset, residual: Floats, parameters: int) -> Noise:
+    """Return the noise that a model's residual, shape (rows,), would be if the model lacked nothing."""
+    starts = np.zeros(dataset.rows, dtype=np.bool_)
+    starts[0] = True
+    fit = NoiseFit(np.empty((0, dataset.rows)), starts, dataset.rows)
+    sigma, correlation, freedom = fit.fit(residual)
+    left = max(freedom - parameters, 1.0)
+    return Noise(
+        sigma=max(sigma * float(np.sqrt(freedom / left)), _smallest(dataset)),
+        correlation=correlation,
+        freedom=left,
+        from_repeats=False,
+    )
+
+
+def _smallest(dataset: Dataset) -> float:
+    """Return the noise below which readings that repeat exactly are not believed: a trifle of what was observed."""
+    return 1e-9 * float(np.abs(dataset.observed).max()) + 1e-300
+
+
+def adjacent_sigma(dataset: Dataset) -> float | None:
+    """Return the standard deviation from differences of each reading to the next repeat of the same cell.
+
+    Where it lies clearly below the one from all repeats, something changes slowly in time (von Neumann's ratio).
+    """
+    member = np.flatnonzero(dataset.cell >= 0)
+    order = member[np.lexsort((dataset.conditions.order[member], dataset.cell[member]))]
+    same = dataset.cell[order[1:]] == dataset.cell[order[:-1]]
+    if not same.any():
+        return None
+    steps = np.diff(dataset.observed[order])[same]
+    return float(np.sqrt(0.5 * np.mean(steps**2)))
+
+
+def pooled_sigma(dataset: Dataset, space: RepeatSpace) -> float:
+    """Return the standard deviation of a reading about its cell, over all repeats."""
+    return float(np.sqrt((space.observed @ space.observed) / space.observed.size))
+
+
+def noise_floor(dataset: Dataset, noise: Noise) -> NoiseFloor:
+    """Return the noise as people read it."""
+    space = repeat_space(dataset)
+    return NoiseFloor(
+        from_repeats=noise.from_repeats,
+        sigma=noise.sigma,
+        correlation=noise.correlation.to_next,
+        white_share=1.0 if noise.correlation.is_white else noise.correlation.white,
+        degrees_of_freedom=noise.freedom,
+        sigma_adjacent=adjacent_sigma(dataset),
+        sigma_pooled=None if space is None else pooled_sigma(dataset, space),
+    )
+
+
+def noise_of(dataset: Dataset) -> NoiseFloor:
+    """Return the noise of a measurement: from its repeats, or the spread of all readings where there are none."""
+    noise = noise_from_repeats(dataset)
+    if noise is None:
+        noise = noise_from_residual(dataset, dataset.observed - dataset.observed.mean(), 1)
+    return noise_floor(dataset, noise)
