@@ -9,11 +9,15 @@ import numpy as np
 from rtec.effects import Conditions, Floats
 from rtec.report.diagnosis.quantities import shown_of
 from rtec.report.diagnosis.readings import (
+    ALL,
     BAND,
     FORWARD,
+    MOST_POINTS,
     NEUTRAL,
     REVERSE,
+    Rows,
     Way,
+    at_places,
     clock,
     figure_text,
     outline,
@@ -33,7 +37,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ZOOM_ROWS = 600
+_ZOOM_ROWS, _MOST_ZOOM_ROWS, _ZOOM_SHARE = 600, 20_000, 25
+"""Rows of the enlarged stretch of a log: one part in so many, within these limits."""
+_TURNS, _ZOOM_PLACES = 8, 100
+"""Periods of the enlarged stretch of an axis, or targets where the model has no period."""
 _FEW_PLACES = 400
 _PERIOD_GAPS = 6.0
 """Periods below so many distances between targets are drawn between the targets, too."""
@@ -52,35 +59,66 @@ def measured_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figure
 
 def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor) -> Figure:
     shown = shown_of(dataset.units)
-    figure = new_figure(6.0)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.5, 1.0])
+    window = _window(c, model)
+    figure = new_figure(6.0 if window is None else 7.6)
+    heights = [1.5, 1.0] if window is None else [1.3, 1.3, 1.0]
+    panels = list(figure.subplots(len(heights), 1, height_ratios=heights))
+    upper, lower = panels[0], panels[-1]
     left = residual(dataset, model)
     fitted = dataset.observed - left
+    half = 2 * noise.sigma * shown.factor
     for way in ways(c):
-        _dots(upper, c.position, dataset.observed * shown.factor, way)
         at, line = _model_line(dataset, c, model, fitted, way)
-        _model(upper, at, line * shown.factor, 2 * noise.sigma * shown.factor, way)
-        _dots(lower, c.position, left * shown.factor, way)
-    lower.axhspan(-2 * noise.sigma * shown.factor, 2 * noise.sigma * shown.factor, color=BAND, zorder=0)
+        _dots(upper, c.position, dataset.observed * shown.factor, way, some_rows(way.rows))
+        _model(upper, at, line * shown.factor, half, way)
+        if window is not None:
+            near = some_rows(way.rows & (c.position >= window[0]) & (c.position <= window[1]))
+            inside = (at >= window[0]) & (at <= window[1])
+            _dots(panels[1], c.position, dataset.observed * shown.factor, way, near)
+            _model(panels[1], at[inside], line[inside] * shown.factor, half, way)
+        _dots(lower, c.position, left * shown.factor, way, some_rows(way.rows))
+    if window is not None:
+        upper.axvspan(*window, color=NEUTRAL, alpha=0.15, linewidth=0.0)
+    _noise(lower, half)
     lower.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    upper.set_ylabel(f"{figure_text(dataset.observe)} ({shown.symbol})")
-    lower.set_ylabel(f"measured less model ({shown.symbol})")
+    for axes in panels[:-1]:
+        axes.set_ylabel(f"{figure_text(dataset.observe)} ({shown.symbol})")
+    lower.set_ylabel(f"measured less\nmodel ({shown.symbol})")
     lower.set_xlabel(position_label(c))
     legend_above(figure, upper, 6)
     return figure
 
 
-def _dots(axes: Axes, x: Floats, y: Floats, way: Way) -> None:
-    rows = some_rows(way.rows)
+def _window(c: Conditions, model: Model) -> tuple[float, float] | None:
+    """Return the limits of a stretch in the middle to be drawn larger, where there are too many places to see."""
+    if c.places.size <= _FEW_PLACES:
+        return None
+    longest = max((period for period in map(period_of, model.terms) if period is not None), default=0.0)
+    width = _TURNS * longest if 0 < _TURNS * longest < c.span / 3 else c.span * _ZOOM_PLACES / c.places.size
+    middle = float(c.places[c.places.size // 2])
+    return middle - width / 2, middle + width / 2
+
+
+def _noise(axes: Axes, half: float) -> None:
+    axes.axhspan(-half, half, color=BAND, zorder=0)
+    for edge in (-half, half):
+        axes.axhline(edge, color=NEUTRAL, linewidth=0.7, linestyle=(0, (4, 3)), zorder=5)
+
+
+def _dots(axes: Axes, x: Floats, y: Floats, way: Way, rows: Rows) -> None:
     axes.plot(x[rows], y[rows], linestyle="none", marker=way.marker, markersize=3.6, markeredgewidth=0.0,
-              color=way.colour, alpha=0.55, label=f"measured, {way.label}", zorder=3)  # fmt: skip
+              color=way.colour, alpha=0.55, label=_label("measured", way), zorder=3)  # fmt: skip
+
+
+def _label(what: str, way: Way) -> str:
+    return f"{what}, {way.label}" if way.label != ALL else what
 
 
 def _model(axes: Axes, at: Floats, line: Floats, half: float, way: Way) -> None:
     many = at.size >= _FINE
     axes.plot(*outline(at, line), color=way.colour, linestyle="-" if many else way.dash,
               linewidth=0.7 if many else 1.1, alpha=0.6 if many else 1.0, zorder=2,
-              label=f"model, {way.label}")  # fmt: skip
+              label=_label("model", way))  # fmt: skip
     if at.size <= 2 * _FINE:
         axes.fill_between(at, line - half, line + half, color=way.colour, alpha=0.15, linewidth=0.0, zorder=1,
                           label="± 2σ of a reading" if way.marker != "v" else None)  # fmt: skip
@@ -95,11 +133,7 @@ def _model_line(dataset: Dataset, c: Conditions, model: Model, fitted: Floats, w
     if not periodic or means.at.size > _FEW_PLACES or dataset.conditions.rows != dataset.rows:
         return means.at, means.mean
     fine = np.union1d(means.at, np.linspace(means.at[0], means.at[-1], _FINE))
-    direction = None if c.direction is None else np.full(fine.size, float(np.sign(c.direction[way.rows].mean())))
-    between = Conditions(
-        position=fine, position_unit=c.position_unit, run=np.ones(fine.size, dtype=np.int64), direction=direction,
-        screw_pitch=c.screw_pitch, signal_period=c.signal_period, revolution=c.revolution,
-    )  # fmt: skip
+    between = at_places(c, fine, way)
     waves = np.sum([term.contribution(between) for term in periodic], axis=0)
     slow = means.mean - np.interp(means.at, fine, waves)
     return fine, np.interp(fine, means.at, slow) + waves
@@ -118,14 +152,16 @@ def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor)
     middle = _stretch(measured - left)
     for axes, rows in ((whole, slice(None)), (zoom, middle)):
         t, seen, fitted = time.values[rows], measured[rows], (measured - left)[rows]
-        axes.plot(*outline(t, seen), color=NEUTRAL, linewidth=0.8, label="measured")
-        axes.plot(*outline(t, fitted), color=REVERSE, linewidth=1.0, label="model")
+        axes.plot(*outline(t, seen), color="#a0a0a0", linewidth=1.8, label="measured")
+        axes.plot(*outline(t, fitted), color=REVERSE, linewidth=0.9, label="model")
         if axes is zoom:
-            axes.fill_between(t, fitted - half, fitted + half, color=REVERSE, alpha=0.22, linewidth=0.0,
-                              label="noise band")  # fmt: skip
+            thin = slice(None, None, max(1, t.size // MOST_POINTS))
+            axes.fill_between(t[thin], fitted[thin] - half, fitted[thin] + half, color=REVERSE, alpha=0.25,
+                              linewidth=0.0, zorder=4)  # fmt: skip
+            axes.ticklabel_format(axis="x", useOffset=False)
         axes.set_ylabel(f"{figure_text(dataset.observe)} ({shown.symbol})")
     whole.axvspan(time.values[middle][0], time.values[middle][-1], color=FORWARD, alpha=0.15, label="stretch below")
-    lower.axhspan(-half, half, color=BAND, zorder=0)
+    _noise(lower, half)
     lower.plot(*outline(time.values, left), color=FORWARD, linewidth=0.7)
     lower.set_ylabel(f"measured less\nmodel ({shown.symbol})")
     lower.set_xlabel(time.label)
@@ -135,9 +171,8 @@ def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor)
 
 def _stretch(fitted: Floats) -> slice:
     """Return the rows of a stretch in which the model changes most, of those that can be read in a figure."""
-    if fitted.size <= _ZOOM_ROWS:
-        return slice(0, fitted.size)
-    starts = np.arange(0, fitted.size - _ZOOM_ROWS + 1, _ZOOM_ROWS // 2)
-    spread = [float(np.std(fitted[start : start + _ZOOM_ROWS])) for start in starts]
+    rows = min(max(fitted.size // _ZOOM_SHARE, _ZOOM_ROWS), _MOST_ZOOM_ROWS, fitted.size)
+    starts = np.arange(0, fitted.size - rows + 1, max(rows // 2, 1))
+    spread = [float(np.std(fitted[start : start + rows])) for start in starts]
     begin = int(starts[int(np.argmax(spread))])
-    return slice(begin, begin + _ZOOM_ROWS)
+    return slice(begin, begin + rows)

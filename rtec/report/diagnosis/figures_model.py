@@ -10,11 +10,15 @@ from rtec.effects import Conditions, Floats
 from rtec.report.diagnosis.likeness import ALIKE
 from rtec.report.diagnosis.quantities import Shown, shown_of
 from rtec.report.diagnosis.readings import (
+    ALL,
+    AT_REST,
     FORWARD,
     NEUTRAL,
     REVERSE,
     Abscissa,
+    Way,
     abscissas,
+    at_places,
     figure_text,
     outline,
     period_of,
@@ -45,6 +49,7 @@ _OVER = {
 }
 """What a contribution is drawn over, where that is neither position nor, for what changes in time, time."""
 _MOST_TERMS = 12
+_FINE = 400
 _MOST_NAMES = 24
 _FEW_TURNS = 4
 """Periods over the travel above which one period is drawn, not the travel."""
@@ -61,8 +66,11 @@ def components_figure(dataset: Dataset, model: Model) -> Figure | None:
     figure = new_figure(1.75 * len(terms) + 0.6)
     panels = figure.subplots(len(terms), 1, squeeze=False)[:, 0]
     for axes, term in zip(panels, terms, strict=True):
-        _component(axes, c, _abscissa(term, c, axes_of), component(dataset, term) * shown.factor, shown)
         values = component(dataset, term)
+        over = _abscissa(term, c, axes_of)
+        if over.name == "phase" and dataset.resample is None:
+            _wave(axes, c, term, shown)
+        _component(axes, c, over, values * shown.factor)
         axes.set_title(
             f"{figure_text(spoken(term.name))}: RMS {shown.text(float(np.std(values)))}, "
             f"peak to peak {shown.with_unit(float(np.ptp(values)))}"
@@ -83,20 +91,34 @@ def _abscissa(term: Term, c: Conditions, axes_of: dict[str, Abscissa]) -> Abscis
     return found or Abscissa(name="order", label="row order", values=c.order)
 
 
-def _component(axes: Axes, c: Conditions, over: Abscissa, values: Floats, shown: Shown) -> None:
+def _wave(axes: Axes, c: Conditions, term: Term, shown: Shown) -> None:
+    """Draw one period of a wave, which readings show at some phases only."""
+    turn = np.linspace(0.0, 1.0, _FINE)
+    for way in ways(c):
+        if way.label != AT_REST:
+            values = term.contribution(at_places(c, turn * (period_of(term) or 1.0), way)) * shown.factor
+            axes.plot(turn, values, color=way.colour, linestyle=way.dash, linewidth=1.2, label=_name(way))
+
+
+def _component(axes: Axes, c: Conditions, over: Abscissa, values: Floats) -> None:
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     for way in ways(c):
         x, y = over.values[way.rows], values[way.rows]
         order = np.argsort(x, kind="stable")
         x, y = x[order], y[order]
-        if _is_line(x, y):
-            axes.plot(*outline(x, y), color=way.colour, linestyle=way.dash, linewidth=1.2, label=way.label,
+        if way.label != AT_REST and over.name != "phase" and _is_line(x, y):
+            axes.plot(*outline(x, y), color=way.colour, linestyle=way.dash, linewidth=1.2, label=_name(way),
                       marker=way.marker if x.size < 300 else "", markersize=2.5)  # fmt: skip
         else:
             rows = some_rows(np.ones(x.size, dtype=np.bool_))
             axes.plot(x[rows], y[rows], color=way.colour, linestyle="none", marker=way.marker, markersize=2.2,
-                      markeredgewidth=0.0, alpha=0.5, label=way.label)  # fmt: skip
+                      markeredgewidth=0.0, alpha=0.5,
+                      label=None if over.name == "phase" else _name(way))  # fmt: skip
     axes.set_xlabel(over.label)
+
+
+def _name(way: Way) -> str | None:
+    return way.label if way.label != ALL else None
 
 
 def _is_line(x: Floats, y: Floats) -> bool:

@@ -10,7 +10,9 @@ import numpy as np
 from rtec.effects import Conditions, Floats
 from rtec.report.diagnosis.quantities import shown_of
 from rtec.report.diagnosis.readings import (
+    AT_REST,
     BAND,
+    FEWEST_FOR_MEANS,
     Abscissa,
     abscissas,
     figure_text,
@@ -80,10 +82,12 @@ def _panel(axes: Axes, panel: Abscissa, c: Conditions, left: Floats, half: float
     for way in ways(c):
         rows = some_rows(way.rows)
         axes.plot(panel.values[rows], left[rows], linestyle="none", marker=way.marker, markersize=2.6,
-                  markeredgewidth=0.0, color=way.colour, alpha=0.3, label=way.label, zorder=2)  # fmt: skip
+                  markeredgewidth=0.0, color=way.colour, alpha=0.3, zorder=2)  # fmt: skip
+        if way.label == AT_REST or int(way.rows.sum()) < FEWEST_FOR_MEANS:
+            continue
         line = smoothed(panel.values[way.rows], left[way.rows])
         axes.fill_between(line.at, line.mean - line.band, line.mean + line.band, color=way.colour, alpha=0.3,
                           linewidth=0.0, zorder=3)  # fmt: skip
         axes.plot(line.at, line.mean, color=way.colour, linestyle=way.dash, linewidth=1.5, zorder=4,
-                  label=f"mean, {way.label}")  # fmt: skip
+                  label=f"{way.label}, mean of neighbours")  # fmt: skip
     axes.set_xlabel(panel.label)

@@ -27,6 +27,12 @@ _LINES_PER_SPAN = 2000
 _COLUMNS = 1200
 _FEWEST = 8
 _ROOM = 1.15
+_FAR = 0.55
+_CROWDED = 8.0
+_MANY = 300
+_PALE = "#666666"
+_SIGN = 0.0075
+"""Width of a letter of a mark, as a share of the axis."""
 _MOST_MARKS = 12
 
 
@@ -44,6 +50,7 @@ class _Axis:
     """Of regular targets."""
     spacing: float
     lines: tuple[tuple[float, str], ...]
+    logarithmic: bool
 
 
 def spectra_figure(dataset: Dataset, before: Model | None, after: Model, noise: NoiseFloor) -> Figure | None:
@@ -72,7 +79,7 @@ def _over_position(c: Conditions, model: Model) -> _Axis | None:
     gaps = np.diff(places)
     step = float(np.median(gaps))
     regular = bool(np.abs(gaps - step).max() < _REGULAR * step)
-    held = not c.moving
+    held = not c.moving and not c.time_is_coordinate
     spaced = step if regular else c.span / (places.size - 1)
     lines = _found_lines(model, symbol(c.position_unit))
     wanted = (1.0 - 0.5 / places.size) / spaced if held else min(_LINES_PER_SPAN / c.span, 0.5 / spaced)
@@ -83,16 +90,28 @@ def _over_position(c: Conditions, model: Model) -> _Axis | None:
     )
     label = "frequency in time (Hz)" if c.time_is_coordinate else f"frequency along the axis ({per})"
     moves = np.abs(np.diff(c.position))
+    wide = _wide(c, wanted, lines)
+    if wide and held:
+        wanted = 0.5 / spaced  # mirror images would be crowded at the end of a logarithmic axis
+    top = highest_frequency(c.span, wanted)
     return _Axis(
         x=c.position,
         label=label,
         factor=factor,
-        top=highest_frequency(c.span, wanted),
-        nyquist=0.5 / spaced if held else None,
-        step=step if regular and held else None,
+        top=top,
+        nyquist=0.5 / spaced if held and not wide else None,
+        step=step if regular and held and not wide else None,
         spacing=float(np.median(moves[moves > 0])),
         lines=lines,
+        logarithmic=wide,
     )
+
+
+def _wide(c: Conditions, top: float, lines: tuple[tuple[float, str], ...]) -> bool:
+    """Return whether the lines crowd at the low end, or would in a log that shows many periods."""
+    if lines:
+        return max(line for line, _ in lines) < top / _CROWDED
+    return c.moving and top * c.span > _MANY
 
 
 def _found_lines(model: Model, unit: str) -> tuple[tuple[float, str], ...]:
@@ -123,6 +142,7 @@ def _over_time(c: Conditions) -> _Axis | None:
         step=None,
         spacing=step,
         lines=(),
+        logarithmic=c.moving,
     )
 
 
@@ -143,7 +163,10 @@ def _panel(axes: Axes, axis: _Axis, left: list[tuple[str, str, Floats]], noise: 
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))
     axes.set_ylim(bottom, highest * (highest / bottom) ** 0.28)
-    axes.set_xlim(0.0, axis.top * axis.factor)
+    if axis.logarithmic:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))
+    axes.set_xlim(found.frequency[0] * axis.factor if axis.logarithmic else 0.0, axis.top * axis.factor)
     axes.set_xlabel(axis.label)
     _marks(axes, axis)
 
@@ -165,19 +188,28 @@ def _marks(axes: Axes, axis: _Axis) -> None:
         words = "beyond the Nyquist limit of the targets" + (
             ": everything is mirrored" if axis.step is not None else "' mean distance"
         )
-        _word(axes, axis.nyquist * axis.factor, 0.99, f" {words}", "left", "top", INK)
-    place = axes.get_xaxis_transform()
+        right = axis.nyquist > _FAR * axis.top
+        at = axis.top if right else axis.nyquist
+        _word(axes, at * axis.factor, 0.99, f" {words} ", "right" if right else "left", "top", INK)
+    marks = []
     for frequency, name in axis.lines[:_MOST_MARKS]:
         if frequency <= axis.top:
-            axes.plot(frequency * axis.factor, 0.82, marker="v", color=INK, markersize=5, transform=place)
-            _word(axes, frequency * axis.factor, 0.85, name, "center", "bottom", INK)
+            marks.append((frequency, name, INK))
         if axis.step is not None:
-            for alias in mirrored(frequency, axis.step, axis.top):
-                axes.plot(alias * axis.factor, 0.82, marker="v", color=INK, markersize=5, markerfacecolor="white",
-                          transform=place)  # fmt: skip
-                _word(axes, alias * axis.factor, 0.85, f"alias of {name}", "center", "bottom", "#666666")
+            marks += [(alias, f"alias of {name}", _PALE) for alias in mirrored(frequency, axis.step, axis.top)]
+    taken: list[tuple[float, float]] = []
+    for frequency, name, colour in sorted(marks, key=lambda mark: mark[2] == _PALE):
+        x = frequency * axis.factor
+        axes.plot(x, 0.82, marker="v", color=colour, markersize=5, transform=axes.get_xaxis_transform(),
+                  markerfacecolor="white" if colour == _PALE else colour)  # fmt: skip
+        middle = float(axes.transAxes.inverted().transform(axes.transData.transform((x, 1.0)))[0])
+        half = 0.5 * _SIGN * (len(name) + 1)
+        across = "left" if middle < half else "right" if middle > 1 - half else "center"
+        if all(middle + half < left or middle - half > right for left, right in taken):
+            taken.append((middle - half, middle + half))
+            _word(axes, x, 0.85, name, across, "bottom", colour)
 
 
 def _word(axes: Axes, x: float, height: float, text: str, across: str, up: str, colour: str) -> None:
     axes.annotate(text, (x, height), xycoords=axes.get_xaxis_transform(), ha=across, va=up, fontsize=8.0,
-                  color=colour)  # fmt: skip
+                  color=colour).set_in_layout(False)  # fmt: skip

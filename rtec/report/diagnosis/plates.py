@@ -149,10 +149,11 @@ def _plates(
 
 _OVER_PLACE = (
     "Above, each reading (▲ forward, ▼ backward) and the model, mean of all runs; the model's waves are drawn "
-    "between the targets, too. Below, the difference at a scale of its own."
+    "between the targets, too. Where there are many targets the grey stretch is drawn larger in the middle. Below, the "
+    "difference at a scale of its own."
 )
 _OVER_TIME = (
-    "Above, the whole log, the range of each stretch where rows stand closer than the picture resolves; in the "
+    "Above, the whole log: the range of each stretch where rows stand closer than the picture resolves; in the "
     "middle the stretch in which the model changes most; below, the difference at a scale of its own."
 )
 

@@ -17,7 +17,9 @@ from rtec.twin.prediction import dataset_prediction
 FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
 """Of the palette of Okabe and Ito (2008), as in the other figures."""
 BAND = "#dcdcdc"
-MOST_DOTS = 4000
+ALL, AT_REST = "readings", "at rest"
+"""Labels of all readings, where there is one group, and of those of a moving log that have no direction."""
+MOST_DOTS = 1200
 """Readings that a panel draws; of more, so many are chosen at random, the same in every run."""
 MOST_POINTS = 1500
 """Points of a line; a longer one is drawn as the range of each stretch."""
@@ -25,6 +27,8 @@ _DISTINCT = 60
 _FEWEST_IN_GROUP = 4
 _GROUPS = (5, 40)
 _IN_GROUP = 10
+FEWEST_FOR_MEANS = 15
+"""Readings of a direction; of fewer no mean over neighbours is drawn."""
 _EVEN = 0.3
 """Share of the mean gap that the gaps between distinct values have at least, to be groups of their own."""
 _IN_FIGURES = frozenset("µ°±−²³·–…")
@@ -63,11 +67,11 @@ def ways(conditions: Conditions) -> list[Way]:
     """Return the readings by direction; in one group where directions are not known or only one occurs."""
     everything = np.ones(conditions.rows, dtype=np.bool_)
     if not conditions.both_directions or conditions.direction is None:
-        return [Way(label="readings", colour=FORWARD, marker="o", dash="-", rows=everything)]
+        return [Way(label=ALL, colour=FORWARD, marker="o", dash="-", rows=everything)]
     found = [
         Way(label="forward", colour=FORWARD, marker="^", dash="-", rows=conditions.direction > 0),
         Way(label="backward", colour=REVERSE, marker="v", dash="--", rows=conditions.direction < 0),
-        Way(label="at rest", colour=NEUTRAL, marker="o", dash=":", rows=conditions.direction == 0),
+        Way(label=AT_REST, colour=NEUTRAL, marker="o", dash=":", rows=conditions.direction == 0),
     ]
     return [way for way in found if way.rows.any()]
 
@@ -116,7 +120,8 @@ def phase(conditions: Conditions, period: float) -> Abscissa:
     turns = conditions.position / period
     unit = symbol(conditions.position_unit)
     label = f"phase within the period of {period:.5g} {unit} (turns)"
-    return Abscissa(name="phase", label=label, values=turns - np.floor(turns))
+    # what a file rounds to just below a whole turn belongs to its start
+    return Abscissa(name="phase", label=label, values=turns - np.floor(turns + SAME))
 
 
 def abscissas(conditions: Conditions, periods: tuple[float, ...] = ()) -> list[Abscissa]:
@@ -153,6 +158,22 @@ def period_of(term: Term) -> float | None:
     """Return the period of a periodic effect, in position units."""
     period = getattr(term.shape, "period", None)
     return float(period) if isinstance(period, float) and math.isfinite(period) and period > 0 else None
+
+
+def at_places(c: Conditions, places: Floats, way: Way) -> Conditions:
+    """Return conditions at any places, approached in one direction: enough for what depends on position alone."""
+    direction = None
+    if c.direction is not None:
+        direction = np.full(places.size, float(np.sign(c.direction[way.rows].mean())))
+    return Conditions(
+        position=places,
+        position_unit=c.position_unit,
+        run=np.ones(places.size, dtype=np.int64),
+        direction=direction,
+        screw_pitch=c.screw_pitch,
+        signal_period=c.signal_period,
+        revolution=c.revolution,
+    )
 
 
 def some_rows(rows: Mask, most: int = MOST_DOTS) -> Rows:

@@ -13,6 +13,8 @@ from rtec.twin.results import Diagnosis, NoiseFloor, Unknown, Verdict
 if TYPE_CHECKING:
     from rtec.twin.compare import Comparison, Stretch
 
+_ERRORS = frozenset({"cosine", "cyclic", "interpolation", "scale"})
+"""Effects whose names are no nouns of their own."""
 _WORTH_NAMING = 0.1
 """Share of the variance from which on the quantity that it goes with is named."""
 
@@ -52,9 +54,20 @@ def spoken(name: str) -> str:
     return printable(name).replace("_", " ")
 
 
+def noun(name: str) -> str:
+    """Return the name of an effect as the subject of a sentence.
+
+    Examples
+    --------
+    >>> noun("cyclic"), noun("pitch_map")
+    ('cyclic error', 'pitch map')
+    """
+    return f"{spoken(name)} error" if name in _ERRORS else spoken(name)
+
+
 def explanation_names(diagnosis: Diagnosis) -> list[str]:
     """Return the effects of the model as words, those that the search began with included."""
-    return [spoken(name) for name in diagnosis.effects]
+    return [noun(name) for name in diagnosis.effects]
 
 
 def floor_words(noise: NoiseFloor, shown: Shown) -> str:
@@ -81,7 +94,7 @@ def comparison_sentence(comparison: Comparison) -> str:
     """
     shown = shown_of(comparison.dataset.units)
     quantity = printable(comparison.dataset.observe).replace("_", " ")
-    names = [spoken(name) for name in comparison.model.names]
+    names = [noun(name) for name in comparison.model.names]
     model = f"The model ({joined(names)})" if names else "A perfect axis"
     most = next(iter(comparison.where), None)
     where = ""
@@ -136,9 +149,9 @@ def _named(diagnosis: Diagnosis, shown: Shown) -> str:
 
 def _tied(diagnosis: Diagnosis, shown: Shown) -> str:
     groups = tied_groups(diagnosis.candidates)
-    either = [f"either {' or '.join(spoken(name) for name in group)}" for group in groups] or ["more than one effect"]
+    either = [f"either {' or '.join(noun(name) for name in group)}" for group in groups] or ["more than one effect"]
     tied = {name for group in groups for name in group}
-    beside = [spoken(name) for name in diagnosis.effects if name not in tied]
+    beside = [noun(name) for name in diagnosis.effects if name not in tied]
     tail = f" beside {joined(beside)}" if beside and groups else ""
     text = (
         f"{joined(either)} explains {_quantity(diagnosis)}{tail}, and no fit on this plan can tell which: what "
@@ -185,8 +198,8 @@ def _inconclusive(diagnosis: Diagnosis, shown: Shown) -> str:
     least = ""
     if detectable:
         (low, easiest), (high, hardest) = detectable[0], detectable[-1]
-        least = f"; they would show {spoken(easiest)} from {shown.with_unit(low)} RMS on"
-        least += f" and {spoken(hardest)} from {shown.with_unit(high)} on" if len(detectable) > 1 else ""
+        least = f"; they would show {noun(easiest)} from {shown.with_unit(low)} RMS on"
+        least += f" and {noun(hardest)} from {shown.with_unit(high)} on" if len(detectable) > 1 else ""
     return (
         f"These data cannot decide: {_quantity(diagnosis)} has {shown.with_unit(diagnosis.rms_after)} RMS left, and "
         f"{floor_words(diagnosis.noise, shown)}{least}."
