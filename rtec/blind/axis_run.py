@@ -29,6 +29,8 @@ LASER_SHARE = 2.0 / 3.0
 """Of the dwell at a target, that the laser system takes for a reading."""
 TRACE_EVERY = 10
 """Servo ticks between two rows of the traced path."""
+_EXERCISE_SHARE = 0.4
+"""Of the axis's way, that it goes before the first run: else its first pass would follow no reversal."""
 _HOME_S, _LAST_S = 0.5, 1.0
 _TIME_S = TRACE_COLUMNS.index("time_s")
 _ENCODER_MM = TRACE_COLUMNS.index("encoder_mm")
@@ -103,8 +105,8 @@ def _path(result: LoopResult) -> tuple[Floats, Floats]:
 def schedule(course: Course, shift_mm: Floats) -> MeasuringRun:
     """Return the motion of a course and when each reading is taken.
 
-    Before the first target of each pass the axis goes beyond it and rests, so that it is approached in the direction
-    of the pass.
+    Before the first run the axis is moved to and fro. Before the first target of each pass it goes beyond that and
+    rests, so that it is approached in the direction of the pass.
 
     Examples
     --------
@@ -115,6 +117,8 @@ def schedule(course: Course, shift_mm: Floats) -> MeasuringRun:
     """
     plan = course.plan
     blocks: list[axis.Block] = [axis.Dwell(seconds=_HOME_S)]
+    exercise_mm = plan.start_mm + _EXERCISE_SHARE * plan.span_mm
+    blocks.append(axis.Move(target_mm=exercise_mm, feed_mm_s=float(course.feed_mm_s[0])))
     own = np.empty(course.target_mm.size, dtype=np.int64)
     starts = _starts(course.direction, course.run)
     for i, (target, way) in enumerate(zip(course.target_mm + shift_mm, course.direction, strict=True)):

@@ -105,7 +105,7 @@ class Plan:
     passes: Passes = Passes.BOTH
     spacing: Spacing = Spacing.EVEN
     heating: Heating = Heating.NONE
-    overshoot_mm: float = 2.0
+    overshoot_mm: float = 1.0
     feeds_mm_s: tuple[float, ...] = (40.0,)
     dwell_s: float = 6.0
     turn_dwells_s: tuple[float, float] = (2.0, 60.0)

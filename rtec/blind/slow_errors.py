@@ -151,28 +151,31 @@ def thermal_growth(c: Circumstances, rng: np.random.Generator) -> SlowError:
 def windup(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a screw that twists under the friction of the slide, more and more after each reversal.
 
-    Turning round takes the load off; from there the twist approaches its final value over a distance. Integrated
-    along the path that the encoder took.
+    The twist approaches its final value over a distance, integrated along the path that the encoder took. Turning
+    round releases it, or it is carried over and the screw twists back.
     """
-    distance_mm = rng.uniform(0.08, 0.25) * c.course.plan.span_mm
-    twist = _twist(c.measured.path_mm, distance_mm)
+    distance_mm = rng.uniform(0.06, 0.16) * c.course.plan.span_mm
+    released = bool(rng.uniform() < 0.5)
+    twist = _twist(c.measured.path_mm, distance_mm, released)
     at = np.searchsorted(c.measured.path_s, c.measured.time_s, side="right") - 1
+    from_what = "from nothing" if released else "from the twist of the motion before"
     return SlowError(
         added_mm=-1e-3 * twist[at],
-        description="the screw twists under friction: lost motion that builds up after each reversal",
+        description=f"the screw twists under friction: lost motion that builds up after each reversal, {from_what}",
         parameters=(Parameter("distance", distance_mm, "mm"), Parameter("final", 1.0, "um", scales=True)),
     )
 
 
-def _twist(path_mm: Floats, distance_mm: float) -> Floats:
-    """Return the twist along a path, from -1 to 1: dz = (sign - z) |dx| / distance, and 0 where the axis turns."""
-    twist = np.empty(path_mm.size)
-    begin = 0
+def _twist(path_mm: Floats, distance_mm: float, released: bool) -> Floats:
+    """Return the twist along a path, from -1 to 1: dz = (sign - z) |dx| / distance, released where the axis turns."""
+    twist = np.zeros(path_mm.size)
+    begin, last = 0, 0.0
     for end in [*_turning_points(path_mm), path_mm.size]:
         piece = path_mm[begin:end]
-        gone = np.abs(piece - piece[0])
-        twist[begin:end] = np.sign(piece[-1] - piece[0]) * (1.0 - np.exp(-gone / distance_mm))
-        begin = end
+        sign = np.sign(piece[-1] - piece[0])
+        first = 0.0 if released else last
+        twist[begin:end] = sign + (first - sign) * np.exp(-np.abs(piece - piece[0]) / distance_mm)
+        begin, last = end, float(twist[end - 1])
     return twist
 
 

@@ -50,7 +50,7 @@ def grid_of(plan: Plan) -> Floats:
     --------
     >>> from rtec.blind.plan import PLANS
     >>> float(grid_of(PLANS["base"])[0])
-    13.0
+    14.0
     """
     low = plan.start_mm - plan.overshoot_mm - _MARGIN_MM
     high = plan.end_mm + plan.overshoot_mm + _MARGIN_MM

@@ -1,0 +1,119 @@
+"""What a judge answers, and when an answer is right."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from rtec.blind.secret import Secret
+from rtec.metrology import Measurement
+from rtec.twin.results import Diagnosis
+
+
+class Answer(NamedTuple):
+    """What a judge says of a measurement."""
+
+    verdict: str
+    """As in `rtec.twin.results.Verdict`."""
+    effects: tuple[str, ...] = ()
+    """Accepted."""
+    tied: tuple[str, ...] = ()
+    """That explain the data equally; none where the judge does not tell."""
+    experiment: str = ""
+    """That would separate them; empty where the judge does not tell."""
+    detectable_um: Mapping[str, float] = MappingProxyType({})
+    """RMS contribution of each effect that the judge says it would find."""
+
+
+Judge = Callable[[Measurement], "Answer | tuple[str, tuple[str, ...]]"]
+"""Looks at a measurement and answers; a pair of verdict and effects will do."""
+
+
+def answer_of(diagnosis: Diagnosis) -> Answer:
+    """Return the answer that a diagnosis gives."""
+    unit, factor = diagnosis.dataset.units.shown
+    to_um = factor if unit == "um" else 1.0
+    tied = dict.fromkeys(
+        name for one in diagnosis.candidates if one.tied_with for name in (one.effect, *one.tied_with)
+    )
+    return Answer(
+        verdict=diagnosis.verdict.value,
+        effects=diagnosis.effects,
+        tied=tuple(tied),
+        experiment=diagnosis.experiment.text,
+        detectable_um={name: value * to_um for name, value in diagnosis.minimum_detectable},
+    )
+
+
+class Rule(enum.Enum):
+    """What makes an answer right."""
+
+    NOTHING = "nothing is named"
+    NAMED = "what was hidden is named, and nothing else"
+    UNKNOWN = "the verdict is UNKNOWN"
+    TIED = "the verdict is TIED, and the right experiment is suggested"
+    FLOOR = "held-out error within 10 % of the noise floor"
+
+
+EXPERIMENTS: Mapping[frozenset[str], tuple[str, ...]] = MappingProxyType(
+    {
+        frozenset(("scale", "drift")): ("datum", "interleave"),
+        frozenset(("backlash", "servo_lag")): ("feeds",),
+        frozenset(("backlash", "lost_counts")): ("index", "cycle"),
+        frozenset(("pitch_map", "thermal_growth")): ("cold",),
+    }
+)
+"""Words of which the experiment that separates a pair has one."""
+
+
+def is_right(rule: Rule, answer: Answer, secret: Secret) -> bool:
+    """Return whether an answer is right.
+
+    Parameters
+    ----------
+    rule
+        What makes it right; not `Rule.FLOOR`, which asks for no answer.
+    answer
+        What the judge said.
+    secret
+        What was hidden.
+
+    Examples
+    --------
+    >>> nothing = Secret(effects=(), noise="white", sigma_um=2.0, seed=1, plan="base", outside=())
+    >>> is_right(Rule.NOTHING, Answer("NONE"), nothing), is_right(Rule.NOTHING, Answer("NAMED", ("drift",)), nothing)
+    (True, False)
+    """
+    if rule is Rule.NOTHING:
+        return not answer.effects and answer.verdict not in ("NAMED", "TIED")
+    if rule is Rule.NAMED:
+        return answer.verdict == "NAMED" and set(answer.effects) == set(secret.names)
+    if rule is Rule.UNKNOWN:
+        return answer.verdict == "UNKNOWN"
+    if answer.verdict != "TIED" or (answer.tied and not set(secret.names) <= set(answer.tied)):
+        return False
+    words = [word for pair in _pairs_of(secret) for word in EXPERIMENTS[pair]]
+    return not answer.experiment or any(word in answer.experiment.lower() for word in words)
+
+
+def _pairs_of(secret: Secret) -> Iterator[frozenset[str]]:
+    """Yield the pairs of look-alikes that a hidden effect is one of."""
+    return (pair for pair in EXPERIMENTS if pair & set(secret.names))
+
+
+def label_of(answer: Answer) -> str:
+    """Return an answer as a heading of the confusion matrix.
+
+    Examples
+    --------
+    >>> label_of(Answer("NAMED", ("scale", "drift"))), label_of(Answer("UNKNOWN", ("scale",)))
+    ('drift + scale', 'UNKNOWN')
+    """
+    return truth_label(answer.effects) if answer.verdict == "NAMED" else answer.verdict
+
+
+def truth_label(names: tuple[str, ...]) -> str:
+    """Return what was hidden as a heading of the confusion matrix."""
+    return " + ".join(sorted(names)) or "nothing"

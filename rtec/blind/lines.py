@@ -1,0 +1,172 @@
+"""What a diagnosis must show: the lines of the confusion matrix, each a rule, a bar, and scenarios in turn."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rtec.blind.answer import Rule
+from rtec.blind.noise import Noise
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import LAGS, LOOK_ALIKES, OUTSIDE, Scenario
+from rtec.errors import ArgumentError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One line of what must be shown.
+
+    Parameters
+    ----------
+    title
+        What is hidden.
+    rule
+        What makes an answer right.
+    share
+        Least share of right answers.
+    scenarios
+        Played in turn.
+    above_detectable
+        Only those trials count in which the effect is at least as strong as the judge says that it would find.
+
+    Raises
+    ------
+    ArgumentError
+        No scenario.
+    """
+
+    title: str
+    rule: Rule
+    share: float
+    scenarios: tuple[Scenario, ...]
+    above_detectable: bool = False
+
+    def __post_init__(self) -> None:
+        """Check that there is something to play."""
+        if not self.scenarios:
+            raise ArgumentError("scenarios", "none", "one or more")
+
+
+SINGLES = (
+    "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "thermal_growth", "warm_up", "drift",
+    "interpolation", "lost_counts",
+)  # fmt: skip
+"""Effects that show at rest, each on the plan that can show it."""
+_PLAN_OF = {"thermal_growth": "temperature", "windup": "dense"}
+_STRONG, _WEAK, _ALIKE = 3.0, 1.0, 5.0
+_PAIRED = ("scale", "pitch_map", "cyclic", "backlash", "backlash_map", "thermal_growth", "drift", "lost_counts")
+
+
+def _singles(strength: float, noise: Noise, names: Sequence[str] = SINGLES) -> tuple[Scenario, ...]:
+    return tuple(
+        Scenario(names=(name,), strength_sigma=strength, noise=noise, plan=PLANS[_PLAN_OF.get(name, "base")])
+        for name in names
+    )
+
+
+def _pairs() -> tuple[Scenario, ...]:
+    """Return every pair that is no look-alike, on the plan that can show both."""
+    return tuple(
+        Scenario(names=pair, plan=PLANS["temperature" if "thermal_growth" in pair else "base"])
+        for pair in itertools.combinations(_PAIRED, 2)
+        if frozenset(pair) not in LOOK_ALIKES
+    )
+
+
+def _look_alikes() -> tuple[Scenario, ...]:
+    """Return the look-alikes, each on the poor plan that cannot tell it from its rival."""
+    hidden = (
+        ("scale", "single_pass"),
+        ("drift", "single_pass"),
+        ("backlash", "one_feed"),
+        ("backlash", "turned_once"),
+        ("lost_counts", "turned_once"),
+        ("thermal_growth", "one_heating"),
+    )
+    return tuple(Scenario(names=(name,), strength_sigma=_ALIKE, plan=PLANS[plan]) for name, plan in hidden)
+
+
+def the_lines() -> tuple[Line, ...]:
+    """Return the lines that are published.
+
+    Examples
+    --------
+    >>> [line.rule.name for line in the_lines()][:3]
+    ['NOTHING', 'NOTHING', 'NAMED']
+    """
+    white, correlated = Noise.WHITE, Noise.CORRELATED
+    single = "a single effect"
+    above = "above the detectable amplitude"
+    plans = [PLANS[name] for name in ("base", "temperature", "dense")]
+    moving = tuple(Scenario(names=(name,), plan=PLANS["moving"]) for name in LAGS)
+    return (
+        Line(
+            title="nothing, white noise",
+            rule=Rule.NOTHING,
+            share=0.95,
+            scenarios=tuple(Scenario(plan=plan) for plan in plans),
+        ),
+        Line(
+            title="nothing, correlated noise",
+            rule=Rule.NOTHING,
+            share=0.95,
+            scenarios=tuple(Scenario(noise=correlated, plan=plan) for plan in plans),
+        ),
+        Line(
+            title=f"{single}, 3 sigma, white noise",
+            rule=Rule.NAMED,
+            share=0.95,
+            scenarios=_singles(_STRONG, white),
+        ),
+        Line(
+            title=f"{single}, 1 sigma, white noise",
+            rule=Rule.NAMED,
+            share=0.80,
+            scenarios=_singles(_WEAK, white),
+        ),
+        Line(
+            title=f"{single}, 3 sigma, correlated noise, {above}",
+            rule=Rule.NAMED,
+            share=0.95,
+            scenarios=_singles(_STRONG, correlated),
+            above_detectable=True,
+        ),
+        Line(
+            title=f"{single}, 1 sigma, correlated noise, {above}",
+            rule=Rule.NAMED,
+            share=0.80,
+            scenarios=_singles(_WEAK, correlated),
+            above_detectable=True,
+        ),
+        Line(
+            title="two effects that are no look-alikes, 3 sigma each, white noise",
+            rule=Rule.NAMED,
+            share=0.85,
+            scenarios=_pairs(),
+        ),
+        Line(
+            title="outside the library, 3 sigma, white noise",
+            rule=Rule.UNKNOWN,
+            share=0.80,
+            scenarios=tuple(Scenario(names=(name,)) for name in OUTSIDE),
+        ),
+        Line(
+            title="look-alikes on a poor plan, 5 sigma, white noise",
+            rule=Rule.TIED,
+            share=0.95,
+            scenarios=_look_alikes(),
+        ),
+        Line(
+            title="after the true effects are added, white noise",
+            rule=Rule.FLOOR,
+            share=0.95,
+            scenarios=_singles(_STRONG, white) + _pairs(),
+        ),
+        Line(
+            title="a lag in a moving log, 3 sigma, white noise",
+            rule=Rule.NAMED,
+            share=0.95,
+            scenarios=moving,
+        ),
+    )

@@ -1,0 +1,165 @@
+"""Scoring: intervals, what counts as right, what is counted, and the tables."""
+
+import math
+
+import pytest
+
+from rtec.blind import (
+    PLANS,
+    Answer,
+    Hidden,
+    Line,
+    Rule,
+    Scenario,
+    Secret,
+    confusion,
+    is_right,
+    the_lines,
+    wilson,
+)
+from rtec.blind.answer import label_of
+from rtec.errors import ArgumentError
+
+POOR = PLANS["single_pass"]
+
+
+def secret(*names, plan="base", strength=3.0):
+    effects = tuple(Hidden(name=name, description="", parameters=(), rms_sigma=strength) for name in names)
+    return Secret(effects=effects, noise="white", sigma_um=2.0, seed=0, plan=plan, outside=())
+
+
+def line(rule=Rule.NAMED, names=("scale",), share=0.5, **more):
+    return Line(title="a line", rule=rule, share=share, scenarios=(Scenario(names=names, plan=POOR),), **more)
+
+
+@pytest.mark.parametrize("right", [0, 1, 7, 19, 20])
+def test_the_bounds_of_an_interval_are_where_the_score_is_its_quantile(right):
+    z, n = 1.959963984540054, 20
+    for bound in wilson(right, n):
+        if bound not in (0.0, 1.0):
+            assert abs(right / n - bound) == pytest.approx(z * math.sqrt(bound * (1 - bound) / n), rel=1e-9)
+    low, high = wilson(right, n)
+    assert 0.0 <= low <= right / n <= high <= 1.0
+    assert (low == 0.0) == (right == 0)
+    assert (high == 1.0) == (right == n)
+
+
+def test_no_trials_say_nothing():
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+RIGHT = [
+    (Rule.NOTHING, Answer("NONE"), secret(), True),
+    (Rule.NOTHING, Answer("INCONCLUSIVE"), secret(), True),
+    (Rule.NOTHING, Answer("UNKNOWN", ("drift",)), secret(), False),
+    (Rule.NOTHING, Answer("TIED"), secret(), False),
+    (Rule.NAMED, Answer("NAMED", ("scale",)), secret("scale"), True),
+    (Rule.NAMED, Answer("NAMED", ("scale", "drift")), secret("scale"), False),
+    (Rule.NAMED, Answer("NAMED", ("drift", "scale")), secret("scale", "drift"), True),
+    (Rule.NAMED, Answer("NAMED", ("drift",)), secret("scale", "drift"), False),
+    (Rule.NAMED, Answer("UNKNOWN", ("scale",)), secret("scale"), False),
+    (Rule.UNKNOWN, Answer("UNKNOWN", ("backlash",)), secret("moving_bump"), True),
+    (Rule.UNKNOWN, Answer("NAMED", ("pitch_map",)), secret("moving_bump"), False),
+    (Rule.TIED, Answer("TIED"), secret("scale"), True),
+    (Rule.TIED, Answer("TIED", (), ("scale", "drift"), "return to the datum"), secret("scale"), True),
+    (Rule.TIED, Answer("TIED", (), ("drift", "warm_up"), "return to the datum"), secret("scale"), False),
+    (Rule.TIED, Answer("TIED", (), ("scale", "drift"), "use three feeds"), secret("scale"), False),
+    (Rule.TIED, Answer("TIED", (), ("backlash", "servo_lag"), "use three Feeds"), secret("backlash"), True),
+    (Rule.TIED, Answer("NAMED", ("scale",)), secret("scale"), False),
+]
+
+
+@pytest.mark.parametrize(("rule", "answer", "hidden", "right"), RIGHT)
+def test_what_is_right(rule, answer, hidden, right):
+    assert is_right(rule, answer, hidden) is right
+
+
+def test_trials_are_counted_and_tabulated():
+    answers = iter([("NAMED", ("scale",)), ("NAMED", ("drift",)), ("TIED", ()), ("NAMED", ("scale",))])
+    told = []
+    result = confusion(
+        [line()], 4, lambda _: next(answers), progress=lambda title, share: told.append((title, share))
+    )
+    score = result.scores[0]
+    assert (score.right, score.trials, score.share, score.reached) == (2, 4, 0.5, True)
+    assert score.cells == (("scale", "TIED", 1), ("scale", "drift", 1), ("scale", "scale", 2))
+    assert told[0] == ("a line", 0.0)
+    assert told[-1] == ("a line", 1.0)
+    text = result.as_markdown()
+    assert "| a line | what was hidden is named, and nothing else | at least 50% | 2 of 4 | 50.0% |" in text
+    assert "15.0% to 85.0%" in text
+    assert "| hidden \\ answered | scale | another |" in text
+    assert "| scale | 2 | 2 |" in text
+
+
+def test_a_line_below_its_bar_is_missed():
+    result = confusion([line(share=0.9)], 2, lambda _: ("NONE", ()))
+    assert not result.scores[0].reached
+    assert "missed" in result.as_markdown()
+
+
+def test_what_is_weaker_than_the_judge_would_find_does_not_count():
+    weak = Answer("NONE", detectable_um={"scale": 6.1})  # three sigma are 6 um
+    strong = Answer("NONE", detectable_um={"scale": 5.9})
+    score = confusion([line(above_detectable=True)], 3, lambda _: weak).scores[0]
+    assert (score.trials, score.left_out) == (0, 3)
+    assert math.isnan(score.share)
+    assert not score.reached
+    score = confusion([line(above_detectable=True)], 3, lambda _: strong).scores[0]
+    assert (score.trials, score.left_out) == (3, 0)
+    assert confusion([line()], 3, lambda _: weak).scores[0].trials == 3
+
+
+def test_the_floor_needs_a_refit_and_counts_ten_percent():
+    floor = line(Rule.FLOOR)
+    with pytest.raises(ArgumentError, match="refit"):
+        confusion([floor], 1, lambda _: ("NONE", ()))
+    found = iter([(1.09, 1.0), (1.11, 1.0)])
+    asked = []
+
+    def refit(measurement, names):
+        asked.append((measurement.rows, names))
+        return next(found)
+
+    score = confusion([floor], 2, lambda _: ("NONE", ()), refit=refit).scores[0]
+    assert (score.right, score.trials) == (1, 2)
+    assert asked == [(21, ("scale",))] * 2
+
+
+def test_games_of_a_line_do_not_depend_on_the_other_lines():
+    def seen(lines):
+        rows = []
+        confusion(lines, 2, lambda m: (rows.append(m.columns["actual"].values.tolist()), ("NONE", ()))[1])
+        return rows
+
+    first = line()
+    other = Line(title="another", rule=Rule.NOTHING, share=0.9, scenarios=(Scenario(plan=POOR),))
+    assert seen([first]) == seen([other, first])[2:]
+    assert len({tuple(row) for row in seen([other, first])}) == 4
+
+
+@pytest.mark.parametrize("trials", [0, 1.5, 100_001])
+def test_trials_outside_their_range_are_refused(trials):
+    with pytest.raises(ArgumentError, match="trials"):
+        confusion([line()], trials, lambda _: ("NONE", ()))
+
+
+def test_the_lines_are_those_that_must_be_shown():
+    lines = the_lines()
+    bars = [(one.rule, one.share) for one in lines]
+    for needed in [
+        (Rule.NOTHING, 0.95),
+        (Rule.NAMED, 0.95),
+        (Rule.NAMED, 0.80),
+        (Rule.NAMED, 0.85),
+        (Rule.UNKNOWN, 0.80),
+        (Rule.TIED, 0.95),
+    ]:
+        assert needed in bars
+    assert Rule.FLOOR in {one.rule for one in lines}
+    assert len({one.title for one in lines}) == len(lines)
+
+
+def test_an_answer_without_a_name_is_labelled_by_its_verdict():
+    assert label_of(Answer("INCONCLUSIVE")) == "INCONCLUSIVE"
+    assert label_of(Answer("NAMED", ("b", "a"))) == "a + b"
