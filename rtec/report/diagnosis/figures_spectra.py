@@ -115,15 +115,15 @@ def _wide(c: Conditions, top: float, lines: tuple[tuple[float, str], ...]) -> bo
 
 
 def _found_lines(model: Model, unit: str) -> tuple[tuple[float, str], ...]:
-    """Return frequency and label of every harmonic of the model's periodic effects."""
-    lines = []
-    for term in model.terms:
-        period = period_of(term)
-        if term.fitted and period is not None:
-            harmonics = int(getattr(term.shape, "harmonics", 1))
-            for h in range(1, harmonics + 1):
-                name = f"{rounded(period, 4)} {unit}" if h == 1 else f"{h}×"
-                lines.append((h / period, name))
+    """Return frequency and label of every harmonic of the model's periodic effects, fundamentals first.
+
+    Harmonics of several families would be mistaken for each other: they have marks without labels.
+    """
+    terms = [(term, period) for term in model.terms if term.fitted and (period := period_of(term)) is not None]
+    lines = [(1 / period, f"{rounded(period, 4)} {unit}") for _, period in terms]
+    for term, period in terms:
+        for h in range(2, int(getattr(term.shape, "harmonics", 1)) + 1):
+            lines.append((h / period, f"{h}×" if len(terms) == 1 else ""))
     return tuple(lines)
 
 
@@ -196,7 +196,8 @@ def _marks(axes: Axes, axis: _Axis) -> None:
         if frequency <= axis.top:
             marks.append((frequency, name, INK))
         if axis.step is not None:
-            marks += [(alias, f"alias of {name}", _PALE) for alias in mirrored(frequency, axis.step, axis.top)]
+            words = f"alias of {name}" if name else ""
+            marks += [(alias, words, _PALE) for alias in mirrored(frequency, axis.step, axis.top)]
     taken: list[tuple[float, float]] = []
     for frequency, name, colour in sorted(marks, key=lambda mark: mark[2] == _PALE):
         x = frequency * axis.factor
@@ -205,7 +206,7 @@ def _marks(axes: Axes, axis: _Axis) -> None:
         middle = float(axes.transAxes.inverted().transform(axes.transData.transform((x, 1.0)))[0])
         half = 0.5 * _SIGN * (len(name) + 1)
         across = "left" if middle < half else "right" if middle > 1 - half else "center"
-        if all(middle + half < left or middle - half > right for left, right in taken):
+        if name and all(middle + half < left or middle - half > right for left, right in taken):
             taken.append((middle - half, middle + half))
             _word(axes, x, 0.85, name, across, "bottom", colour)
 

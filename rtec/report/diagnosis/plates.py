@@ -149,7 +149,7 @@ def _plates(
 
 _OVER_PLACE = (
     "Above, each reading (▲ forward, ▼ backward) and the model, mean of all runs; the model's waves are drawn "
-    "between the targets, too. Where there are many targets the grey stretch is drawn larger in the middle. Below, the "
+    "between the targets, too. Where targets are many, the grey stretch is drawn larger in the middle. Below, the "
     "difference at a scale of its own."
 )
 _OVER_TIME = (
