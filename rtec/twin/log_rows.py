@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects import Observable
-from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError
 from rtec.twin.drive_signals import (
     Resample,
@@ -16,7 +15,7 @@ from rtec.twin.drive_signals import (
     shortest_stretch,
     stages_of,
 )
-from rtec.twin.moving_log import even_rate, stretches_of, transient_rows
+from rtec.twin.moving_log import even_rate, last_direction, stretches_of, transient_rows
 from rtec.twin.observed import observable_of
 from rtec.twin.rows import Rows
 
@@ -74,6 +73,9 @@ def prepare_log(rows: Rows, cutoff_hz: float | None, evenly: bool) -> tuple[Resa
     (cogging) needs no derivative. A deviation is not decimated either: nothing differentiates it.
     """
     resample, used = None, None
+    if rows.coordinate != "time" and np.ptp(rows.position) > 0.0:
+        # before any filter, whose ringing looks like turning round
+        rows.held_direction = last_direction(rows.position, rows.run)
     if rows.time_s is not None:
         stretches = stretches_of(rows.time_s, rows.run)
         rate = even_rate(rows.time_s, stretches) if evenly else None
@@ -158,20 +160,9 @@ def _decimation(rows: Rows, lengths: list[int], stages: tuple[int, ...], rate: f
 
 def _give_direction(rows: Rows) -> None:
     """Set the direction: the sign of the velocity, 0 at rest; a deviation keeps that of the last motion."""
-    if rows.direction is None and rows.velocity is not None:
-        fastest = float(np.abs(rows.velocity).max())
-        if fastest > 0.0:
-            rows.direction = np.where(np.abs(rows.velocity) < AT_REST * fastest, 0.0, np.sign(rows.velocity))
-    if rows.direction is None:
-        return
-    rows.held_direction = _held(rows.direction)
-    if observable_of(rows.observe) is Observable.DEVIATION:
+    if rows.direction is not None:
+        rows.held_direction = rows.direction
+    elif rows.held_direction is not None and observable_of(rows.observe) is Observable.DEVIATION:
         rows.direction = rows.held_direction
-
-
-def _held(direction: Floats) -> Floats:
-    """Return the direction with that of the last motion in place of 0; before any motion, that of the first."""
-    last = np.maximum.accumulate(np.where(direction != 0.0, np.arange(direction.size), -1))
-    first = int(np.flatnonzero(direction)[0]) if direction.any() else 0
-    held: Floats = direction[np.where(last < 0, first, last)]
-    return held
+    elif rows.velocity is not None and (fastest := float(np.abs(rows.velocity).max())) > 0.0:
+        rows.direction = np.where(np.abs(rows.velocity) < AT_REST * fastest, 0.0, np.sign(rows.velocity))

@@ -18,12 +18,14 @@ _FASTEST_TEST_S = 0.05
 _SLOWEST_LOG_S = 1.0
 _SMALL_STEP = 0.01
 """Share of the span: a test that reads faster than once a second has no hundred targets on the way."""
-_UNEVEN = 3.0
-"""Largest ratio of intervals (5 % to 95 %) of what still is a sampled log."""
+_MOVES = 1e-3
+"""Share of the span that an axis goes within a stretch of a log; at rest it is only read again."""
 _GAP = 5.0
 """Median intervals after which a log begins again."""
 _STEADY = 0.05
 """Departure from a straight line, as a share of the way, of a run at constant speed."""
+_TURNED = 1e-5
+"""Share of the span that an axis has to go back to have turned."""
 _FASTER = 5.0
 """How many times faster than ever later the axis is in a transient."""
 
@@ -46,8 +48,8 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
 
     - a ``velocity`` column says that the axis moves, unless a second or more lies between the rows (a ``feed`` column
       does not: it tells how a target was approached);
-    - else a log has a time, at least twenty rows, positions that change, and intervals within its runs that are
-      nearly even (from their 5th to their 95th percentile less than 3 to 1), with a median
+    - else a log has a time and at least twenty rows; between its gaps (`stretches_of`) the axis mostly moves by more
+      than a thousandth of the span (not so in a burst of readings at each target); and it has a median interval
     - below 50 ms: no axis goes to a target, settles and is read twenty times a second;
     - or below 1 s, where half of the steps that are steps at all stay below 1 % of the span.
 
@@ -64,11 +66,53 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
         return time_s is None or not same_run.any() or bool(np.median(np.diff(time_s)[same_run]) < _SLOWEST_LOG_S)
     if time_s is None or time_s.size < _FEWEST_ROWS or not same_run.any() or np.ptp(position) == 0.0:
         return False
-    low, median, high = np.percentile(np.diff(time_s)[same_run], [5, 50, 95])
-    if not 0.0 <= high < _UNEVEN * max(low, median / _UNEVEN) or not 0.0 < median < _SLOWEST_LOG_S:
+    intervals, steps = np.diff(time_s)[same_run], np.abs(np.diff(position)[same_run])
+    median = float(np.median(intervals))
+    if not median < _SLOWEST_LOG_S:
         return False
-    steps = np.abs(np.diff(position)[same_run])
+    begin, end = np.array(stretches_of(time_s, run)).T
+    reach = np.maximum.reduceat(position, begin) - np.minimum.reduceat(position, begin)
+    if 2 * (end - begin)[reach > _MOVES * np.ptp(position)].sum() <= time_s.size:
+        return False
     return bool(median < _FASTEST_TEST_S or np.median(steps[steps > 0]) < _SMALL_STEP * np.ptp(position))
+
+
+def last_direction(position: Floats, run: Ints) -> Floats:
+    """Return the direction of the last motion at each row of a log, also while the axis is at rest.
+
+    Parameters
+    ----------
+    position, run
+        Shape (rows,).
+
+    Returns
+    -------
+    ndarray
+        Shape (rows,): +1 or −1, and 0 in a run without motion. The axis has turned where it goes back by more than
+        1e-5 of the span of all positions: less is rounding, or the ringing of a filter. Before the first motion, the
+        direction of that.
+
+    Examples
+    --------
+    >>> last_direction(np.array([0.0, 0.0, 1.0, 2.0, 2.0, 1.0]), np.ones(6, dtype=np.int64)).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, -1.0]
+    """
+    direction = np.zeros(position.size)
+    least = _TURNED * float(np.ptp(position))
+    bounds = [0, *(np.flatnonzero(run[1:] != run[:-1]) + 1).tolist(), position.size]
+    for begin, end in itertools.pairwise(bounds):
+        way, since, peak, row = 0, begin, float(position[begin]), begin
+        for at, x in enumerate(position[begin:end].tolist(), begin):
+            if way >= 0 and x < peak - least:
+                direction[since : row + 1] = way or -1
+                way, since, peak, row = -1, row + 1, x, at
+            elif way <= 0 and x > peak + least:
+                direction[since : row + 1] = way or 1
+                way, since, peak, row = 1, row + 1, x, at
+            elif (x - peak) * way >= 0.0:
+                peak, row = (x if way else peak), at
+        direction[since:end] = way
+    return direction
 
 
 def unwrapped(angle: Floats, turn: float) -> Floats:
@@ -112,30 +156,30 @@ def even_rate(time_s: Floats, stretches: list[tuple[int, int]]) -> float | None:
 
     Notes
     -----
-    Even: no time is farther from a regular grid than a tenth of the interval, or half of the last digit in which the
-    file writes its times.
+    Even: no time is farther from the best regular grid than a tenth of the interval, or half of the last digit
+    in which the file writes its times. A lost sample makes a log uneven.
 
     Examples
     --------
-    >>> even_rate(np.array([0.0, 0.333, 0.667, 1.0]), [(0, 4)])
-    3.0
+    >>> even_rate(np.array([0.0, 0.333, 0.667, 1.0]), [(0, 4)])  # doctest: +ELLIPSIS
+    2.99...
     >>> even_rate(np.array([0.0, 0.1, 0.31, 0.4]), [(0, 4)]) is None
     True
     """
-    longest = max(end - begin for begin, end in stretches)
-    if longest < 2:
-        return None
-    rows = sum(end - begin - 1 for begin, end in stretches)
-    interval = sum(float(time_s[end - 1] - time_s[begin]) for begin, end in stretches) / max(rows, 1)
+    counts, times = [], []
+    for begin, end in stretches:
+        count = np.arange(end - begin, dtype=np.float64)
+        counts.append(count - count.mean())
+        times.append(time_s[begin:end] - time_s[begin:end].mean())
+    spread = sum(float(count @ count) for count in counts)
+    interval = sum(float(count @ time) for count, time in zip(counts, times, strict=True)) / (spread or 1.0)
     if interval <= 0.0:
         return None
     tolerance = max(0.1 * interval, 0.51 * _last_digit(time_s, interval))
-    for begin, end in stretches:
-        grid = time_s[begin] + interval * np.arange(end - begin)
-        off = time_s[begin:end] - grid
-        if np.ptp(off) > 2.0 * tolerance:
+    for count, time in zip(counts, times, strict=True):
+        if np.ptp(time - interval * count) > 2.0 * tolerance:
             return None
-    return 1.0 / interval
+    return float(f"{1.0 / interval:.9g}")
 
 
 def _last_digit(time_s: Floats, interval: float) -> float:

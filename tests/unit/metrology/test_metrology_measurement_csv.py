@@ -148,6 +148,21 @@ def test_a_fault_in_a_large_file_is_found_on_its_line(file):
         read(file, "target_mm,actual_mm\n" + "\n".join(rows))
 
 
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("target_mm\n1\n2\n", [2, 3]),
+        ("# a: b\n\ntarget_mm\n1\n2\n\n\n", [4, 5]),
+        ("target_mm\n\n1\n \t\n2\n3", [3, 5, 6]),
+    ],
+)
+def test_each_row_knows_its_line(file, text, lines):
+    measurement = read(file, text)
+    assert [measurement.line_of(row) for row in range(measurement.rows)] == lines
+    bare = Measurement(source="x", facts={}, columns=measurement.columns, unknown={})
+    assert bare.line_of(0) is None
+
+
 def test_actual_minus_target_and_columns(file):
     readings = read(file, "run,direction,target_inch,actual_mm\n3,-1,1,25.5\n").to_readings()
     assert isinstance(readings, Readings)
