@@ -6,6 +6,8 @@ import enum
 
 import numpy as np
 
+from rtec.checks import whole_within
+
 
 class Draw(enum.IntEnum):
     """What is drawn."""
@@ -17,6 +19,22 @@ class Draw(enum.IntEnum):
     SENSOR = 4
     EFFECT = 5
     TRIAL = 6
+
+
+def checked_seed(seed: object) -> int:
+    """Return a seed.
+
+    Raises
+    ------
+    ArgumentError
+        It is no whole number from 0 to 2^62.
+
+    Examples
+    --------
+    >>> checked_seed(7)
+    7
+    """
+    return whole_within("seed", seed, 0, 1 << 62)
 
 
 def stream(seed: int, what: Draw, name: str = "") -> np.random.Generator:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from rtec.blind.at_rest import measure_at_rest
+from rtec.blind.draws import checked_seed
 from rtec.blind.in_motion import measure_in_motion
 from rtec.blind.plan import PITCH_MM, SIGNAL_PERIOD_MM, Heating, Plan, Reading
 from rtec.blind.scenario import OUTSIDE, Scenario
 from rtec.blind.secret import Secret
 from rtec.blind.slow_errors import REFERENCE_DEGC
-from rtec.checks import whole_within
 from rtec.metrology import Measurement
 
 _ALWAYS = ("run", "target", "actual")
@@ -46,7 +46,7 @@ def play(scenario: Scenario, seed: int) -> tuple[Measurement, Secret]:
     >>> measurement.rows, secret.names, round(secret.effects[0].rms_sigma, 3)
     (210, ('backlash',), 3.0)
     """
-    whole_within("seed", seed, 0, 1 << 62)
+    checked_seed(seed)
     plan = scenario.plan
     measured = measure_in_motion if plan.reading is Reading.MOVING else measure_at_rest
     columns, unknown, hidden = measured(scenario, seed)

@@ -101,7 +101,7 @@ class Plan:
     runs: int = 5
     targets: int = 21
     start_mm: float = 20.0
-    span_mm: float = 400.0
+    span_mm: float = 300.0
     passes: Passes = Passes.BOTH
     spacing: Spacing = Spacing.EVEN
     heating: Heating = Heating.NONE

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.blind.draws import Draw, stream
+from rtec.blind.draws import Draw, checked_seed, stream
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading
 from rtec.blind.slow_errors import SLOW
@@ -146,12 +146,17 @@ def scenario_of(seed: int) -> Scenario:
     Scenario
         Nothing, one to three effects that are no look-alikes, or one that lies outside the library.
 
+    Raises
+    ------
+    ArgumentError
+        A seed that is no whole number from 0 to 2^62.
+
     Examples
     --------
     >>> scenario_of(3) == scenario_of(3)
     True
     """
-    rng = stream(seed, Draw.SCENARIO)
+    rng = stream(checked_seed(seed), Draw.SCENARIO)
     kind = str(rng.choice([name for name, _ in _KINDS], p=[share for _, share in _KINDS]))
     noise = Noise.WHITE if rng.uniform() < 0.7 else Noise.CORRELATED
     if kind == "outside":

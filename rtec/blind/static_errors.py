@@ -103,15 +103,13 @@ def _smooth_noise(x: Floats, length_mm: float, rng: np.random.Generator) -> Floa
 
 def _sinusoid_share(x: Floats, curve: Floats) -> float:
     """Return the largest share of a curve's variance that one sinusoid with a free period explains."""
-    step = max(x.size // 200, 1)
-    at, y = x[::step], curve[::step]
-    best = 0.0
-    for cycles in np.arange(0.5, 8.0, 0.1):
-        angle = 2.0 * np.pi * cycles * (at - at[0]) / np.ptp(at)
-        columns = np.stack([np.ones(at.size), np.sin(angle), np.cos(angle)], axis=1)
-        left = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
-        best = max(best, 1.0 - float(np.var(left) / np.var(y)))
-    return best
+    step = max(x.size // 150, 1)
+    at, y = x[::step] - x[0], curve[::step] - curve[::step].mean()
+    angle = 2.0 * np.pi * np.arange(0.5, 8.0, 0.1)[:, None] * at / at[-1]
+    columns = np.stack([np.ones_like(angle), np.sin(angle), np.cos(angle)], axis=1)
+    seen = columns @ y
+    explained = (seen * np.linalg.solve(columns @ columns.transpose(0, 2, 1), seen[..., None])[..., 0]).sum(axis=1)
+    return float(explained.max() / (y @ y))
 
 
 def cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
@@ -172,7 +170,7 @@ def backlash_map(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return a screw worn where it was used most: play that grows and shrinks along the axis."""
     x = grid_of(plan)
     while True:
-        wear = _smooth_noise(x, rng.uniform(0.12, 0.2) * plan.span_mm, rng)
+        wear = _smooth_noise(x, rng.uniform(0.10, 0.16) * plan.span_mm, rng)
         wear -= wear.min()
         play = wear / wear.max()
         if 0.45 < np.std(play) / np.sqrt(np.mean(play**2)) and _sinusoid_share(x, play) < 0.9:

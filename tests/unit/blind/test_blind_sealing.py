@@ -78,8 +78,9 @@ def test_a_missing_folder_is_one_clear_error(tmp_path):
 
 @pytest.mark.parametrize("seed", [-1, 1.5, True])
 def test_a_seed_that_is_no_whole_number_is_refused(tmp_path, seed):
-    with pytest.raises(ArgumentError, match="seed"):
-        new(seed, tmp_path / "data.csv", scenario=QUICK)
+    for scenario in (QUICK, None):
+        with pytest.raises(ArgumentError, match="seed"):
+            new(seed, tmp_path / "data.csv", scenario=scenario)
     assert list(tmp_path.iterdir()) == []
 
 
