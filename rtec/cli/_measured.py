@@ -1,0 +1,143 @@
+"""What compare, diagnose and add share: their options, and the measurement, model and held-out file behind them."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.errors import ArgumentError, OutputError
+
+if TYPE_CHECKING:
+    from rtec.twin.dataset import Dataset
+    from rtec.twin.model import Model
+
+_FACTS = {
+    "screw_pitch": "--screw-pitch",
+    "scale_signal_period": "--signal-period",
+    "counts_per_rev": "--counts-per-rev",
+    "reference_temperature": "--reference-temperature",
+}
+"""The option behind each fact of an axis."""
+_COUNTS = re.compile(r"\d{1,12}(?:\.\d{0,12})?\s*(?:counts?(?:/rev)?)?", re.ASCII)
+_AXIS = "Facts of the axis, where the file does not state them"
+
+Data = Annotated[
+    Path, typer.Argument(help="Measurement (CSV), or data file of the laser system.", show_default=False)
+]
+ModelFile = Annotated[
+    Path | None, typer.Option("--model", metavar="M.toml", help="Effects that are known; none without it.")
+]
+HeldOut = Annotated[
+    Path | None,
+    typer.Option("--heldout", metavar="FILE", help="Another measurement to judge on, instead of held-out blocks."),
+]
+Observe = Annotated[
+    str | None, typer.Option(metavar="QUANTITY", help="What is explained: deviation (default), force, current, ...")
+]
+ScrewPitch = Annotated[str | None, typer.Option(metavar="'6.35 mm'", help="Travel of a turn.", rich_help_panel=_AXIS)]
+SignalPeriod = Annotated[
+    str | None, typer.Option(metavar="'20 um'", help="Signal period of the scale.", rich_help_panel=_AXIS)
+]
+CountsPerRev = Annotated[str | None, typer.Option(metavar="8192", help="Counts of a turn.", rich_help_panel=_AXIS)]
+ReferenceTemperature = Annotated[
+    str | None, typer.Option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
+]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the simulated noise that calibrates the search.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """What is to be explained, by what, and what judges it."""
+
+    dataset: Dataset
+    model: Model | None
+    heldout: Dataset | None
+
+
+def facts_of(
+    screw_pitch: str | None, signal_period: str | None, counts_per_rev: str | None, reference_temperature: str | None
+) -> dict[str, str]:
+    """Return the facts that options state.
+
+    Raises
+    ------
+    ArgumentError
+        No number of counts; the others are judged with the measurement, which decides on their unit.
+
+    Examples
+    --------
+    >>> facts_of("6.35 mm", None, None, None)
+    {'screw_pitch': '6.35 mm'}
+    """
+    if counts_per_rev is not None and _COUNTS.fullmatch(counts_per_rev.strip()) is None:
+        raise ArgumentError("--counts-per-rev", repr(counts_per_rev[:60]), "a number above 0, such as 8192")
+    given = (screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    return {fact: text for fact, text in zip(_FACTS, given, strict=True) if text is not None}
+
+
+def read_inputs(
+    data: Path, *, model: Path | None, heldout: Path | None, observe: str | None, facts: Mapping[str, str]
+) -> Inputs:
+    """Read measurement, model and held-out measurement, which must belong to each other.
+
+    Parameters
+    ----------
+    data, model, heldout
+        Files.
+    observe
+        Quantity to be explained; that of the model without it.
+    facts
+        Of the axis, from options.
+
+    Raises
+    ------
+    RtecError
+        A file that cannot be read or does not fit the others, or an option that is wrong.
+    """
+    from rtec.twin.compare import check_model  # noqa: PLC0415 - scipy, once there is something to compare
+    from rtec.twin.load import load_dataset  # noqa: PLC0415
+    from rtec.twin.model_file import read_model, read_observe  # noqa: PLC0415
+
+    wanted = observe if observe is not None or model is None else read_observe(model)
+    with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
+        dataset = load_dataset(data, observe=wanted, facts=facts)
+        other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts)
+    known = None if model is None else read_model(model, dataset.units)
+    if known is not None:
+        for measured in (dataset,) if other is None else (dataset, other):
+            check_model(known, measured)
+    return Inputs(dataset=dataset, model=known, heldout=other)
+
+
+@contextmanager
+def _named_as_options(observe: str) -> Iterator[None]:
+    """Name a refused fact as the option that the user wrote, and a refused quantity as what asked for it."""
+    try:
+        yield
+    except ArgumentError as error:
+        name = {**_FACTS, "--observe": observe}.get(error.name, error.name)
+        raise ArgumentError(name, error.value, error.allowed, error.hint) from error
+
+
+def check_new_file(option: str, file: Path, *, force: bool) -> None:
+    """Refuse a file that exists or has no folder, before long work begins.
+
+    Raises
+    ------
+    OutputError
+        It exists and ``force`` is not given, or it cannot be made there.
+    """
+    if os.path.lexists(file) and not force:
+        raise OutputError(f"{option}: {file} exists; choose another name, or overwrite it with --force")
+    if file.is_dir():
+        raise OutputError(f"{option}: {file} is a folder; name a file")
+    if not file.parent.is_dir():
+        raise OutputError(f"{option}: there is no folder {file.parent} for {file.name}; make it first")

@@ -1,0 +1,171 @@
+"""``rtec blind``: the hidden-effect game - play it, open it, and score the diagnosis over many games."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli import _measured
+from rtec.cli._console import announce_compilation, print_json, progress
+
+if TYPE_CHECKING:
+    from rtec.blind import Answer, Confusion, LineScore, Secret
+    from rtec.metrology import Measurement
+
+_MISSED = 1
+
+
+def frame() -> None:
+    """Hide physical effects in an emulated axis, and find out whether they are named.
+
+    Example: rtec blind new --seed 7 -o data.csv && rtec diagnose data.csv && rtec blind reveal data.csv
+    """
+
+
+def new(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
+    ],
+    seed: Annotated[int, typer.Option(min=0, help="Decides what is hidden, and everything else.")] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """Hide none to three effects in the emulated axis, measure it, and seal the secret beside the data.
+
+    The seal keeps the secret from a glance only.
+
+    Example: rtec blind new --seed 7 -o data.csv
+    """
+    from rtec.blind import new as played  # noqa: PLC0415 - keeps --help fast
+
+    announce_compilation()
+    seal = played(seed, output, force=force)
+    if json:
+        print_json({"data": str(output), "sealed": str(seal), "seed": seed})
+    else:
+        typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
+        typer.echo(f"Sealed: {seal}; open it with: rtec blind reveal {output}")
+
+
+def reveal(
+    data: Annotated[Path, typer.Argument(help="The measurement that 'new' wrote.", show_default=False)],
+    json: _measured.Json = False,
+) -> None:
+    """Say what is hidden in a measurement.
+
+    Example: rtec blind reveal data.csv
+    """
+    from rtec.blind import document_of  # noqa: PLC0415 - keeps --help fast
+    from rtec.blind import reveal as opened  # noqa: PLC0415
+
+    secret = opened(data)
+    if json:
+        print_json(document_of(secret))
+    else:
+        _show_secret(secret)
+
+
+def score(
+    trials: Annotated[int, typer.Option(min=1, help="Games on each line.")] = 20,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of all games.")] = 0,
+    json: _measured.Json = False,
+) -> None:
+    """Let the diagnosis play many games, and print how often it is right, with the confusion matrices.
+
+    Exit code 1: a share of right answers lies below its bar.
+
+    Example: rtec blind score --trials 200 -o confusion.md
+    """
+    from rtec.blind import confusion, the_lines  # noqa: PLC0415 - keeps --help fast
+    from rtec.metrology.text_file import write_lines  # noqa: PLC0415
+
+    if output is not None:
+        _measured.check_new_file("-o", output, force=force)
+    announce_compilation()
+    with progress("games") as show:
+        result = confusion(the_lines(), trials, _judged, seed, lambda _, share: show(share), refit=_refitted)
+    if output is not None:
+        write_lines(output, result.as_markdown().splitlines())
+    if json:
+        print_json(_document(result) | ({} if output is None else {"table": str(output)}))
+    else:
+        typer.echo(result.as_markdown(), nl=False)
+    raise typer.Exit(0 if all(line.reached for line in result.scores) else _MISSED)
+
+
+def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
+    """Return the three verbs of the game as one."""
+    app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
+    app.callback()(frame)
+    for verb in (new, reveal, score):
+        app.command(verb.__name__)(verb)
+    return app
+
+
+def _judged(measurement: Measurement) -> Answer:
+    """Return what the diagnosis says of a measurement."""
+    from rtec.blind import answer_of  # noqa: PLC0415 - keeps --help fast
+    from rtec.twin.diagnose import diagnose  # noqa: PLC0415
+    from rtec.twin.load import load_dataset  # noqa: PLC0415
+
+    return answer_of(diagnose(load_dataset(measurement)))
+
+
+def _refitted(measurement: Measurement, names: tuple[str, ...]) -> tuple[float, float]:
+    """Return held-out RMS and noise floor with the effects of these names, everything about them fitted."""
+    from rtec.effects import effect_named  # noqa: PLC0415 - keeps --help fast
+    from rtec.twin.compare import compare  # noqa: PLC0415
+    from rtec.twin.load import load_dataset  # noqa: PLC0415
+    from rtec.twin.model import Model, Term  # noqa: PLC0415
+
+    dataset = load_dataset(measurement)
+    terms = tuple(Term(effect=effect_named(name)) for name in names)
+    found = compare(dataset, Model(observe=dataset.observe, units=dataset.units, terms=terms))
+    return found.rms_heldout, found.noise.sigma
+
+
+def _document(result: Confusion) -> dict[str, object]:
+    return {"trials": result.trials, "seed": result.seed, "lines": [_line_document(line) for line in result.scores]}
+
+
+def _line_document(scored: LineScore) -> dict[str, object]:
+    return {
+        "title": scored.line.title,
+        "right_is": scored.line.rule.value,
+        "bar": scored.line.share,
+        "right": scored.right,
+        "trials": scored.trials,
+        "left_out": scored.left_out,
+        "share": scored.share,
+        "wilson_95": scored.interval,
+        "reached": scored.reached,
+        "confusion": [{"hidden": hidden, "answered": said, "count": count} for hidden, said, count in scored.cells],
+    }
+
+
+def _show_secret(secret: Secret) -> None:
+    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    console = Console(highlight=False)
+    noise = f"{secret.noise} noise of {secret.sigma_um:.3g} um, {secret.plan} plan, seed {secret.seed}"
+    if not secret.effects:
+        console.print(f"Nothing is hidden: {noise}.", markup=False)
+        return
+    table = Table(title=Text(noise), title_justify="left", box=None, padding=(0, 2, 0, 0))
+    for heading, justify in (("hidden", "left"), ("RMS (um)", "right"), ("in sigma", "right"), ("what", "left")):
+        table.add_column(heading, justify=justify)  # type: ignore[arg-type]  # two of rich's words
+    for hidden in secret.effects:
+        outside = " (outside the library)" if hidden.name in secret.outside else ""
+        values = ", ".join(f"{p.name} {p.value:.4g} {p.unit}".rstrip() for p in hidden.parameters)
+        what = f"{hidden.description}{outside}" + (f"; {values}" if values else "")
+        rms = f"{hidden.rms_sigma * secret.sigma_um:.3g}"
+        table.add_row(Text(hidden.name), rms, f"{hidden.rms_sigma:.3g}", Text(what))
+    console.print(table)

@@ -1,0 +1,88 @@
+"""``rtec diagnose``: which physical effect is missing, or that it cannot be told, and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli import _measured
+from rtec.cli._console import announce_compilation, note, print_json, progress
+
+if TYPE_CHECKING:
+    from rtec.twin.results import Diagnosis
+
+
+def diagnose(
+    data: _measured.Data,
+    model: _measured.ModelFile = None,
+    heldout: _measured.HeldOut = None,
+    observe: _measured.Observe = None,
+    screw_pitch: _measured.ScrewPitch = None,
+    signal_period: _measured.SignalPeriod = None,
+    counts_per_rev: _measured.CountsPerRev = None,
+    reference_temperature: _measured.ReferenceTemperature = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
+    ] = None,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="MODEL.toml", help="Write the model with all effects found.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
+    seed: _measured.Seed = 0,
+    json: _measured.Json = False,
+) -> None:
+    """Find which physical effects a measurement shows that the model lacks, one by one, down to the noise floor.
+
+    The verdict is NAMED, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer.
+
+    Example: rtec diagnose z_axis.csv -o report --save found.toml
+    """
+    from rtec.report.destination import check_folder, report_folder  # noqa: PLC0415 - keeps --help fast
+    from rtec.report.diagnosis import write_diagnosis  # noqa: PLC0415
+    from rtec.twin.diagnose import diagnose as diagnosed  # noqa: PLC0415
+    from rtec.twin.model_file import write_model  # noqa: PLC0415
+
+    if output is not None:
+        check_folder(output, force=force)
+    if save is not None:
+        _measured.check_new_file("--save", save, force=force)
+    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    written = {}
+    with progress(f"diagnosing {data.name}") as show:
+        given = _measured.read_inputs(data, model=model, heldout=heldout, observe=observe, facts=facts)
+        announce_compilation()
+        show(0.1)
+        result = diagnosed(
+            given.dataset, given.model, given.heldout, seed=seed, progress=lambda share: show(0.1 + 0.8 * share)
+        )
+        if output is not None:
+            with report_folder(output, "diagnosis") as folder:
+                written["report"] = str(write_diagnosis(result, folder))
+        if save is not None:
+            write_model(save, result.model)
+            written["model"] = str(save)
+    show_diagnosis(result, written, as_json=json, seed=seed)
+
+
+def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool, seed: int) -> None:
+    """Print a diagnosis and what was written: one JSON document, or the verdict in a sentence and tables."""
+    from rtec.report.diagnosis import (  # noqa: PLC0415 - keeps --help fast
+        diagnosis_document,
+        diagnosis_table,
+        verdict_sentence,
+    )
+
+    if as_json:
+        print_json({**diagnosis_document(result), "seed": seed, **written})
+        return
+    from rich.console import Console  # noqa: PLC0415
+
+    for sentence in (*result.dataset.notes, *result.notes):
+        note(sentence)
+    console = Console(highlight=False)
+    console.print(verdict_sentence(result), soft_wrap=True, markup=False)
+    console.print(diagnosis_table(result))
+    for what, place in written.items():
+        typer.echo(f"{what.capitalize()}: {place}")

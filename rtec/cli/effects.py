@@ -1,0 +1,124 @@
+"""``rtec effects``: the library of physical effects, each with its card."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rtec.cli._console import print_json
+
+if TYPE_CHECKING:
+    from rtec.effects import Effect
+
+_CARD = (
+    ("in the plot", "plot"),
+    ("cause", "cause"),
+    ("consequence", "consequence"),
+    ("action", "action"),
+    ("invariant to", "invariant_to"),
+    ("source", "source"),
+)
+
+
+def effects(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the card of one effect.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
+) -> None:
+    """List the physical effects that are known, or show the card of one.
+
+    Example: rtec effects backlash
+    """
+    from rtec.effects import LIBRARY, effect_named  # noqa: PLC0415 - keeps --help fast
+
+    if name is not None:
+        effect = effect_named(name)
+        if json:
+            print_json(_document(effect))
+        else:
+            _show_card(effect)
+    elif json:
+        print_json({"effects": [_document(effect) for effect in LIBRARY]})
+    else:
+        _show_library(LIBRARY)
+
+
+def _document(effect: Effect) -> dict[str, Any]:
+    """Return what the library knows of an effect; units are those of a linear axis and of a force."""
+    from rtec.effects import Observable, Units  # noqa: PLC0415 - keeps --help fast
+
+    units = Units("n" if effect.observable is Observable.DRIVE else "mm", "mm", "s")
+    card = effect.card
+    return {
+        "name": effect.name,
+        "title": card.title,
+        "observable": effect.observable.value,
+        "needs": effect.needs,
+        "parameters": _parameters(effect, units),
+        **{key: getattr(card, key) for _, key in _CARD},
+        "look_alikes": [
+            {"name": rival.name, "experiment": rival.experiment, "permanent": rival.permanent}
+            for rival in effect.rivals
+        ],
+        "contains": sorted(effect.contains),
+        "repeatable": effect.repeatable,
+    }
+
+
+def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
+    """Return shape parameters and amplitudes by name, unit and meaning."""
+    from rtec.twin.shape_text import parameter_unit  # noqa: PLC0415 - keeps --help fast
+
+    items = fields(effect.shape_type)
+    found = [
+        {"name": item.name, "unit": parameter_unit(item, units), "meaning": str(item.metadata["meaning"])}
+        for item in items
+    ]
+    amplitudes = effect.amplitudes(effect.shape_type(), units)
+    for amplitude in amplitudes:
+        found.append({"name": amplitude.name, "unit": amplitude.unit, "meaning": "amplitude"})
+    if not amplitudes:
+        found.append({"name": "at_...", "unit": units.shown[0], "meaning": "amplitude at each node"})
+    return found
+
+
+def _show_library(library: tuple[Effect, ...]) -> None:
+    from rich.box import SIMPLE  # noqa: PLC0415 - keeps --help fast
+    from rich.console import Console  # noqa: PLC0415
+    from rich.markup import escape  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    console = Console(highlight=False)
+    for kind, words in (("deviation", "deviation of position"), ("drive", "force or current of a drive")):
+        table = Table(title=f"effects that explain a {words}", title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+        table.add_column("name", no_wrap=True)
+        table.add_column("what")
+        table.add_column("needs")
+        for effect in library:
+            if effect.observable.value == kind:
+                table.add_row(effect.name, escape(effect.card.title), escape(effect.needs))
+        console.print(table)
+    console.print("'rtec effects NAME' shows the card of one.")
+
+
+def _show_card(effect: Effect) -> None:
+    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    document = _document(effect)
+    rows = [(label, str(document[key])) for label, key in _CARD[:-1]]
+    rows.append(("needs", effect.needs))
+    quantities = [f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in document["parameters"]]
+    rows.append(("parameters", ", ".join(quantities)))
+    for rival in effect.rivals:
+        never = " (for ever, to the same instrument)" if rival.permanent else ""
+        rows.append(("looks like", f"{rival.name}{never}; to tell: {rival.experiment}"))
+    rows.append(("source", effect.card.source))
+    table = Table(title=f"{effect.name}: {effect.card.title}", title_justify="left", show_header=False, box=None)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column()
+    for label, text in rows:
+        table.add_row(label, Text(text))
+    Console(highlight=False).print(table)

@@ -1,0 +1,127 @@
+"""rtec blind: a game is played, opened and scored."""
+
+import json
+
+import pytest
+
+import rtec.cli.blind
+from rtec.blind import Line, Rule, Scenario, reveal, scenario_of
+from rtec.cli import main
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def said(capsys, *words):
+    code = main(["blind", *words])
+    out, err = capsys.readouterr()
+    return code, out, "".join(line for line in err.splitlines(keepends=True) if "compiling" not in line)
+
+
+def seed_with(wanted):
+    return next(seed for seed in range(1000) if wanted(scenario_of(seed).names))
+
+
+def test_a_game_is_sealed_and_opened(here, capsys):
+    code, out, err = said(capsys, "new", "--seed", "7", "-o", "data.csv")
+    assert (code, err) == (0, "")
+    assert "data.csv.sealed" in out
+    names = reveal("data.csv").names
+    data = (here / "data.csv").read_text() + out
+    assert not [name for name in names if name in data]
+    code, out, _ = said(capsys, "reveal", "data.csv")
+    assert code == 0
+    assert all(name in out for name in names)
+    code, out, err = said(capsys, "reveal", "data.csv", "--json")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    document = json.loads(out)
+    assert ([effect["name"] for effect in document["effects"]], document["seed"]) == (list(names), 7)
+
+
+def test_the_seed_decides_the_data(here, capsys):
+    for name, seed in (("a", "3"), ("b", "3"), ("c", "4")):
+        said(capsys, "new", "--seed", seed, "-o", f"{name}.csv")
+    texts = [(here / f"{name}.csv").read_text() for name in "abc"]
+    assert texts[0] == texts[1] != texts[2]
+
+
+def test_a_game_with_nothing_in_it_says_so(here, capsys):
+    seed = seed_with(lambda names: not names)
+    code, out, err = said(capsys, "new", "--seed", str(seed), "-o", "data.csv", "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(out) == {"data": "data.csv", "sealed": "data.csv.sealed", "seed": seed}
+    assert "Nothing is hidden" in said(capsys, "reveal", "data.csv")[1]
+
+
+def test_nothing_is_overwritten_without_force(here, capsys):
+    (here / "data.csv.sealed").write_text("mine")
+    code, out, err = said(capsys, "new", "-o", "data.csv")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "--force" in err
+    assert not (here / "data.csv").exists()
+    assert (here / "data.csv.sealed").read_text() == "mine"
+    assert said(capsys, "new", "-o", "data.csv", "--force")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["reveal"], "'rtec blind reveal --help'"),
+        (["reveal", "data.csv"], "data.csv"),
+        (["new"], "'-o'"),
+        (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
+        (["new", "--seed", "9" * 30, "-o", "a.csv"], "seed"),
+        (["new", "-o", "no/such.csv"], "no/such.csv"),
+        (["score", "--trials", "0"], "--trials"),
+        (["score", "--trials", "1000000"], "trials"),
+        (["score", "-o", "no/such.md"], "no folder"),
+        (["reveel"], "did you mean 'reveal'?"),
+        (["new", "--sede", "3"], "did you mean '--seed'?"),
+    ],
+)
+def test_bad_words_are_one_line_and_2(here, capsys, words, says):
+    code, out, err = said(capsys, *words)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert err.startswith("rtec: ")
+    assert says in err
+    assert list(here.iterdir()) == []
+
+
+def lines_for(share):
+    """One easy line, so that a score takes seconds: a backlash of 10 sigma."""
+    hidden = (Scenario(names=("backlash",), strength_sigma=10.0),)
+    return (
+        Line(title="plain to see", rule=Rule.NAMED, share=share, scenarios=hidden),
+        Line(title="down to the floor", rule=Rule.FLOOR, share=share, scenarios=hidden),
+    )
+
+
+def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
+    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines_for(0.5))
+    code, out, err = said(capsys, "score", "--trials", "2", "--seed", "1", "--json", "-o", "score.md")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    document = json.loads(out)
+    named, floor = document["lines"]
+    assert (named["right"], named["trials"], named["reached"]) == (2, 2, True)
+    assert named["confusion"] == [{"hidden": "backlash", "answered": "backlash", "count": 2}]
+    assert named["wilson_95"] == pytest.approx([0.3424, 1.0], abs=1e-4)  # Wilson's interval of 2 of 2
+    assert (floor["right"], floor["confusion"][0]["answered"]) == (2, "at the floor")
+    assert (document["trials"], document["seed"], document["table"]) == (2, 1, "score.md")
+    assert "plain to see" in (here / "score.md").read_text()
+    code, out, _ = said(capsys, "score", "--trials", "1")
+    assert code == 0
+    assert out == out.rstrip("\n") + "\n"
+    assert "| plain to see |" in out
+
+
+def test_a_missed_bar_is_1(here, capsys, monkeypatch):
+    nothing = (Scenario(names=()),)
+    missed = (Line(title="cannot be", rule=Rule.UNKNOWN, share=0.5, scenarios=nothing),)
+    monkeypatch.setattr(rtec.blind, "the_lines", lambda: missed)
+    code, out, _ = said(capsys, "score", "--trials", "1", "--json")
+    assert code == 1
+    assert json.loads(out)["lines"][0]["reached"] is False

@@ -1,0 +1,214 @@
+"""rtec compare: what it prints and writes, and what it refuses."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from rtec.cli import main
+from rtec.cli._measured import check_new_file, facts_of
+from rtec.errors import ArgumentError, OutputError
+
+KNOWN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n'
+OPEN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\n'
+
+
+def lines_of(error, seed=1, sigma=1.0, facts=(), extra=None):
+    """Five bidirectional runs of 11 targets; errors and noise in um."""
+    rng = np.random.default_rng(seed)
+    up = np.linspace(0.0, 200.0, 11) + rng.uniform(-2, 2, 11)
+    heading = "run,direction,target_mm,deviation_um" + ("" if extra is None else f",{extra[0]}")
+    lines = [*(f"# {fact}" for fact in facts), heading]
+    for run in range(1, 6):
+        for way, places in ((1, up), (-1, up[::-1])):
+            for x in places:
+                more = "" if extra is None else f",{extra[1]}"
+                lines.append(f"{run},{way},{x:.4f},{error(x, way) + rng.normal(0, sigma):.5f}{more}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "z.csv").write_text(lines_of(lambda x, way: 6.0 * way))
+    (tmp_path / "other.csv").write_text(lines_of(lambda x, way: 8.0 * way, seed=2))
+    (tmp_path / "known.toml").write_text(KNOWN)
+    (tmp_path / "open.toml").write_text(OPEN)
+    return tmp_path
+
+
+def said(capsys, *words):
+    code = main(["compare", *words])
+    out, err = capsys.readouterr()
+    return code, out, "".join(line for line in err.splitlines(keepends=True) if "compiling" not in line)
+
+
+def answer(capsys, *words):
+    code, out, err = said(capsys, *words, "--json")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    return json.loads(out)
+
+
+def residual(folder, half_um, file="z.csv"):
+    rows = np.loadtxt(folder / file, delimiter=",", skiprows=1)
+    return rows[:, 3] - half_um * rows[:, 1]
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(values**2)))
+
+
+# what it says
+
+
+def test_a_stated_model_against_the_measurement(here, capsys):
+    document = answer(capsys, "z.csv", "--model", "known.toml")
+    assert document["rms"] == pytest.approx(rms(residual(here, 6.0)), rel=1e-9)
+    assert document["unit"] == "um"
+    assert document["rows"] == 110
+    assert document["rms_heldout"] == pytest.approx(document["rms"])
+    assert document["noise_floor"] == pytest.approx(1.0, rel=0.2)
+
+
+def test_without_a_model(here, capsys):
+    document = answer(capsys, "z.csv")
+    assert document["rms"] == pytest.approx(rms(residual(here, 0.0)), rel=1e-9)
+    first = document["where"][0]
+    assert first["quantity"] in ("direction", "position and direction")
+    assert first["share"] > 0.9
+    assert document["effects"] == []
+
+
+def test_what_is_open_is_fitted_to_the_first_and_judged_by_the_other(here, capsys):
+    document = answer(capsys, "z.csv", "--model", "open.toml", "--heldout", "other.csv")
+    rows = np.loadtxt(here / "z.csv", delimiter=",", skiprows=1)
+    columns = np.stack([rows[:, 1], np.ones(110)], axis=1)
+    fitted = np.linalg.lstsq(columns, rows[:, 3], rcond=None)[0]
+    assert document["rms"] == pytest.approx(rms(rows[:, 3] - columns @ fitted), rel=1e-3)
+    assert document["rms_heldout"] == pytest.approx(rms(residual(here, fitted[0], "other.csv") - fitted[1]), rel=1e-3)
+    assert document["heldout_by"] == "other.csv"
+
+
+def test_the_terminal_shows_the_same(here, capsys):
+    code, out, err = said(capsys, "z.csv", "--model", "known.toml")
+    assert code == 0
+    assert f"{rms(residual(here, 6.0)):.3f} µm RMS" in out
+    assert "what is left goes with" in out
+    assert "row order counts as time" in err
+
+
+def test_facts_of_the_axis_come_from_options(here, capsys):
+    assert answer(capsys, "z.csv", "--screw-pitch", "5 mm", "--signal-period", "20 um")["rows"] == 110
+    assert answer(capsys, "z.csv", "--counts-per-rev", "8192", "--reference-temperature", "68 degF")["rows"] == 110
+    assert facts_of(None, "20 um", "8192 counts/rev", None) == {
+        "scale_signal_period": "20 um",
+        "counts_per_rev": "8192 counts/rev",
+    }
+
+
+# what it writes
+
+
+def test_a_report_is_written_into_a_folder(here, capsys):
+    document = answer(capsys, "z.csv", "--model", "known.toml", "-o", "report")
+    page = here / document["report"]
+    assert "RMS" in page.read_text(encoding="utf-8")
+    written = json.loads((here / "report" / "result.json").read_text())
+    assert written["rms"] == document["rms"]
+    code, out, err = said(capsys, "z.csv", "-o", "report")
+    assert (code, out) == (2, "")
+    assert "--force" in err
+    assert json.loads((here / "report" / "result.json").read_text()) == written
+    assert answer(capsys, "z.csv", "-o", "report", "--force")["rms"] > document["rms"]
+
+
+def test_a_failed_comparison_leaves_no_folder(here, capsys):
+    code, _, _ = said(capsys, "z.csv", "--model", "nowhere.toml", "-o", "report")
+    assert code == 2
+    assert not (here / "report").exists()
+
+
+def test_new_files_are_checked_before_the_work(here):
+    (here / "old.toml").write_text("x")
+    check_new_file("-o", here / "new.toml", force=False)
+    check_new_file("-o", here / "old.toml", force=True)
+    for file, force, says in (
+        ("old.toml", False, "-o: .*old.toml exists.*--force"),
+        ("no/such.toml", True, "no folder .*no for such.toml"),
+        (".", True, "is a folder"),
+    ):
+        with pytest.raises(OutputError, match=says):
+            check_new_file("-o", here / file, force=force)
+
+
+# what it refuses
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], ["'rtec compare --help'"]),
+        (["nowhere.csv"], ["nowhere.csv", "No such file"]),
+        (["z.csv", "--model", "nowhere.toml"], ["nowhere.toml"]),
+        (["z.csv", "--model", "z.csv"], ["z.csv", "TOML"]),
+        (["z.csv", "--heldout", "nowhere.csv"], ["nowhere.csv"]),
+        (["z.csv", "--heldout", "known.toml"], ["known.toml"]),
+        (["z.csv", "--observe", "force"], ["--observe: 'force'", "deviation"]),
+        (["z.csv", "--observe", "devation"], ["--observe", "did you mean 'deviation'?"]),
+        (["z.csv", "--model", "force.toml"], ["force.toml: observe: 'force'"]),
+        (["z.csv", "--model", "hot.toml"], ["thermal_growth", "no temperature column"]),
+        (["z.csv", "--model", "wrong.toml"], ["wrong.toml: effect 1 (backlash): backlash", "write the unit"]),
+        (["z.csv", "--screw-pitch", "5"], ["--screw-pitch", "unit"]),
+        (["z.csv", "--screw-pitch", "5 deg"], ["--screw-pitch", "6.35 mm"]),
+        (["z.csv", "--signal-period", "-1 um"], ["--signal-period", "above zero"]),
+        (["z.csv", "--counts-per-rev", "many"], ["--counts-per-rev", "8192"]),
+        (["z.csv", "--reference-temperature", "20"], ["--reference-temperature", "20 degC"]),
+        (["z.csv", "--model"], ["--model"]),
+        (["z.csv", "--modle", "known.toml"], ["did you mean '--model'?"]),
+        (["z.csv", "-o", "z.csv"], ["z.csv", "a folder"]),
+        (["empty.csv"], ["empty.csv"]),
+        (["two.csv"], ["two.csv", "3 readings"]),
+        (["nan.csv"], ["nan.csv", "line 2"]),
+    ],
+)
+def test_bad_words_and_files_are_one_line_and_2(here, capsys, words, says):
+    (here / "force.toml").write_text('observe = "force"')
+    (here / "hot.toml").write_text('observe = "deviation"\n[[effect]]\nname = "thermal_growth"\n')
+    (here / "wrong.toml").write_text(KNOWN.replace("12 um", "12"))
+    (here / "empty.csv").write_text("")
+    (here / "two.csv").write_text("target_mm,deviation_um\n1,2\n2,3\n")
+    (here / "nan.csv").write_text("target_mm,deviation_um\n1,nan\n2,3\n3,4\n")
+    code, out, err = said(capsys, *words)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert err.startswith("rtec: ")
+    for part in says:
+        assert part in err
+
+
+def test_strange_names_in_a_file_do_no_harm(here, capsys):
+    text = lines_of(lambda x, way: way, facts=("axis: [bold]x[/bold] <script>",), extra=("[red]odd[/red]", 3.5))
+    (here / "odd.csv").write_text(text)
+    code, out, err = said(capsys, "odd.csv")
+    assert code == 0
+    assert "[red]odd[/red]" in out + err
+
+
+def test_a_bare_number_of_counts_is_one():
+    with pytest.raises(ArgumentError, match="--counts-per-rev"):
+        facts_of(None, None, "1e3.5", None)
+
+
+def test_help_loads_nothing_heavy():
+    verbs = ("compare", "diagnose", "effects", "blind")
+    script = (
+        "import sys; from rtec.cli import main;"
+        f"codes = [main([verb, '--help']) for verb in {verbs}];"
+        "heavy = ('numba', 'numpy', 'scipy', 'lmfit', 'pint', 'matplotlib', 'jinja2');"
+        "print(codes, [m for m in heavy if m in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stderr == f"{[0] * len(verbs)} []\n"
+    assert done.stdout.count("Example: rtec") == len(verbs)

@@ -1,0 +1,179 @@
+"""rtec diagnose: the verdict, the document that scripts rely on, the report and the model."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rtec.cli import main
+from rtec.effects import LIBRARY
+from rtec.twin.model_file import read_model
+
+VERDICTS = {"NAMED", "TIED", "NOT_TESTABLE", "INCONCLUSIVE", "UNKNOWN", "NONE"}
+
+
+def text_of(error, seed=1, sigma=1.0, runs=5):
+    """Bidirectional runs of 21 targets; errors and noise in um."""
+    rng = np.random.default_rng(seed)
+    up = np.linspace(0.0, 400.0, 21) + rng.uniform(-4, 4, 21)
+    lines = ["run,direction,time_s,target_mm,deviation_um"]
+    t = 0.0
+    for run in range(1, runs + 1):
+        for way, places in ((1, up), (-1, up[::-1])):
+            for x in places:
+                t += 12.0
+                lines.append(f"{run},{way},{t:.1f},{x:.4f},{error(x, way) + rng.normal(0, sigma):.5f}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.csv").write_text(text_of(lambda x, way: 5.0 * way + 0.03 * x))
+    (tmp_path / "none.csv").write_text(text_of(lambda x, way: 0.0))
+    (tmp_path / "one.csv").write_text(text_of(lambda x, way: 5.0 * way + 0.03 * x, seed=2))
+    (tmp_path / "lead.toml").write_text('observe = "deviation"\n[[effect]]\nname = "scale"\n')
+    return tmp_path
+
+
+def said(capsys, *words):
+    code = main(["diagnose", *words])
+    out, err = capsys.readouterr()
+    return code, out, "".join(line for line in err.splitlines(keepends=True) if "compiling" not in line)
+
+
+def answer(capsys, *words):
+    code, out, err = said(capsys, *words, "--json")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    return json.loads(out, parse_constant=pytest.fail)
+
+
+def test_two_effects_are_named_with_their_sizes(here, capsys):
+    document = answer(capsys, "two.csv", "--save", "found.toml")
+    assert (document["verdict"], set(document["effects"]), document["unit"]) == ("NAMED", {"scale", "backlash"}, "um")
+    steps = document["steps"]
+    assert [step["effect"] for step in steps] == document["effects"]
+    numbers = {key: value for step in steps for key, value in step["params"].items()}
+    assert numbers["backlash_um"] == pytest.approx(10.0, abs=5 * 2 / np.sqrt(210))
+    assert numbers["scale_um_per_m"] == pytest.approx(30.0, abs=5 * 1000 / (120 * np.sqrt(210)))
+    assert document["rms_before"] > steps[0]["rms_train"] > steps[1]["rms_train"]
+    assert document["rms_after"] == pytest.approx(document["noise_floor"], rel=0.1)
+    model = read_model("found.toml")
+    assert model.names == tuple(document["effects"])
+    assert document["model"] == "found.toml"
+    backlash = next(term for term in model.terms if term.name == "backlash")
+    assert backlash.amplitudes[0] * 1000.0 == pytest.approx(numbers["backlash_um"])
+
+
+def test_the_document_has_the_keys_that_scripts_rely_on(here, capsys):
+    document = answer(capsys, "two.csv")
+    for key in (
+        "verdict", "effects", "steps", "candidates", "noise_floor", "rms_before", "rms_after", "unit", "not_testable",
+        "minimum_detectable", "unknown", "suggested_experiment",
+    ):  # fmt: skip
+        assert key in document
+    assert set(document["steps"][0]) >= {"effect", "params", "rms_train", "rms_heldout", "p_adjusted"}
+    assert set(document["candidates"][0]) >= {"effect", "predicted_rms", "p_adjusted", "tied_with", "reason"}
+    assert document["not_testable"]["thermal_growth"] == "no temperature column"
+    assert set(document["not_testable"]) | {one["effect"] for one in document["candidates"]} <= {
+        effect.name for effect in LIBRARY
+    }
+
+
+def test_nothing_is_named_where_nothing_is(here, capsys):
+    document = answer(capsys, "none.csv")
+    assert (document["verdict"], document["effects"], document["steps"]) == ("NONE", [], [])
+    assert document["minimum_detectable"]
+
+
+def test_a_seed_gives_the_same_answer(here, capsys):
+    first, second = (answer(capsys, "two.csv", "--seed", "5") for _ in range(2))
+    assert first == second
+    assert first["seed"] == 5
+
+
+def test_what_is_known_is_not_found_again(here, capsys):
+    document = answer(capsys, "two.csv", "--model", "lead.toml")
+    assert document["effects"] == ["scale", "backlash"]
+    assert [step["effect"] for step in document["steps"]] == ["backlash"]
+
+
+def test_another_file_judges(here, capsys):
+    document = answer(capsys, "two.csv", "--heldout", "one.csv")
+    assert document["heldout_by"] == "one.csv"
+    assert document["rms_heldout"] == pytest.approx(1.0, rel=0.15)
+
+
+def test_the_terminal_says_it_in_a_sentence_first(here, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, err = said(capsys, "two.csv", "-o", "report", "--save", "found.toml")
+    assert code == 0
+    first, rest = out.split("\n", 1)
+    assert "scale" in first.lower()
+    assert "backlash" in first.lower()
+    assert "RMS" in first
+    assert "NAMED" in rest
+    assert f"Report: report/{'report.html'}" in rest
+    assert "Model: found.toml" in rest
+    assert all(line.startswith("rtec: ") for line in err.splitlines())
+
+
+def test_the_report_stands_in_its_folder(here, capsys):
+    document = answer(capsys, "two.csv", "-o", "report")
+    page = here / document["report"]
+    assert "backlash" in page.read_text(encoding="utf-8").lower()
+    assert list((here / "report" / "figures").glob("*.svg"))
+    assert json.loads((here / "report" / "result.json").read_text())["verdict"] == "NAMED"
+
+
+def test_what_exists_is_not_overwritten(here, capsys):
+    (here / "found.toml").write_text("mine")
+    (here / "report").mkdir()
+    (here / "report" / "mine.txt").write_text("mine")
+    for words in (["--save", "found.toml"], ["-o", "report"], ["--save", "no/such.toml"]):
+        code, out, err = said(capsys, "two.csv", *words)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+    assert (here / "found.toml").read_text() == "mine"
+    assert sorted(path.name for path in (here / "report").iterdir()) == ["mine.txt"]
+    code, _, _ = said(capsys, "two.csv", "--save", "found.toml", "-o", "report", "--force")
+    assert code == 0
+    assert read_model(here / "found.toml").terms
+    assert (here / "report" / "mine.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("constant", "run,direction,target_mm,deviation_um\n" + "".join(f"1,1,{x},3\n" for x in range(20))),
+        ("one place", "run,direction,target_mm,deviation_um\n" + "".join(f"{r},1,5,{r % 3}\n" for r in range(9))),
+        ("three rows", "target_mm,deviation_um\n1,2\n2,3.5\n3,1\n"),
+        ("one way", text_of(lambda x, way: 0.0, runs=1).split("\n1,-1")[0] + "\n"),
+    ],
+)
+def test_poor_data_get_a_verdict_but_no_name(here, capsys, name, text):
+    (here / "poor.csv").write_text(text)
+    document = answer(capsys, "poor.csv")
+    assert document["verdict"] in VERDICTS - {"NAMED", "TIED"}
+    assert document["effects"] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], "'rtec diagnose --help'"),
+        (["nowhere.csv"], "nowhere.csv"),
+        (["two.csv", "--seed", "-1"], "--seed"),
+        (["two.csv", "--seed", "x"], "--seed"),
+        (["two.csv", "--observe", "force"], "--observe"),
+        (["two.csv", "--model", "hot.toml"], "no temperature column"),
+        (["backwards.csv"], "backwards.csv, line 5"),
+    ],
+)
+def test_bad_words_and_files_are_one_line_and_2(here, capsys, words, says):
+    (here / "hot.toml").write_text('observe = "deviation"\n[[effect]]\nname = "thermal_growth"\n')
+    (here / "backwards.csv").write_text("time_s,target_mm,deviation_um\n0,1,2\n60,2,3\n120,3,4\n90,4,5\n150,5,6\n")
+    code, out, err = said(capsys, *words)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert err.startswith("rtec: ")
+    assert says in err

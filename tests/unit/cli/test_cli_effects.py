@@ -1,0 +1,90 @@
+"""rtec effects: the library as a table, a card, and a document."""
+
+import json
+
+import pytest
+
+from rtec.cli import main
+from rtec.effects import LIBRARY, effect_named
+
+CONTRACT = (
+    "offset scale pitch_map cyclic backlash backlash_map windup thermal_growth warm_up drift servo_lag "
+    "acceleration_lag interpolation eccentricity lost_counts quantisation cosine inertia viscous coulomb "
+    "asymmetric_friction stribeck force_offset cogging"
+).split()
+
+
+def said(capsys, *words):
+    code = main(["effects", *words])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_every_effect_stands_in_the_table(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, err = said(capsys)
+    assert (code, err) == (0, "")
+    for name in CONTRACT:
+        assert any(line.split()[:1] == [name] for line in out.splitlines()), name
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_the_document_holds_every_card(capsys):
+    code, out, err = said(capsys, "--json")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    found = {entry["name"]: entry for entry in json.loads(out)["effects"]}
+    assert list(found) == CONTRACT
+    for name, entry in found.items():
+        card = effect_named(name).card
+        assert (entry["title"], entry["cause"], entry["action"]) == (card.title, card.cause, card.action)
+        assert entry["needs"] == effect_named(name).needs
+        assert {rival["name"] for rival in entry["look_alikes"]} <= set(CONTRACT)
+        assert entry["parameters"]
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("backlash", [("backlash", "um")]),
+        ("cyclic", [("period", "mm"), ("harmonics", ""), ("by_direction", ""), ("sin_1", "um"), ("cos_1", "um")]),
+        ("pitch_map", [("nodes", "mm"), ("at_...", "um")]),
+        ("drift", [("rate", "um/h")]),
+        ("inertia", [("inertia", "kg")]),
+        ("stribeck", [("speed", "mm/s"), ("stribeck", "N")]),
+    ],
+)
+def test_parameters_have_names_and_units(capsys, name, parameters):
+    _, out, _ = said(capsys, name, "--json")
+    document = json.loads(out)
+    assert [(entry["name"], entry["unit"]) for entry in document["parameters"]] == parameters
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.name)
+def test_a_card_says_all_that_is_known(capsys, monkeypatch, effect):
+    monkeypatch.setenv("COLUMNS", "500")
+    code, out, err = said(capsys, effect.name)
+    assert (code, err) == (0, "")
+    text = " ".join(out.split())
+    for words in (effect.card.title, effect.card.plot, effect.card.cause, effect.card.action, effect.card.source):
+        assert words in text
+    for rival in effect.rivals:
+        ever = " (for ever, to the same instrument)" if rival.permanent else ""
+        assert f"looks like {rival.name}{ever}; to tell: {rival.experiment}" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("backlsh", "did you mean 'backlash'?"),
+        ("jitter", "captures"),
+        ("zzz", "known: offset"),
+        ("x" * 10_000, "not allowed"),
+        ("[red]", "[red]"),
+    ],
+)
+def test_other_names_are_one_line_and_2(capsys, name, says):
+    code, out, err = said(capsys, name)
+    assert (code, out) == (2, "")
+    assert says in err
+    assert err.count("\n") == 1
+    assert len(err) < 600
