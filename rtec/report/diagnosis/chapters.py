@@ -10,7 +10,14 @@ import numpy as np
 
 from rtec.effects import Card, Units
 from rtec.report.appearance import MISSING, joined, number, printable
-from rtec.report.diagnosis.likeness import effect_or_none, look_alikes, permanent_look_alikes, rival, tied_groups
+from rtec.report.diagnosis.likeness import (
+    effect_or_none,
+    look_alikes,
+    nested,
+    permanent_look_alikes,
+    rival,
+    tied_groups,
+)
 from rtec.report.diagnosis.quantities import (
     Shown,
     parameter_texts,
@@ -250,7 +257,9 @@ def likeness_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     rows = []
     for first, second, cosine in look_alikes(diagnosis.cosines):
         known = rival(first, second)
-        if known is None:
+        if nested(first, second):
+            words = "one is a special case of the other: the simpler one wins where it explains the data"
+        elif known is None:
             words = "no experiment is known to the library; vary what only one of them depends on"
         else:
             words = f"{'for ever, with this instrument: ' if known.permanent else ''}{known.experiment}"

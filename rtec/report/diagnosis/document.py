@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rtec.report.diagnosis.likeness import look_alikes
+from rtec.report.diagnosis.likeness import look_alikes, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 from rtec.report.folder import plain
 from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
@@ -183,5 +183,6 @@ def _unknown(unknown: Unknown | None, position_unit: str) -> dict[str, Any] | No
 
 def _look_alikes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     return [
-        {"effects": [first, second], "cosine": cosine} for first, second, cosine in look_alikes(diagnosis.cosines)
+        {"effects": [first, second], "cosine": cosine, "nested": nested(first, second)}
+        for first, second, cosine in look_alikes(diagnosis.cosines)
     ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.effects import Conditions, Floats
-from rtec.report.diagnosis.likeness import ALIKE
+from rtec.report.diagnosis.likeness import ALIKE, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of
 from rtec.report.diagnosis.readings import (
     ALL,
@@ -146,7 +146,7 @@ def cosines_figure(cosines: Cosines | None) -> Figure | None:
     image = axes.imshow(below[1:, :-1], cmap=blues, vmin=0.0, vmax=1.0, aspect="auto")
     for i in range(1, size):
         for j in range(i):
-            _cell(axes, j, i - 1, float(below[i, j]))
+            _cell(axes, j, i - 1, float(below[i, j]), nested(cosines.names[i], cosines.names[j]))
     axes.set_xticks(np.arange(size - 1), [figure_text(name) for name in names[:-1]], rotation=45, ha="right")
     axes.set_yticks(np.arange(size - 1), [figure_text(name) for name in names[1:]])
     axes.tick_params(length=0)
@@ -158,7 +158,7 @@ def cosines_figure(cosines: Cosines | None) -> Figure | None:
     return figure
 
 
-def _cell(axes: Axes, column: int, row: int, value: float) -> None:
+def _cell(axes: Axes, column: int, row: int, value: float, special: bool) -> None:
     from matplotlib.patches import Rectangle  # noqa: PLC0415 - as above
 
     if not np.isfinite(value):
@@ -169,7 +169,17 @@ def _cell(axes: Axes, column: int, row: int, value: float) -> None:
     axes.text(column, row, text, ha="center", va="center", fontsize=7.5, weight="bold" if alike else "normal",
               color="white" if value > 0.72 else INK)  # fmt: skip
     if alike:
-        axes.add_patch(Rectangle((column - 0.47, row - 0.44), 0.94, 0.88, fill=False, edgecolor=ALARM, linewidth=1.8))
+        axes.add_patch(
+            Rectangle(
+                (column - 0.47, row - 0.44),
+                0.94,
+                0.88,
+                fill=False,
+                edgecolor=INK if special else ALARM,
+                linestyle=":" if special else "-",
+                linewidth=1.8,
+            )
+        )
 
 
 def experiment_figure(experiment: Experiment, dataset: Dataset) -> Figure | None:

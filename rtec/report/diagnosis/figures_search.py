@@ -58,7 +58,8 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     axes.set_ylim(-0.7, len(bars) - 0.3)
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
-    _decades(axes, "x", [v * shown.factor for bar in bars for v in _values(bar)])
+    floor = [diagnosis.noise.floor] if diagnosis.noise.floor else []
+    _decades(axes, "x", [v * shown.factor for v in (*floor, *(v for bar in bars for v in _values(bar)))])
     axes.set_xlabel(f"RMS of the residual in training ({shown.symbol}), from before to with the effect")
     legend_above(figure, axes, 3)
     return figure
@@ -87,9 +88,9 @@ def _bar(axes: Axes, row: int, bar: _Bar, shown: Shown) -> None:
               label="predicted fall" if first else None)  # fmt: skip
     if one.achieved_rms is not None:
         achieved = one.achieved_rms * shown.factor
-        axes.barh(row - 0.19, start - achieved, 0.34, left=achieved, color=FORWARD, zorder=2)
-    if first:
-        axes.barh(row, 0.0, 0.0, left=start, color=FORWARD, label="achieved fall")
+        bars = axes.barh(row - 0.19, start - achieved, 0.34, left=achieved, color=FORWARD, zorder=2)
+        if "achieved fall" not in axes.get_legend_handles_labels()[1]:
+            bars.set_label("achieved fall")
     axes.annotate(_judgement(one, removed=bar.removed), (1.0, row), (6, 0), xycoords=("axes fraction", "data"),
                   textcoords="offset points", va="center", fontsize=8.5, annotation_clip=False,
                   color=INK if one.accepted else "#666666", weight="bold" if one.accepted else "normal")  # fmt: skip

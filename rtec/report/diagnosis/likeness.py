@@ -51,6 +51,18 @@ def rival(name: str, other: str) -> Rival | None:
     return None
 
 
+def nested(name: str, other: str) -> bool:
+    """Return whether one of two effects is a special case of the other, so that the simpler one wins.
+
+    Examples
+    --------
+    >>> nested("backlash", "backlash_map"), nested("scale", "drift")
+    (True, False)
+    """
+    pairs = ((effect_or_none(name), other), (effect_or_none(other), name))
+    return any(effect is not None and second in effect.contains for effect, second in pairs)
+
+
 def tied_groups(candidates: tuple[Candidate, ...]) -> list[tuple[str, ...]]:
     """Return the effects that explain the data equally, group by group.
 
