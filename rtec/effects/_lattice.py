@@ -10,70 +10,70 @@ TOLERANCE = 1e-6
 """Of a step, by which a value may miss its multiple."""
 FINEST = 1e-9
 """Of the largest value: finer steps cannot be told from the digits of a double."""
+SURE = 0.1
+"""Of a step: where the step's error times the number of steps stays below, that number is sure."""
+COARSE = 1e-3
+"""Of a step, by which a value may miss while the step is not sharpened yet."""
 EPS = float(np.finfo(np.float64).eps)
 
 
 def lattice_step(values: Floats) -> float | None:
     """Return the step, or None where there is none or fewer than three different values occur.
 
-    Euclid's algorithm on the differences of neighbours, which have the smallest errors, then on the values; the step
-    is sharpened over all values, and rounded to twelve digits where it remains a step.
+    Euclid's algorithm over the gaps from the smallest on, then over the distances from the first value, then over the
+    values; the step is sharpened with each, and rounded to twelve digits where it remains a step.
     """
     distinct = np.unique(values[np.isfinite(values)])
     if distinct.size < 3:
         return None
     largest = float(np.abs(distinct).max())
-    floor = max(FINEST * largest, np.finfo(np.float64).tiny)
+    noise = 4 * EPS * largest
+    floor = max(FINEST * largest, float(np.finfo(np.float64).tiny))
     gaps = np.unique(np.diff(distinct))
-    gaps = gaps[gaps > floor]
-    if gaps.size == 0:
-        return None
-    step = _common(float(gaps[0]), gaps, floor, largest)
-    step = None if step is None else _common(step, distinct, floor, largest)
-    if step is None:
-        return None
-    short = float(f"{step:.12g}")
-    for candidate in (short, step):
-        if np.all(_miss(distinct, candidate) <= _allowed(candidate, largest)):
+    step, error = float(gaps[0]), noise
+    for lengths in (gaps, distinct - distinct[0], distinct):
+        if step <= floor:
+            return None
+        found = _common(step, error, lengths, noise, floor)
+        if found is None:
+            return None
+        step, error = found
+    for candidate in (float(f"{step:.12g}"), step):
+        if np.all(np.abs(distinct - np.round(distinct / candidate) * candidate) <= TOLERANCE * candidate + noise):
             return candidate
     return None
 
 
-def _common(step: float, values: Floats, floor: float, largest: float) -> float | None:
-    """Return the largest common step of ``step`` and all values, or None where it would fall below ``floor``."""
-    ordered = values[np.argsort(np.abs(values))]
-    reach = 8
+def _common(step: float, error: float, lengths: Floats, noise: float, floor: float) -> tuple[float, float] | None:
+    """Return the largest common step of ``step`` and all lengths with its error, or None where there is none."""
+    ordered = lengths[np.argsort(np.abs(lengths))]
+    before = 0
     while True:
-        # the nearest values first: whole numbers of steps are sure only while the error of the step stays small
-        part = ordered[:reach]
-        missed = _miss(part, step)
-        worst = int(np.argmax(missed))
-        if missed[worst] > max(1e-3 * step, 8 * EPS * largest):
-            step = _euclid(step, float(missed[worst]), max(floor, 64 * EPS * largest))
-            if step <= floor:
+        counts = np.round(ordered / step)
+        sure = int(np.searchsorted(np.abs(counts) * error, SURE * step, side="right"))
+        if sure <= before:
+            return None
+        part, counts = ordered[:sure], counts[:sure]
+        missed = np.abs(part - counts * step)
+        slack = noise + np.abs(counts) * error
+        off = missed > COARSE * step + slack
+        if off.any():
+            first = int(np.argmax(off))
+            shorter = _euclid(step, float(missed[first]), floor)
+            if not floor < shorter < 0.75 * step:
                 return None
+            step, error, before = shorter, float(slack[first]) * step / shorter, 0
             continue
-        counts = np.round(part / step)
         if np.any(counts):
             step = float(counts @ part / (counts @ counts))
-        if reach >= ordered.size:
-            return step
-        reach *= 2
+            error = min(error, noise / float(np.abs(counts).max()))
+        if sure == ordered.size:
+            return step, error
+        before = sure
 
 
 def _euclid(a: float, b: float, floor: float) -> float:
     """Return the common step of two lengths by repeated division; 0 where none above ``floor`` is left."""
-    while b > max(1e-3 * a, floor):
+    while b > COARSE * a and b > floor:
         a, b = b, abs(a - b * round(a / b))
-    return a if a > floor else 0.0
-
-
-def _miss(values: Floats, step: float) -> Floats:
-    """Return how far each value is from the nearest multiple."""
-    missed: Floats = np.abs(values - np.round(values / step) * step)
-    return missed
-
-
-def _allowed(step: float, largest: float) -> float:
-    """Return by how much a value may miss: a millionth of a step, and what its own digits lose."""
-    return TOLERANCE * step + 4 * EPS * largest
+    return a if b <= COARSE * a else 0.0

@@ -11,6 +11,7 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import (
     FEWEST_CYCLES,
     FEWEST_PLACES,
+    NEARLY,
     frequencies,
     highest_frequency,
     resolved_harmonics,
@@ -113,7 +114,7 @@ def families(conditions: Conditions, frequency: float, parts: Sequence[int]) -> 
     found = []
     for part in parts:
         base = frequency / part
-        if part > 1 and base < 0.95 * FEWEST_CYCLES / conditions.span:
+        if part > 1 and base < NEARLY * FEWEST_CYCLES / conditions.span:
             continue
         found += [(base, count) for count in range(part, MOST_HARMONICS + 1) if count * base <= top]
     return found

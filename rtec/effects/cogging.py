@@ -11,7 +11,7 @@ from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.frequency_grid import frequencies, highest_frequency, stated_periods
+from rtec.effects.frequency_grid import FEWEST_CYCLES, NEARLY, frequencies, highest_frequency, stated_periods
 from rtec.effects.protocol import (
     Amplitude,
     Card,
@@ -140,7 +140,7 @@ def _whole_cycles(conditions: Conditions) -> Floats:
     if conditions.revolution is None or grid.size == 0:
         return np.empty(0)
     turn = conditions.revolution
-    first = int(np.ceil(grid[0] * turn - 1e-9))
+    first = int(np.ceil(NEARLY * FEWEST_CYCLES / conditions.span * turn))
     last = int(np.floor(highest_frequency(conditions) * turn + 1e-9))
     return np.arange(max(first, 1), last + 1) / turn
 

@@ -14,6 +14,8 @@ SPACING = 0.2
 MOST_FREQUENCIES = 7500
 FEWEST_CYCLES = 2.0
 """Over the span: what does not come back at least once is no period."""
+NEARLY = 0.95
+"""Share of these cycles that is enough for a fundamental: readings over a turn end a step before it is full."""
 IRREGULAR = 0.05
 """Positions whose gaps deviate by more than this share from whole steps resolve more than half a cycle a step."""
 SAME_PHASE = 0.02

@@ -16,7 +16,7 @@ EDGE = 2
 """Readings before the first and after the last step: one reading alone is an outlier, no step."""
 DENSEST = 0.1
 """Of the readings to the nearer end, how far apart moments to try may lie: a cosine of 0.97 between them."""
-MOST_MOMENTS = 3000
+MOST_MOMENTS = 1000
 MOST_NEARBY = 64
 
 

@@ -24,6 +24,8 @@ from rtec.effects.protocol import (
 )
 
 FEWEST_DISTANCES = 4
+CLOSE = 0.27
+"""Share of the span within which these distances have to lie: a quarter, and a little for irregular targets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ class Windup(Effect):
     """
 
     name = "windup"
-    needs = "both directions, with readings at four distances after a reversal at least"
+    needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
     shape_type = WindupShape
     rivals = (
         Rival("backlash", experiments.AFTER_REVERSAL),
@@ -94,10 +96,12 @@ class Windup(Effect):
         """Return why the data cannot show how a reversal error builds up, or None."""
         if not conditions.both_directions:
             return "one direction only"
-        count = _distances(conditions).size
+        near = CLOSE * conditions.span
+        count = int((_distances(conditions) <= near).sum())
         if count >= FEWEST_DISTANCES:
             return None
-        return f"{count} distances after a reversal only: at least {FEWEST_DISTANCES} needed"
+        unit = conditions.position_unit
+        return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""

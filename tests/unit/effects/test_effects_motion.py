@@ -1,0 +1,176 @@
+"""Effects of a moving axis: lags, and the forces of a drive, against simulated motion."""
+
+import numpy as np
+import pytest
+
+from rtec.effects import (
+    AccelerationLag,
+    AsymmetricFriction,
+    Cogging,
+    CoggingShape,
+    Conditions,
+    Coulomb,
+    ForceOffset,
+    Inertia,
+    ServoLag,
+    Shape,
+    Stribeck,
+    StribeckShape,
+    Units,
+    Viscous,
+)
+
+
+def held_against(position, velocity):
+    rows = np.ones(position.size, dtype=np.int64)
+    return Conditions(position=position, position_unit="mm", run=rows, velocity=velocity, moving=True)
+
+
+def test_a_proportional_loop_follows_late():
+    gain, speed, step = 40.0, 25.0, 1e-5
+    actual, t = 0.0, 0.0
+    while t < 0.5:
+        actual += gain * (speed * t - actual) * step
+        t += step
+    c = held_against(np.array([speed * t]), np.array([speed]))
+    assert ServoLag().contribution(c, Shape(), [1 / gain]) == pytest.approx([actual - speed * t], rel=1e-3)
+
+
+def test_a_late_reading_is_a_lag():
+    t = np.linspace(0.0, 3.0, 500)
+    delay = 1e-4
+    deviation = 50 * np.sin(2 * (t - delay)) - 50 * np.sin(2 * t)
+    c = held_against(50 * np.sin(2 * t), 100 * np.cos(2 * t))
+    assert ServoLag().contribution(c, Shape(), [delay]) == pytest.approx(deviation, abs=2e-6)
+
+
+def test_a_slide_on_a_spring_lags_by_its_inertia():
+    mass, stiffness, damping, acceleration = 2.0, 8e6, 4e3, 500.0
+    step, behind, rate = 1e-6, 0.0, 0.0
+    for _ in range(60_000):
+        rate += step * (-acceleration - stiffness / mass * behind - damping / mass * rate)
+        behind += step * rate
+    c = Conditions(
+        position=np.zeros(1),
+        position_unit="mm",
+        run=np.ones(1, dtype=np.int64),
+        acceleration=np.array([acceleration]),
+        moving=True,
+    )
+    assert AccelerationLag().contribution(c, Shape(), [mass / stiffness]) == pytest.approx([behind], rel=1e-3)
+
+
+def test_the_forces_of_a_drive_move_the_slide():
+    """A slide integrated under a known force: what the effects add at its motion is that force again."""
+    mass, viscous, coulomb, asymmetry = 0.1, 0.2, 20.0, 0.03
+    peak, slow, weight, cog, pitch = 8.0, 3.0, -4.0, 2.5, 12.0
+    step, count = 1e-5, 200_000
+    x, v = 0.0, 5.0
+    xs, vs, forces = np.empty(count), np.empty(count), np.empty(count)
+    for i in range(count):
+        force = 60.0 * np.sin(2 * np.pi * 1.5 * i * step)
+        friction = viscous * v + asymmetry * abs(v) + np.sign(v) * (coulomb + peak * np.exp(-((v / slow) ** 2)))
+        xs[i], vs[i], forces[i] = x, v, force
+        a = (force - friction - weight - cog * np.sin(2 * np.pi * x / pitch)) / mass
+        x, v = x + step * v, v + step * a
+    acceleration = np.gradient(vs, step)
+    keep = np.abs(vs) > 5.0  # where the sign of the motion changes within a step, there is no answer
+    c = Conditions(
+        position=xs[keep],
+        position_unit="mm",
+        run=np.ones(int(keep.sum()), dtype=np.int64),
+        velocity=vs[keep],
+        acceleration=acceleration[keep],
+        direction=np.sign(vs[keep]),
+        moving=True,
+    )
+    assert c.both_directions
+    parts = [
+        (Inertia(), Shape(), [mass]),
+        (Viscous(), Shape(), [viscous]),
+        (Coulomb(), Shape(), [coulomb]),
+        (AsymmetricFriction(), Shape(), [asymmetry]),
+        (Stribeck(), StribeckShape(slow), [peak]),
+        (ForceOffset(), Shape(), [weight]),
+        (Cogging(), CoggingShape(pitch), [cog, 0.0]),
+    ]
+    total = sum(effect.contribution(c, shape, amplitudes) for effect, shape, amplitudes in parts)
+    assert total == pytest.approx(forces[keep], abs=0.05)
+    assert np.std(forces[keep]) > 20
+
+
+def test_friction_is_silent_at_rest(log):
+    c = log()
+    rest = c.direction == 0
+    assert rest.any()
+    assert not Coulomb().columns(c, Shape())[rest].any()
+    assert not Stribeck().columns(c, StribeckShape(10.0))[rest].any()
+
+
+def test_the_viscous_coefficient_by_direction():
+    v = np.array([10.0, -10.0])
+    c = held_against(np.zeros(2), v)
+    both = Viscous().contribution(c, Shape(), [0.5]) + AsymmetricFriction().contribution(c, Shape(), [0.1])
+    assert (both / v).tolist() == pytest.approx([0.6, 0.4])
+
+
+@pytest.mark.parametrize(
+    "effect, change, reason",
+    [
+        (ServoLag(), {"velocity": None}, "no velocity or feed column"),
+        (ServoLag(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
+        (AccelerationLag(), {"acceleration": None}, "no moving data"),
+        (AccelerationLag(), {"acceleration": np.zeros(4000)}, "the acceleration is zero throughout"),
+        (Inertia(), {"acceleration": None}, "no moving data"),
+        (Inertia(), {"acceleration": np.zeros(4000)}, "the acceleration is zero throughout"),
+        (Viscous(), {"velocity": None}, "no velocity or feed column"),
+        (Viscous(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
+        (Coulomb(), {"direction": None}, "no directions"),
+        (Coulomb(), {"direction": np.ones(4000)}, "one direction only"),
+        (AsymmetricFriction(), {"velocity": None}, "no velocity or feed column"),
+        (AsymmetricFriction(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
+        (AsymmetricFriction(), {"velocity": np.linspace(0.0, 5.0, 4000)}, "one direction only"),
+        (Stribeck(), {"velocity": None}, "no velocity or feed column"),
+        (Stribeck(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
+        (Stribeck(), {"direction": np.ones(4000)}, "one direction only"),
+        (Stribeck(), {"velocity": np.tile([5.0, -5.0, 10.0, -10.0], 1000)}, "2 speeds only: at least 4 needed"),
+    ],
+)
+def test_what_the_data_cannot_show(log, effect, change, reason):
+    assert reason in effect.untestable(log(**change))
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [ServoLag(), AccelerationLag(), Inertia(), Viscous(), Coulomb(), AsymmetricFriction(), Stribeck(), ForceOffset()],
+)
+def test_what_a_log_shows(log, effect):
+    assert effect.untestable(log()) is None
+
+
+def test_one_feed_shows_a_lag_that_cannot_be_told_from_play(bidirectional):
+    c = bidirectional()
+    one_feed = bidirectional(velocity=10.0 * c.direction)
+    assert ServoLag().untestable(one_feed) is None
+
+
+@pytest.mark.parametrize(
+    "effect, units, name, unit, factor",
+    [
+        (ServoLag(), Units("mm", "mm", "s"), "lag", "ms", 1e3),
+        (ServoLag(), Units("a", "deg", "s"), "lag", "A/(deg/s)", 1.0),
+        (AccelerationLag(), Units("deg", "deg", "s"), "lag", "ms^2", 1e6),
+        (AccelerationLag(), Units("mm", "deg", "s"), "lag", "um/(deg/s^2)", 1e3),
+        (Inertia(), Units("n", "mm", "s"), "inertia", "kg", 1e3),
+        (Inertia(), Units("a", "deg", "s"), "inertia", "A/(deg/s^2)", 1.0),
+        (Inertia(), Units("nm", "mm", "s"), "inertia", "N*m/(m/s^2)", 1e3),
+        (Viscous(), Units("n", "mm", "s"), "viscous", "N/(m/s)", 1e3),
+        (Viscous(), Units("a", "deg", "s"), "viscous", "A/(deg/s)", 1.0),
+        (AsymmetricFriction(), Units("n", "mm", "s"), "asymmetry", "N/(m/s)", 1e3),
+        (Coulomb(), Units("a", "deg", "s"), "coulomb", "A", 1.0),
+        (ForceOffset(), Units("v", "deg", "s"), "force_offset", "V", 1.0),
+    ],
+)
+def test_units_as_people_read_them(effect, units, name, unit, factor):
+    (amplitude,) = effect.amplitudes(Shape(), units)
+    assert (amplitude.name, amplitude.unit, amplitude.factor) == (name, unit, factor)

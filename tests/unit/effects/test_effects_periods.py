@@ -1,0 +1,325 @@
+"""Periodic effects, and what a plan of positions can resolve."""
+
+import numpy as np
+import pytest
+
+from rtec.effects import (
+    Cogging,
+    CoggingShape,
+    Conditions,
+    Cyclic,
+    CyclicShape,
+    Eccentricity,
+    EccentricityShape,
+    Interpolation,
+    InterpolationShape,
+    Units,
+    alias_limit,
+    frequencies,
+    highest_frequency,
+    phases_seen,
+    resolved_harmonics,
+)
+
+LINEAR = Units("mm", "mm", "s")
+DEG = Units("a", "deg", "s")
+
+
+def at(position, unit="mm", **others):
+    x = np.asarray(position, dtype=np.float64)
+    facts = {"position": x, "position_unit": unit, "run": np.ones(x.size, dtype=np.int64)}
+    return Conditions(**{**facts, **others})
+
+
+def lathe():
+    x = 25.4 + 0.635 * np.arange(1561.0)
+    both = np.repeat([1.0, -1.0], x.size)
+    return at(np.tile(x, 2), direction=both, screw_pitch=6.35)
+
+
+# what positions resolve
+
+
+def test_two_waves_beyond_the_limit_of_regular_targets_look_the_same():
+    c = at(np.arange(0.0, 101.0, 5.0))
+    limit = alias_limit(c)
+    assert limit == 0.1
+    below, above = limit - 0.03, limit + 0.03
+    assert np.cos(2 * np.pi * below * c.position) == pytest.approx(np.cos(2 * np.pi * above * c.position))
+
+
+def test_a_missing_target_does_not_make_the_others_irregular():
+    assert alias_limit(at(np.delete(np.arange(0.0, 101.0, 5.0), [3, 4, 11]))) == 0.1
+
+
+def test_irregular_targets_tell_the_two_sides_of_the_limit_apart():
+    x = np.arange(0.0, 401.0, 5.0) + np.random.default_rng(1).uniform(-1.5, 1.5, 81)
+    c = at(x)
+    limit = alias_limit(c)
+    assert limit == pytest.approx(1.0 / np.median(np.diff(np.sort(x))))
+    mirrored = 2 * 0.1 - 0.07
+    wanted = np.column_stack([np.sin(2 * np.pi * mirrored * x), np.cos(2 * np.pi * mirrored * x)])
+    other = np.column_stack([np.sin(2 * np.pi * 0.07 * x), np.cos(2 * np.pi * 0.07 * x)])
+    left = wanted - other @ np.linalg.lstsq(other, wanted, rcond=None)[0]
+    assert np.linalg.norm(left) > 0.5 * np.linalg.norm(wanted)
+
+
+def test_the_scan_goes_from_two_cycles_to_the_limit_in_steps_of_a_fifth():
+    c = at(np.arange(0.0, 101.0, 5.0))
+    grid = frequencies(c)
+    assert grid[0] == pytest.approx(0.02)
+    assert np.diff(grid) == pytest.approx(0.002)
+    assert highest_frequency(c) - 0.002 < grid[-1] <= highest_frequency(c) < 0.1
+
+
+def test_a_long_log_ends_its_scan_early_and_says_where():
+    x = np.random.default_rng(2).uniform(0.0, 150.0, 20_000)
+    c = at(x, moving=True)
+    assert frequencies(c).size == 7500
+    assert highest_frequency(c) == pytest.approx(frequencies(c)[-1])
+    assert highest_frequency(c) < alias_limit(c)
+
+
+@pytest.mark.parametrize("position", [np.full(9, 4.0), np.arange(5.0), np.array([1.0])])
+def test_too_few_places_resolve_nothing(position):
+    c = at(position)
+    assert (frequencies(c).size, highest_frequency(c), alias_limit(c)) == (0, 0.0, 0.0)
+    assert "only: at least 6 needed" in Cyclic().untestable(c)
+
+
+def test_the_lathe_resolves_four_harmonics_of_its_screw():
+    assert Cyclic().resolved_harmonics(lathe(), 6.35) == 4
+    assert resolved_harmonics(lathe(), 12.7) == 9
+    x = lathe().position
+    assert np.abs(np.sin(2 * np.pi * 5 * x / 6.35)).max() < 1e-9, "the fifth is seen at its zeros only"
+
+
+@pytest.mark.parametrize(
+    "places, period, seen",
+    [
+        ([0.0, 6.35, 63.5], 6.35, 1),
+        ([0.0, 6.36, 63.49], 6.35, 1),  # within 2 %, on both sides of a whole turn
+        ([0.0, 3.175, 6.35, 9.525], 6.35, 2),
+        (np.arange(0.0, 26.0, 0.635), 6.35, 10),
+        (np.linspace(0.0, 6.35, 4001), 6.35, 50),
+    ],
+)
+def test_phases_of_a_period(places, period, seen):
+    assert phases_seen(np.asarray(places), period) == pytest.approx(seen, abs=1 if seen > 10 else 0)
+
+
+# cyclic
+
+
+def test_a_pulley_off_centre_makes_a_cyclic_error():
+    """A cable around a pulley off centre: what a turn lets out, by the geometry of the tangent."""
+    radius, off = 20.0, 0.01
+    theta = np.linspace(0.0, 8 * np.pi, 400)
+    centre = off * np.column_stack([np.cos(theta), np.sin(theta)])
+    slide_at = 1000.0
+    along = slide_at - centre[:, 0]  # the cable leaves the pulley at its lowest point and runs along x
+    let_out = radius * theta + along - along[0]
+    deviation = let_out - radius * theta
+    c = at(radius * theta)
+    columns = Cyclic().columns(c, CyclicShape(2 * np.pi * radius))
+    fit, *_ = np.linalg.lstsq(np.column_stack([columns, np.ones(theta.size)]), deviation, rcond=None)
+    assert fit == pytest.approx([0.0, -off, off], abs=1e-9)
+
+
+def test_waves_that_differ_by_direction():
+    c = lathe()
+    shape = CyclicShape(6.35, 2, by_direction=True)
+    amplitudes = [3.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, -0.5]
+    added = Cyclic().contribution(c, shape, amplitudes)
+    angle = 2 * np.pi * c.position / 6.35
+    forward = 4.0 * np.sin(angle) + 0.5 * np.cos(2 * angle)
+    backward = 2.0 * np.sin(angle) + 1.5 * np.cos(2 * angle)
+    assert added == pytest.approx(np.where(c.direction > 0, forward, backward), abs=1e-9)
+    names = [amplitude.name for amplitude in Cyclic().amplitudes(shape, LINEAR)]
+    assert names == [
+        *("sin_1", "cos_1", "sin_2", "cos_2"),
+        *("sin_1_by_direction", "cos_1_by_direction", "sin_2_by_direction", "cos_2_by_direction"),
+    ]
+
+
+def test_people_read_amplitude_and_phase_of_each_harmonic():
+    lines = {n: (v, u) for n, v, u in Cyclic().summary(CyclicShape(6.35, 2), [0.003, 0.004, 0.0, -0.001], LINEAR)}
+    assert lines["period"] == (6.35, "mm")
+    assert lines["harmonics"] == (2.0, "")
+    assert lines["amplitude_1"] == (pytest.approx(5.0), "um")
+    assert lines["phase_1"] == (pytest.approx(53.1301), "deg")
+    assert lines["amplitude_2"] == (pytest.approx(1.0), "um")
+    assert lines["phase_2"] == (pytest.approx(-90.0), "deg")
+    x = np.linspace(0.0, 1.0, 100_001)
+    wave = 3 * np.sin(2 * np.pi * x) + 4 * np.cos(2 * np.pi * x) - np.cos(4 * np.pi * x)
+    assert lines["peak_to_peak"][0] == pytest.approx(np.ptp(wave), rel=1e-5)
+
+
+def test_people_read_both_directions_apart():
+    shape = CyclicShape(6.35, 1, by_direction=True)
+    lines = {n: v for n, v, _ in Cyclic().summary(shape, [0.003, 0.0, 0.001, 0.0], LINEAR)}
+    assert lines["amplitude_1_forward"] == pytest.approx(4.0)
+    assert lines["peak_to_peak_backward"] == pytest.approx(4.0, rel=1e-5)
+
+
+def test_stated_pitch_and_fractions_are_scanned_where_their_phases_are_seen(bidirectional):
+    c = bidirectional(np.arange(21) * 20.3, screw_pitch=5.0)
+    grid = frequencies(c).size
+    stated = [shape.period for shape in Cyclic().shapes(c)][grid:]
+    assert stated == pytest.approx([5.0 / part for part in range(1, 6)])
+    assert 1 / stated[0] > highest_frequency(c)
+    assert [shape.period for shape in Cyclic().shapes(lathe())][-4:] == pytest.approx(
+        [6.35 / k for k in (1, 2, 3, 4)]
+    )
+
+
+def test_targets_at_whole_turns_hide_a_cyclic_error(bidirectional):
+    whole = bidirectional(np.arange(21) * 2 * 6.35, screw_pitch=6.35)
+    assert Cyclic().untestable(whole) == (
+        "targets lie at whole turns of the screw (6.35 mm): a cyclic error with that period looks constant here"
+    )
+    seen = Cyclic().contribution(whole, CyclicShape(6.35), [0.02, 0.01])
+    assert np.ptp(seen) < 1e-12
+    halves = bidirectional(np.arange(21) * 2.5 * 6.35, screw_pitch=6.35)
+    assert "two phases" in Cyclic().untestable(halves)
+    assert Cyclic().untestable(bidirectional(np.arange(21) * 19.7, screw_pitch=6.35)) is None
+    assert Cyclic().untestable(bidirectional(np.arange(21) * 2 * 6.35)) is None, "not stated, not known"
+
+
+def test_the_strongest_line_may_be_a_harmonic_of_its_family():
+    second = CyclicShape(6.35 / 2)
+    variants = Cyclic().variants(lathe(), second)
+    assert CyclicShape(6.35, 3) in variants
+    assert CyclicShape(6.35, 4, by_direction=True) in variants
+    assert CyclicShape(6.35, 1) not in variants, "it would not hold the line"
+    for variant in variants:
+        assert variant.harmonics <= resolved_harmonics(lathe(), variant.period)
+    assert not any(variant.by_direction for variant in Cyclic().variants(lathe().take(np.arange(1561)), second))
+
+
+def test_a_refit_moves_the_frequency_by_less_than_the_resolution():
+    (tunable,) = Cyclic().tunables(lathe(), CyclicShape(6.35))
+    assert 1 / tunable.low - 1 / 6.35 == pytest.approx(0.3 / 990.6, rel=0.02)
+
+
+def test_time_stands_for_position_where_there_is_none():
+    c = at(3.27 * np.arange(600.0), unit="s")
+    assert Cyclic().untestable(c) is None
+    periods = [shape.period for shape in Cyclic().shapes(c)]
+    assert min(abs(period - 384.0) for period in periods) < 10
+
+
+# cogging
+
+
+def held():
+    return at(np.arange(0.0, 8192.0, 16.0) * 360 / 8192, unit="deg", revolution=360.0, direction=np.ones(512))
+
+
+def test_poles_and_slots_are_found_as_families():
+    c = held()
+    assert Cogging().untestable(c) is None
+    scanned = np.array([360.0 / shape.period for shape in Cogging().shapes(c)])
+    assert {float(k) for k in range(2, 255)} <= set(scanned.round(9).tolist())
+    strongest = CoggingShape(1 / (1 / 360 * 14.3))  # the grid's nearest to 14 cycles a turn
+    assert CoggingShape(360 / 7, 5) in Cogging().variants(c, strongest)
+    twelve = Cogging().variants(c, CoggingShape(360 / 36))
+    assert CoggingShape(1 / (36 / 360 / 3), 3) in twelve
+    assert all(round(360 / variant.period) == pytest.approx(360 / variant.period) for variant in twelve)
+
+
+def test_whole_cycles_a_turn_are_not_refitted():
+    assert Cogging().tunables(held(), CoggingShape(360 / 7, 5)) == ()
+    assert len(Cogging().tunables(held(), CoggingShape(51.0))) == 1
+
+
+def test_lines_far_from_whole_cycles_stay_where_they_are():
+    long = at(np.linspace(0.0, 3600.0, 5000), unit="deg", revolution=360.0)
+    between = CoggingShape(360 / 7.5)
+    assert CoggingShape(1 / (1 / between.period), 1) in Cogging().variants(long, between)
+
+
+def test_cogging_of_a_linear_motor_needs_no_turn():
+    c = at(np.linspace(0.0, 1200.0, 3000))
+    assert CoggingShape(12.0, 1) in Cogging().variants(c, CoggingShape(12.0))
+    assert len(Cogging().tunables(c, CoggingShape(12.0))) == 1
+    lines = {n: (v, u) for n, v, u in Cogging().summary(CoggingShape(12.0), [0.0, 0.25], Units("a", "mm", "s"))}
+    assert lines["peak_to_peak"] == (pytest.approx(0.5), "A")
+    assert Cogging().freedom(CoggingShape()) == 1
+
+
+# interpolation and eccentricity
+
+
+def test_signals_of_the_scale_that_are_no_perfect_sine_and_cosine():
+    period = 0.02
+    x = np.linspace(0.0, 0.2, 4000)
+    angle = 2 * np.pi * x / period
+    sine = 1.01 * np.sin(angle + np.radians(0.5)) + 0.008
+    cosine = np.cos(angle) - 0.005
+    read = np.unwrap(np.arctan2(sine, cosine)) / (2 * np.pi) * period
+    deviation = x - read
+    c = at(x, signal_period=period)
+    (shape,) = Interpolation().shapes(c)
+    assert shape == InterpolationShape(period, 2)
+    columns = np.column_stack([Interpolation().columns(c, shape), np.ones(x.size)])
+    fit, *_ = np.linalg.lstsq(columns, deviation, rcond=None)
+    left = deviation - columns @ fit
+    assert np.std(left) < 0.02 * np.std(deviation)
+    once = np.hypot(0.008, 0.005) * period / (2 * np.pi)
+    lines = {n: v for n, v, _ in Interpolation().summary(shape, fit[:4], LINEAR)}
+    assert lines["amplitude_1"] == pytest.approx(1e3 * once, rel=0.02)
+    assert Interpolation().freedom(shape) == 0
+
+
+@pytest.mark.parametrize(
+    "change, reason",
+    [
+        ({}, "no scale_signal_period is stated"),
+        ({"signal_period": 19.7 / 400}, "targets lie at whole multiples of the scale's signal period (0.04925 mm)"),
+        ({"signal_period": 3 * 19.7 / 400.0}, "3 phases of the scale's signal period"),
+    ],
+)
+def test_a_signal_period_that_the_targets_do_not_show(bidirectional, change, reason):
+    assert reason in Interpolation().untestable(bidirectional(np.arange(21) * 19.7, **change))
+
+
+def test_a_signal_period_that_the_targets_show(bidirectional):
+    assert Interpolation().untestable(bidirectional(np.arange(21) * 19.7031, signal_period=0.02)) is None
+
+
+def test_a_disc_off_centre():
+    radius, off = 25.0, 0.01
+    turned = np.radians(np.linspace(0.0, 700.0, 300))
+    # the head sits at angle 0; the disc's centre goes round the shaft, and the head reads the angle about that centre
+    centre = off * np.column_stack([np.cos(turned + 0.4), np.sin(turned + 0.4)])
+    head = np.array([radius, 0.0]) - centre
+    read = np.unwrap(turned - np.arctan2(head[:, 1], head[:, 0]))
+    deviation = np.degrees(read - turned)
+    c = at(np.degrees(turned), unit="deg", revolution=360.0)
+    (shape,) = Eccentricity().shapes(c)
+    columns = Eccentricity().columns(c, shape)
+    fit, *_ = np.linalg.lstsq(columns, deviation, rcond=None)
+    assert np.hypot(*fit) == pytest.approx(np.degrees(off / radius), rel=1e-3)
+    assert np.std(deviation - columns @ fit) < 1e-3 * np.std(deviation)
+    lines = {n: (v, u) for n, v, u in Eccentricity().summary(shape, fit, Units("deg", "deg", "s"))}
+    assert lines["amplitude_1"] == (pytest.approx(82.5, rel=1e-2), "arcsec")
+    assert lines["period"] == (360.0, "deg")
+    assert Eccentricity().freedom(shape) == 0
+
+
+@pytest.mark.parametrize(
+    "position, turn, reason",
+    [
+        (np.linspace(0.0, 360.0, 13), None, "no rotary axis"),
+        (np.linspace(0.0, 90.0, 13), 360.0, "0.25 turns only: at least 0.5 needed"),
+        (np.array([0.0, 180.0, 360.0]), 360.0, "3 positions only"),
+    ],
+)
+def test_a_turn_that_the_data_do_not_show(position, turn, reason):
+    assert reason in Eccentricity().untestable(at(position, unit="deg", revolution=turn))
+
+
+def test_half_a_turn_is_enough():
+    assert Eccentricity().untestable(at(np.linspace(0.0, 180.0, 13), unit="deg", revolution=360.0)) is None
+    assert Eccentricity().shapes(at(np.arange(9.0), unit="count", revolution=8192.0)) == [EccentricityShape(8192.0)]

@@ -1,0 +1,187 @@
+"""Effects of position and direction, against simulations that know nothing of columns."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from rtec.effects import (
+    Backlash,
+    BacklashMap,
+    Conditions,
+    Cosine,
+    MapShape,
+    Offset,
+    PitchMap,
+    Scale,
+    Shape,
+    Units,
+    Windup,
+    WindupShape,
+    distance_since_reversal,
+)
+
+LINEAR = Units("mm", "mm", "s")
+
+
+def path(turns, step=0.05):
+    """Positions of a path that goes from turn to turn, in steps, and the direction of each step."""
+    pieces, ways = [np.array([turns[0]])], [np.array([np.sign(turns[1] - turns[0])])]
+    for begin, end in itertools.pairwise(turns):
+        count = round(abs(end - begin) / step)
+        pieces.append(begin + (end - begin) * np.arange(1, count + 1) / count)
+        ways.append(np.full(count, np.sign(end - begin)))
+    return np.concatenate(pieces), np.concatenate(ways)
+
+
+def conditions(position, direction):
+    run = np.ones(position.size, dtype=np.int64)
+    turned = np.flatnonzero(np.diff(direction) != 0)
+    # the distance counts from the point where the axis turned round, which is the last reading of the way before
+    begin = np.concatenate([[position[0]], position[turned]])[np.cumsum(np.append(False, np.diff(direction) != 0))]
+    return Conditions(
+        position=position,
+        position_unit="mm",
+        run=run,
+        direction=direction,
+        since_reversal=np.abs(position - begin),
+    )
+
+
+def test_play_between_drive_and_slide():
+    position, direction = path([-5.0, 60.0, 20.0, 80.0, 0.0])
+    play, slide, deviation = 0.4, position[0] - 0.2, []
+    for x in position:
+        slide = min(max(slide, x - play / 2), x + play / 2)  # pushed by one flank of the nut or the other
+        deviation.append(slide - x)
+    c = conditions(position, direction)
+    beyond = c.since_reversal > play
+    added = Backlash().contribution(c, Shape(), [-play])
+    assert added[beyond] == pytest.approx(np.array(deviation)[beyond], abs=1e-12)
+
+
+@pytest.mark.parametrize("carried", [False, True])
+def test_an_elastic_drive_against_friction(carried):
+    position, direction = path([0.0, 90.0, 10.0, 85.0, 0.0], step=0.002)
+    full, distance = -0.03, 4.0
+    bend, deviation = full / 2 * (-1.0 if carried else 0.0), []
+    for i, way in enumerate(direction):
+        travel = abs(position[i] - position[i - 1]) if i else 0.0
+        if not carried and i and way != direction[i - 1]:
+            bend = 0.0
+        bend += travel / distance * (full / 2 * way - bend)
+        deviation.append(bend)
+    added = Windup().contribution(conditions(position, direction), WindupShape(distance, carried), [full])
+    assert added == pytest.approx(np.array(deviation), abs=2e-5)
+    assert np.ptp(added) == pytest.approx(abs(full), rel=1e-3)
+
+
+def test_windup_takes_both_starts_into_question(bidirectional):
+    assert Windup().variants(bidirectional(), WindupShape(7.0)) == [WindupShape(7.0), WindupShape(7.0, carried=True)]
+
+
+def test_windup_scans_from_half_the_shortest_distance_to_a_fifth_of_the_span(bidirectional):
+    distances = [shape.distance for shape in Windup().shapes(bidirectional())]
+    assert distances[0] == pytest.approx(19.7 / 2)
+    assert distances[-1] == pytest.approx(394.0 / 5)
+    assert (np.diff(np.log(distances)) < np.log(1.2501)).all()
+
+
+def test_a_screw_with_the_wrong_lead(bidirectional):
+    c = bidirectional()
+    travelled = c.position / 6.35 * 6.3501  # turns of the screw times what a turn moves
+    assert Scale().contribution(c, Shape(), [0.0001 / 6.35]) == pytest.approx(travelled - c.position, abs=1e-12)
+
+
+def test_a_beam_at_an_angle(bidirectional):
+    c = bidirectional()
+    angle = 2e-3
+    along, across = np.cos(angle), np.sin(angle)
+    read = np.array([along * along * x + across * across * 0.0 for x in c.position])  # reading of the projected move
+    assert Cosine().contribution(c, Shape(), [along**2 - 1]) == pytest.approx(read - c.position, abs=1e-12)
+    assert Cosine().columns(c, Shape()).tolist() == Scale().columns(c, Shape()).tolist()
+
+
+def test_a_map_goes_through_its_nodes_without_a_bend_at_the_ends():
+    nodes, values = (0.0, 30.0, 45.0, 100.0), np.array([0.0, 0.004, -0.002, 0.001])
+    x = np.linspace(-20.0, 120.0, 14001)
+    c = Conditions(position=x, position_unit="mm", run=np.ones(x.size, dtype=np.int64))
+    curve = PitchMap().contribution(c, MapShape(nodes), values)
+    assert curve[np.searchsorted(x, np.array(nodes) - 1e-6)] == pytest.approx(values, abs=1e-9)
+    bend = np.diff(curve, n=2) / 0.01**2
+    middle = x[1:-1]
+    assert np.abs(bend[(middle < -0.02) | (middle > 100.02)]).max() < 1e-8, "straight outside"
+    assert np.abs(np.interp([0.05, 99.95], middle, bend)).max() < 1e-6, "natural ends"
+    # piecewise cubic: the second derivative is a straight line from node to node
+    for begin, end in itertools.pairwise(nodes):
+        inside = (middle > begin + 0.05) & (middle < end - 0.05)
+        line = np.polyfit(middle[inside], bend[inside], 1)
+        assert bend[inside] == pytest.approx(np.polyval(line, middle[inside]), abs=1e-8)
+
+
+def test_few_targets_get_a_node_each_and_many_get_a_ladder(bidirectional):
+    few = bidirectional(np.array([0.0, 1.0, 5.0, 6.0]))
+    assert [shape.nodes for shape in PitchMap().shapes(few)] == [(0.0, 1.0, 5.0, 6.0)]
+    counts = [len(shape.nodes) for shape in PitchMap().shapes(bidirectional(np.linspace(0.0, 400.0, 41)))]
+    assert counts == [4, 5, 6, 7, 8, 10, 13, 16, 20]
+    for shape in PitchMap().shapes(bidirectional()):
+        assert shape.nodes[0] == 3.0
+        assert shape.nodes[-1] == 397.0
+
+
+def test_maps_take_no_freedom_beside_their_amplitudes():
+    assert PitchMap().freedom(MapShape((0.0, 1.0, 2.0))) == 0
+    assert Windup().freedom(WindupShape()) == 1
+
+
+def test_a_map_of_the_reversal_error_is_the_distance_of_the_two_curves(bidirectional):
+    c = bidirectional(np.array([0.0, 10.0, 20.0, 40.0]), runs=1)
+    shape = MapShape((0.0, 10.0, 20.0, 40.0))
+    added = BacklashMap().contribution(c, shape, [0.01, 0.02, 0.04, 0.03])
+    assert added[:4] - added[:3:-1] == pytest.approx([0.01, 0.02, 0.04, 0.03])
+
+
+def test_nodes_that_lie_close_have_names_of_their_own():
+    names = [a.name for a in PitchMap().amplitudes(MapShape((100.0, 100.001, 100.002)), LINEAR)]
+    assert names == ["at_100", "at_100.001", "at_100.002"]
+
+
+@pytest.mark.parametrize(
+    "effect, change, reason",
+    [
+        (Scale(), {"position": np.full(210, 5.0)}, "one position only"),
+        (Cosine(), {"position": np.full(210, 5.0)}, "one position only"),
+        (PitchMap(), {"position": np.tile([0.0, 5.0], 105)}, "2 positions only"),
+        (PitchMap(), {"position": np.full(210, 5.0)}, "1 position only"),
+        (Backlash(), {"direction": np.ones(210)}, "one direction only"),
+        (Backlash(), {"direction": None}, "one direction only"),
+        (BacklashMap(), {"direction": np.ones(210)}, "one direction only"),
+        (BacklashMap(), {"position": np.tile([0.0, 5.0], 105)}, "2 positions only"),
+        (Windup(), {"direction": np.ones(210)}, "one direction only"),
+        (Windup(), {"since_reversal": None}, "0 distances within 106 mm after a reversal only"),
+        (
+            Windup(),
+            {"since_reversal": np.tile([0.0, 1.0, 2.0, 3.0, 3.0 + 1e-12], 42)},
+            "3 distances within 106 mm after a reversal",
+        ),
+        (
+            Windup(),
+            {"since_reversal": np.tile([0.0, 1.0, 2.0, 3.0, 107.0, 200.0], 35)},
+            "3 distances within 106 mm after a reversal",
+        ),
+    ],
+)
+def test_what_the_data_cannot_show(bidirectional, effect, change, reason):
+    assert reason in effect.untestable(bidirectional(**change))
+
+
+@pytest.mark.parametrize("effect", [Offset(), Scale(), Cosine(), PitchMap(), Backlash(), BacklashMap(), Windup()])
+def test_what_the_base_plan_shows(bidirectional, effect):
+    assert effect.untestable(bidirectional()) is None
+
+
+def test_distances_of_the_measuring_program_are_those_of_windup(bidirectional):
+    c = bidirectional()
+    column = Windup().columns(c, WindupShape(50.0))[:, 0]
+    gone = distance_since_reversal(c.position, c.direction, c.run)
+    assert column == pytest.approx(c.direction / 2 * (1 - np.exp(-gone / 50.0)))

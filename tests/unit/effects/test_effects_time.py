@@ -1,0 +1,119 @@
+"""Effects of time and temperature, against simulations that know nothing of columns."""
+
+import numpy as np
+import pytest
+
+from rtec.effects import Drift, HeatShape, LostCounts, Shape, StepShape, ThermalGrowth, Units, WarmShape, WarmUp
+from rtec.errors import ArgumentError
+
+
+def test_a_body_that_is_heated_from_the_start(bidirectional):
+    c = bidirectional()
+    final, constant, steps = 0.012, 300.0, 200
+    grown, found = 0.0, [0.0]
+    for begin, end in zip(c.time_s[:-1], c.time_s[1:], strict=True):
+        for _ in range(steps):
+            grown += (end - begin) / steps * (final - grown) / constant
+        found.append(grown)
+    assert WarmUp().contribution(c, WarmShape(constant), [final]) == pytest.approx(np.array(found), abs=1e-6)
+
+
+def test_a_rod_that_grows_piece_by_piece(bidirectional):
+    room = np.linspace(19.0, 26.0, 210)
+    c = bidirectional(temperatures={"screw": room, "air": np.zeros(210)}, reference_temperature_degc=18.0)
+    grown = [
+        sum(12e-6 * (heat - 18.0) * x / 1000 for _ in range(1000)) for x, heat in zip(c.position, room, strict=True)
+    ]
+    assert ThermalGrowth().contribution(c, HeatShape("screw"), [12e-6]) == pytest.approx(np.array(grown), rel=1e-9)
+
+
+def test_growth_follows_only_sensors_that_change(bidirectional):
+    heat = {"screw": np.linspace(20.0, 25.0, 210), "air": np.full(210, 20.0), "bed": np.linspace(20.0, 20.6, 210)}
+    c = bidirectional(temperatures=heat)
+    assert [shape.sensor for shape in ThermalGrowth().shapes(c)] == ["screw", "bed"]
+    with pytest.raises(ArgumentError, match="did you mean 'screw'"):
+        ThermalGrowth().columns(c, HeatShape("scrw"))
+
+
+def test_a_counter_that_loses_counts(bidirectional):
+    c = bidirectional()
+    counter, shown = 0, []
+    for index, x in enumerate(c.position):
+        if index == 77:
+            counter += 4
+        shown.append(x + counter * 0.001 - x)
+    moment = (c.time_s[76] + c.time_s[77]) / 2
+    assert LostCounts().contribution(c, StepShape(moment), [0.004]) == pytest.approx(np.array(shown), abs=1e-12)
+
+
+def test_a_step_is_looked_for_between_all_readings_but_at_the_ends(bidirectional):
+    c = bidirectional()
+    after = [int((c.time_s > shape.moment).sum()) for shape in LostCounts().shapes(c)]
+    assert after[0] == 208
+    assert after[-1] == 2
+    assert set(after) == set(range(2, 209))
+
+
+def test_many_readings_are_scanned_in_part_and_the_rest_is_found_around_the_best(bidirectional):
+    rows = 40 * 210
+    times = np.arange(rows) * 0.01
+    c = bidirectional(runs=200, time_s=times)
+    assert c.rows == rows
+    shapes = LostCounts().shapes(c)
+    assert len(shapes) <= 1200
+    best = shapes[len(shapes) // 2]
+    near = [shape.moment for shape in LostCounts().variants(c, best)]
+    assert best.moment in near
+    assert near == sorted(near)
+    place = near.index(best.moment)
+    assert near[place + 1] - best.moment == pytest.approx(0.01)
+
+
+def test_equal_times_are_one_moment(bidirectional):
+    c = bidirectional(time_s=np.repeat(np.arange(42.0), 5))
+    moments = [shape.moment for shape in LostCounts().shapes(c)]
+    assert moments == (np.arange(1, 40) + 0.5).tolist()
+
+
+def test_a_slow_creep_of_the_support(bidirectional):
+    c = bidirectional()
+    place, found = 0.0, [0.0]
+    for begin, end in zip(c.time_s[:-1], c.time_s[1:], strict=True):
+        place += 2e-6 * (end - begin)
+        found.append(place)
+    assert Drift().contribution(c, Shape(), [2e-6]) == pytest.approx(np.array(found))
+    assert Drift().contribution(bidirectional(time_s=None), Shape(), [1.0]).tolist() == list(range(210))
+
+
+def test_the_rate_is_one_an_hour_or_a_reading():
+    (hourly,) = Drift().amplitudes(Shape(), Units("mm", "mm", "s"))
+    assert (hourly.unit, hourly.factor) == ("um/h", 3.6e6)
+    (row,) = Drift().amplitudes(Shape(), Units("mm", "mm", "reading"))
+    assert (row.unit, row.factor) == ("um/reading", 1e3)
+
+
+@pytest.mark.parametrize(
+    "effect, change, reason",
+    [
+        (WarmUp(), {"time_s": None}, "no time column"),
+        (WarmUp(), {"time_s": np.tile([0.0, 1.0, 1.0], 70)}, "2 moments only"),
+        (LostCounts(), {"time_s": None}, "no time column"),
+        (LostCounts(), {"time_s": np.tile([0.0, 1.0, 2.0], 70)}, "3 moments only"),
+        (Drift(), {"time_s": np.full(210, 3.0)}, "one moment only"),
+        (ThermalGrowth(), {}, "no temperature column"),
+        (
+            ThermalGrowth(),
+            {"temperatures": {"t": np.linspace(20.0, 20.02, 210)}},
+            "the temperature changes by 0.02 degC only: at least 0.5 needed",
+        ),
+        (
+            ThermalGrowth(),
+            {"temperatures": {"t": np.linspace(20.0, 25.0, 210)}, "position": np.full(210, 3.0)},
+            "one position only",
+        ),
+    ],
+)
+def test_what_the_data_cannot_show(bidirectional, effect, change, reason):
+    assert effect.untestable(bidirectional(**change)) == reason or reason in effect.untestable(
+        bidirectional(**change)
+    )

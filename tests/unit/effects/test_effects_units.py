@@ -1,0 +1,99 @@
+"""Units in which people read amplitudes and shapes."""
+
+import pytest
+
+from rtec.effects import (
+    Backlash,
+    Cosine,
+    HeatShape,
+    LostCounts,
+    Offset,
+    Scale,
+    Shape,
+    StepShape,
+    Stribeck,
+    StribeckShape,
+    ThermalGrowth,
+    Units,
+    WarmShape,
+    WarmUp,
+    Windup,
+    WindupShape,
+)
+
+LINEAR, ROTARY = Units("mm", "mm", "s"), Units("deg", "deg", "reading")
+
+
+@pytest.mark.parametrize(
+    "observed, shown",
+    [
+        ("mm", ("um", 1e3)),
+        ("deg", ("arcsec", 3600.0)),
+        ("n", ("N", 1.0)),
+        ("a", ("A", 1.0)),
+        ("v", ("V", 1.0)),
+        ("nm", ("N*m", 1.0)),
+        ("count", ("count", 1.0)),
+    ],
+)
+def test_units_of_what_is_observed(observed, shown):
+    assert Units(observed, "mm", "s").shown == shown
+
+
+@pytest.mark.parametrize(
+    "effect, shape, units, unit, factor",
+    [
+        (Offset(), Shape(), LINEAR, "um", 1e3),
+        (Offset(), Shape(), ROTARY, "arcsec", 3600.0),
+        (Backlash(), Shape(), LINEAR, "um", 1e3),
+        (Scale(), Shape(), LINEAR, "um/m", 1e6),
+        (Scale(), Shape(), ROTARY, "arcsec/deg", 3600.0),
+        (Scale(), Shape(), Units("deg", "s", "s"), "arcsec/s", 3600.0),
+        (Scale(), Shape(), Units("mm", "deg", "s"), "um/deg", 1e3),
+        (Cosine(), Shape(), LINEAR, "um/m", 1e6),
+        (ThermalGrowth(), HeatShape(), LINEAR, "um/m/K", 1e6),
+        (ThermalGrowth(), HeatShape(), ROTARY, "arcsec/deg/K", 3600.0),
+        (WarmUp(), WarmShape(), LINEAR, "um", 1e3),
+        (LostCounts(), StepShape(), ROTARY, "arcsec", 3600.0),
+        (Windup(), WindupShape(), LINEAR, "um", 1e3),
+        (Stribeck(), StribeckShape(), Units("n", "mm", "s"), "N", 1.0),
+    ],
+)
+def test_units_of_an_amplitude(effect, shape, units, unit, factor):
+    (amplitude,) = effect.amplitudes(shape, units)
+    assert (amplitude.unit, amplitude.factor) == (unit, factor)
+
+
+@pytest.mark.parametrize(
+    "effect, shape, units, lines",
+    [
+        (Scale(), Shape(), LINEAR, (("scale", pytest.approx(20.0), "um/m"),)),
+        (
+            WarmUp(),
+            WarmShape(600.0),
+            LINEAR,
+            (("time_constant", 600.0, "s"), ("final", pytest.approx(0.02), "um")),
+        ),
+        (
+            LostCounts(),
+            StepShape(7.5),
+            ROTARY,
+            (("moment", 7.5, "reading"), ("step", pytest.approx(0.072), "arcsec")),
+        ),
+        (Windup(), WindupShape(3.0, True), LINEAR, (("distance", 3.0, "mm"), ("windup", pytest.approx(0.02), "um"))),
+        (
+            Stribeck(),
+            StribeckShape(5.0),
+            Units("n", "mm", "s"),
+            (("speed", 5.0, "mm/s"), ("stribeck", pytest.approx(20e-6), "N")),
+        ),
+        (ThermalGrowth(), HeatShape(), LINEAR, (("expansion", pytest.approx(20.0), "um/m/K"),)),
+    ],
+)
+def test_what_people_read(effect, shape, units, lines):
+    assert effect.summary(shape, [20e-6], units) == lines
+
+
+def test_as_many_amplitudes_as_the_shape_has():
+    with pytest.raises(ValueError, match="argument 2"):
+        Scale().summary(Shape(), [1.0, 2.0], LINEAR)
