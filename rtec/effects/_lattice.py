@@ -12,6 +12,8 @@ FINEST = 1e-9
 """Of the largest value: finer steps cannot be told from the digits of a double."""
 SURE = 0.1
 """Of a step: where the step's error times the number of steps stays below, that number is sure."""
+UNSURE = 0.25
+"""Of a step: with a larger error the number of parts that a step is divided into cannot be told."""
 COARSE = 1e-3
 """Of a step, by which a value may miss while the step is not sharpened yet."""
 EPS = float(np.finfo(np.float64).eps)
@@ -21,13 +23,14 @@ def lattice_step(values: Floats) -> float | None:
     """Return the step, or None where there is none or fewer than three different values occur.
 
     Euclid's algorithm over the gaps from the smallest on, then over the distances from the first value, then over the
-    values; the step is sharpened with each, and rounded to twelve digits where it remains a step.
+    values; the step is sharpened with each, and rounded to twelve digits where it remains a step. A few values more
+    than some 50 000 steps apart may leave it open, which answers None.
     """
     distinct = np.unique(values[np.isfinite(values)])
     if distinct.size < 3:
         return None
     largest = float(np.abs(distinct).max())
-    noise = 4 * EPS * largest
+    noise = EPS * largest
     floor = max(FINEST * largest, float(np.finfo(np.float64).tiny))
     gaps = np.unique(np.diff(distinct))
     step, error = float(gaps[0]), noise
@@ -39,7 +42,7 @@ def lattice_step(values: Floats) -> float | None:
             return None
         step, error = found
     for candidate in (float(f"{step:.12g}"), step):
-        if np.all(np.abs(distinct - np.round(distinct / candidate) * candidate) <= TOLERANCE * candidate + noise):
+        if np.all(np.abs(distinct - np.round(distinct / candidate) * candidate) <= TOLERANCE * candidate + 4 * noise):
             return candidate
     return None
 
@@ -62,7 +65,10 @@ def _common(step: float, error: float, lengths: Floats, noise: float, floor: flo
             shorter = _euclid(step, float(missed[first]), floor)
             if not floor < shorter < 0.75 * step:
                 return None
-            step, error, before = shorter, float(slack[first]) * step / shorter, 0
+            parts = round(step / shorter)  # sure unless the division lost too many digits
+            if parts**2 * float(slack[first]) > UNSURE * shorter:
+                return None
+            step, error, before = step / parts, error / parts, 0
             continue
         if np.any(counts):
             step = float(counts @ part / (counts @ counts))

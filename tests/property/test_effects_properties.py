@@ -1,0 +1,170 @@
+"""What holds for every plan: invariances that the cards promise, parts of readings, lattices of recorded values."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rtec.effects import (
+    LIBRARY,
+    Conditions,
+    CyclicShape,
+    HeatShape,
+    Quantisation,
+    Shape,
+    StepShape,
+    StribeckShape,
+    WarmShape,
+    WindupShape,
+    effect_named,
+)
+
+SEEDS = st.integers(0, 2**32 - 1)
+SHAPES = {
+    "windup": WindupShape(7.0),
+    "thermal_growth": HeatShape("screw"),
+    "warm_up": WarmShape(300.0),
+    "lost_counts": StepShape(250.0),
+    "stribeck": StribeckShape(4.0),
+    "cyclic": CyclicShape(6.35, 3, by_direction=True),
+}
+SIMPLE = (
+    "offset scale cosine backlash windup thermal_growth warm_up drift servo_lag acceleration_lag lost_counts inertia "
+    "viscous coulomb asymmetric_friction stribeck force_offset cyclic"
+).split()
+
+# what each effect depends on; its card promises that nothing else changes it
+DEPENDS = {
+    "offset": {"none"},
+    "force_offset": {"none"},
+    "scale": {"position"},
+    "cosine": {"position"},
+    "backlash": {"direction"},
+    "coulomb": {"direction"},
+    "windup": {"direction", "since_reversal"},
+    "thermal_growth": {"position", "temperatures"},
+    "warm_up": {"time_s"},
+    "drift": {"time_s"},
+    "lost_counts": {"time_s"},
+    "servo_lag": {"velocity"},
+    "viscous": {"velocity"},
+    "asymmetric_friction": {"velocity"},
+    "acceleration_lag": {"acceleration"},
+    "inertia": {"acceleration"},
+    "stribeck": {"velocity", "direction"},
+    "cyclic": {"position", "direction"},
+}
+COLUMNS = ("position", "direction", "since_reversal", "time_s", "velocity", "acceleration", "temperatures", "run")
+
+
+def plan(seed, rows=60):
+    rng = np.random.default_rng(seed)
+    return Conditions(
+        position=rng.uniform(-500.0, 500.0, rows),
+        position_unit="mm",
+        run=rng.integers(1, 4, rows),
+        direction=rng.choice([-1.0, 1.0], rows),
+        time_s=rng.uniform(0.0, 900.0, rows),
+        velocity=rng.uniform(-100.0, 100.0, rows),
+        acceleration=rng.normal(scale=500.0, size=rows),
+        since_reversal=rng.uniform(0.0, 50.0, rows),
+        temperatures={"screw": rng.uniform(18.0, 30.0, rows)},
+        moving=True,
+    )
+
+
+def changed(conditions, name, other):
+    values = {field: getattr(conditions, field) for field in Conditions.__dataclass_fields__}
+    return Conditions(**{**values, name: getattr(other, name)})
+
+
+@pytest.mark.parametrize("name", SIMPLE)
+@given(seed=SEEDS)
+@settings(max_examples=10, deadline=None)
+def test_nothing_but_its_own_conditions_changes_an_effect(name, seed):
+    effect, shape = effect_named(name), SHAPES.get(name, Shape())
+    here, there = plan(seed), plan(seed + 1)
+    columns = effect.columns(here, shape)
+    for column in COLUMNS:
+        moved = effect.columns(changed(here, column, there), shape)
+        if column in DEPENDS[name]:
+            assert not np.array_equal(moved, columns), column
+        else:
+            assert np.array_equal(moved, columns), column
+
+
+@given(seed=SEEDS, turns=st.integers(-20, 20), period=st.floats(0.5, 80.0))
+@settings(max_examples=50, deadline=None)
+def test_waves_are_the_same_a_whole_period_on(seed, turns, period):
+    effect, shape = effect_named("cyclic"), CyclicShape(period, 3)
+    here = plan(seed)
+    values = {field: getattr(here, field) for field in Conditions.__dataclass_fields__}
+    there = Conditions(**{**values, "position": here.position + turns * period})
+    assert effect.columns(there, shape) == pytest.approx(effect.columns(here, shape), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "name", ["scale", "drift", "backlash", "windup", "servo_lag", "coulomb", "stribeck", "cyclic"]
+)
+@given(seed=SEEDS)
+@settings(max_examples=10, deadline=None)
+def test_turned_round_an_effect_of_the_motion_turns_its_sign(name, seed):
+    effect, shape = effect_named(name), SHAPES.get(name, Shape())
+    shape = CyclicShape(6.35, 2) if name == "cyclic" else shape
+    here = plan(seed)
+    values = {field: getattr(here, field) for field in Conditions.__dataclass_fields__}
+    back = {key: -values[key] for key in ("position", "direction", "velocity", "acceleration")}
+    columns, mirrored = effect.columns(here, shape), effect.columns(Conditions(**{**values, **back}), shape)
+    if name == "drift":
+        assert np.array_equal(mirrored, columns)
+    elif name == "cyclic":
+        signs = np.array([-1.0, 1.0, -1.0, 1.0])  # sines are odd, cosines even
+        assert mirrored == pytest.approx(columns * signs, abs=1e-9)
+    else:
+        assert mirrored == pytest.approx(-columns)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.name)
+@given(seed=SEEDS, data=st.data())
+@settings(max_examples=5, deadline=None)
+def test_parts_of_readings_have_parts_of_columns(effect, seed, data):
+    here = plan(seed)
+    rows = np.array(data.draw(st.lists(st.integers(0, here.rows - 1), min_size=1, max_size=20)))
+    shape = SHAPES.get(effect.name, effect.shape_type())
+    if effect.name in ("pitch_map", "backlash_map"):
+        shape = effect.shape_type((-500.0, 0.0, 200.0, 500.0))
+    whole = effect.columns(here, shape)
+    assert effect.columns(here.take(rows), shape) == pytest.approx(whole[rows], rel=1e-12, abs=1e-12)
+
+
+@given(seed=SEEDS, factor=st.floats(-100.0, 100.0))
+@settings(max_examples=25, deadline=None)
+def test_contributions_are_linear_in_the_amplitudes(seed, factor):
+    here = plan(seed)
+    for name in SIMPLE:
+        effect, shape = effect_named(name), SHAPES.get(name, Shape())
+        width = effect.columns(here, shape).shape[1]
+        one = np.random.default_rng(seed).normal(size=width)
+        scaled = effect.contribution(here, shape, one * factor)
+        size = max(1e-300, float(np.abs(scaled).max()))
+        assert scaled / size == pytest.approx(effect.contribution(here, shape, one) * factor / size, abs=1e-9)
+
+
+@given(
+    counts=st.lists(st.integers(-30_000, 30_000), min_size=3, max_size=60, unique=True),
+    step=st.floats(1e-5, 1e3),
+)
+@settings(max_examples=200, deadline=None)
+def test_recorded_values_lie_on_the_step_that_is_found(counts, step):
+    divisor = int(np.gcd.reduce(np.array(counts)))
+    found = Quantisation().steps(np.array(counts) * step)
+    assert found == pytest.approx(divisor * step, rel=1e-9)
+
+
+@given(seed=SEEDS, step=st.floats(1e-6, 10.0))
+@settings(max_examples=50, deadline=None)
+def test_what_is_rounded_stays_rounded(seed, step):
+    values = np.random.default_rng(seed).normal(scale=30.0, size=50)
+    once = Quantisation().rounded(values, step)
+    assert Quantisation().rounded(once, step) == pytest.approx(once, abs=1e-9 * step)
+    assert np.abs(once - values).max() <= step / 2 * (1 + 1e-6)
