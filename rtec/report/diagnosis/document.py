@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 from rtec.report.diagnosis.likeness import look_alikes, nested
@@ -123,7 +124,7 @@ def noise_document(noise: NoiseFloor, shown: Shown) -> dict[str, Any]:
 
 
 def parameters_document(values: tuple[Value, ...]) -> dict[str, float | str | None]:
-    """Return parameters as one flat dict, the unit at the end of each key.
+    """Return parameters as one flat dict, the unit at the end of each key; a second one of a name gets a number.
 
     Examples
     --------
@@ -133,7 +134,11 @@ def parameters_document(values: tuple[Value, ...]) -> dict[str, float | str | No
     flat: dict[str, float | str | None] = {}
     for value in values:
         suffix = unit_suffix(value.unit)
-        key = value.name if value.name.endswith(suffix) else value.name + suffix
+        stem = value.name.removesuffix(suffix)
+        numbers = itertools.count(2)
+        key = stem + suffix
+        while key in flat:
+            key = f"{stem}_{next(numbers)}{suffix}"
         flat[key] = value.value
         if value.error is not None:
             flat[f"{key}_error"] = value.error

@@ -58,7 +58,8 @@ def residual_panels(
         axes.remove()
     for first in grid[:, 0]:
         first.set_ylabel(f"residual ({shown.symbol})")
-    grid[0, 0].set_ylim(-1.1 * limit, 1.1 * limit)
+    if limit > 0.0:
+        grid[0, 0].set_ylim(-1.1 * limit, 1.1 * limit)
     beyond = int((np.abs(left) > 1.1 * limit).sum())
     if beyond:
         grid[0, 0].set_title(f"{beyond} of {left.size} readings lie beyond the panels", fontsize=8.5)

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_BARS = 18
+_MOST_LABELLED = 10
+"""Steps up to which both figures stand at each; of more, the held-out ones are left to the table."""
 _LIGHT = "#a6cee3"
 
 
@@ -105,9 +107,11 @@ def _judgement(one: Candidate, *, removed: bool) -> str:
 
 
 def _decades(axes: Axes, which: str, values: list[float]) -> None:
-    """Make an axis logarithmic with plain numbers, whatever the range."""
+    """Make an axis logarithmic with plain numbers, whatever the range; linear where nothing is above zero."""
     from matplotlib.ticker import LogLocator, NullFormatter  # noqa: PLC0415 - half a second, needed only to draw
 
+    if max(values, default=0.0) <= 0.0:
+        return
     least, most = min(v for v in values if v > 0), max(values)
     axis = axes.xaxis if which == "x" else axes.yaxis
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
@@ -136,12 +140,12 @@ def staircase_figure(diagnosis: Diagnosis) -> Figure:
         axes.plot([k + 0.4 for k in removed], [train[k] for k in removed], linestyle="none", marker="x", color=ALARM,
                   markersize=8, markeredgewidth=2.0, label="taken out again", zorder=5)  # fmt: skip
     floor = _floor(axes, diagnosis.noise, shown)
-    _decades(axes, "y", [v for v in (*train, *held, *floor) if math.isfinite(v) and v > 0] or [1.0])
+    _decades(axes, "y", [v for v in (*train, *held, *floor) if math.isfinite(v)])
     for k, (left, right) in enumerate(zip(train, held, strict=True)):
         axes.annotate(rounded(left, 3), (k - 0.45, left), (0, 3), textcoords="offset points", ha="left",
                       va="bottom", fontsize=8.5, color=FORWARD, zorder=6)  # fmt: skip
         above = not right < left
-        if math.isfinite(right):
+        if math.isfinite(right) and len(steps) <= _MOST_LABELLED:
             axes.annotate(rounded(right, 3), (k, right), (6, 3 if above else -3), textcoords="offset points",
                           ha="left", va="bottom" if above else "top", fontsize=8.5, color=REVERSE,
                           zorder=6)  # fmt: skip
@@ -154,7 +158,7 @@ def staircase_figure(diagnosis: Diagnosis) -> Figure:
         label.set_color(INK if step.added else ALARM)
     axes.set_xlim(-0.6, len(train) - 0.4)
     axes.grid(visible=False, axis="x")
-    axes.set_ylabel(f"RMS of the residual ({shown.symbol}), logarithmic")
+    axes.set_ylabel(f"RMS of the residual ({shown.symbol})")
     legend_above(figure, axes, 4)
     return figure
 

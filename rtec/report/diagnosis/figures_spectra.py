@@ -28,7 +28,8 @@ _COLUMNS = 1200
 _FEWEST = 8
 _ROOM = 1.15
 _FAR = 0.55
-_CROWDED = 8.0
+_CROWDED, _CROWDED_MIRRORED = 8.0, 12.0
+"""Highest frequency over that of the highest line from which on an axis is logarithmic."""
 _MANY = 300
 _PALE = "#666666"
 _SIGN = 0.0075
@@ -90,7 +91,7 @@ def _over_position(c: Conditions, model: Model) -> _Axis | None:
     )
     label = "frequency in time (Hz)" if c.time_is_coordinate else f"frequency along the axis ({per})"
     moves = np.abs(np.diff(c.position))
-    wide = _wide(c, wanted, lines)
+    wide = _wide(c, wanted, lines, _CROWDED_MIRRORED if held and regular else _CROWDED)
     if wide and held:
         wanted = 0.5 / spaced  # mirror images would be crowded at the end of a logarithmic axis
     top = highest_frequency(c.span, wanted)
@@ -107,10 +108,10 @@ def _over_position(c: Conditions, model: Model) -> _Axis | None:
     )
 
 
-def _wide(c: Conditions, top: float, lines: tuple[tuple[float, str], ...]) -> bool:
+def _wide(c: Conditions, top: float, lines: tuple[tuple[float, str], ...], crowded: float) -> bool:
     """Return whether the lines crowd at the low end, or would in a log that shows many periods."""
     if lines:
-        return max(line for line, _ in lines) < top / _CROWDED
+        return max(line for line, _ in lines) < top / crowded
     return c.moving and top * c.span > _MANY
 
 
@@ -158,11 +159,12 @@ def _panel(axes: Axes, axis: _Axis, left: list[tuple[str, str, Floats]], noise: 
                                resolved=aliased_from * float(np.ptp(axis.x)), spacing=axis.spacing)  # fmt: skip
     axes.plot(found.frequency * axis.factor, level, color=ALARM, linestyle=(0, (5, 2)), linewidth=1.2,
               label=f"noise alone passes it anywhere with p = {PROBABILITY:g}")  # fmt: skip
-    highest = max(highest, float(level.max()), 1e-12)
-    bottom = max(min(lowest, float(level.min())) / 4.0, highest * 1e-5)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))
-    axes.set_ylim(bottom, highest * (highest / bottom) ** 0.28)
+    highest = max(highest, float(level.max()))
+    if highest > 0.0:
+        bottom = max(min(lowest, float(level.min())) / 4.0, highest * 1e-5)
+        axes.set_yscale("log")
+        axes.yaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))
+        axes.set_ylim(bottom, highest * (highest / bottom) ** 0.28)
     if axis.logarithmic:
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:.10f}".rstrip("0").rstrip("."))

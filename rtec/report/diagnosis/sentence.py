@@ -138,7 +138,7 @@ def _quantity(diagnosis: Diagnosis) -> str:
 
 
 def _named(diagnosis: Diagnosis, shown: Shown) -> str:
-    names = explanation_names(diagnosis)
+    names = explanation_names(diagnosis) or ["the datum alone"]
     verb = "explains" if len(names) == 1 else "explain"
     text = (
         f"{joined(names)} {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}; "

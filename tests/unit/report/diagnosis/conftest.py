@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtec.effects import Backlash, Conditions, Cyclic, Observable, Shape, Units
-from rtec.effects.conditions import distance_since_reversal
+from rtec.effects import Backlash, Conditions, Cyclic, CyclicShape, Observable, Shape, Units, distance_since_reversal
+from rtec.twin.compare import Comparison, Stretch, Where
 from rtec.twin.dataset import Dataset
 from rtec.twin.model import Model, Term
-from rtec.twin.results import Candidate, Cosines, Diagnosis, Experiment, NoiseFloor, Step, Unknown, Value, Verdict
+from rtec.twin.results import Candidate, Cosines, Diagnosis, Experiment, NoiseFloor, Step, Value, Verdict
 
 PERIOD_MM = 6.35
 SIGMA_MM = 0.001
 BACKLASH_MM = 0.012
 UNITS = Units("mm", "mm", "s")
-CYCLIC = Cyclic.shape_type(period=PERIOD_MM, harmonics=1, by_direction=False)
+CYCLIC = CyclicShape(period=PERIOD_MM, harmonics=1, by_direction=False)
 TERMS = (
     Term(effect=Backlash(), shape=Shape(), amplitudes=(BACKLASH_MM,), errors=(0.0002,)),
     Term(effect=Cyclic(), shape=CYCLIC, amplitudes=(0.003, 0.004), errors=(1e-4, 1e-4)),
@@ -158,7 +158,26 @@ def diagnosis_of(**changes: object) -> Diagnosis:
     return Diagnosis(**{**fields, "dataset": dataset, **changes})
 
 
-UNKNOWN = Unknown(depends_on=("position", "run"), period=3.2, frequency_hz=None, description="a bump that moves")
+def comparison_of(**changes: object) -> Comparison:
+    """Return what the model of the examples leaves, with made-up figures."""
+    dataset = changes.pop("dataset", None) or dataset_of(static_conditions())
+    model = Model(observe="deviation", units=UNITS, terms=TERMS)
+    worst = Stretch(low=10.0, high=20.0, direction=-1, mean=0.002, rms=0.0025, rows=10)
+    fields = {
+        "dataset": dataset,
+        "heldout": None,
+        "model": model,
+        "residual": dataset.observed - model.predict(dataset.conditions),
+        "rms": 0.0015,
+        "rms_heldout": 0.0016,
+        "heldout_by": "run",
+        "noise": noise_of(),
+        "where": (
+            Where(quantity="position", unit="mm", share=0.6, worst=(worst,)),
+            Where(quantity="run", unit="", share=0.02, worst=()),
+        ),
+    }
+    return Comparison(**{**fields, **changes})
 
 
 @pytest.fixture
@@ -184,3 +203,13 @@ def make_noise():
 @pytest.fixture
 def make_step():
     return step_of
+
+
+@pytest.fixture
+def make_comparison():
+    return comparison_of
+
+
+@pytest.fixture
+def make_conditions():
+    return static_conditions

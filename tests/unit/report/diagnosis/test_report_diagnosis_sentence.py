@@ -1,0 +1,113 @@
+"""What is said in a sentence and on the terminal."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from rtec.report.diagnosis import comparison_sentence, comparison_table, diagnosis_table, verdict_sentence
+from rtec.report.diagnosis.likeness import permanent_look_alikes, tied_groups
+from rtec.twin.results import Experiment, Unknown, Value, Verdict
+
+HOSTILE = "[red]x[/red] <script>\x1b[31m\x00 {{ 7 * 7 }}"
+
+
+def _shown(renderable: object, width: int = 80) -> str:
+    file = io.StringIO()
+    Console(file=file, width=width, color_system=None).print(renderable)
+    return file.getvalue()
+
+
+def test_named_says_what_how_far_and_to_which_floor(make_diagnosis):
+    assert verdict_sentence(make_diagnosis()) == (
+        "Backlash and cyclic error explain the deviation: what is left falls from 7.00 µm to 1.00 µm RMS "
+        "(held out 1.04 µm); the noise floor from repeats is 1.00 µm."
+    )
+
+
+def test_without_repeats_there_is_no_noise_floor(make_diagnosis, make_noise):
+    text = verdict_sentence(make_diagnosis(noise=make_noise(from_repeats=False)))
+    assert "nothing was repeated, so there is no noise floor" in text and "floor from repeats is" not in text
+
+
+def test_tied_names_every_rival_and_what_stands_beside(make_diagnosis):
+    text = verdict_sentence(make_diagnosis(verdict=Verdict.TIED))
+    assert text.startswith("Either backlash or windup explains the deviation beside cyclic error, and no fit")
+
+
+def test_unknown_says_what_it_depends_on(make_diagnosis):
+    unknown = Unknown(depends_on=("position", "run"), period=3.2, frequency_hz=None, description="")
+    text = verdict_sentence(make_diagnosis(verdict=Verdict.UNKNOWN, unknown=unknown))
+    assert "nothing in the library explains; it depends on position and run, with a period of 3.20 mm:" in text
+    assert "after backlash and cyclic error" in text
+
+
+def test_inconclusive_gives_the_smallest_effects_that_would_show(make_diagnosis):
+    detectable = (("drift", 0.002), ("backlash", 0.0003), ("windup", float("nan")))
+    text = verdict_sentence(make_diagnosis(verdict=Verdict.INCONCLUSIVE, minimum_detectable=detectable))
+    assert text.endswith("they would show backlash from 0.300 µm RMS on and drift from 2.00 µm on.")
+
+
+def test_none_and_not_testable(make_diagnosis):
+    assert "nothing repeatable to explain" in verdict_sentence(make_diagnosis(verdict=Verdict.NONE))
+    text = verdict_sentence(make_diagnosis(verdict=Verdict.NOT_TESTABLE))
+    assert "(no velocity or feed column and no scale signal period)" in text
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_every_verdict_has_a_sentence_of_one_line_even_with_nothing_found(make_diagnosis, verdict):
+    bare = make_diagnosis(verdict=verdict, steps=(), candidates=(), not_testable=(), minimum_detectable=(),
+                          model=make_diagnosis().start, rms_after=float("nan"))  # fmt: skip
+    text = verdict_sentence(bare)
+    assert text.endswith(".") and "\n" not in text and "  " not in text and text[0].isupper()
+    assert _shown(diagnosis_table(bare))
+
+
+def test_what_mimics_for_ever_is_no_tie(make_candidate):
+    scale = make_candidate("scale", accepted=True, tied_with=("cosine",))
+    assert tied_groups((scale,)) == []
+    assert permanent_look_alikes((scale,)) == [("scale", "cosine")]
+    both = make_candidate("scale", accepted=True, tied_with=("cosine", "drift"))
+    assert tied_groups((both, make_candidate("drift", tied_with=("scale",)))) == [("scale", "drift")]
+
+
+def test_the_terminal_shows_steps_candidates_and_what_could_not_be_tested(make_diagnosis):
+    text = _shown(diagnosis_table(make_diagnosis()))
+    assert max(map(len, text.splitlines())) <= 80
+    lines = text.splitlines()
+    assert lines[0].strip() == "NAMED"
+    line = next(line for line in lines if "+ backlash" in line)
+    assert "12.00 ± 0.20 µm" in line and "3.70" in line and "3.89" in line and "< 0.001" in line
+    assert any("− scale" in line for line in lines)
+    assert any("servo lag" in line and "no velocity or feed column" in line for line in lines)
+    assert "Measure next: Measure dense points just after a reversal." in text
+
+
+def test_text_from_outside_is_shown_and_not_obeyed(make_diagnosis, make_candidate):
+    diagnosis = make_diagnosis(
+        candidates=(make_candidate(HOSTILE, reason=HOSTILE),),
+        not_testable=((HOSTILE, HOSTILE),),
+        heldout_by=HOSTILE,
+        experiment=Experiment(text=HOSTILE),
+    )
+    text = _shown(diagnosis_table(diagnosis), width=400)
+    assert text.count("[red]x[/red] <script>") >= 4 and "\x1b" not in text and "\x00" not in text
+
+
+def test_many_parameters_are_counted_on_the_terminal(make_diagnosis, make_step):
+    nodes = tuple(Value(f"at_{k}", float(k), 0.1, "um") for k in range(40))
+    text = _shown(diagnosis_table(make_diagnosis(steps=(make_step("pitch_map", 0.001, params=nodes),))))
+    assert "at 4" in text and "at 5" not in text and "and 35 more" in text
+
+
+def test_a_comparison_in_a_sentence_and_a_table(make_comparison):
+    comparison = make_comparison()
+    assert comparison_sentence(comparison) == (
+        "The model (backlash and cyclic error) leaves 1.50 µm RMS of the deviation (held out 1.60 µm); the noise "
+        "floor from repeats is 1.00 µm; 60% of its variance goes with position."
+    )
+    text = _shown(comparison_table(comparison))
+    assert "10 to 20 mm, backward" in text and "2.00" in text and "held out run by run" in text
+    assert max(map(len, text.splitlines())) <= 80
