@@ -93,6 +93,21 @@ def test_a_drift_goes_with_time_and_run():
     assert share(residual_by(without, without.observed), "row order") == pytest.approx(0.96, abs=0.03)
 
 
+def test_what_changes_in_time_is_a_share_of_the_whole():
+    # 1.2 um RMS of drift beside 10 um of reversal error
+    found = residual_by(data := measured(lambda x, way, t: 2e-6 * t + 0.01 * way, sigma=1e-5), data.observed)
+    drift = np.var(2e-6 * data.conditions.time_s)
+    assert share(found, "time") == pytest.approx(0.96 * drift / (drift + 1e-4), rel=0.1)
+    assert share(found, "direction") == pytest.approx(1e-4 / (drift + 1e-4), rel=0.01)
+
+
+def test_the_worst_stretch_may_lie_below_zero():
+    data = measured(lambda x, way, t: -0.020 * np.exp(-(((x - 200.0) / 15.0) ** 2)))
+    worst = next(where for where in residual_by(data, data.observed) if where.quantity == "position").worst[0]
+    assert abs(worst.low - 200.0) < 10.0
+    assert worst.mean < -0.01
+
+
 def test_a_drift_of_readings_that_do_not_repeat_goes_with_time():
     data = measured(lambda x, way, t: 1e-5 * t, sigma=1e-4)
     once = replace(data, cell=np.full(data.rows, -1))
