@@ -93,7 +93,9 @@ def _uniform_end(wanted: Floats, begin: int, reach: float) -> int:
     return begin + 2 + int(np.argmax(jumps)) if jumps.any() else wanted.size
 
 
-def families(conditions: Conditions, frequency: float, parts: Sequence[int]) -> list[tuple[float, int]]:
+def families(
+    conditions: Conditions, frequency: float, parts: Sequence[int], most: int = MOST_HARMONICS
+) -> list[tuple[float, int]]:
     """Return (fundamental frequency, harmonics) of each family that has ``frequency`` among its harmonics.
 
     Parameters
@@ -104,6 +106,8 @@ def families(conditions: Conditions, frequency: float, parts: Sequence[int]) -> 
         Of the strongest line, in cycles per position unit.
     parts
         Which harmonic that line may be.
+    most
+        Harmonics of a family.
 
     Returns
     -------
@@ -116,5 +120,5 @@ def families(conditions: Conditions, frequency: float, parts: Sequence[int]) -> 
         base = frequency / part
         if part > 1 and base < NEARLY * FEWEST_CYCLES / conditions.span:
             continue
-        found += [(base, count) for count in range(part, MOST_HARMONICS + 1) if count * base <= top]
+        found += [(base, count) for count in range(part, most + 1) if count * base <= top]
     return found

@@ -30,6 +30,9 @@ PARTS = (1, 2, 3, 4, 5, 6)
 NEAR = 0.5
 """A line this near to whole cycles a turn, in units of 1 / span, cannot be told from them."""
 
+MOST_HARMONICS = 12
+"""Magnets and slots give more of them than a screw does."""
+
 
 @dataclass(frozen=True, slots=True)
 class CoggingShape(Shape):
@@ -101,10 +104,10 @@ class Cogging(Periodic):
         frequency = 1.0 / own_shape(shape, CoggingShape).period
         cycles = _cycles_a_turn(conditions, frequency)
         if cycles is None or conditions.revolution is None:
-            found = families(conditions, frequency, PARTS)
+            found = families(conditions, frequency, PARTS, MOST_HARMONICS)
         else:
             parts = [part for part in PARTS if cycles % part == 0]
-            found = families(conditions, cycles / conditions.revolution, parts)
+            found = families(conditions, cycles / conditions.revolution, parts, MOST_HARMONICS)
         return [CoggingShape(1.0 / base, harmonics) for base, harmonics in found]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:

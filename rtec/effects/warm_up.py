@@ -89,14 +89,15 @@ class WarmUp(Effect):
         return None if moments >= FEWEST_MOMENTS else f"{moments} moments only: at least {FEWEST_MOMENTS} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return time constants from a fiftieth of the measurement to all of it."""
+        """Return time constants from a fiftieth of the measurement to half of it; longer ones look like a drift."""
         lasted = float(np.ptp(conditions.clock))
-        return [WarmShape(constant) for constant in ladder(lasted / 50, lasted)] if lasted > 0 else []
+        return [WarmShape(constant) for constant in ladder(lasted / 50, lasted / 2)] if lasted > 0 else []
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the time constant, free by a half more or less."""
+        """Return the time constant, free by a half more or less, up to what was measured."""
         constant = own_shape(shape, WarmShape).time_constant
-        return (Tunable("time_constant", constant / 1.5, constant * 1.5),)
+        lasted = max(float(np.ptp(conditions.clock)), constant)
+        return (Tunable("time_constant", constant / 1.5, min(constant * 1.5, lasted)),)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the share of the approach that is done, shape (rows, 1)."""

@@ -64,7 +64,7 @@ def test_time_constants_of_a_warm_up(bidirectional, centred):
     c = bidirectional()
     shapes = WarmUp().shapes(c)
     assert shapes[0].time_constant == pytest.approx(1045.0 / 50)
-    assert shapes[-1].time_constant == pytest.approx(1045.0)
+    assert shapes[-1].time_constant == pytest.approx(1045.0 / 2)
     for constant in between([shape.time_constant for shape in shapes], 30, np.random.default_rng(5)):
         assert best_cosine(WarmUp(), c, WarmShape(constant), WarmUp().scan(c, shapes), centred) >= ENOUGH
 

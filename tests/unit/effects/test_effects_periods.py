@@ -192,6 +192,7 @@ def test_the_strongest_line_may_be_a_harmonic_of_its_family():
     assert CyclicShape(6.35, 3) in variants
     assert CyclicShape(6.35, 4, by_direction=True) in variants
     assert CyclicShape(6.35, 1) not in variants, "it would not hold the line"
+    assert max(variant.harmonics for variant in Cyclic().variants(lathe(), CyclicShape(100.0))) == 8
     for variant in variants:
         assert variant.harmonics <= resolved_harmonics(lathe(), variant.period)
     assert not any(variant.by_direction for variant in Cyclic().variants(lathe().take(np.arange(1561)), second))
@@ -223,6 +224,7 @@ def test_poles_and_slots_are_found_as_families():
     assert {float(k) for k in range(2, 255)} <= set(scanned.round(9).tolist())
     strongest = CoggingShape(1 / (1 / 360 * 14.3))  # the grid's nearest to 14 cycles a turn
     assert CoggingShape(360 / 7, 5) in Cogging().variants(c, strongest)
+    assert max(variant.harmonics for variant in Cogging().variants(c, strongest)) == 12
     twelve = Cogging().variants(c, CoggingShape(360 / 36))
     assert CoggingShape(1 / (36 / 360 / 3), 3) in twelve
     assert all(round(360 / variant.period) == pytest.approx(360 / variant.period) for variant in twelve)

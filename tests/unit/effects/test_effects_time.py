@@ -18,6 +18,14 @@ def test_a_body_that_is_heated_from_the_start(bidirectional):
     assert WarmUp().contribution(c, WarmShape(constant), [final]) == pytest.approx(np.array(found), abs=1e-6)
 
 
+def test_a_refit_of_the_time_constant_ends_with_the_measurement(bidirectional):
+    c = bidirectional()
+    (free,) = WarmUp().tunables(c, WarmShape(300.0))
+    assert (free.low, free.high) == (pytest.approx(200.0), pytest.approx(450.0))
+    (ended,) = WarmUp().tunables(c, WarmShape(900.0))
+    assert ended.high == c.time_s[-1]
+
+
 def test_a_rod_that_grows_piece_by_piece(bidirectional):
     room = np.linspace(19.0, 26.0, 210)
     c = bidirectional(temperatures={"screw": room, "air": np.zeros(210)}, reference_temperature_degc=18.0)
