@@ -79,7 +79,7 @@ class Dataset:
 
     def __post_init__(self) -> None:
         """Check that everything has the same rows."""
-        sizes = {self.observed.shape, self.cell.shape, self.block.shape}
+        sizes = {self.observed.shape, self.cell.shape, self.block.shape, *(x.shape for _, x in self.unknown)}
         if self.resample is None:
             sizes.add(self.conditions.position.shape)
         else:

@@ -126,6 +126,8 @@ def test_rows_that_do_not_fit_together():
     for name in ("observed", "cell", "block"):
         with pytest.raises(ArgumentError, match="row by row"):
             Dataset(**(common | {name: common[name][:-1]}))
+    with pytest.raises(ArgumentError, match="row by row"):
+        Dataset(**common, unknown=(("pulse_v", np.zeros(11)),))
     with pytest.raises(ArgumentError, match="12 samples is not allowed; allowed: 120"):
         Dataset(**common, resample=Resample(stretches=((0, 120),), stages=(10,)))
     with pytest.raises(ArgumentError, match="row by row"):

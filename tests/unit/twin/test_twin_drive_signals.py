@@ -45,7 +45,7 @@ def test_the_shortest_stretch_is_just_long_enough(rate):
     if stages_of(rate):
         resample = Resample(stretches=((0, left),), stages=stages_of(rate))
         assert resample.apply(np.ones((left, 20))).shape == (resample.rows, 20)
-        # a constant lies in the trough of the ripple, 0.05 dB, forwards and backwards
+        # a constant lies where the ripple is lowest, 0.05 dB, forwards and backwards
         gain = 10 ** (-2 * 0.05 / 20 * len(stages_of(rate)))
         np.testing.assert_allclose(resample.apply(np.ones((left, 1))), gain, rtol=1e-9)
 

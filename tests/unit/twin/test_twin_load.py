@@ -80,6 +80,18 @@ def test_observe_names_a_quantity_or_a_heading(load, observe, quantity, unit, fi
     assert ("temperature_nut" in data.conditions.temperatures) == (quantity != "temperature_nut")
 
 
+def test_a_velocity_observed_is_no_condition(load):
+    data = load("target_mm,actual_mm,velocity_mm_s\n1,1,7\n2,2,8\n3,3,9\n", observe="velocity")
+    assert data.observed.tolist() == [7, 8, 9]
+    assert not data.conditions.moving
+    assert data.conditions.velocity is None
+
+
+def test_a_deviation_across_zero_of_a_rotary_axis(load):
+    data = load("target_deg,actual_deg\n" + rows([0, 120, 240, 359.9], [359.99, 120.01, 240, 0.0]))
+    np.testing.assert_allclose(data.observed, [-0.01, 0.01, 0, 0.1], atol=1e-9)
+
+
 def test_actual_observed_without_target_goes_over_time(load):
     data = load("time_s,actual_mm\n0,1\n60,2\n120,4\n", observe="actual")
     assert (data.coordinate, data.units.position) == ("time", "s")
@@ -97,8 +109,10 @@ def test_nothing_or_too_much_to_explain(load):
         load("time_s,actual_mm\n1,2\n2,3\n3,4\n")
     with pytest.raises(FileFormatError, match=r"nothing to explain in the columns 'target_mm'"):
         load("target_mm\n1\n2\n3\n", observe="force")
-    with pytest.raises(ArgumentError, match=r"--observe: 'curent' is not allowed; allowed: .*did you mean 'current'"):
-        load("target_mm,actual_mm,current_a\n1,2,3\n2,3,4\n3,4,5\n", observe="curent")
+    with pytest.raises(
+        ArgumentError, match=r"--observe: 'currents' is not allowed; allowed: .*did you mean 'current'"
+    ):
+        load("target_mm,actual_mm,current_a\n1,2,3\n2,3,4\n3,4,5\n", observe="currents")
     for word in ("target", "run", "time", "pulse_v", "x" * 1000, "\n"):
         with pytest.raises(ArgumentError, match=r"--observe.*allowed: deviation, actual") as caught:
             load("run,time_s,target_mm,actual_mm,pulse_v\n1,1,1,1,1\n1,2,2,2,1\n1,3,3,3,1\n", observe=word)
@@ -270,8 +284,9 @@ def test_no_direction_where_nothing_tells(load):
     assert data.conditions.direction is None
     assert data.conditions.since_reversal is None
     assert "no direction" in notes(data)
-    data = load("run,target_mm,deviation_um\n1,5,1\n2,6,2\n3,7,3\n")
-    assert data.conditions.direction is None
+    # one reading a run, or one run that moves and one that does not
+    for text in ("1,5,1\n2,6,2\n3,7,3\n", "1,5,1\n1,6,2\n2,7,3\n2,7,3\n"):
+        assert load("run,target_mm,deviation_um\n" + text).conditions.direction is None
 
 
 def test_positions_held_in_one_sweep(load):
@@ -364,6 +379,7 @@ def test_time_as_coordinate_chains_runs_too(load):
     data = load("run,time_s,deviation_arcsec\n" + rows([1, 1, 1, 2, 2, 2], [0, 2, 4, 0, 2, 4], range(6)))
     assert data.conditions.position.tolist() == [0, 2, 4, 6, 8, 10]
     assert data.conditions.time_is_coordinate
+    assert data.conditions.revolution is None
     assert not data.has_repeats
 
 
@@ -415,6 +431,9 @@ def test_a_file_to_score_on_takes_over_facts_and_quantity(load):
     assert load("# screw_pitch: 4 mm\n" + text, like=train).conditions.screw_pitch == 4
     drive = load("actual_mm,force_n\n" + rows(range(4), range(4)), "train.csv")
     assert load(text, like=drive).observe == "force"
+    # a force over the target in training is one over the target here, although there is an actual
+    command = load("target_mm,force_n\n" + rows(range(4), range(4)), "train.csv")
+    assert (load(text, like=drive).coordinate, load(text, like=command).coordinate) == ("actual", "target")
 
 
 @pytest.mark.parametrize(

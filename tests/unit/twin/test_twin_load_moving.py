@@ -21,7 +21,7 @@ def measured(facts=None, **columns):
 
 
 def there_and_back(rate, seconds=6.0, reach=80.0):
-    """Return time, position, velocity and acceleration of a smooth motion to and fro with rests."""
+    """Return time, position, velocity and acceleration of a smooth motion there and back."""
     time = np.arange(round(seconds * rate)) / rate
     angle = 2 * np.pi * time / 3.0
     position = reach * (1 - np.cos(angle)) / 2 + 0.1 * reach * np.sin(3 * angle)
@@ -54,6 +54,8 @@ MOTION = there_and_back(100.0)
         (None, MOTION[1], True, True),
         (there_and_back(100.0)[0] * 200, MOTION[1], True, False),
         (MOTION[0], np.zeros(600), False, False),
+        (np.arange(30) * 0.04, np.arange(30) * 5.0, False, True),
+        (np.arange(30) * 0.06, np.arange(30) * 5.0, False, False),
         (MOTION[0][:19], MOTION[1][:19], False, False),
         (*a_test_at_rest(60.0), False, False),
         (*a_test_at_rest(5.0), False, False),
@@ -84,6 +86,8 @@ def test_wraps_of_a_single_turn_counter():
     np.testing.assert_allclose(unwrapped(-angle % 360, 360.0) - unwrapped(-angle % 360, 360.0)[0], -angle)
     # more than a turn, or no jump: left as it is
     assert unwrapped(angle, 360.0) is angle
+    coarse = np.array([0.0, 250.0, 500.0])
+    assert unwrapped(coarse, 360.0) is coarse
     short = angle[:40]
     assert unwrapped(short, 360.0) is short
 
@@ -152,7 +156,7 @@ def test_what_is_no_homing():
     assert transient_rows(*a_run(3.0)) == 0
     ramp = np.where(time < 0.5, 50.0 * time**2 / 0.5, 100.0 * (time - 0.25))
     assert transient_rows(time, ramp) == 0
-    # to and fro is no run at constant speed, nor is rest
+    # there and back is no run at constant speed, nor is rest
     assert transient_rows(time, 100 * np.sin(time) + 600 * np.exp(-time / 0.05)) == 0
     assert transient_rows(time, 0 * time + 600 * np.exp(-time / 0.05)) == 0
     assert transient_rows(time[:30], position[:30]) == 0
@@ -204,6 +208,9 @@ def test_a_drive_log_is_prepared_as_it_is_by_hand():
     assert found.time_s[0] == pytest.approx(0.2)
     np.testing.assert_allclose(v, velocity[200:-200], atol=0.3)
     assert data.cutoff_hz == 100.0
+    both = {"time": ("s", time), "actual": ("mm", position), "force": ("n", force)}
+    pulses = Measurement(source="x", facts={}, columns=measured(**both).columns, unknown={"pulse_v": force})
+    np.testing.assert_array_equal(load_dataset(pulses).unknown[0][1], data.observed)
     for words in ("Butterworth low pass at 100 Hz", "0.2 s dropped", "decimated by 10", "1000 Hz to 100 Hz"):
         assert any(words in note for note in data.notes)
     assert not data.has_repeats
@@ -314,9 +321,11 @@ def test_counts_of_a_single_turn_are_made_continuous():
     np.testing.assert_allclose(data.conditions.velocity, speed, rtol=1e-6)
     assert any("single-turn counter" in note for note in data.notes)
     # command and encoder pass zero at different moments
-    late = {"target": ("count", counts % 8192), "actual": ("count", (counts - 40.0) % 8192)}
-    data = load_dataset(measured(facts, **late, **columns))
-    np.testing.assert_allclose(data.observed, -40 * 360 / 8192, rtol=1e-6)
+    for start in (0.0, 1020.0):
+        target = counts + start
+        late = {"target": ("count", target % 8192), "actual": ("count", (target - 40.0) % 8192)}
+        data = load_dataset(measured(facts, **late, **columns))
+        np.testing.assert_allclose(data.observed, -40 * 360 / 8192, rtol=1e-6)
 
 
 def test_a_velocity_column_is_taken():
