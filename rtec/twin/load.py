@@ -39,6 +39,8 @@ from rtec.twin.same_kind import same_kind
 
 FEWEST_ROWS = 3
 """Below, nothing at all can be told from noise."""
+LARGEST = 1e12
+"""Largest number in a unit inside: squares and sums of such numbers stay finite."""
 _ROOM_DEGC = 20.0
 
 
@@ -67,8 +69,9 @@ def load_dataset(
     Raises
     ------
     FileFormatError
-        The file is no measurement, has fewer than three rows or nothing to explain, mixes lengths and angles, its
-        time runs backwards, a fact is no quantity of its dimension, or units or columns are not those of ``like``.
+        The file is no measurement, has fewer than three rows, numbers above 1e12, or nothing to explain, mixes
+        lengths and angles, its time runs backwards, a fact is no quantity of its dimension, or units or columns are
+        not those of ``like``.
     ArgumentError
         ``observe`` or an option of ``facts`` is wrong.
 
@@ -95,6 +98,7 @@ def load_dataset(
     if measurement.rows < FEWEST_ROWS:
         problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
         raise FileFormatError(measurement.source, None, problem, f"at least {FEWEST_ROWS} readings")
+    _refuse_monsters(measurement)
     axis = AxisFacts(measurement=measurement, given=facts or {})
     positions = positions_of(measurement, axis)
     quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)
@@ -120,6 +124,15 @@ def _measurement(given: str | Path | Measurement) -> Measurement:
         readings = measurement_of_readings(read_laser_file(given), {})
         return Measurement(source=str(given), facts={}, columns=readings.columns, unknown={})
     return read_measurement(given)
+
+
+def _refuse_monsters(measurement: Measurement) -> None:
+    for column in measurement.columns.values():
+        size = np.abs(column.values)
+        if not size.max() <= LARGEST:
+            row = int(np.flatnonzero(~(size <= LARGEST))[0])
+            problem, allowed = f"{column.heading} is {column.values[row]:g}", f"at most {LARGEST:g} in size"
+            raise FileFormatError(measurement.source, measurement.line_of(row), problem, allowed)
 
 
 def _rows(

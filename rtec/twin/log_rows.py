@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects import Observable
+from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError
 from rtec.twin.drive_signals import (
     Resample,
@@ -80,7 +81,7 @@ def prepare_log(rows: Rows, cutoff_hz: float | None, evenly: bool) -> tuple[Resa
         stretches = stretches_of(rows.time_s, rows.run)
         rate = even_rate(rows.time_s, stretches) if evenly else None
         if rate is None:
-            _differentiate_unevenly(rows, stretches)
+            _differentiate_unevenly(rows, rows.time_s, stretches)
         else:
             used = min(cutoff_hz, 0.45 * rate) if cutoff_hz is not None else cutoff_of(rate)
             lengths = _differentiate(rows, stretches, rate, used)
@@ -91,13 +92,12 @@ def prepare_log(rows: Rows, cutoff_hz: float | None, evenly: bool) -> tuple[Resa
     return resample, used
 
 
-def _differentiate_unevenly(rows: Rows, stretches: list[tuple[int, int]]) -> None:
-    assert rows.time_s is not None  # noqa: S101 - the caller has looked
+def _differentiate_unevenly(rows: Rows, time_s: Floats, stretches: list[tuple[int, int]]) -> None:
     source = rows.position if rows.velocity is None else rows.velocity
     first, second = np.zeros(len(rows)), np.zeros(len(rows))
     for begin, end in stretches:
         part = slice(begin, end)
-        first[part], second[part] = local_derivatives(rows.time_s[part], source[part])
+        first[part], second[part] = local_derivatives(time_s[part], source[part])
     if rows.velocity is not None:
         rows.acceleration = first
         rows.notes.append(

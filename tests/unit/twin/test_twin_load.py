@@ -125,6 +125,12 @@ def test_fewer_than_three_rows(load):
             load(text)
 
 
+def test_numbers_whose_squares_would_overflow(load):
+    for number in ("1e300", "-1.1e12", "1e13"):
+        with pytest.raises(FileFormatError, match=r"line 3: actual_mm is .*; allowed: at most 1e\+12 in size"):
+            load(f"target_mm,actual_mm\n1,1\n2,{number}\n3,3\n")
+
+
 @pytest.mark.parametrize(
     ("header", "words"),
     [
