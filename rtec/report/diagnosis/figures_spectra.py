@@ -34,7 +34,7 @@ _MANY = 300
 _PALE = "#666666"
 _SIGN = 0.0075
 """Width of a letter of a mark, as a share of the axis."""
-_MOST_MARKS = 12
+_MOST_MARKS = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

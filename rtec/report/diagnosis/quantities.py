@@ -130,7 +130,7 @@ def value_text(value: Value) -> str:
     if not math.isfinite(value.value):
         return MISSING
     if value.error is None or not math.isfinite(value.error) or value.error <= 0.0:
-        return f"{value.value:.6g}".replace("-", "−") + tail
+        return f"{value.value:.5g}".replace("-", "−") + tail
     decimals = 1 - math.floor(math.log10(value.error))
     number, error = (f"{round(x, decimals) + 0.0:.{max(decimals, 0)}f}" for x in (value.value, value.error))
     return f"{number} ± {error}{tail}".replace("-", "−")

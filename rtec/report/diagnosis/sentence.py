@@ -108,10 +108,12 @@ def comparison_sentence(comparison: Comparison) -> str:
 
 def stretch_words(stretch: Stretch, unit: str) -> str:
     """Return where a stretch is: its limits with their unit, and the direction where it has one."""
+    way = {1: "forward", -1: "backward"}.get(stretch.direction, "")
+    if way and not unit:  # the quantity is the direction itself
+        return way
     low, high = f"{stretch.low:.5g}", f"{stretch.high:.5g}"
     place = (low if low == high else f"{low} to {high}").replace("-", "−")
-    words = f"{place} {symbol(unit)}".rstrip()
-    return words + {1: ", forward", -1: ", backward"}.get(stretch.direction, "")
+    return ", ".join(words for words in (f"{place} {symbol(unit)}".rstrip(), way) if words)
 
 
 def heldout_words(heldout_by: str) -> str:

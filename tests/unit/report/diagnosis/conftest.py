@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -174,6 +176,7 @@ def comparison_of(**changes: object) -> Comparison:
         "noise": noise_of(),
         "where": (
             Where(quantity="position", unit="mm", share=0.6, worst=(worst,)),
+            Where(quantity="direction", unit="", share=0.3, worst=(replace(worst, low=-1.0, high=-1.0, rows=105),)),
             Where(quantity="run", unit="", share=0.02, worst=()),
         ),
     }

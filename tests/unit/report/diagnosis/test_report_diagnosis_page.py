@@ -166,7 +166,11 @@ def test_a_comparison_says_where_the_residual_lives(make_comparison, out):
     assert _text(_part(tree, "verdict")).startswith("The model (backlash and cyclic error) leaves 1.50 µm RMS")
     assert _part(tree, "verdict").get("class") == "mind"
     rows = _rows(_part(tree, "left"))
-    assert rows == [["position", "60%", "10 to 20 mm, backward", "2.00 µm", "10"], ["run", "2%", "", "", ""]]
+    assert rows == [
+        ["position", "60%", "10 to 20 mm, backward", "2.00 µm", "10"],
+        ["direction", "30%", "backward", "2.00 µm", "105"],
+        ["run", "2%", "", "", ""],
+    ]
     assert json.loads((out / "result.json").read_text("utf-8"))["rms_heldout"] == pytest.approx(1.6)
 
 
