@@ -45,9 +45,10 @@ class Pass:
     deviation_mm
         True position less target as the laser averaged it, without noise and slow errors, shape (n,).
     time_s
-        In the middle of the laser's average, shape (n,).
+        In the middle of the laser's average, since that of the first reading, shape (n,): there the record begins,
+        and with it whatever is slow.
     path_s, path_mm
-        Position of the encoder over time, as far as it moved; empty where none was asked for.
+        Position of the encoder over the same time, as far as it moved; empty where none was asked for.
     """
 
     deviation_mm: Floats
@@ -93,7 +94,8 @@ def measure(course: Course, error: Predictor, *, shift_mm: Floats | None = None,
     path_s, path_mm = _path(result)
     # the timer starts as the axis comes within the window, a little before it is commanded to stand
     middle_s = task.begins_ps / 1e12 + 0.75 * laser.dwell_s
-    return Pass(deviation_mm=deviation_mm, time_s=np.round(middle_s, 2), path_s=path_s, path_mm=path_mm)
+    time_s = np.round(middle_s - middle_s[0], 2)
+    return Pass(deviation_mm=deviation_mm, time_s=time_s, path_s=path_s - middle_s[0], path_mm=path_mm)
 
 
 def _path(result: LoopResult) -> tuple[Floats, Floats]:

@@ -261,7 +261,7 @@ def _matrix(score: LineScore) -> list[str]:
     total: Counter[str] = Counter()
     for _, said, count in score.cells:
         total[said] += count
-    kept = [said for said in sorted(total) if said in truths or total[said] >= max(_RARE * score.trials, 2)]
+    kept = [said for said in sorted(total) if said in truths or total[said] >= _RARE * score.trials]
     others = any(said not in kept for said in total)
     columns = [*sorted(kept, key=lambda said: (said not in truths, said)), *([_OTHER] if others else [])]
     counts: Counter[tuple[str, str]] = Counter()

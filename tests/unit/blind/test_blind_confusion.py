@@ -7,8 +7,10 @@ import pytest
 from rtec.blind import (
     PLANS,
     Answer,
+    Confusion,
     Hidden,
     Line,
+    LineScore,
     Rule,
     Scenario,
     Secret,
@@ -88,8 +90,16 @@ def test_trials_are_counted_and_tabulated():
     text = result.as_markdown()
     assert "| a line | what was hidden is named, and nothing else | at least 50% | 2 of 4 | 50.0% |" in text
     assert "15.0% to 85.0%" in text
+    assert "| hidden \\ answered | scale | TIED | drift |" in text
+    assert "| scale | 2 | 1 | 1 |" in text
+
+
+def test_rare_answers_share_a_column():
+    cells = (("scale", "rare", 1), ("scale", "rarer", 2), ("scale", "scale", 197))
+    score = LineScore(line=line(), right=197, trials=200, left_out=0, cells=cells)
+    text = Confusion(scores=(score,), trials=200, seed=0).as_markdown()
     assert "| hidden \\ answered | scale | another |" in text
-    assert "| scale | 2 | 2 |" in text
+    assert "| scale | 197 | 3 |" in text
 
 
 def test_a_line_below_its_bar_is_missed():

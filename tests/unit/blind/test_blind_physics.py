@@ -32,6 +32,7 @@ def test_readings_come_in_steps_of_the_laser_and_targets_in_steps_of_the_control
     read = columns(play(Scenario(), 1)[0])
     assert np.abs(read["actual"] * 1e5 - np.round(read["actual"] * 1e5)).max() < 1e-4
     assert np.abs(read["target"] * 1e3 - np.round(read["target"] * 1e3)).max() < 1e-6
+    assert read["time"][0] == 0.0
     assert (np.diff(read["time"]) > 0).all()
 
 
