@@ -198,6 +198,14 @@ def test_the_strongest_line_may_be_a_harmonic_of_its_family():
     assert not any(variant.by_direction for variant in Cyclic().variants(lathe().take(np.arange(1561)), second))
 
 
+def test_a_fundamental_goes_round_twice_or_is_the_line_itself():
+    long = CyclicShape(400.0)
+    assert {variant.period for variant in Cyclic().variants(lathe(), long)} == {400.0}
+    stated = CyclicShape(800.0)  # as a file may state it
+    assert {variant.period for variant in Cyclic().variants(lathe(), stated)} == {800.0}
+    assert {round(v.period) for v in Cyclic().variants(lathe(), CyclicShape(250.0))} == {250, 500}
+
+
 def test_a_refit_moves_the_frequency_by_less_than_the_resolution():
     (tunable,) = Cyclic().tunables(lathe(), CyclicShape(6.35))
     assert 1 / tunable.low - 1 / 6.35 == pytest.approx(0.3 / 990.6, rel=0.02)
@@ -208,6 +216,17 @@ def test_time_stands_for_position_where_there_is_none():
     assert Cyclic().untestable(c) is None
     periods = [shape.period for shape in Cyclic().shapes(c)]
     assert min(abs(period - 384.0) for period in periods) < 10
+
+
+def test_the_compiled_scan_keeps_nine_digits_far_from_zero():
+    x = np.random.default_rng(10).uniform(900.0, 1050.0, 400)
+    c = at(x, moving=True)
+    shapes = Cyclic().shapes(c)[-300:]
+    mixed = [shapes[7], *shapes, shapes[7], shapes[3], shapes[40], shapes[41], shapes[42]]
+    waves = Cyclic().scan(c, mixed)
+    for wave, shape in zip(waves, mixed, strict=True):
+        angle = 2 * np.pi * (x / shape.period)
+        assert np.abs(wave - np.stack([np.sin(angle), np.cos(angle)])).max() < 1e-9
 
 
 # cogging
