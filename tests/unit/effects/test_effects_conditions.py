@@ -77,3 +77,8 @@ def test_distance_since_reversal_against_a_walk(bidirectional):
     assert gone.tolist() == walked_since_reversal(c.position, c.direction, c.run)
     assert gone.max() == pytest.approx(394.0)
     assert gone[42] == 0.0, "a run begins as after a reversal"
+
+
+def test_a_run_in_the_same_direction_begins_anew():
+    position, run = np.array([0.0, 5.0, 10.0, 1.0, 7.0]), np.array([1, 1, 1, 2, 2])
+    assert distance_since_reversal(position, np.ones(5), run).tolist() == [0.0, 5.0, 10.0, 0.0, 6.0]
