@@ -73,7 +73,7 @@ def warm_up(c: Circumstances, rng: np.random.Generator) -> SlowError:
     span_s = float(np.ptp(c.measured.time_s))
     tau_s = rng.uniform(0.08, 0.22) * span_s
     sign = float(rng.choice([-1.0, 1.0]))
-    excess = _first_order(c.measured.time_s, tau_s, lambda _: 1.0, 0.0)
+    excess = first_order(c.measured.time_s, tau_s, lambda _: 1.0, 0.0)
     return SlowError(
         added_mm=sign * 1e-3 * excess,
         description="the structure warms up from the start and grows, towards a steady state",
@@ -81,8 +81,14 @@ def warm_up(c: Circumstances, rng: np.random.Generator) -> SlowError:
     )
 
 
-def _first_order(time_s: Floats, tau_s: float, goal: Callable[[float], float], begin: float) -> Floats:
-    """Integrate x' = (goal(t) - x) / tau by the midpoint rule in steps of a second; return x at the times."""
+def first_order(time_s: Floats, tau_s: float, goal: Callable[[float], float], begin: float) -> Floats:
+    """Integrate x' = (goal(t) - x) / tau by the midpoint rule in steps of a second; return x at the times.
+
+    Examples
+    --------
+    >>> first_order(np.array([0.0, 100.0]), 50.0, lambda t: 1.0, 0.0).round(4).tolist()
+    [0.0, 0.8646]
+    """
     steps = int(np.ceil(time_s[-1] / _STEP_S)) + 2
     states = np.empty(steps)
     state = begin
@@ -114,14 +120,14 @@ def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generato
         return np.full(time_s.size, room)
     rise, span_s = rng.uniform(7.0, 11.0), float(time_s[-1])
     if course.plan.heating is Heating.ONE_RISE:
-        return _first_order(time_s, span_s * rng.uniform(0.8, 1.5), lambda _: room + rise, room)
+        return first_order(time_s, span_s * rng.uniform(0.8, 1.5), lambda _: room + rise, room)
     runs = int(course.run[-1])
     hot = np.arange(runs) % 2 == rng.integers(2)
     ends = np.array([time_s[course.run == run][-1] for run in range(1, runs + 1)])
     power = np.where(hot, rise, 0.0)
     tau_s = rng.uniform(0.4, 0.8) * span_s / runs
     begin = room + (0.0 if hot[0] else 0.7 * rise)
-    return _first_order(
+    return first_order(
         time_s, tau_s, lambda t: room + float(power[min(int(np.searchsorted(ends, t)), runs - 1)]), begin
     )
 

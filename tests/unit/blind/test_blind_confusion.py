@@ -1,6 +1,7 @@
 """Scoring: intervals, what counts as right, what is counted, and the tables."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,13 +15,16 @@ from rtec.blind import (
     Rule,
     Scenario,
     Secret,
+    answer_of,
     confusion,
     is_right,
     the_lines,
     wilson,
 )
 from rtec.blind.answer import label_of
+from rtec.effects import Units
 from rtec.errors import ArgumentError
+from rtec.twin.results import Verdict
 
 POOR = PLANS["single_pass"]
 
@@ -168,6 +172,24 @@ def test_the_lines_are_those_that_must_be_shown():
         assert needed in bars
     assert Rule.FLOOR in {one.rule for one in lines}
     assert len({one.title for one in lines}) == len(lines)
+
+
+def test_a_diagnosis_gives_its_answer_in_micrometres():
+    rivals = [
+        SimpleNamespace(effect="scale", tied_with=("drift",)),
+        SimpleNamespace(effect="drift", tied_with=("scale",)),
+        SimpleNamespace(effect="cyclic", tied_with=()),
+    ]
+    diagnosis = SimpleNamespace(
+        verdict=Verdict.TIED,
+        effects=("scale",),
+        candidates=rivals,
+        experiment=SimpleNamespace(text="return to the datum"),
+        minimum_detectable=(("cyclic", 0.002),),
+        dataset=SimpleNamespace(units=Units("mm", "mm", "s")),
+    )
+    answer = answer_of(diagnosis)
+    assert answer == Answer("TIED", ("scale",), ("scale", "drift"), "return to the datum", {"cyclic": 2.0})
 
 
 def test_an_answer_without_a_name_is_labelled_by_its_verdict():

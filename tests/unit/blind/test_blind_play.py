@@ -49,6 +49,7 @@ def test_correlated_noise_is_correlated_from_reading_to_reading():
     first = np.concatenate([d[:-1] for d in pairs])
     second = np.concatenate([d[1:] for d in pairs])
     assert np.corrcoef(first, second)[0, 1] == pytest.approx(0.9, abs=0.05)
+    assert np.sqrt(np.mean(np.square(pairs))) == pytest.approx(SIGMA_MM, rel=0.25)  # some 80 independent readings
 
 
 def test_an_effect_that_the_plan_cannot_show_is_refused():
