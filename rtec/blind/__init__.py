@@ -1,7 +1,7 @@
 """The hidden-effect game: an emulated axis with something hidden in it, measured for others to find."""
 
 from rtec.blind.answer import EXPERIMENTS, Answer, Judge, Rule, answer_of, is_right
-from rtec.blind.confusion import Confusion, LineScore, Refit, confusion, wilson
+from rtec.blind.confusion import Confusion, Game, LineScore, Refit, confusion, wilson
 from rtec.blind.game import play
 from rtec.blind.hidden import Hidden, Parameter
 from rtec.blind.lines import Line, the_lines
@@ -19,6 +19,7 @@ __all__ = [
     "PLANS",
     "Answer",
     "Confusion",
+    "Game",
     "Hidden",
     "Judge",
     "Line",

@@ -107,8 +107,8 @@ def _path(result: LoopResult) -> tuple[Floats, Floats]:
 def schedule(course: Course, shift_mm: Floats) -> MeasuringRun:
     """Return the motion of a course and when each reading is taken.
 
-    Before the first run the axis is moved to and fro. Before the first target of each pass it goes beyond that and
-    rests, so that it is approached in the direction of the pass.
+    Before the first run the axis is moved there and back. Before the first target of each pass it goes beyond that
+    and rests, so that it is approached in the direction of the pass.
 
     Examples
     --------

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -24,6 +28,8 @@ Refit = Callable[[Measurement, tuple[str, ...]], tuple[float, float]]
 FLOOR_MARGIN = 1.10
 """Held-out error above the noise floor that is still at it."""
 MOST_TRIALS = 100_000
+MOST_WORKERS = 64
+MOST_PATIENCE = 100
 _RARE = 0.02
 _OTHER = "another"
 
@@ -68,6 +74,33 @@ def wilson(right: int, trials: int, *, z: float = 1.959963984540054) -> tuple[fl
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Game:
+    """One game of a line, and how the judge did.
+
+    Parameters
+    ----------
+    trial, seed
+        Number of the trial in its line, and the seed that plays it again.
+    plan
+        Name of the measuring plan.
+    hidden, said
+        What was hidden and what was answered, as headings of the confusion matrix.
+    right
+        None where the game does not count: weaker than what the judge says that it would find.
+    effects
+        Accepted, whatever the verdict.
+    """
+
+    trial: int
+    seed: int
+    plan: str
+    hidden: str
+    said: str
+    right: bool | None
+    effects: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LineScore:
     """How a judge did on one line.
 
@@ -81,6 +114,8 @@ class LineScore:
         Trials that do not count: weaker than what the judge says that it would find.
     cells
         (what was hidden, what was answered, how often).
+    games
+        All of them, in order.
     """
 
     line: Line
@@ -88,6 +123,7 @@ class LineScore:
     trials: int
     left_out: int
     cells: tuple[tuple[str, str, int], ...]
+    games: tuple[Game, ...] = ()
 
     @property
     def share(self) -> float:
@@ -145,6 +181,8 @@ def confusion(
     progress: Progress | None = None,
     *,
     refit: Refit | None = None,
+    workers: int = 1,
+    patience: int = 1,
 ) -> Confusion:
     """Play each line ``trials`` times and count the right answers.
 
@@ -162,11 +200,16 @@ def confusion(
         Called with the line's title and the share of the whole that is done.
     refit
         Adds the true effects and says what is left.
+    workers
+        Processes that play at the same time, 1 to 64. With more than one, ``judge`` and ``refit`` have to be functions
+        of a module. The result does not depend on it.
+    patience
+        Where games can be left out as too weak, up to so many times ``trials`` are played until ``trials`` count.
 
     Raises
     ------
     ArgumentError
-        A number of trials outside its range, or no line to play.
+        A number outside its range, or no line to play.
 
     Examples
     --------
@@ -177,41 +220,79 @@ def confusion(
     """
     whole_within("trials", trials, 1, MOST_TRIALS)
     whole_within("seed", seed, 0, 1 << 32)
+    whole_within("workers", workers, 1, MOST_WORKERS)
+    whole_within("patience", patience, 1, MOST_PATIENCE)
     played = [line for line in lines if line.rule is not Rule.FLOOR or refit is not None]
     if not played:
         raise ArgumentError("lines", "none that can be played", "one or more; those of the noise floor need refit")
     scores = []
-    for number, line in enumerate(played):
+    with ExitStack() as stack:
+        each: _Map = map
+        if workers > 1:
+            # fresh processes: a fork would copy locks that the compiler's threads may hold
+            each = stack.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn"))).map
+        for number, line in enumerate(played):
 
-        def tell(share: float, number: int = number, line: Line = line) -> None:
-            if progress is not None:
-                progress(line.title, (number + share) / len(played))
+            def tell(share: float, number: int = number, line: Line = line) -> None:
+                if progress is not None:
+                    progress(line.title, (number + share) / len(played))
 
-        scores.append(_play_line(line, trials, judge, seed, tell, refit))
+            game = partial(_play_game, line, seed, judge, refit)
+            scores.append(_play_line(line, trials, patience if line.above_detectable else 1, each, game, tell))
     return Confusion(scores=tuple(scores), trials=trials, seed=seed)
 
 
+_Map = Callable[[Callable[[int], Game], Sequence[int]], Iterator[Game]]
+
+
 def _play_line(
-    line: Line, trials: int, judge: Judge, seed: int, tell: Callable[[float], None], refit: Refit | None
+    line: Line, trials: int, patience: int, each: _Map, game: Callable[[int], Game], tell: Callable[[float], None]
 ) -> LineScore:
-    right = left_out = 0
-    cells: Counter[tuple[str, str]] = Counter()
-    for trial in range(trials):
-        tell(trial / trials)
-        measurement, secret = play(line.scenarios[trial % len(line.scenarios)], seed_of(seed, line.title, trial))
-        if line.rule is Rule.FLOOR and refit is not None:
-            good, said = _at_floor(*refit(measurement, secret.names))
-        else:
-            answer = Answer(*judge(measurement))
-            if line.above_detectable and _too_weak(answer, secret):
-                left_out += 1
+    games: list[Game] = []
+    for turn in range(patience):
+        counted = sum(one.right is not None for one in games)
+        if counted == trials:
+            break
+        for one in each(game, range(turn * trials, (turn + 1) * trials)):
+            if counted == trials:
                 continue
-            good, said = is_right(line.rule, answer, secret), label_of(answer)
-        right += good
-        cells[truth_label(secret.names), said] += 1
+            tell(counted / trials)
+            games.append(one)
+            counted += one.right is not None
     tell(1.0)
-    counted = tuple((truth, said, count) for (truth, said), count in sorted(cells.items()))
-    return LineScore(line=line, right=right, trials=trials - left_out, left_out=left_out, cells=counted)
+    counting = [one for one in games if one.right is not None]
+    cells = Counter((one.hidden, one.said) for one in counting)
+    return LineScore(
+        line=line,
+        right=sum(one.right is True for one in counting),
+        trials=len(counting),
+        left_out=len(games) - len(counting),
+        cells=tuple((truth, said, count) for (truth, said), count in sorted(cells.items())),
+        games=tuple(games),
+    )
+
+
+def _play_game(line: Line, seed: int, judge: Judge, refit: Refit | None, trial: int) -> Game:
+    scenario, own_seed = line.scenarios[trial % len(line.scenarios)], seed_of(seed, line.title, trial)
+    measurement, secret = play(scenario, own_seed)
+    good: bool | None
+    effects: tuple[str, ...] = ()
+    if line.rule is Rule.FLOOR and refit is not None:
+        good, said = _at_floor(*refit(measurement, secret.names))
+    else:
+        answer = Answer(*judge(measurement))
+        good, said, effects = is_right(line.rule, answer, secret), label_of(answer), answer.effects
+        if line.above_detectable and _too_weak(answer, secret):
+            good = None
+    return Game(
+        trial=trial,
+        seed=own_seed,
+        plan=scenario.plan.name,
+        hidden=truth_label(secret.names),
+        said=said,
+        right=good,
+        effects=effects,
+    )
 
 
 def seed_of(seed: int, title: str, trial: int) -> int:
