@@ -201,8 +201,8 @@ def confusion(
     refit
         Adds the true effects and says what is left.
     workers
-        Processes that play at the same time, 1 to 64. With more than one, ``judge`` and ``refit`` have to be functions
-        of a module. The result does not depend on it.
+        Processes that play at the same time, 1 to 64; the result does not depend on it. With more than one, ``judge``
+        and ``refit`` have to be functions of a module.
     patience
         Where games can be left out as too weak, up to so many times ``trials`` are played until ``trials`` count.
 
