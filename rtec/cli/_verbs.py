@@ -52,6 +52,7 @@ def _frame(
 def application() -> typer.Typer:
     """Return the command line with all its verbs, in the order in which help lists them."""
     from rtec.cli import blind  # noqa: PLC0415 - Ctrl-C while verbs load must meet the handler
+    from rtec.cli.add import add  # noqa: PLC0415 - a name of the package would hide the module
     from rtec.cli.compare import compare  # noqa: PLC0415 - as above
     from rtec.cli.diagnose import diagnose  # noqa: PLC0415 - as above
     from rtec.cli.effects import effects  # noqa: PLC0415 - as above
@@ -61,7 +62,7 @@ def application() -> typer.Typer:
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
-    for verb in (run, compare, diagnose, effects, simulate, iso230):
+    for verb in (run, compare, diagnose, add, effects, simulate, iso230):
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
     return app

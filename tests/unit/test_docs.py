@@ -1,12 +1,14 @@
 """The documentation: names that exist, links that lead somewhere, commands that do what the pages show."""
 
 import json
+import math
 import re
 import shlex
 import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rtec.cli import main
@@ -17,7 +19,18 @@ from rtec.study import builtin_study, builtin_text, run_study
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
 FENCE = re.compile(r"^```(?P<kind>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
-VERBS = ("run", "simulate", "iso230")
+VERBS = (
+    "run",
+    "simulate",
+    "iso230",
+    "compare",
+    "diagnose",
+    "add",
+    "effects",
+    "blind new",
+    "blind reveal",
+    "blind score",
+)
 
 
 def identity(page):
@@ -132,7 +145,7 @@ def test_readme_opens_with_the_two_commands():
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_verbs_of_the_reference_have_help(capsys, verb):
-    assert main([verb, "--help"]) == 0
+    assert main([*verb.split(), "--help"]) == 0
     known = capsys.readouterr().out
     for page in PAGES:
         for line in text_of(page).splitlines():
@@ -231,20 +244,103 @@ def test_study_keys_are_those_of_the_builtin_study():
             assert shown.strip("`") == str(value), key
 
 
-def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after):
+def keys_of(document, under=("params", "not_testable", "minimum_detectable", "lack_of_fit")):
+    """Return every key of a document, but not those that are names of effects and parameters."""
+    if isinstance(document, list):
+        return set().union(*(keys_of(item) for item in document))
+    if not isinstance(document, dict):
+        return set()
+    return set(document).union(*(keys_of(value) for key, value in document.items() if key not in under))
+
+
+@pytest.fixture(scope="module")
+def json_keys():
     page = text_of(ROOT / "docs" / "reference.md").split("## JSON")[1].split("\n## ")[0]
-    run, simulate, iso230 = (set(re.findall(r"`([A-Za-z_]\w*)`", part)) for part in page.split("**`rtec")[1:])
+    parts = re.split(r"\*\*`rtec ([\w ]+) --json`\*\*", page)[1:]
+    return {
+        verb: set(re.findall(r"`([A-Za-z_]\w*)`", part)) for verb, part in zip(parts[::2], parts[1::2], strict=True)
+    }
+
+
+def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after, json_keys):
     rows = row_dict(quiet_run.rows[0])
     names = {row.name for row in quiet_run.rows}
-    assert run == set(quiet_run.to_dict()) | {"report"} | set(rows) | set(rows["iso230"]) | names
+    assert json_keys["run"] == set(quiet_run.to_dict()) | {"report"} | set(rows) | set(rows["iso230"]) | names
     main(["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"])
-    assert simulate == set(json.loads(capsys.readouterr().out))
+    assert json_keys["simulate"] == set(json.loads(capsys.readouterr().out))
     main(["iso230", str(before_after / "readings" / "b.csv"), "--json"])
     found = set(json.loads(capsys.readouterr().out))
-    assert iso230 - {"_forward", "_backward"} == {key for key in found if not key.endswith(("_forward", "_backward"))}
+    assert json_keys["iso230"] - {"_forward", "_backward"} == {
+        key for key in found if not key.endswith(("_forward", "_backward"))
+    }
     assert {key for key in found if key.endswith("_forward")} == {
         f"{k}_forward" for k in ("A", "R", "E", "cyclic_pp")
     }
+
+
+def bumpy_axis(moving_bump_um):
+    """A measurement with backlash and a bump that moves from run to run, which no effect of the library is."""
+    noise = np.random.default_rng(3)
+    places = [20.0 * k + noise.uniform(-3, 3) for k in range(21)]
+    lines = ["run,direction,target_mm,deviation_um"]
+    for run in range(1, 6):
+        for way in (1, -1):
+            for x in places[::way]:
+                bump = moving_bump_um * math.exp(-(((x - 60.0 * run) / 25.0) ** 2))
+                lines.append(f"{run},{way},{x:.4f},{5.0 * way + bump + noise.normal():.4f}")
+    return "\n".join(lines) + "\n"
+
+
+def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("z.csv").write_text(bumpy_axis(0.0))
+    Path("bump.csv").write_text(bumpy_axis(12.0))
+
+    def printed(*words):
+        main([*words, "--json"])
+        return keys_of(json.loads(capsys.readouterr().out))
+
+    assert json_keys["compare"] == printed("compare", "z.csv", "-o", "report")
+    found = printed("diagnose", "z.csv", "-o", "report", "--save", "m.toml", "--force")
+    # what only some answers hold: an unknown structure, and effects that look alike
+    sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description"}
+    assert json_keys["diagnose"] - sometimes <= found <= json_keys["diagnose"]
+    assert sometimes <= printed("diagnose", "bump.csv") <= json_keys["diagnose"]
+    assert printed("add", "backlash", "z.csv", "-o", "b.toml") <= json_keys["diagnose"]
+    assert json_keys["effects"] == printed("effects")
+    assert json_keys["blind new"] == printed("blind", "new", "--seed", "7", "-o", "data.csv")
+    assert json_keys["blind reveal"] == printed("blind", "reveal", "data.csv")
+
+
+def test_json_keys_of_the_score(json_keys, tmp_path, monkeypatch, capsys):
+    import rtec.blind
+
+    monkeypatch.chdir(tmp_path)
+    lines = rtec.blind.the_lines()[:1]
+    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines)
+    main(["blind", "score", "--trials", "1", "-o", "score.md", "--json"])
+    assert json_keys["blind score"] == keys_of(json.loads(capsys.readouterr().out))
+
+
+def test_models_of_the_pages_are_read(tmp_path):
+    from rtec.effects import Units
+    from rtec.twin.model_file import read_model
+
+    read = 0
+    for page in (ROOT / "docs" / "reference.md", ROOT / "docs" / "how-to.md"):
+        for block in re.findall(r"(?:^    .*\n|^\n)+", text_of(page), re.MULTILINE):
+            if block.strip().startswith("observe = "):
+                (tmp_path / "m.toml").write_text(re.sub(r"^    ", "", block, flags=re.MULTILINE))
+                assert len(read_model(tmp_path / "m.toml", Units("mm", "mm", "s")).terms) == 2
+                read += 1
+    assert read == 2
+
+
+def test_verdicts_are_those_of_the_search():
+    from rtec.twin.results import Verdict
+
+    rows = re.findall(r"^\| `([A-Z_]+)` \|", text_of(ROOT / "docs" / "reference.md"), re.MULTILINE)
+    assert set(rows) == {verdict.value for verdict in Verdict}
 
 
 def test_python_of_the_readme_runs():

@@ -156,7 +156,7 @@ def test_new_files_are_checked_before_the_work(here):
         (["z.csv", "--heldout", "nowhere.csv"], ["nowhere.csv"]),
         (["z.csv", "--heldout", "known.toml"], ["known.toml"]),
         (["z.csv", "--observe", "force"], ["--observe: 'force'", "deviation"]),
-        (["z.csv", "--observe", "devation"], ["--observe", "did you mean 'deviation'?"]),
+        (["z.csv", "--observe", "deviatio"], ["--observe", "did you mean 'deviation'?"]),
         (["z.csv", "--model", "force.toml"], ["force.toml: observe: 'force'"]),
         (["z.csv", "--model", "hot.toml"], ["thermal_growth", "no temperature column"]),
         (["z.csv", "--model", "wrong.toml"], ["wrong.toml: effect 1 (backlash): backlash", "write the unit"]),
@@ -202,7 +202,7 @@ def test_a_bare_number_of_counts_is_one():
 
 
 def test_help_loads_nothing_heavy():
-    verbs = ("compare", "diagnose", "effects", "blind")
+    verbs = ("compare", "diagnose", "add", "effects", "blind")
     script = (
         "import sys; from rtec.cli import main;"
         f"codes = [main([verb, '--help']) for verb in {verbs}];"

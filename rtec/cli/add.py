@@ -1,0 +1,138 @@
+"""``rtec add``: put an effect into a model, refit, and show the error fall."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rtec.cli import _measured
+from rtec.cli._arguments import whole
+from rtec.cli._console import announce_compilation, progress
+from rtec.cli.diagnose import show_diagnosis
+from rtec.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rtec.effects import Effect, Shape
+    from rtec.twin.dataset import Dataset
+
+_SHAPE = "Shape of the effect, where a scan shall not find it"
+_FEWEST_NODES, _MOST_NODES = 2, 1000
+
+_Text = str | None
+
+
+def _option(metavar: str, text: str) -> Any:
+    return typer.Option(metavar=metavar, help=text, rich_help_panel=_SHAPE)
+
+
+def add(
+    effect: Annotated[str, typer.Argument(help="Name of the effect; 'rtec effects' lists them.", show_default=False)],
+    data: _measured.Data,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="M2.toml", help="The model with the effect.", show_default=False)
+    ],
+    model: _measured.ModelFile = None,
+    heldout: _measured.HeldOut = None,
+    observe: _measured.Observe = None,
+    screw_pitch: _measured.ScrewPitch = None,
+    signal_period: _measured.SignalPeriod = None,
+    counts_per_rev: _measured.CountsPerRev = None,
+    reference_temperature: _measured.ReferenceTemperature = None,
+    period: Annotated[_Text, _option("'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")] = None,
+    harmonics: Annotated[_Text, _option("N", "Of a period.")] = None,
+    by_direction: Annotated[
+        bool, typer.Option("--by-direction", help="A cyclic error for each direction.", rich_help_panel=_SHAPE)
+    ] = False,
+    nodes: Annotated[_Text, _option("N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")] = None,
+    distance: Annotated[_Text, _option("'0.5 mm'", "Over which wind-up builds up.")] = None,
+    carried: Annotated[
+        bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)
+    ] = False,
+    sensor: Annotated[_Text, _option("COLUMN", "Temperature column of thermal growth.")] = None,
+    time_constant: Annotated[_Text, _option("'30 min'", "Of the warm-up.")] = None,
+    moment: Annotated[_Text, _option("'90 s'", "At which counts were lost.")] = None,
+    step: Annotated[_Text, _option("'1 um'", "Of the quantisation.")] = None,
+    speed: Annotated[_Text, _option("'10 mm/s'", "Stribeck speed.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
+    seed: _measured.Seed = 0,
+    json: _measured.Json = False,
+) -> None:
+    """Add an effect to a model, refit it to a measurement, write it, and show how far the error falls.
+
+    Example: rtec add backlash z_axis.csv --model known.toml -o better.toml
+    """
+    from rtec.effects import effect_named  # noqa: PLC0415 - keeps --help fast
+    from rtec.twin.addition import add as added  # noqa: PLC0415
+    from rtec.twin.model_file import write_model  # noqa: PLC0415
+
+    what = effect_named(effect)
+    _measured.check_new_file("-o", output, force=force)
+    texts = {
+        "period": period,
+        "harmonics": None if harmonics is None else whole(harmonics, name="--harmonics"),
+        "by_direction": by_direction or None,
+        "nodes": nodes,
+        "distance": distance,
+        "carried": carried or None,
+        "sensor": sensor,
+        "time_constant": time_constant,
+        "moment": moment,
+        "step": step,
+        "speed": speed,
+    }
+    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    with progress(f"adding {effect}") as show:
+        given = _measured.read_inputs(data, model=model, heldout=heldout, observe=observe, facts=facts)
+        shape = shape_from_options(
+            what, {key: value for key, value in texts.items() if value is not None}, given.dataset
+        )
+        announce_compilation()
+        show(0.2)
+        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=shape, seed=seed)
+        write_model(output, result.model)
+    show_diagnosis(result, {"model": str(output)}, as_json=json, seed=seed)
+
+
+def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dataset) -> Shape | None:
+    """Return the shape that options state; None where they state none and a scan has to find it.
+
+    Raises
+    ------
+    ArgumentError
+        An option that is none of the effect, a value that is wrong, or an option without one that it needs.
+    """
+    from rtec.twin.shape_text import field_keys, read_shape  # noqa: PLC0415 - keeps --help fast
+
+    known = field_keys(effect.shape_type)
+    values = dict(given)
+    for key in given:
+        if key not in known:
+            allowed = ", ".join(map(_dashed, known)) or "none of these options"
+            raise ArgumentError(_dashed(key), f"an option for {effect.name}", allowed)
+    if isinstance(values.get("nodes"), str):
+        values["nodes"] = _nodes(str(values["nodes"]), dataset)
+    return read_shape(effect, values, dataset.units, name=_dashed)
+
+
+def _dashed(key: str) -> str:
+    return f"--{key.replace('_', '-')}"
+
+
+def _nodes(text: str, dataset: Dataset) -> list[str]:
+    """Return positions of nodes: as they are listed, or so many over the positions of the measurement."""
+    if not text.strip().isdigit():
+        return [part.strip() for part in text.split(",")]
+    number = whole(text, name="--nodes")
+    if not _FEWEST_NODES <= number <= _MOST_NODES:
+        raise ArgumentError("--nodes", number, f"{_FEWEST_NODES} to {_MOST_NODES} nodes, or a list of positions")
+    import numpy as np  # noqa: PLC0415 - keeps --help fast
+
+    from rtec.units import written  # noqa: PLC0415
+
+    places = dataset.coordinates.places
+    spread = np.linspace(places[0], places[-1], number)
+    return [written(float(place), dataset.units.position) for place in spread]

@@ -1,0 +1,196 @@
+"""rtec add: an effect goes into a model, the model is refitted and written, and the error falls."""
+
+import inspect
+import json
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from rtec.cli import main
+from rtec.cli.add import add, shape_from_options
+from rtec.effects import LIBRARY, effect_named
+from rtec.errors import ArgumentError
+from rtec.twin.load import load_dataset
+from rtec.twin.model_file import read_model
+
+LEAD = 'observe = "deviation"\n[[effect]]\nname = "scale"\nscale = "30 um/m"\n'
+
+
+def text_of(seed=1):
+    """Five bidirectional runs of 21 targets with backlash, lead and a wave of 47 mm, and 1 um of noise."""
+    rng = np.random.default_rng(seed)
+    up = np.linspace(0.0, 400.0, 21) + rng.uniform(-4, 4, 21)
+    lines = ["run,direction,target_mm,deviation_um"]
+    for run in range(1, 6):
+        for way, places in ((1, up), (-1, up[::-1])):
+            for x in places:
+                y = 5.0 * way + 0.03 * x + 4.0 * np.sin(2 * np.pi * x / 47.0) + rng.normal()
+                lines.append(f"{run},{way},{x:.4f},{y:.5f}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "z.csv").write_text(text_of())
+    (tmp_path / "other.csv").write_text(text_of(seed=2))
+    (tmp_path / "lead.toml").write_text(LEAD)
+    return tmp_path
+
+
+def said(capsys, *words):
+    code = main(["add", *words])
+    out, err = capsys.readouterr()
+    return code, out, "".join(line for line in err.splitlines(keepends=True) if "compiling" not in line)
+
+
+def answer(capsys, *words):
+    code, out, err = said(capsys, *words, "--json")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    return json.loads(out, parse_constant=pytest.fail)
+
+
+def table(folder, file="z.csv"):
+    return np.loadtxt(folder / file, delimiter=",", skiprows=1)
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(values**2)))
+
+
+# adding
+
+
+def test_an_effect_is_added_to_nothing(here, capsys):
+    document = answer(capsys, "backlash", "z.csv", "-o", "m.toml")
+    rows = table(here)
+    columns = np.stack([rows[:, 1] / 2, np.ones(210)], axis=1)
+    numbers = np.linalg.lstsq(columns, rows[:, 3], rcond=None)[0]
+    (step,) = document["steps"]
+    assert step["effect"] == "backlash"
+    assert step["params"]["backlash_um"] == pytest.approx(numbers[0], abs=0.3)
+    assert step["rms_train"] == pytest.approx(rms(rows[:, 3] - columns @ numbers), rel=0.02)
+    assert (document["effects"], document["model"], document["unit"]) == (["backlash"], "m.toml", "um")
+    (term,) = read_model("m.toml").terms
+    assert term.amplitudes[0] * 1000.0 == pytest.approx(step["params"]["backlash_um"])
+
+
+def test_the_error_falls_step_by_step_to_the_noise_floor(here, capsys):
+    levels = []
+    model = []
+    for name in ("scale", "backlash", "cyclic"):
+        document = answer(capsys, name, "z.csv", *model, "-o", f"{name}.toml")
+        levels.append(document["rms_after"])
+        model = ["--model", f"{name}.toml"]
+        assert document["steps"][-1]["effect"] == name
+        assert document["steps"][-1]["rms_train"] == pytest.approx(document["rms_after"])
+    assert document["effects"] == ["scale", "backlash", "cyclic"]
+    assert levels[0] > levels[1] > levels[2]
+    assert levels[2] == pytest.approx(document["noise_floor"], rel=0.1)
+    cyclic = read_model("cyclic.toml").terms[2]
+    assert cyclic.shape.period == pytest.approx(47.0, rel=0.01)
+
+
+def test_a_stated_shape_is_kept(here, capsys):
+    words = ["z.csv", "-o", "m.toml", "--period", "4.7 cm", "--harmonics", "2", "--by-direction"]
+    answer(capsys, "cyclic", *words)
+    (term,) = read_model("m.toml").terms
+    assert (term.shape.harmonics, term.shape.by_direction) == (2, True)
+    assert term.shape.period == pytest.approx(47.0, rel=0.01)
+    assert len(term.amplitudes) == 8
+
+
+def test_a_number_of_nodes_is_spread_over_the_axis(here, capsys):
+    answer(capsys, "pitch_map", "z.csv", "-o", "m.toml", "--nodes", "9")
+    x = table(here)[:, 2]
+    (term,) = read_model("m.toml").terms
+    assert term.shape.nodes == pytest.approx(np.linspace(x.min(), x.max(), 9))
+    answer(capsys, "pitch_map", "z.csv", "-o", "n.toml", "--nodes", "0 mm, 1 cm, 0.4 m")
+    assert read_model("n.toml").terms[0].shape.nodes == (0.0, 10.0, 400.0)
+
+
+def test_another_file_judges(here, capsys):
+    document = answer(capsys, "backlash", "z.csv", "-o", "m.toml", "--heldout", "other.csv")
+    (term,) = read_model("m.toml").terms
+    rows = table(here, "other.csv")
+    left = rows[:, 3] - 1000 * (term.amplitudes[0] * rows[:, 1] / 2 + read_model("m.toml").datum)
+    assert document["rms_heldout"] == pytest.approx(rms(left), rel=1e-6)
+    assert document["heldout_by"] == "other.csv"
+
+
+def test_the_terminal_shows_the_staircase_and_the_file(here, capsys):
+    code, out, err = said(capsys, "backlash", "z.csv", "--model", "lead.toml", "-o", "m.toml")
+    assert code == 0
+    assert "+ backlash" in out
+    assert "Model: m.toml" in out
+    assert all(line.startswith("rtec: ") for line in err.splitlines())
+
+
+# options
+
+
+def test_there_is_an_option_for_every_parameter_of_every_shape():
+    options = set(inspect.signature(add).parameters)
+    wanted = {item.name for effect in LIBRARY for item in fields(effect.shape_type)}
+    assert wanted <= options
+
+
+def test_shapes_from_options(here):
+    data = load_dataset(here / "z.csv")
+    warm = shape_from_options(effect_named("warm_up"), {"time_constant": "12 reading"}, data)
+    assert warm.time_constant == 12.0
+    assert shape_from_options(effect_named("cyclic"), {}, data) is None
+    for name, given, says in (
+        ("cyclic", {"harmonics": 2}, "^--period: nothing"),
+        ("cyclic", {"period": "3"}, "^--period: .*unit"),
+        ("cyclic", {"nodes": "3"}, "^--nodes: an option for cyclic.*--period, --harmonics, --by-direction"),
+        ("backlash", {"period": "3 mm"}, "^--period: .*none of these"),
+        ("pitch_map", {"nodes": "1"}, "^--nodes: 1"),
+        ("pitch_map", {"nodes": "1000000000"}, "^--nodes"),
+        ("pitch_map", {"nodes": "9" * 5000}, "^--nodes"),
+        ("pitch_map", {"nodes": "5 mm, 1 mm"}, "^--nodes: .*ascend"),
+        ("warm_up", {"time_constant": "12 s"}, "^--time-constant: .*reading"),
+    ):
+        with pytest.raises(ArgumentError, match=says):
+            shape_from_options(effect_named(name), given, data)
+
+
+# what is refused
+
+
+def test_what_exists_is_not_overwritten(here, capsys):
+    before = (here / "lead.toml").read_text()
+    words = ["backlash", "z.csv", "--model", "lead.toml", "-o", "lead.toml"]
+    code, out, err = said(capsys, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "--force" in err
+    assert (here / "lead.toml").read_text() == before
+    assert said(capsys, *words, "--force")[0] == 0
+    assert read_model("lead.toml").names == ("scale", "backlash")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], "'rtec add --help'"),
+        (["backlash", "z.csv"], "'-o'"),
+        (["backlsh", "z.csv", "-o", "m.toml"], "did you mean 'backlash'?"),
+        (["jitter", "z.csv", "-o", "m.toml"], "captures"),
+        (["thermal_growth", "z.csv", "-o", "m.toml"], "no temperature column"),
+        (["coulomb", "z.csv", "-o", "m.toml"], "coulomb"),
+        (["scale", "z.csv", "--model", "lead.toml", "-o", "m.toml"], "scale"),
+        (["cyclic", "z.csv", "-o", "m.toml", "--harmonics", "two"], "--harmonics"),
+        (["cyclic", "z.csv", "-o", "m.toml", "--period", "5"], "--period"),
+        (["backlash", "z.csv", "-o", "m.toml", "--perod", "5 mm"], "did you mean '--period'?"),
+        (["backlash", "nowhere.csv", "-o", "m.toml"], "nowhere.csv"),
+        (["backlash", "z.csv", "-o", "no/such.toml"], "no folder"),
+    ],
+)
+def test_bad_words_are_one_line_and_2(here, capsys, words, says):
+    code, out, err = said(capsys, *words)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert err.startswith("rtec: ")
+    assert says in err
+    assert not (here / "m.toml").exists()
