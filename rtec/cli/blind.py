@@ -11,10 +11,11 @@ from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, print_json, progress
 
 if TYPE_CHECKING:
-    from rtec.blind import Answer, Confusion, LineScore, Secret
-    from rtec.metrology import Measurement
+    from rtec.blind import Confusion, LineScore, Secret
 
 _MISSED = 1
+_PATIENCE = 4
+"""Times the trials that are played at most until so many count."""
 
 
 def frame() -> None:
@@ -28,7 +29,7 @@ def new(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
     ],
-    seed: Annotated[int, typer.Option(min=0, help="Decides what is hidden, and everything else.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=1 << 62, help="Decides what is hidden, and everything else.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -68,28 +69,42 @@ def reveal(
 
 
 def score(
-    trials: Annotated[int, typer.Option(min=1, help="Games on each line.")] = 20,
+    trials: Annotated[int, typer.Option(min=1, max=100_000, help="Games on each line.")] = 20,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of all games.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=1 << 32, help="Of all games.")] = 0,
+    jobs: Annotated[
+        int, typer.Option(min=1, max=64, help="Games played at the same time; the result is the same.")
+    ] = 1,
     json: _measured.Json = False,
 ) -> None:
     """Let the diagnosis play many games, and print how often it is right, with the confusion matrices.
 
-    Exit code 1: a share of right answers lies below its bar.
+    Where games are too weak to count, others are played in their place. Exit code 1: a share of right answers lies
+    below its bar.
 
-    Example: rtec blind score --trials 200 -o confusion.md
+    Example: rtec blind score --trials 200 --jobs 2 -o confusion.md
     """
     from rtec.blind import confusion, the_lines  # noqa: PLC0415 - keeps --help fast
+    from rtec.blind.judged import judged, refitted  # noqa: PLC0415
     from rtec.metrology.text_file import write_lines  # noqa: PLC0415
 
     if output is not None:
         _measured.check_new_file("-o", output, force=force)
     announce_compilation()
     with progress("games") as show:
-        result = confusion(the_lines(), trials, _judged, seed, lambda _, share: show(share), refit=_refitted)
+        result = confusion(
+            the_lines(),
+            trials,
+            judged,
+            seed,
+            lambda _, share: show(share),
+            refit=refitted,
+            workers=jobs,
+            patience=_PATIENCE,
+        )
     if output is not None:
         write_lines(output, result.as_markdown().splitlines())
     if json:
@@ -108,28 +123,6 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     return app
 
 
-def _judged(measurement: Measurement) -> Answer:
-    """Return what the diagnosis says of a measurement."""
-    from rtec.blind import answer_of  # noqa: PLC0415 - keeps --help fast
-    from rtec.twin.diagnose import diagnose  # noqa: PLC0415
-    from rtec.twin.load import load_dataset  # noqa: PLC0415
-
-    return answer_of(diagnose(load_dataset(measurement)))
-
-
-def _refitted(measurement: Measurement, names: tuple[str, ...]) -> tuple[float, float]:
-    """Return held-out RMS and noise floor with the effects of these names, everything about them fitted."""
-    from rtec.effects import effect_named  # noqa: PLC0415 - keeps --help fast
-    from rtec.twin.compare import compare  # noqa: PLC0415
-    from rtec.twin.load import load_dataset  # noqa: PLC0415
-    from rtec.twin.model import Model, Term  # noqa: PLC0415
-
-    dataset = load_dataset(measurement)
-    terms = tuple(Term(effect=effect_named(name)) for name in names)
-    found = compare(dataset, Model(observe=dataset.observe, units=dataset.units, terms=terms))
-    return found.rms_heldout, found.noise.sigma
-
-
 def _document(result: Confusion) -> dict[str, object]:
     return {"trials": result.trials, "seed": result.seed, "lines": [_line_document(line) for line in result.scores]}
 
@@ -146,6 +139,18 @@ def _line_document(scored: LineScore) -> dict[str, object]:
         "wilson_95": scored.interval,
         "reached": scored.reached,
         "confusion": [{"hidden": hidden, "answered": said, "count": count} for hidden, said, count in scored.cells],
+        "games": [
+            {
+                "trial": game.trial,
+                "seed": game.seed,
+                "plan": game.plan,
+                "hidden": game.hidden,
+                "answered": game.said,
+                "right": game.right,
+                "effects": game.effects,
+            }
+            for game in scored.games
+        ],
     }
 
 

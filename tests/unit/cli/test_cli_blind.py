@@ -73,10 +73,12 @@ def test_nothing_is_overwritten_without_force(here, capsys):
         (["reveal", "data.csv"], "data.csv"),
         (["new"], "'-o'"),
         (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
-        (["new", "--seed", "9" * 30, "-o", "a.csv"], "seed"),
+        (["new", "--seed", "9" * 30, "-o", "a.csv"], "--seed"),
         (["new", "-o", "no/such.csv"], "no/such.csv"),
         (["score", "--trials", "0"], "--trials"),
-        (["score", "--trials", "1000000"], "trials"),
+        (["score", "--trials", "1000000"], "--trials"),
+        (["score", "--jobs", "0"], "--jobs"),
+        (["score", "--jobs", "1000"], "--jobs"),
         (["score", "-o", "no/such.md"], "no folder"),
         (["reveel"], "did you mean 'reveal'?"),
         (["new", "--sede", "3"], "did you mean '--seed'?"),
@@ -109,6 +111,8 @@ def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
     assert (named["right"], named["trials"], named["reached"]) == (2, 2, True)
     assert named["confusion"] == [{"hidden": "backlash", "answered": "backlash", "count": 2}]
     assert named["wilson_95"] == pytest.approx([0.3424, 1.0], abs=1e-4)  # Wilson's interval of 2 of 2
+    assert [game["trial"] for game in named["games"]] == [0, 1]
+    assert len({game["seed"] for game in named["games"]}) == 2
     assert (floor["right"], floor["confusion"][0]["answered"]) == (2, "at the floor")
     assert (document["trials"], document["seed"], document["table"]) == (2, 1, "score.md")
     assert "plain to see" in (here / "score.md").read_text()
@@ -116,6 +120,12 @@ def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
     assert code == 0
     assert out == out.rstrip("\n") + "\n"
     assert "| plain to see |" in out
+
+
+def test_two_jobs_come_to_the_same(here, capsys, monkeypatch):
+    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines_for(0.5)[1:])
+    scores = [json.loads(said(capsys, "score", "--trials", "2", "--jobs", jobs, "--json")[1]) for jobs in "12"]
+    assert scores[0] == scores[1]
 
 
 def test_a_missed_bar_is_1(here, capsys, monkeypatch):
