@@ -33,6 +33,7 @@ class AsymmetricFriction(Effect):
 
     name = "asymmetric_friction"
     observable = Observable.DRIVE
+    builds_on = frozenset({"viscous"})
     needs = "motion in both directions"
     rivals = (Rival("force_offset", experiments.SPEEDS_EACH_WAY),)
     card = Card(

@@ -67,6 +67,8 @@ class PitchMap(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map, or None."""
+        if conditions.time_is_coordinate:
+            return "no positions: time stands for them, and what is smooth in time is a drift or a warm-up"
         count = conditions.places.size
         return (
             None if node_ladder(conditions) else f"{count} position{'s' if count > 1 else ''} only: at least 3 needed"

@@ -179,6 +179,8 @@ class Effect(abc.ABC):
     """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""
     repeatable: ClassVar[bool] = False
     """A model may hold it more than once (several families of periods)."""
+    builds_on: ClassVar[frozenset[str]] = frozenset()
+    """Effects to which this one is an addition: it is looked for beside them only."""
     never_ranked: ClassVar[bool] = False
     """No score test ranks it: it looks like another effect for ever, or is found by other means than columns."""
 

@@ -60,6 +60,7 @@ class Stribeck(Effect):
 
     name = "stribeck"
     observable = Observable.DRIVE
+    builds_on = frozenset({"coulomb"})
     needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
     not_negative = True
@@ -96,16 +97,18 @@ class Stribeck(Effect):
         return None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return Stribeck speeds from the slowest motion to the fastest."""
+        """Return Stribeck speeds from the slowest motion to a third of the fastest; higher ones look like Coulomb's."""
         speeds = _speeds(conditions)
         if speeds.size < 2:
             return []
-        return [StribeckShape(speed) for speed in ladder(float(speeds[0]), float(speeds[-1]))]
+        return [StribeckShape(speed) for speed in ladder(float(speeds[0]), max(float(speeds[-1]) / 3, float(speeds[0])))]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the Stribeck speed, free by a half more or less."""
         speed = own_shape(shape, StribeckShape).speed
-        return (Tunable("speed", speed / 1.5, speed * 1.5),)
+        speeds = _speeds(conditions)
+        top = max(float(speeds[-1]) / 3, speed) if speeds.size else speed * 1.5
+        return (Tunable("speed", speed / 1.5, min(speed * 1.5, top)),)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return what is left of the friction at each speed, with the sign of the motion, shape (rows, 1)."""

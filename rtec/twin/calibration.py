@@ -29,7 +29,7 @@ def independent_tests(workspace: Workspace, rng: np.random.Generator, draws: int
     largest = np.zeros(draws)
     for effect in workspace.library:
         if is_map(effect):
-            for shape in effect.shapes(workspace.conditions):
+            for shape in workspace.maps(effect):
                 basis = orthonormal(workspace.columns(effect, shape), back.basis)
                 if basis.shape[1]:
                     found = ((basis.T @ noise) ** 2).sum(axis=0)

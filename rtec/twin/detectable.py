@@ -27,27 +27,29 @@ def minimum_detectable(workspace: Workspace, tests: float) -> dict[str, float]:
     constant, in whitened space, over the noise's variance. It has to pass the adjusted probability, the cost of its
     parameters and the held-out test. Of several shapes the least favourable counts.
     """
-    return {effect.name: found for effect in workspace.library if (found := _of(workspace, effect, tests)) is not None}
+    strict = workspace.strict
+    return {effect.name: found for effect in strict.library if (found := _of(strict, effect, tests)) is not None}
 
 
 def _of(workspace: Workspace, effect: Effect, tests: float) -> float | None:
     back = workspace.background((), datum=False if effect.name == "offset" else None)
     shapes = effect.shapes(workspace.conditions)
     if is_map(effect):
-        shapes = shapes[:1]
+        shapes = workspace.maps(effect)[:1]
     elif len(shapes) > _SHAPES:
         shapes = [shapes[k] for k in np.linspace(0, len(shapes) - 1, _SHAPES).astype(int)]
     worst = None
-    widen = workspace.dataset.rows / workspace.readings_that_count
     for shape in shapes:
         white = workspace.columns(effect, shape)
         raw = workspace.dataset.columns(effect, shape)
+        if workspace.has_datum and effect.name != "offset":
+            raw = raw - raw.mean(axis=0)
         basis = orthonormal(white, back.basis)
         whole = float((white**2).sum())
         energy = whole - float(((white @ back.basis) ** 2).sum())
         if not basis.shape[1] or energy < INDEPENDENT * whole:
             continue
-        needed = _noncentrality(workspace, basis.shape[1], scan_cost(effect, shape), tests) * widen
+        needed = _noncentrality(workspace, basis.shape[1], scan_cost(effect, shape), tests)
         found = workspace.noise.sigma * float(np.sqrt(needed / energy * (raw**2).sum() / raw.shape[0]))
         worst = found if worst is None else max(worst, found)
     return worst
@@ -57,7 +59,7 @@ def _noncentrality(workspace: Workspace, amplitudes: int, cost: int, tests: floa
     """Return the noncentrality at which the fall passes every test with the wanted probability."""
     single = -np.expm1(np.log1p(-LEVEL) / tests)
     by_chance = float(stats.f.isf(single, amplitudes, max(workspace.noise.freedom, 1.0))) * amplitudes
-    by_cost = (amplitudes + cost) * float(np.log(max(workspace.readings_that_count, 3.0)))
+    by_cost = (amplitudes + cost) * workspace.cost
     threshold = max(by_chance, by_cost, HELD_OUT)
 
     def lack(noncentrality: float) -> float:

@@ -30,15 +30,19 @@ from rtec.twin.lookalikes import Rivalry, constant_is_datum, cosines, rivalries
 from rtec.twin.model import Model
 from rtec.twin.noise import Noise, noise_floor, noise_from_repeats, noise_from_residual
 from rtec.twin.results import Candidate, Diagnosis, Experiment, Step, Unknown, Verdict
-from rtec.twin.selection import candidates, reshaped, search, stated_period
+from rtec.twin.selection import candidates, coherent, forward, reshaped, search, stated_period
 from rtec.twin.structure import changes_left, lack_of_fit_of_means
 from rtec.twin.workspace import Candidacy, Choice, Workspace
 
 LEVEL = 0.01
 BORDERLINE = 0.05
+MOST_ROWS_SEARCHED = 5000
+"""Of a log without repeats: its neighbours say nearly the same; the final fit takes them all."""
 ROUNDS = 4
 """The noise is estimated again as effects come in; so often at most."""
 SETTLED = 0.03
+BANS = 12
+"""So many effects may be struck out."""
 MATTERS_WITHOUT_REPEATS = 0.005
 """Share by which an effect has to lower the RMS where there is no noise floor to compare it with."""
 HARD_TO_SEE = 3.0
@@ -85,6 +89,10 @@ class _Search:
     kept: list[Choice] = field(default_factory=list)
     rejected: dict[str, Trial] = field(default_factory=dict)
     removed: dict[str, str] = field(default_factory=dict)
+    banned: set[str] = field(default_factory=set)
+    """Effects that were struck out: the search has to do without."""
+    most: dict[str, int] = field(default_factory=dict)
+    """How many of a kind are left after one was struck out."""
 
     def model(self, choices: Sequence[Choice]) -> Model:
         """Return a fitted model."""
@@ -133,22 +141,37 @@ def diagnose(
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
     begun = fit_model(dataset, start, all_open=True) if start.terms else start
     base: list[Choice] = [(term.effect, term.shape) for term in begun.terms if term.shape is not None]
+    searched = thinned(dataset)
     state = _Search(
-        dataset=dataset, heldout=heldout, start=begun, workspace=_workspace(dataset, _first_noise(dataset, base))
+        dataset=searched, heldout=heldout, start=begun, workspace=Workspace(searched, _first_noise(searched, base), quick=True)
     )
     tell(0.05)
     constant = float(np.ptp(dataset.observed)) == 0.0
     if constant or not state.workspace.library:
         return _nothing_testable(state, begun, constant)
+    state.tests = 1.0
     _find(state, base, tell)
-    state.tests = independent_tests(state.workspace, rng)
+    state.tests = independent_tests(state.workspace.strict, rng)
+    for _ in range(BANS):
+        if not _strike_out(state, base):
+            break
+    if searched is not dataset or dataset.resample is not None:
+        state.dataset = dataset
+        choices = _refitted(Workspace(dataset, state.workspace.noise), state.kept)
+        state.kept = choices
+        state.workspace = Workspace(
+            dataset, noise_after(state.workspace, choices, datum=state.workspace.has_datum)
+        )
+    held = {effect.name for effect, _ in state.kept}
+    state.rejected = {name: trial for name, trial in state.rejected.items() if name not in held}
     tell(0.7)
-    _strike_out(state, len(base))
     return _judged(state, begun, base, rng, tell)
 
 
-def _workspace(dataset: Dataset, noise: Noise) -> Workspace:
-    return Workspace(dataset, noise, searching=True)
+def thinned(dataset: Dataset) -> Dataset:
+    """Return what a search looks at of a long log: every k-th row; where there are repeats, everything."""
+    every = -(-dataset.rows // MOST_ROWS_SEARCHED)
+    return dataset if dataset.has_repeats or every == 1 else dataset.take(np.arange(0, dataset.rows, every))
 
 
 def _first_noise(dataset: Dataset, base: Sequence[Choice]) -> Noise:
@@ -160,21 +183,20 @@ def _first_noise(dataset: Dataset, base: Sequence[Choice]) -> Noise:
 
 
 def _find(state: _Search, base: Sequence[Choice], tell: Progress) -> None:
-    """Search, estimate the noise again with what was found taken out, and search again until that changes nothing."""
+    """Search, estimate the noise again with what was found taken out, and search again until that changes nothing.
+
+    Without repeats one search has to do: its last residual says what noise is, and the tests are strict.
+    """
     choices = list(base)
     for turn in range(ROUNDS):
-        choices = search(state.workspace, choices if turn else base)
-        choices = _refitted(state.workspace, choices)
+        choices = _refitted(state.workspace, search(state.workspace, base, banned=state.banned, most=state.most))
         noise = noise_after(state.workspace, choices, datum=state.workspace.has_datum)
-        ratio = noise.sigma / state.workspace.noise.sigma
-        same = abs(np.log(max(ratio, 1e-12))) < SETTLED
-        before = state.workspace
-        state.workspace = _workspace(state.dataset, noise)
+        settled = abs(np.log(max(noise.sigma / state.workspace.noise.sigma, 1e-12))) < SETTLED
+        state.workspace = Workspace(state.dataset, noise, quick=True)
         tell(0.05 + 0.6 * (turn + 1) / ROUNDS)
-        if same or not any(effect.in_time for effect, _ in choices) or not before.noise.from_repeats:
+        if settled or not noise.from_repeats or not any(effect.in_time for effect, _ in choices):
             break
     state.kept = choices
-    state.workspace = Workspace(state.dataset, state.workspace.noise)
 
 
 def _refitted(workspace: Workspace, choices: list[Choice]) -> list[Choice]:
@@ -182,22 +204,42 @@ def _refitted(workspace: Workspace, choices: list[Choice]) -> list[Choice]:
     return jointly_refitted(workspace, stated, datum=needs_datum(workspace, stated))
 
 
-def _strike_out(state: _Search, base: int) -> None:
-    """Test each effect for removal and take the worst out until all pass; effects of the given model stay."""
-    while len(state.kept) > base:
-        trials = [_trial(state, state.kept, k) for k in range(base, len(state.kept))]
-        failed = [(t.p_adjusted, -t.held_out.gain, k) for k, t in enumerate(trials, base) if not t.passes]
-        if not failed:
-            return
-        k = max(failed)[2]
-        name = state.kept[k][0].name
-        state.rejected[name] = trials[k - base]
-        del state.kept[k]
-        state.kept = _refitted(state.workspace, reshaped(state.workspace, state.kept))
-        if not state.workspace.noise.from_repeats:
-            noise = noise_after(state.workspace, state.kept, datum=state.workspace.has_datum)
-            state.workspace = Workspace(state.dataset, noise)
-    state.rejected = {n: t for n, t in state.rejected.items() if n not in [e.name for e, _ in state.kept]}
+def _strike_out(state: _Search, base: Sequence[Choice]) -> bool:
+    """Test each effect for removal, strike the worst off the list and go on without it; return whether one was struck.
+
+    Effects of the given model stay. What is struck out may have stood where others belong, so these are looked for
+    again. Where there are repeats the probability decides which is the worst, else the held-out error.
+    """
+    given = {effect.name for effect, _ in base}
+    tested = [k for k, (effect, _) in enumerate(state.kept) if effect.name not in given]
+    failed = []
+    for k in tested:
+        trial = _trial(state, state.kept, k)
+        if not trial.passes and coherent([*state.kept[:k], *state.kept[k + 1 :]]):
+            certainty = trial.held_out.gain / max(trial.held_out.error, 1e-300)
+            last = state.kept[k][0].name == "offset"  # the datum takes its place: nothing else depends on it
+            p = trial.p_adjusted if state.workspace.noise.from_repeats else 0.0
+            failed.append((not last, p >= LEVEL, p, -certainty, k, trial))
+    if not failed:
+        return False
+    *_, k, trial = max(failed, key=lambda f: f[:5])
+    name = state.kept[k][0].name
+    state.rejected[name] = trial
+    names = [effect.name for effect, _ in state.kept]
+    if names.count(name) > 1:
+        state.most[name] = names.count(name) - 1
+    else:
+        state.banned.add(name)
+    given_names = [effect.name for effect, _ in base]
+    rest = [*state.kept[:k], *state.kept[k + 1 :]]
+    library = [effect for effect in state.workspace.library if effect.name not in state.banned]
+    state.workspace.most = state.most
+    rest = forward(state.workspace, reshaped(state.workspace, rest), library, given=given_names)
+    state.kept = _refitted(state.workspace, rest)
+    if not state.workspace.noise.from_repeats:
+        noise = noise_after(state.workspace, state.kept, datum=state.workspace.has_datum)
+        state.workspace = Workspace(state.dataset, noise, quick=True)
+    return True
 
 
 def _trial(state: _Search, choices: Sequence[Choice], k: int) -> Trial:
@@ -205,10 +247,12 @@ def _trial(state: _Search, choices: Sequence[Choice], k: int) -> Trial:
     workspace = state.workspace
     effect, shape = choices[k]
     rest = [*choices[:k], *choices[k + 1 :]]
-    judged = workspace.judge(effect, shape, workspace.beside(rest, effect))
+    strict = workspace.strict
+    tested = strict.judge(effect, shape, strict.beside(rest, effect))
     same = sum(own.name == effect.name for own, _ in choices)
     grid = len(effect.shapes(workspace.conditions)) if same > 1 and workspace.noise.from_repeats else 1
-    p = adjusted(workspace.p_value(judged.gain, judged.amplitudes, judged.before), state.tests * grid ** (same - 1))
+    p = adjusted(strict.p_value(tested), state.tests * grid ** (same - 1))
+    judged = workspace.judge(effect, shape, workspace.beside(rest, effect))
     return Trial(candidacy=judged, p_adjusted=p, held_out=_held_out(state, rest, choices), small=_small(state, judged))
 
 
@@ -388,9 +432,9 @@ def _absent(
     listed = []
     for candidacy in ranked:
         name = candidacy.effect.name
-        p = adjusted(
-            state.workspace.p_value(candidacy.gain, candidacy.amplitudes, candidacy.before), state.tests
-        )
+        strict = state.workspace.strict
+        tested = strict.judge(candidacy.effect, candidacy.shape, strict.beside(ordered, candidacy.effect))
+        p = adjusted(strict.p_value(tested), state.tests)
         rival = tied_to.get(name)
         earlier = state.rejected.get(name)
         if rival is not None:

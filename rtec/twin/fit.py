@@ -15,6 +15,7 @@ from rtec.twin.model import Model, Term
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
 from rtec.twin.results import Value
 from rtec.twin.selection import refined
+from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Choice, Workspace
 
 _CUT = 1e-9
@@ -41,7 +42,7 @@ def solved(workspace: Workspace, choices: Sequence[Choice], *, datum: bool) -> t
         for size, (effect, _) in zip(sizes, choices, strict=True)
     ] + [np.full(int(datum), -np.inf)])  # fmt: skip
     if (numbers < low).any():
-        numbers = lsq_linear(scaled, workspace.observed, bounds=(low, np.inf)).x
+        numbers = lsq_linear(scaled, workspace.observed, bounds=(low, np.inf), method="bvls").x
     numbers = numbers / length
     ends = np.cumsum(sizes)
     return np.split(numbers[: int(ends[-1]) if sizes else 0], ends[:-1]) if sizes else [], (
@@ -96,8 +97,7 @@ def jointly_refitted(workspace: Workspace, choices: Sequence[Choice], *, datum: 
 def fitted_terms(workspace: Workspace, choices: Sequence[Choice], *, datum: bool) -> tuple[tuple[Term, ...], float]:
     """Return the terms with amplitudes and standard errors, and the datum, for given shapes.
 
-    The covariance is that of amplitudes and shape parameters together. Where there are no repeats, correlation of the
-    residual widens it as it lowers the number of readings that count.
+    The covariance is that of amplitudes and shape parameters together.
     """
     amplitudes, zero = solved(workspace, choices, datum=datum)
     rows: list[Floats] = []
@@ -141,14 +141,28 @@ def _slope(workspace: Workspace, choice: Choice, tunable: Tunable, numbers: Floa
 
 
 def _errors(workspace: Workspace, table: Floats) -> Floats:
-    """Return the standard errors of the parameters with derivatives ``table``, shape (parameters, rows)."""
+    """Return the standard errors of the parameters with derivatives ``table``, shape (parameters, rows).
+
+    Ordinary least squares on correlated readings has the covariance ``(A'A)^-1 A'SA (A'A)^-1``.
+    """
     length = np.sqrt((table**2).sum(axis=1))
     length[length == 0.0] = np.inf
     scaled = table / length[:, None]
     covariance = np.linalg.pinv(scaled @ scaled.T, rcond=1e-12, hermitian=True)
-    widen = workspace.dataset.rows / workspace.readings_that_count
-    errors: Floats = workspace.noise.sigma * np.sqrt(np.maximum(np.diag(covariance), 0.0) * widen) / length
+    if workspace.ordinary and not workspace.noise.correlation.is_white:
+        covariance = covariance @ _weighed(scaled, workspace.noise.correlation) @ covariance
+    errors: Floats = workspace.noise.sigma * np.sqrt(np.maximum(np.diag(covariance), 0.0)) / length
     return errors
+
+
+def _weighed(rows: Floats, correlation: Correlation) -> Floats:
+    """Return ``A S A'`` for an autoregressive noise with a white part, by the filter that colours white noise."""
+    from scipy.signal import lfilter  # noqa: PLC0415 - 0.2 s, for logs without repeats only
+
+    rho, white = correlation.rho, correlation.white
+    coloured = lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], rows[:, ::-1], axis=1)
+    weighed: Floats = (1.0 - white) * (coloured @ coloured.T) + white * (rows @ rows.T)
+    return weighed
 
 
 def values_of(term: Term, model: Model) -> tuple[Value, ...]:

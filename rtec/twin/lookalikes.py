@@ -57,7 +57,7 @@ def rivalries(workspace: Workspace, choices: Sequence[Choice], k: int) -> list[R
     for other in workspace.library:
         if other.name in held or effect.name in other.contains or other.name in effect.contains or energy == 0.0:
             continue
-        if "offset" in (other.name, effect.name) and not (workspace.has_datum and effect.name == "offset"):
+        if "offset" in (other.name, effect.name):  # a constant is the simplest of all, and a datum for the others
             continue
         # the contribution itself takes the residual's place: what a rival explains of it is the squared cosine
         alike = _best_alike(workspace, other, Background(basis=back.basis, residual=part))
@@ -83,7 +83,7 @@ def rivalries(workspace: Workspace, choices: Sequence[Choice], k: int) -> list[R
 
 def _best_alike(workspace: Workspace, other: Effect, part: Background) -> Candidacy | None:
     if is_map(other):
-        found = [workspace.judge(other, shape, part) for shape in other.shapes(workspace.conditions)]
+        found = [workspace.judge(other, shape, part) for shape in workspace.maps(other)]
         return max(found, key=lambda c: c.gain, default=None)
     return workspace.best_of_scan(other, part)
 

@@ -97,6 +97,26 @@ class NoiseFit:
         _, variance, freedom = self._likelihood(observed, best)
         return float(np.sqrt(variance)), best, freedom
 
+    def largest_likelihoods(self, observed: Floats) -> Floats:
+        """Return the largest plain log-likelihood over the grid for each of several data, shape (data, rows).
+
+        Unlike the restricted one it may be compared between fits from which different columns are taken out.
+        """
+        grid = [Correlation(), *(Correlation(rho=rho) for rho in _RHO)]
+        grid += [Correlation(rho=rho, white=white) for rho in _RHO if rho >= _MIXED_FROM for white in _WHITE]
+        best = np.full(observed.shape[0], -np.inf)
+        share = self._freedom / observed.shape[1]
+        for c in grid:
+            if c not in self._prepared:
+                self._prepared[c] = self._prepare(c)
+            basis, _, _ = self._prepared[c]
+            y = c.whitened(observed, self._starts)
+            y = y - (y @ basis) @ basis.T
+            rss = np.maximum((y**2).sum(axis=1) * share, 1e-300)
+            log_det = c.log_determinant(self._starts) * share
+            best = np.maximum(best, -0.5 * (self._freedom * np.log(rss / self._freedom) + log_det))
+        return best
+
     def _refined(self, observed: Floats, best: Correlation) -> Correlation:
         """Climb from a grid point to the top between its neighbours."""
         from scipy.optimize import minimize  # noqa: PLC0415 - 0.2 s, for fits only

@@ -8,8 +8,8 @@ import numpy as np
 
 from rtec.effects import Floats
 
-INDEPENDENT = 1e-6
-"""A column counts where more than this share of its length is left beside the others."""
+INDEPENDENT = 1e-9
+"""A column counts where more than this share of its squared length is left beside the others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,8 +56,12 @@ def orthonormal(columns: Floats, beside: Floats | None = None) -> Floats:
     if beside is not None and beside.size:
         for _ in range(2):  # once more takes out what rounding left in
             scaled = scaled - beside @ (beside.T @ scaled)
-    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
-    basis: Floats = u[:, s > INDEPENDENT]
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    good = values > INDEPENDENT
+    basis: Floats = scaled @ (vectors[:, good] / np.sqrt(values[good]))
+    if basis.shape[1] > 1:  # rounding is magnified where columns are nearly alike: once more makes them orthogonal
+        values, vectors = np.linalg.eigh(basis.T @ basis)
+        basis = basis @ (vectors / np.sqrt(values))
     return basis
 
 
@@ -109,3 +113,24 @@ def gains(candidates: Floats, back: Background, *, copies: int = 1, not_negative
     both = left[:, 1] * b[:, 0] ** 2 - 2.0 * cross * b[:, 0] * b[:, 1] + left[:, 0] * b[:, 1] ** 2
     found: Floats = np.where(single, alone.max(axis=1), both / np.where(single, 1.0, determinant))
     return found
+
+
+def gain_of_block(columns: Floats, back: Background) -> tuple[float, int]:
+    """Return by how much any number of columns together would lower the residual sum of squares, and their rank.
+
+    Parameters
+    ----------
+    columns
+        Whitened, shape (columns, rows).
+    back
+        The model.
+    """
+    length = np.sqrt((columns**2).sum(axis=1))
+    length[length == 0.0] = 1.0
+    b = (columns @ back.residual) / length
+    shared = (columns @ back.basis) / length[:, None]
+    gram = (columns @ columns.T) / np.outer(length, length) - shared @ shared.T
+    values, vectors = np.linalg.eigh(gram)
+    good = values > INDEPENDENT
+    along = vectors[:, good].T @ b
+    return float((along**2 / values[good]).sum()), int(good.sum())

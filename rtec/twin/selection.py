@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from rtec.effects import Effect, Shape
+from rtec.effects import Effect, Observable, Shape
 from rtec.twin.score import Background
-from rtec.twin.workspace import Candidacy, Choice, Workspace, is_map
+from rtec.twin.workspace import WORTH_ADDING, Candidacy, Choice, Workspace, is_map
 
 MOST_EFFECTS = 12
 MOST_OF_A_KIND = 6
@@ -21,24 +21,31 @@ REFINED = 5
 """So many of the best candidates of a scan are looked at in all their forms."""
 SHARE_OF_PLACES = 0.55
 """Functions of position with more parameters than this share of the places fit anything: nothing is left to test."""
+REVERSAL = ("backlash", "backlash_map", "windup")
+"""Effects that differ by direction."""
 EXCHANGES = 4
+MOST_EXCHANGED = 4
+"""Without repeats a larger model is not tried by exchange: what is left of it is decided by held-out error."""
+OTHER_LINES = 0.2
+"""Share of the strongest line's gain that the other lines of a longer period have to bring."""
 STATED = 6.0
 """Twice the log-likelihood that a stated period may lack against a period found by scanning."""
 
 
 def fits_places(workspace: Workspace, choices: Sequence[Choice]) -> bool:
     """Return whether what a model says about position can still be tested by the places measured."""
-    functions = [(effect, shape) for effect, shape in choices if _place_parameters(effect, shape) > 1]
-    if len(functions) < 2 and not any(not is_map(effect) for effect, _ in functions):
-        return True  # a single map is limited by its own ladder of nodes
+    if workspace.dataset.observable is not Observable.DEVIATION:
+        return True
     room = SHARE_OF_PLACES * workspace.conditions.places.size
-    both = sum(_place_parameters(e, s) for e, s in choices if e.name not in ("backlash", "backlash_map", "windup"))
-    by_direction = sum(
-        _place_parameters(e, s)
-        for e, s in choices
-        if e.name in ("backlash", "backlash_map", "windup") or getattr(s, "by_direction", False)
-    )
-    return max(both, by_direction) <= room
+    both = [choice for choice in choices if choice[0].name not in REVERSAL]
+    turned = [c for c in choices if c[0].name in REVERSAL or getattr(c[1], "by_direction", False)]
+    for group in (both, turned):
+        spent = [_place_parameters(effect, shape) for effect, shape in group]
+        alone = sum(count > 1 for count in spent) == 1 and any(is_map(effect) for effect, _ in group)
+        # a map that is alone in this is limited by its own ladder of nodes
+        if not alone and sum(spent) > room:
+            return False
+    return True
 
 
 def _place_parameters(effect: Effect, shape: Shape) -> int:
@@ -55,14 +62,33 @@ def refined(workspace: Workspace, candidate: Candidacy, others: Sequence[Choice]
     effect = candidate.effect
     if effect.name == "offset":
         return candidate
-    best = candidate
+    best, line = candidate, getattr(candidate.shape, "period", None)
     tuned = tuned_shape(workspace, effect, candidate.shape, back)
     for shape in effect.variants(workspace.conditions, tuned):
         if fits_places(workspace, [*others, (effect, shape)]):
             found = workspace.judge(effect, shape, back)
-            best = found if found.evidence > best.evidence else best
+            if _is_better(workspace, found, best) and (line is None or _is_family(found, candidate, line)):
+                best = found
     last = workspace.judge(effect, tuned_shape(workspace, effect, best.shape, back), back)
     return last if last.evidence > best.evidence else best
+
+
+def _is_better(workspace: Workspace, found: Candidacy, best: Candidacy) -> bool:
+    """Return whether a form has more evidence; without repeats, also whether each amplitude more explains enough."""
+    if found.evidence <= best.evidence:
+        return False
+    more = found.amplitudes - best.amplitudes
+    left = best.before - best.gain
+    return not workspace.ordinary or more <= 0 or found.gain - best.gain > WORTH_ADDING * more * left
+
+
+def _is_family(found: Candidacy, single: Candidacy, line: float) -> bool:
+    """Return whether a family of which the line is a higher harmonic explains much more than the line itself.
+
+    Else a few weak lines beside a strong one would pass its third for the first, and make the period three times as long.
+    """
+    part = round(getattr(found.shape, "period", line) / line)
+    return part <= 1 or found.gain > (1.0 + OTHER_LINES) * single.gain
 
 
 def tuned_shape(workspace: Workspace, effect: Effect, shape: Shape, back: Background) -> Shape:
@@ -86,23 +112,34 @@ def tuned_shape(workspace: Workspace, effect: Effect, shape: Shape, back: Backgr
 def allowed(workspace: Workspace, choices: Sequence[Choice], effect: Effect) -> bool:
     """Return whether a model may take an effect in (once more)."""
     held = sum(own.name == effect.name for own, _ in choices)
-    if effect.name == "lost_counts":
-        return held < MOST_STEPS_IN_TIME
-    return held < (MOST_OF_A_KIND if effect.repeatable else 1)
+    if not effect.builds_on <= {own.name for own, _ in choices}:
+        return False
+    usual = 1 if not effect.repeatable else MOST_STEPS_IN_TIME if effect.name == "lost_counts" else MOST_OF_A_KIND
+    return held < min(usual, workspace.most.get(effect.name, usual))
 
 
 def candidates(workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect]) -> list[Candidacy]:
     """Return the candidates beside a model, best first, the best of them in their best form."""
-    found = []
+    found, back = [], workspace.background(choices)
     for effect in effects:
         if allowed(workspace, choices, effect):
-            best = workspace.best_of_scan(effect, workspace.beside(choices, effect))
+            own = workspace.beside(choices, effect) if effect.name == "offset" else back
+            best = workspace.best_of_scan(effect, own, _fitting(workspace, choices, effect))
             if best is not None and fits_places(workspace, [*choices, (effect, best.shape)]):
                 found.append(best)
-    found.sort(key=lambda c: -c.evidence)
-    back = workspace.background(choices)
+    found.sort(key=lambda c: _rank(workspace, c))
     found = [refined(workspace, c, choices, back) if k < REFINED else c for k, c in enumerate(found)]
-    return sorted(found, key=lambda c: -c.evidence)
+    return sorted(found, key=lambda c: _rank(workspace, c))
+
+
+def _rank(workspace: Workspace, candidacy: Candidacy) -> tuple[float, bool]:
+    """Return the order of candidates: by evidence; where time stands for position, a drift before a scale error."""
+    behind = candidacy.effect.name == "scale" and workspace.conditions.time_is_coordinate
+    return -round(candidacy.evidence, 6), behind
+
+
+def _fitting(workspace: Workspace, choices: Sequence[Choice], effect: Effect) -> Callable[[Shape], bool]:
+    return lambda shape: fits_places(workspace, [*choices, (effect, shape)])
 
 
 def forward(
@@ -110,6 +147,7 @@ def forward(
     choices: Sequence[Choice],
     effects: Sequence[Effect],
     *,
+    given: Collection[str] = (),
     limit: int = MOST_EFFECTS,
     watch: Callable[[Sequence[Choice], Candidacy], None] | None = None,
 ) -> list[Choice]:
@@ -123,21 +161,33 @@ def forward(
         model = [*model, (ranked[0].effect, ranked[0].shape)]
         if watch is not None:
             watch(model, ranked[0])
-        model = reshaped(workspace, backward(workspace, model, keep=model[-1]))
+        model = reshaped(workspace, backward(workspace, model, given=given, keep=model[-1]))
         if [e.name for e, _ in model] == [e.name for e, _ in before]:
             break
     return model
 
 
-def backward(workspace: Workspace, choices: Sequence[Choice], keep: Choice | None = None) -> list[Choice]:
+def backward(
+    workspace: Workspace, choices: Sequence[Choice], *, given: Collection[str] = (), keep: Choice | None = None
+) -> list[Choice]:
     """Take out effects, the least needed first, as long as there is evidence against one."""
     model = list(choices)
     while len(model) > 1:
-        judged = [(without(workspace, model, k).evidence, k) for k in range(len(model)) if model[k] is not keep]
+        judged = [
+            (without(workspace, model, k).evidence, k)
+            for k in range(len(model))
+            if model[k] is not keep and model[k][0].name not in given and coherent([*model[:k], *model[k + 1 :]])
+        ]
         if not judged or min(judged)[0] >= 0.0:
             break
         del model[min(judged)[1]]
     return model
+
+
+def coherent(choices: Sequence[Choice]) -> bool:
+    """Return whether every effect that is an addition to others has these beside it."""
+    names = {effect.name for effect, _ in choices}
+    return all(effect.builds_on <= names for effect, _ in choices)
 
 
 def without(workspace: Workspace, choices: Sequence[Choice], k: int) -> Candidacy:
@@ -158,7 +208,7 @@ def reshaped(workspace: Workspace, choices: Sequence[Choice]) -> list[Choice]:
         rest = [*model[:k], *model[k + 1 :]]
         back = workspace.background(rest)
         best = workspace.judge(effect, shape, back)
-        scanned = workspace.best_of_scan(effect, back) if is_map(effect) else None
+        scanned = workspace.best_of_scan(effect, back, _fitting(workspace, rest, effect)) if is_map(effect) else None
         for start in (best, scanned):
             if start is not None and fits_places(workspace, [*rest, (effect, start.shape)]):
                 found = refined(workspace, start, rest, back)
@@ -167,12 +217,16 @@ def reshaped(workspace: Workspace, choices: Sequence[Choice]) -> list[Choice]:
     return model
 
 
-def exchanged(workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect]) -> list[Choice]:
+def exchanged(
+    workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect], *, given: Collection[str] = ()
+) -> list[Choice]:
     """Return a model with one effect replaced by others that do better, or the same model where none do."""
     best, value = list(choices), workspace.total(choices)
     for k, (own, _) in enumerate(choices):
         rest = [*choices[:k], *choices[k + 1 :]]
-        trial = forward(workspace, rest, [e for e in effects if e.name != own.name], limit=3)
+        if own.name in given or not coherent(rest):
+            continue
+        trial = forward(workspace, rest, [e for e in effects if e.name != own.name], given=given, limit=3)
         found = workspace.total(trial)
         if found > value + 1.0:
             best, value = trial, found
@@ -180,21 +234,29 @@ def exchanged(workspace: Workspace, choices: Sequence[Choice], effects: Sequence
 
 
 def search(
-    workspace: Workspace, choices: Sequence[Choice], watch: Callable[[Sequence[Choice], Candidacy], None] | None = None
+    workspace: Workspace,
+    choices: Sequence[Choice],
+    *,
+    banned: Collection[str] = (),
+    most: Mapping[str, int] | None = None,
+    watch: Callable[[Sequence[Choice], Candidacy], None] | None = None,
 ) -> list[Choice]:
-    """Return the model for which there is most evidence.
+    """Return the model for which there is most evidence; the effects that it begins with stay in it.
 
     Two ways are gone: with the whole library, and with maps only once nothing simpler helps - for a map early explains
     a bit of everything. The better end counts; then each effect is tried against others in its place.
     """
-    everything = workspace.library
+    given = {effect.name for effect, _ in choices}
+    workspace.most = dict(most or {})
+    everything = [effect for effect in workspace.library if effect.name not in banned]
     simple = [effect for effect in everything if not is_map(effect)]
-    ends = [forward(workspace, choices, everything, watch=watch)]
+    ends = [forward(workspace, choices, everything, given=given, watch=watch)]
     if len(simple) < len(everything):
-        ends.append(forward(workspace, forward(workspace, choices, simple, watch=watch), everything, watch=watch))
+        first = forward(workspace, choices, simple, given=given, watch=watch)
+        ends.append(forward(workspace, first, everything, given=given, watch=watch))
     best = max(ends, key=workspace.total)
-    for _ in range(EXCHANGES):
-        better = exchanged(workspace, best, everything)
+    for _ in range(EXCHANGES if workspace.noise.from_repeats or len(best) <= MOST_EXCHANGED else 0):
+        better = exchanged(workspace, best, everything, given=given)
         if [e.name for e, _ in better] == [e.name for e, _ in best]:
             break
         best = better

@@ -15,7 +15,8 @@ from rtec.twin.score import orthonormal
 from rtec.twin.workspace import Choice, Workspace
 
 SIGNIFICANT = 0.01
-DRAWS = 199
+DRAWS = 99
+FEWEST_DIFFERENCES = 6
 MOST_SIMULATED = 3000
 """With more differences than these the noise is known so well that nothing has to be simulated."""
 
@@ -57,65 +58,56 @@ def _means(rows: Floats, space: RepeatSpace) -> Floats:
 
 
 class BetweenRepeats:
-    """Generic changes between repeats, and how well each kind is needed beside a model."""
+    """Generic changes between repeats, and how much likelier each kind makes the differences."""
 
     def __init__(self, dataset: Dataset, space: RepeatSpace, choices: Sequence[Choice]) -> None:
-        self._space = space
-        self._groups = {name: space.of(table) for name, table in changes_between_repeats(dataset, space).items()}
         own = columns_in_time(dataset, choices)
-        self._own = space.of(own) if own.size else np.empty((0, space.observed.size))
-        nuisance = np.vstack([*self._groups.values(), self._own])
-        self._fit = NoiseFit(nuisance, space.starts, space.freedom)
-        self._bases: dict[object, dict[str, Floats]] = {}
+        own = space.of(own) if own.size else np.empty((0, space.observed.size))
+        kinds = {name: space.of(table) for name, table in changes_between_repeats(dataset, space).items()}
+        slow = kinds.pop("time")
+        self._fits = {
+            "none": NoiseFit(own, space.starts, space.freedom),
+            "time": NoiseFit(np.vstack([own, slow]), space.starts, space.freedom),
+        }
+        self.added = {"time": slow.shape[0]}
+        for name, table in kinds.items():
+            self._fits[name] = NoiseFit(np.vstack([own, slow, table]), space.starts, space.freedom)
+            self.added[name] = table.shape[0]
 
-    def p_values(self, observed: Floats) -> dict[str, float]:
-        """Return the probability of each kind of change by noise alone, times the number of kinds.
-
-        The noise is estimated with all of them taken out, so that none of them hides behind itself.
-        """
-        sigma, correlation, freedom = self._fit.fit(observed, refine=False)
-        if sigma == 0.0:
-            return dict.fromkeys(self._groups, 1.0)
-        if correlation not in self._bases:
-            own = orthonormal(correlation.whitened(self._own, self._space.starts))
-            self._bases[correlation] = {
-                name: orthonormal(correlation.whitened(table, self._space.starts), own)
-                for name, table in self._groups.items()
-            } | {"": own}
-        bases = self._bases[correlation]
-        y = correlation.whitened(observed, self._space.starts)[0]
-        y = y - bases[""] @ (bases[""].T @ y)
-        share = self._space.freedom / observed.size
-        found = {}
-        for name, basis in bases.items():
-            if name and basis.shape[1]:
-                ratio = float(((basis.T @ y) ** 2).sum()) * share / basis.shape[1] / sigma**2
-                found[name] = min(1.0, len(self._groups) * float(stats.f.sf(ratio, basis.shape[1], freedom)))
-        return found
+    def ratios(self, observed: Floats) -> dict[str, Floats]:
+        """Return twice the gain in log-likelihood by each kind of change, for data of shape (data, differences)."""
+        found = {name: fit.largest_likelihoods(observed) for name, fit in self._fits.items()}
+        return {
+            name: 2.0 * (found[name] - found["none" if name == "time" else "time"]) for name in self.added
+        }
 
 
 def changes_left(
     dataset: Dataset, noise: Noise, choices: Sequence[Choice], rng: np.random.Generator, draws: int = DRAWS
 ) -> dict[str, float]:
-    """Return the probability of what a model leaves between repeats, by what it depends on.
+    """Return the probability of what a model leaves between repeats, by what it depends on, times the number of kinds.
 
-    Where one looks improbable, that is confirmed by simulation: noise of the plain covariance, in which nothing of the
-    kind was taken out, is drawn and judged in the same way, for with few repeats correlated noise and slow changes
-    are hard to tell apart.
+    Notes
+    -----
+    The likelihood ratio of "noise, and generic changes" against "noise" is compared with its distribution for noise of
+    the covariance found, drawn and judged in the same way (a gamma distribution with the mean and variance of the
+    draws): with few repeats, slow changes and correlated noise are hard to tell apart, and chi-square would promise
+    too much.
     """
     space = repeat_space(dataset)
-    if space is None or space.freedom < 6:
+    if space is None or space.freedom < FEWEST_DIFFERENCES:
         return {}
     between = BetweenRepeats(dataset, space, choices)
-    found = between.p_values(space.observed)
-    least = min(found.values(), default=1.0)
-    if least >= SIGNIFICANT or space.freedom > MOST_SIMULATED:
-        return found
-    for draw in range(1, draws + 1):
-        simulated = space.of(noise_drawn(dataset, noise, rng)[None, :])[0]
-        if min(between.p_values(simulated).values(), default=1.0) <= least:
-            return {name: max(p, 2.0 / (draw + 1.0)) for name, p in found.items()}
-    return {name: max(p, 1.0 / (draws + 1.0)) for name, p in found.items()}
+    seen = {name: float(ratio[0]) for name, ratio in between.ratios(space.observed[None, :]).items()}
+    kinds = {name: count for name, count in between.added.items() if count}
+    found = {name: len(kinds) * float(stats.chi2.sf(seen[name], count)) for name, count in kinds.items()}
+    if min(found.values(), default=1.0) < SIGNIFICANT and space.freedom <= MOST_SIMULATED:
+        drawn = space.of(np.array([noise_drawn(dataset, noise, rng) for _ in range(draws)]))
+        for name, ratio in between.ratios(drawn).items():
+            if name in found and found[name] < SIGNIFICANT:
+                mean, variance = float(ratio.mean()), float(ratio.var(ddof=1)) + 1e-12
+                found[name] = len(kinds) * float(stats.gamma.sf(seen[name], mean**2 / variance, scale=variance / mean))
+    return {name: min(1.0, p) for name, p in found.items()}
 
 
 def noise_drawn(dataset: Dataset, noise: Noise, rng: np.random.Generator) -> Floats:

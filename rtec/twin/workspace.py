@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 from scipy import stats
 
 from rtec.effects import LIBRARY, Effect, Floats, Observable, Shape
+from rtec.effects._periodic import Periodic
 from rtec.twin.dataset import Dataset
 from rtec.twin.noise import Noise
 from rtec.twin.repeat_space import equal_runs, run_starts
-from rtec.twin.score import Background, background, gains, orthonormal
+from rtec.twin.score import Background, background, gain_of_block, gains
 from rtec.twin.whitening import Correlation
 
 Choice: TypeAlias = tuple[Effect, Shape]
 """An effect with its shape."""
 
-WORTH_ADDING = 0.01
-"""Share of the residual sum of squares that an effect has to explain where no repeats say what noise is."""
+WORTH_ADDING = 0.02
+"""Share of the residual sum of squares that each amplitude has to explain where no repeats say what noise is."""
+NODES_WITHOUT_REPEATS = 8
 _KEEP_BYTES = 300_000_000
+_KEPT_SHAPES = 200
 _AT_ONCE_BYTES = 60_000_000
 
 
@@ -44,31 +48,46 @@ class Candidacy:
 class Workspace:
     """One data set, whitened by one noise.
 
-    Where there are no repeats the noise comes from a residual that holds what the model lacks; then nothing is whitened
-    (ordinary least squares), and correlation only lowers the number of readings that count. While a model is still
-    searched for (``searching``) all readings count, for the smooth effects that it lacks would pass as correlation.
+    Where there are no repeats the noise comes from a residual that holds what the model lacks, and smooth effects that
+    are missing look like correlated noise. Then nothing is whitened (ordinary least squares), and a fall is judged
+    relative to what is left; tests of a finished model are made by its ``strict`` counterpart, which whitens.
+    ``quick`` takes waves of a decimated log at its rows instead of passing every sample through the filter.
     """
 
-    def __init__(self, dataset: Dataset, noise: Noise, *, searching: bool = False) -> None:
-        self.dataset, self.noise = dataset, noise
+    def __init__(
+        self, dataset: Dataset, noise: Noise, *, quick: bool = False, ordinary: bool | None = None
+    ) -> None:
+        self.dataset, self.noise, self.quick = dataset, noise, quick
+        self._at_rows = (
+            replace(dataset, conditions=dataset.coordinates, resample=None) if dataset.resample is not None else dataset
+        )
         self.conditions = dataset.conditions
         self.starts = run_starts(dataset.coordinates.run)
-        self._correlation = noise.correlation if noise.from_repeats else Correlation()
+        self.ordinary = not noise.from_repeats if ordinary is None else ordinary
+        if not noise.from_repeats:
+            self.starts = np.arange(dataset.rows) == 0
+        self._correlation = Correlation() if self.ordinary else noise.correlation
         self.observed = self.whitened(dataset.observed[None, :])[0]
         self.constant = self.whitened(np.ones((1, dataset.rows)))
         self.has_datum = dataset.observable is Observable.DEVIATION
         runs = equal_runs(dataset) if noise.from_repeats else None
         self._runs = 1 if runs is None or not self._same_in_each_run(*runs) else runs[0]
         self._first = None if self._runs == 1 else dataset.take(np.arange(dataset.rows // self._runs))
+        self._columns: dict[tuple[str, Shape], Floats] = {}
         self._scans: dict[str, tuple[Sequence[Shape], Floats | None]] = {}
         self._kept = 0
         self.reasons = {
             e.name: e.untestable(self.conditions) for e in LIBRARY if e.observable is dataset.observable
         }
         self.library = tuple(e for e in LIBRARY if self.reasons.get(e.name, "") is None and not e.never_ranked)
-        r = noise.correlation.to_next
-        whole = noise.from_repeats or searching
-        self.readings_that_count = dataset.rows if whole else dataset.rows * (1.0 - r) / (1.0 + r)
+        self.most: dict[str, int] = {}
+        """How many of a kind a search may take, where that is less than usual."""
+        self.cost = float(np.log(max(dataset.rows, 3)))
+
+    @cached_property
+    def strict(self) -> Workspace:
+        """The same data, whitened: for tests of a finished model."""
+        return Workspace(self.dataset, self.noise, quick=self.quick, ordinary=False) if self.ordinary else self
 
     def _same_in_each_run(self, runs: int, slots: int) -> bool:
         """Return whether everything but time and temperature is the same in each run."""
@@ -86,7 +105,13 @@ class Workspace:
 
     def columns(self, effect: Effect, shape: Shape) -> Floats:
         """Return an effect's whitened columns, shape (amplitudes, rows)."""
-        return self.whitened(np.ascontiguousarray(self.dataset.columns(effect, shape).T))
+        key = effect.name, shape
+        if key not in self._columns:
+            if len(self._columns) >= _KEPT_SHAPES:
+                self._columns.clear()
+            raw = self._rows_for(effect, scan=False).columns(effect, shape)
+            self._columns[key] = self.whitened(np.ascontiguousarray(raw.T))
+        return self._columns[key]
 
     def background(self, choices: Sequence[Choice], *, datum: bool | None = None) -> Background:
         """Return the background of a model; with the constant of the readings unless ``datum`` is False."""
@@ -113,7 +138,7 @@ class Workspace:
         else:
             shapes = effect.shapes(self.conditions)
             self._scans[effect.name] = shapes, None
-        data = self._first if folded and self._first is not None else self.dataset
+        data = self._first if folded and self._first is not None else self._rows_for(effect, scan=True)
         bytes_each = 8 * data.rows * 2
         at_once = max(1, _AT_ONCE_BYTES // bytes_each)
         keep = bytes_each * len(shapes) + self._kept <= _KEEP_BYTES
@@ -129,10 +154,20 @@ class Workspace:
                 self._kept += white.nbytes
             yield part, white, self._runs if folded else 1
 
-    def best_of_scan(self, effect: Effect, back: Background) -> Candidacy | None:
-        """Return the best shape of an effect's scan grid beside a background."""
+    def _rows_for(self, effect: Effect, *, scan: bool) -> Dataset:
+        """Return the data on which an effect's columns are computed.
+
+        A wave slower than the decimation's limit passes it unchanged, so a scan takes it at the rows, which costs a
+        tenth; what the scan finds is judged by exact columns, unless everything is to be quick.
+        """
+        return self._at_rows if (scan or self.quick) and isinstance(effect, Periodic) else self.dataset
+
+    def best_of_scan(
+        self, effect: Effect, back: Background, fits: Callable[[Shape], bool] = lambda shape: True
+    ) -> Candidacy | None:
+        """Return the best shape of an effect's scan grid beside a background; of a map, among the shapes that fit."""
         if is_map(effect):
-            found = [self.judge(effect, shape, back) for shape in effect.shapes(self.conditions)]
+            found = [self.judge(effect, shape, back) for shape in self.maps(effect) if fits(shape)]
             return max(found, key=lambda c: c.evidence, default=None)
         best: tuple[float, Shape, int] | None = None
         for shapes, columns, copies in self.scan(effect):
@@ -143,20 +178,24 @@ class Workspace:
                 best = float(fall[k]), shapes[k], columns.shape[1]
         return None if best is None else self._candidacy(effect, best[1], best[0], best[2], back.rss)
 
+    def maps(self, effect: Effect) -> Sequence[Shape]:
+        """Return the shapes of a map to try: without repeats few nodes, for many fit anything."""
+        shapes = effect.shapes(self.conditions)
+        if self.noise.from_repeats:
+            return shapes
+        return [shape for shape in shapes if len(getattr(shape, "nodes", ())) <= NODES_WITHOUT_REPEATS]
+
     def judge(self, effect: Effect, shape: Shape, back: Background) -> Candidacy:
         """Return what an effect with a given shape would explain beside a background."""
         columns = self.columns(effect, shape)
-        basis = orthonormal(columns, back.basis)
-        along = basis.T @ back.residual
-        fall = float(along @ along)
+        fall, amplitudes = gain_of_block(columns, back)
         if effect.not_negative and columns.shape[0] == 1 and float(columns[0] @ back.residual) < 0.0:
             fall = 0.0
-        return self._candidacy(effect, shape, fall, basis.shape[1], back.rss)
+        return self._candidacy(effect, shape, fall, amplitudes, back.rss)
 
     def _candidacy(self, effect: Effect, shape: Shape, fall: float, amplitudes: int, rss: float) -> Candidacy:
-        cost = (amplitudes + scan_cost(effect, shape)) * np.log(max(self.readings_that_count, 3.0))
-        evidence = self.worth(fall, rss) - float(cost)
-        if not self.noise.from_repeats and fall < WORTH_ADDING * rss:
+        evidence = self.worth(fall, rss) - (amplitudes + scan_cost(effect, shape)) * self.cost
+        if self.ordinary and fall < WORTH_ADDING * amplitudes * rss:
             evidence = min(evidence, -1.0)
         return Candidacy(
             effect=effect,
@@ -169,26 +208,22 @@ class Workspace:
 
     def worth(self, fall: float, rss: float) -> float:
         """Return a fall of the residual sum of squares as twice a log-likelihood."""
-        if self.noise.from_repeats:
+        if not self.ordinary:
             return fall / self.noise.sigma**2
-        return float(self.readings_that_count * np.log(rss / max(rss - fall, 1e-12 * rss))) if rss > 0.0 else 0.0
+        return float(self.dataset.rows * np.log(rss / max(rss - fall, 1e-12 * rss))) if rss > 0.0 else 0.0
 
-    def p_value(self, fall: float, amplitudes: int, rss: float) -> float:
-        """Return the probability of so large a fall by noise alone, for one candidate."""
-        if amplitudes == 0:
+    def p_value(self, candidacy: Candidacy) -> float:
+        """Return the probability of so large a fall by noise alone, for one candidate of a strict workspace."""
+        if candidacy.amplitudes == 0:
             return 1.0
-        if self.noise.from_repeats:
-            ratio = fall / amplitudes / self.noise.sigma**2
-            return float(stats.f.sf(ratio, amplitudes, self.noise.freedom))
-        return float(stats.chi2.sf(self.worth(fall, rss), amplitudes))
+        ratio = candidacy.gain / candidacy.amplitudes / self.noise.sigma**2
+        return float(stats.f.sf(ratio, candidacy.amplitudes, self.noise.freedom))
 
     def total(self, choices: Sequence[Choice]) -> float:
         """Return the evidence of a whole model against none."""
         empty, full = self.background(()), self.background(choices)
         parameters = full.basis.shape[1] + sum(scan_cost(effect, shape) for effect, shape in choices)
-        return self.worth(empty.rss - full.rss, empty.rss) - parameters * float(
-            np.log(max(self.readings_that_count, 3.0))
-        )
+        return self.worth(empty.rss - full.rss, empty.rss) - parameters * self.cost
 
 
 def is_map(effect: Effect) -> bool:
