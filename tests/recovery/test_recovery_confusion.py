@@ -1,0 +1,58 @@
+"""Hidden effects are found again: a few games of every published line, and the page that the command writes."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rtec.blind import Rule, confusion, the_lines
+from rtec.blind.judged import judged, refitted
+
+ROOT = Path(__file__).parents[2]
+COMMAND = ROOT / "tests" / "recovery" / "confusion.py"
+LINES = the_lines()
+AT_REST = [line for line in LINES if "moving log" not in line.title]
+FEW = 4
+ROW = re.compile(
+    r"^\| (?P<title>[^|]+) \| [^|]+ \| (?P<bar>[^|]+) \| (?P<right>\d+) of (?P<trials>\d+)[^|]* \|", re.M
+)
+
+
+@pytest.mark.parametrize("line", AT_REST, ids=lambda line: line.title)
+def test_a_few_games_do_not_contradict_the_bar(line):
+    result = confusion([line], FEW, judged, seed=20, refit=refitted)
+    score = result.scores[0]
+    told = [f"seed {game.seed}: {game.hidden} -> {game.said}" for game in score.games if game.right is False]
+    assert score.interval[1] >= line.share, told
+
+
+def test_two_processes_play_the_same_games_as_one():
+    lines = [LINES[0], next(line for line in LINES if line.rule is Rule.TIED)]
+    alone = confusion(lines, 3, judged, seed=4, refit=refitted)
+    together = confusion(lines, 3, judged, seed=4, refit=refitted, workers=2)
+    assert together == alone
+
+
+def test_the_command_writes_a_page_with_every_game_that_went_wrong(tmp_path):
+    page = tmp_path / "confusion.md"
+    tied = str([line.rule for line in LINES].index(Rule.TIED))
+    words = ["--trials", "2", "--only", "0", "--only", tied, "--workers", "1", "-o", str(page)]
+    done = subprocess.run([sys.executable, str(COMMAND), *words], capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 1), done.stderr
+    text = page.read_text()
+    rows = ROW.findall(text)
+    assert [row[0] for row in rows] == [LINES[0].title, LINES[int(tied)].title]
+    wrong = sum(int(trials) - int(right) for _, _, right, trials in rows)
+    assert len(re.findall(r"^\| \d{8,} \|", text, re.M)) == wrong
+    assert done.returncode == (1 if wrong else 0)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("line", LINES, ids=lambda line: line.title)
+def test_two_hundred_games_reach_the_bar(line):
+    score = confusion([line], 200, judged, refit=refitted, workers=2, patience=4).scores[0]
+    told = [f"seed {game.seed}: {game.hidden} -> {game.said}" for game in score.games if game.right is False]
+    assert score.trials == 200
+    assert score.reached, told
