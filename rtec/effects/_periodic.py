@@ -10,10 +10,12 @@ import numpy as np
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import (
     FEWEST_CYCLES,
+    ENOUGH_PHASES,
     FEWEST_PLACES,
     NEARLY,
     frequencies,
     highest_frequency,
+    phases_seen,
     resolved_harmonics,
     resolved_limit,
 )
@@ -24,6 +26,8 @@ FAMILIES = 6
 """The strongest line may be the first to the sixth harmonic of its family."""
 REFIT = 0.3
 """How far a refit may move the frequency, in units of 1 / span: past the neighbours on the grid."""
+SAME_PERIOD = 0.01
+"""Share by which a period found may differ from the stated one and still be it."""
 UNIFORM = 1e-9
 """Frequencies that deviate by less, in cycles over the positions, are equally spaced."""
 
@@ -120,5 +124,13 @@ def families(
         base = frequency / part
         if part > 1 and base < NEARLY * FEWEST_CYCLES / conditions.span:
             continue
-        found += [(base, count) for count in range(part, most + 1) if count * base <= top]
+        found += [(base, count) for count in range(part, most + 1) if count * base <= top or _stated(conditions, base, count)]
     return found
+
+
+def _stated(conditions: Conditions, base: float, count: int) -> bool:
+    """Return whether a harmonic is one of the stated screw pitch, and shows at enough phases although it is so fast."""
+    pitch = conditions.screw_pitch
+    if pitch is None or abs(base * pitch - 1.0) > SAME_PERIOD:
+        return False
+    return all(phases_seen(conditions.places, pitch / k) >= ENOUGH_PHASES for k in range(1, count + 1))

@@ -113,12 +113,14 @@ class Windup(Effect):
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape started from nothing and carried over the reversal."""
         distance = own_shape(shape, WindupShape).distance
-        return [WindupShape(distance), WindupShape(distance, carried=True)]
+        lower = [distance * step for step in (1.0, 0.75, 0.55)]  # carried over, the same curve has a shorter distance
+        return [WindupShape(distance), *(WindupShape(way, carried=True) for way in lower)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance, free by a half more or less."""
+        """Return the distance, free by a half more or less, up to a fifth of the span: beyond, it looks like a scale."""
         distance = own_shape(shape, WindupShape).distance
-        return (Tunable("distance", distance / 1.5, distance * 1.5),)
+        top = max(conditions.span / 5, distance)
+        return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction times the share built up, shape (rows, 1)."""

@@ -31,7 +31,7 @@ from rtec.twin.model import Model
 from rtec.twin.noise import Noise, noise_floor, noise_from_repeats, noise_from_residual
 from rtec.twin.results import Candidate, Diagnosis, Experiment, Step, Unknown, Verdict
 from rtec.twin.selection import candidates, coherent, forward, reshaped, search, stated_period
-from rtec.twin.structure import changes_left, lack_of_fit_of_means
+from rtec.twin.structure import changes_left, in_time_by_chance, lack_of_fit_of_means
 from rtec.twin.workspace import Candidacy, Choice, Workspace
 
 LEVEL = 0.01
@@ -85,6 +85,7 @@ class _Search:
     heldout: Dataset | None
     start: Model
     workspace: Workspace
+    rng: np.random.Generator
     tests: float = 1.0
     kept: list[Choice] = field(default_factory=list)
     rejected: dict[str, Trial] = field(default_factory=dict)
@@ -143,7 +144,8 @@ def diagnose(
     base: list[Choice] = [(term.effect, term.shape) for term in begun.terms if term.shape is not None]
     searched = thinned(dataset)
     state = _Search(
-        dataset=searched, heldout=heldout, start=begun, workspace=Workspace(searched, _first_noise(searched, base), quick=True)
+        dataset=searched, heldout=heldout, start=begun, rng=rng,
+        workspace=Workspace(searched, _first_noise(searched, base), quick=True),
     )
     tell(0.05)
     constant = float(np.ptp(dataset.observed)) == 0.0
@@ -252,6 +254,9 @@ def _trial(state: _Search, choices: Sequence[Choice], k: int) -> Trial:
     same = sum(own.name == effect.name for own, _ in choices)
     grid = len(effect.shapes(workspace.conditions)) if same > 1 and workspace.noise.from_repeats else 1
     p = adjusted(strict.p_value(tested), state.tests * grid ** (same - 1))
+    correlated = workspace.noise.from_repeats and not workspace.noise.correlation.is_white
+    if p < LEVEL and effect.in_time and correlated:
+        p = max(p, in_time_by_chance(state.dataset, choices, k, workspace.library, state.rng))
     judged = workspace.judge(effect, shape, workspace.beside(rest, effect))
     return Trial(candidacy=judged, p_adjusted=p, held_out=_held_out(state, rest, choices), small=_small(state, judged))
 

@@ -18,6 +18,8 @@ FOLDS = 5
 _STRETCH = 6
 """Readings that are held out together, at least, where runs repeat: neighbours share their noise."""
 _MOST_STRETCHES = 10
+_PAIRED_ROWS, _MOST_PAIRED = 4, 25
+"""Rows of a stretch, at least, and stretches, at most, between which a held-out gain is compared."""
 _CUT = 1e-9
 
 
@@ -78,21 +80,20 @@ def gain_of(workspace: Workspace, before: Floats, after: Floats) -> HeldOutGain:
 
     With noise from repeats, the paired error follows from it: the difference of two squares is ``2 e d`` and ``d²``, d
     being the difference of the predictions, so that a step or a warm-up that lives in a few readings is judged by
-    these. Without repeats it comes from the spread between blocks.
+    these. Without repeats it comes from the spread between stretches.
     """
     if workspace.noise.from_repeats:
         difference = before - after
         total = float((before**2 - after**2).sum())
         error = 2.0 * workspace.noise.sigma * float(np.sqrt(difference @ difference))
         return HeldOutGain(gain=total / before.size, error=error / before.size)
-    return _between_blocks(before**2 - after**2, workspace.dataset.block)
+    return _between_stretches(before**2 - after**2)
 
 
-def _between_blocks(falls: Floats, block: NDArray[np.int64]) -> HeldOutGain:
-    _, number = np.unique(block, return_inverse=True)
-    means = np.bincount(number, weights=falls) / np.bincount(number)
-    if means.size < 2:
-        return HeldOutGain(gain=float(falls.mean()), error=0.0)
+def _between_stretches(falls: Floats) -> HeldOutGain:
+    """Return the mean fall of the squared error and its standard error from the spread between stretches of readings."""
+    stretches = max(2, min(_MOST_PAIRED, falls.size // _PAIRED_ROWS))
+    means = np.array([part.mean() for part in np.array_split(falls, stretches)])
     return HeldOutGain(gain=float(means.mean()), error=float(means.std(ddof=1) / np.sqrt(means.size)))
 
 
@@ -115,9 +116,9 @@ def rms_by_folds(workspace: Workspace, choices: Sequence[Choice], *, datum: bool
 
 
 def gain_on(before: Model, after: Model, other: Dataset) -> HeldOutGain:
-    """Return the fall of the mean square on another measurement, with the spread between its blocks."""
+    """Return the fall of the mean square on another measurement, with the spread between its stretches."""
     falls = residual_of(other, before) ** 2 - residual_of(other, after) ** 2
-    return _between_blocks(falls, other.block)
+    return _between_stretches(falls)
 
 
 def blocked_rms(dataset: Dataset, model: Model) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.effects import Effect, Floats
+from rtec.effects import Effect, Floats, effect_named
 from rtec.twin.results import Cosines
 from rtec.twin.score import Background, orthonormal
 from rtec.twin.selection import refined
@@ -73,6 +73,8 @@ def rivalries(workspace: Workspace, choices: Sequence[Choice], k: int) -> list[R
             found.append(
                 Rivalry(effect=effect.name, rival=other.name, cosine=cosine, lack=float(lack), candidacy=judged)
             )
+    tied = {r.rival for r in found if r.tied}
+    found = [r for r in found if not effect_named(r.rival).contains & tied]  # the simplest of the rivals stands for them
     found += [
         Rivalry(effect=effect.name, rival=rival.name, cosine=1.0, lack=0.0, permanent=True)
         for rival in effect.rivals

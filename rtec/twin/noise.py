@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,17 +12,25 @@ from rtec.effects import Effect, Floats, Shape
 from rtec.twin.dataset import Dataset
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space
 from rtec.twin.results import NoiseFloor
+from rtec.twin.score import background, gains
 from rtec.twin.whitening import Correlation
 
 _RHO = (0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97, 0.985, 0.994, 0.998)
 _WHITE = (0.1, 0.25, 0.5, 0.75)
 _MIXED_FROM = 0.7
 """An autoregressive part with a white part beside it is tried from this correlation on: below, the two look alike."""
+GRID = (
+    Correlation(),
+    *(Correlation(rho=rho) for rho in _RHO),
+    *(Correlation(rho=rho, white=white) for rho in _RHO if rho >= _MIXED_FROM for white in _WHITE),
+)
 WORTH = 3.0
 """Log-likelihood that a further parameter of the correlation has to bring (BIC asks for 2.6 at 200 readings)."""
 FEWEST = 9
 """With fewer differences no correlation is estimated."""
 _RANK = 1e-10
+_MOMENTS = 250
+"""At which a step is tried when the noise is estimated."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,16 +90,11 @@ class NoiseFit:
         flat = Correlation()
         best, value = flat, self._likelihood(observed, flat)[0]
         if observed.size >= FEWEST and np.isfinite(value):
-            chain = [(self._likelihood(observed, Correlation(rho=rho))[0], rho, 0.0) for rho in _RHO]
-            mixed = [
-                (self._likelihood(observed, Correlation(rho=rho, white=white))[0], rho, white)
-                for rho in _RHO
-                if rho >= _MIXED_FROM
-                for white in _WHITE
-            ]
-            for found in (max(chain), max(mixed)):
-                if found[0] > value + WORTH:
-                    value, best = found[0], Correlation(rho=found[1], white=found[2])
+            values = [(self._likelihood(observed, c)[0], k) for k, c in enumerate(GRID)]
+            chain, mixed = values[1 : len(_RHO) + 1], values[len(_RHO) + 1 :]
+            for found, k in (max(chain), max(mixed)):
+                if found > value + WORTH:
+                    value, best = found, GRID[k]
             if refine and not best.is_white:
                 best = self._refined(observed, best)
         _, variance, freedom = self._likelihood(observed, best)
@@ -102,20 +105,47 @@ class NoiseFit:
 
         Unlike the restricted one it may be compared between fits from which different columns are taken out.
         """
-        grid = [Correlation(), *(Correlation(rho=rho) for rho in _RHO)]
-        grid += [Correlation(rho=rho, white=white) for rho in _RHO if rho >= _MIXED_FROM for white in _WHITE]
-        best = np.full(observed.shape[0], -np.inf)
+        return self.likelihood_ratios(observed, np.empty((0, observed.shape[1])))[0]
+
+    def likelihood_ratios(self, observed: Floats, columns: Floats) -> tuple[Floats, Floats]:
+        """Return the largest plain log-likelihoods, and by how much they rise with the best of further columns.
+
+        Parameters
+        ----------
+        observed
+            Shape (data, rows).
+        columns
+            Shape (columns, rows), each of which is added alone.
+
+        Returns
+        -------
+        tuple
+            Of shape (data,) each.
+        """
+        alone = np.full(observed.shape[0], -np.inf)
+        added = alone.copy()
         share = self._freedom / observed.shape[1]
-        for c in grid:
+        for c in GRID:
             if c not in self._prepared:
                 self._prepared[c] = self._prepare(c)
-            basis, _, _ = self._prepared[c]
+            basis = self._prepared[c][0]
             y = c.whitened(observed, self._starts)
             y = y - (y @ basis) @ basis.T
-            rss = np.maximum((y**2).sum(axis=1) * share, 1e-300)
+            rss = (y**2).sum(axis=1)
             log_det = c.log_determinant(self._starts) * share
-            best = np.maximum(best, -0.5 * (self._freedom * np.log(rss / self._freedom) + log_det))
-        return best
+            alone = np.maximum(alone, self._plain(rss * share, log_det))
+            if columns.size:
+                more = c.whitened(columns, self._starts)
+                more = more - (more @ basis) @ basis.T
+                length = (more**2).sum(axis=1)
+                more = more[length > _RANK] / np.sqrt(length[length > _RANK])[:, None]
+                fall = ((y @ more.T) ** 2).max(axis=1, initial=0.0)
+                added = np.maximum(added, self._plain((rss - fall) * share, log_det))
+        return alone, np.maximum(added - alone, 0.0)
+
+    def _plain(self, rss: Floats, log_det: float) -> Floats:
+        value: Floats = -0.5 * (self._freedom * np.log(np.maximum(rss, 1e-300) / self._freedom) + log_det)
+        return value
 
     def _refined(self, observed: Floats, best: Correlation) -> Correlation:
         """Climb from a grid point to the top between its neighbours."""
@@ -169,12 +199,11 @@ def columns_in_time(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]]) -> 
     return np.vstack(found) if found else np.empty((0, dataset.rows))
 
 
-def noise_from_repeats(
-    dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] = (), *, structure: Mapping[str, Floats] | None = None
-) -> Noise | None:
+def noise_from_repeats(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] = ()) -> Noise | None:
     """Return the noise that repeats show, or None where nothing was repeated.
 
-    Slow changes in time are taken out beforehand, for a drift that is not in the model yet is no noise.
+    Slow changes in time are taken out beforehand, for a drift that is not in the model yet is no noise; and so is one
+    step, where a step is much likelier than the correlation that it feigns.
 
     Parameters
     ----------
@@ -182,16 +211,38 @@ def noise_from_repeats(
         With or without repeats.
     terms
         The model so far; of it, what changes in time is taken out, too.
-    structure
-        More to be taken out, by what it depends on, each shape (columns, rows); by default slow changes in time.
     """
     space = repeat_space(dataset)
     if space is None or space.freedom < 1:
         return None
-    out = changes_between_repeats(dataset, space)["time"] if structure is None else np.vstack([*structure.values()])
-    fit = NoiseFit(space.of(np.vstack([out, columns_in_time(dataset, terms)])), space.starts, space.freedom)
+    slow = changes_between_repeats(dataset, space)["time"]
+    nuisance = space.of(np.vstack([slow, columns_in_time(dataset, terms)]))
+    fit = NoiseFit(nuisance, space.starts, space.freedom)
     sigma, correlation, freedom = fit.fit(space.observed)
+    if not correlation.is_white and (step := _likely_step(dataset, space, fit, nuisance, correlation)) is not None:
+        sigma, correlation, freedom = step.fit(space.observed)
     return Noise(sigma=max(sigma, _smallest(dataset)), correlation=correlation, freedom=freedom, from_repeats=True)
+
+
+def _likely_step(
+    dataset: Dataset, space: RepeatSpace, fit: NoiseFit, nuisance: Floats, correlation: Correlation
+) -> NoiseFit | None:
+    """Return the fit with a step in time taken out, where the step is worth more than its three parameters."""
+    if space.freedom < FEWEST or dataset.conditions.time_s is None:
+        return None
+    rows = np.unique(np.linspace(1, dataset.rows - 1, _MOMENTS).astype(np.int64))
+    steps = space.of((np.arange(dataset.rows)[None, :] >= rows[:, None]).astype(np.float64))
+    best = None
+    for c in (Correlation(), correlation):
+        back = background(c.whitened(nuisance, space.starts), c.whitened(space.observed, space.starts)[0])
+        fall = gains(c.whitened(steps, space.starts)[:, None, :], back)
+        with_step = NoiseFit(np.vstack([nuisance, steps[int(np.argmax(fall))]]), space.starts, space.freedom)
+        value = float(with_step.largest_likelihoods(space.observed[None, :])[0])
+        if best is None or value > best[0]:
+            best = value, with_step
+    plain = float(fit.largest_likelihoods(space.observed[None, :])[0])
+    worth = 1.5 * float(np.log(space.freedom))
+    return best[1] if best is not None and best[0] - plain > worth else None
 
 
 def noise_from_residual(dataset: Dataset, residual: Floats, parameters: int) -> Noise:

@@ -62,8 +62,10 @@ def contrasts_of(columns: Floats, runs: int) -> Floats:
         helmert[k - 1, :k] = 1.0
         helmert[k - 1, k] = -k
         helmert[k - 1] /= np.sqrt(k * (k + 1.0))
-    cube = columns.reshape(columns.shape[0], runs, -1)
-    return np.ascontiguousarray(np.einsum("kr,crs->cks", helmert, cube)).reshape(columns.shape[0], -1)
+    count, rows = columns.shape
+    cube = columns.reshape(count, runs, rows // runs)
+    contrasts = np.einsum("kr,crs->cks", helmert, cube)
+    return np.ascontiguousarray(contrasts).reshape(count, rows - rows // runs)
 
 
 def _about_cells(columns: Floats, cell: NDArray[np.int64]) -> Floats:

@@ -71,7 +71,14 @@ def background(columns: Floats, observed: Floats) -> Background:
     return Background(basis=basis, residual=observed - basis @ (basis.T @ observed))
 
 
-def gains(candidates: Floats, back: Background, *, copies: int = 1, not_negative: bool = False) -> Floats:
+def gains(
+    candidates: Floats,
+    back: Background,
+    *,
+    copies: int = 1,
+    not_negative: bool = False,
+    independent: float = INDEPENDENT,
+) -> Floats:
     """Return by how much each candidate would lower the residual sum of squares.
 
     Parameters
@@ -84,6 +91,9 @@ def gains(candidates: Floats, back: Background, *, copies: int = 1, not_negative
         How many runs a row stands for.
     not_negative
         Whether amplitudes below zero do not count (one amplitude only).
+    independent
+        Share of its squared length that a column must have beside the others to count; a pair that has less explains
+        nothing.
 
     Returns
     -------
@@ -101,7 +111,7 @@ def gains(candidates: Floats, back: Background, *, copies: int = 1, not_negative
     shared = (flat @ back.basis).reshape(m, q, -1)
     own = copies * np.einsum("mqn,mqn->mq", candidates, candidates)
     left = own - np.einsum("mqk,mqk->mq", shared, shared)
-    tiny = left <= INDEPENDENT * own
+    tiny = left <= independent * own
     alone = np.where(tiny, 0.0, b**2 / np.where(tiny, 1.0, left))
     if q == 1:
         fall: Floats = np.where(not_negative & (b[:, 0] < 0.0), 0.0, alone[:, 0])
@@ -109,14 +119,18 @@ def gains(candidates: Floats, back: Background, *, copies: int = 1, not_negative
     cross = copies * np.einsum("mn,mn->m", candidates[:, 0], candidates[:, 1])
     cross -= np.einsum("mk,mk->m", shared[:, 0], shared[:, 1])
     determinant = left[:, 0] * left[:, 1] - cross**2
-    single = tiny.any(axis=1) | (determinant <= INDEPENDENT * left[:, 0] * left[:, 1])
+    single = tiny.any(axis=1) | (determinant <= independent * left[:, 0] * left[:, 1])
     both = left[:, 1] * b[:, 0] ** 2 - 2.0 * cross * b[:, 0] * b[:, 1] + left[:, 0] * b[:, 1] ** 2
-    found: Floats = np.where(single, alone.max(axis=1), both / np.where(single, 1.0, determinant))
+    rest = np.zeros(m) if independent > INDEPENDENT else alone.max(axis=1)
+    found: Floats = np.where(single, rest, both / np.where(single, 1.0, determinant))
     return found
 
 
-def gain_of_block(columns: Floats, back: Background) -> tuple[float, int]:
-    """Return by how much any number of columns together would lower the residual sum of squares, and their rank.
+def gain_of_block(columns: Floats, back: Background) -> tuple[float, int, float]:
+    """Return by how much several columns would lower the residual sum of squares, their rank, and their independence.
+
+    The independence is the smallest share of its squared length that any combination of the columns, each of length 1,
+    has beside the model.
 
     Parameters
     ----------
@@ -133,4 +147,4 @@ def gain_of_block(columns: Floats, back: Background) -> tuple[float, int]:
     values, vectors = np.linalg.eigh(gram)
     good = values > INDEPENDENT
     along = vectors[:, good].T @ b
-    return float((along**2 / values[good]).sum()), int(good.sum())
+    return float((along**2 / values[good]).sum()), int(good.sum()), float(values[0])

@@ -21,6 +21,8 @@ REFINED = 5
 """So many of the best candidates of a scan are looked at in all their forms."""
 SHARE_OF_PLACES = 0.55
 """Functions of position with more parameters than this share of the places fit anything: nothing is left to test."""
+SIMPLER = 6.0
+"""Evidence that a model may lack against one that is less simple."""
 REVERSAL = ("backlash", "backlash_map", "windup")
 """Effects that differ by direction."""
 EXCHANGES = 4
@@ -233,6 +235,36 @@ def exchanged(
     return best
 
 
+def simplified(
+    workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect], *, given: Collection[str] = ()
+) -> list[Choice]:
+    """Return the model with simpler effects where they do nearly as well: the simplest that explains the data wins.
+
+    Each effect is tried against its special cases, and each map alone against the map with a special case beside it.
+    """
+    model = list(choices)
+    changed = True
+    while changed:
+        changed, value = False, workspace.total(model)
+        for k, (own, _) in enumerate(model):
+            if own.name in given:
+                continue
+            rest = [*model[:k], *model[k + 1 :]]
+            names = {effect.name for effect, _ in rest}
+            inner = [e for e in effects if e.name in own.contains and e.name not in names and e.name != "offset"]
+            trials = [forward(workspace, rest, [e], given=given, limit=1) for e in inner]
+            if is_map(own):
+                for j, (other, _) in enumerate(model):
+                    if other.name in own.contains and other.name not in given:
+                        less = [*(c for i, c in enumerate(model) if i not in (j, k))]
+                        trials.append(forward(workspace, less, [own], given=given, limit=1))
+            trials = [t for t in trials if coherent(t) and workspace.total(t) > value - SIMPLER]
+            if trials:
+                model, changed = max(trials, key=workspace.total), True
+                break
+    return model
+
+
 def search(
     workspace: Workspace,
     choices: Sequence[Choice],
@@ -260,7 +292,7 @@ def search(
         if [e.name for e, _ in better] == [e.name for e, _ in best]:
             break
         best = better
-    return best
+    return simplified(workspace, best, everything, given=given)
 
 
 def stated_period(workspace: Workspace, choice: Choice, others: Sequence[Choice]) -> Choice:

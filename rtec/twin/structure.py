@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from rtec.effects import Floats
+from rtec.effects import Effect, Floats, Shape
 from rtec.twin.dataset import Dataset
 from rtec.twin.noise import Noise, NoiseFit, columns_in_time
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space, run_starts
@@ -17,6 +17,7 @@ from rtec.twin.workspace import Choice, Workspace
 SIGNIFICANT = 0.01
 DRAWS = 99
 FEWEST_DIFFERENCES = 6
+MOST_SHAPES = 300
 MOST_SIMULATED = 3000
 """With more differences than these the noise is known so well that nothing has to be simulated."""
 
@@ -126,3 +127,42 @@ def noise_drawn(dataset: Dataset, noise: Noise, rng: np.random.Generator) -> Flo
         drawn = np.sqrt(1.0 - white) * drawn + np.sqrt(white) * rng.standard_normal(dataset.rows)
     return noise.sigma * drawn
 
+
+
+def in_time_by_chance(
+    dataset: Dataset, choices: Sequence[Choice], k: int, library: Sequence[Effect], rng: np.random.Generator
+) -> float:
+    """Return the probability that correlated noise feigns what choice ``k`` explains between repeats.
+
+    Notes
+    -----
+    The likelihood ratio of "noise, and this effect" against "noise", the covariance estimated anew for each, is
+    compared with the largest over all effects in time and their scan grids for noise of the covariance that the
+    differences have without the effect (a Gumbel distribution with the mean and variance of the draws). So the test
+    carries the uncertainty of the correlation, which a few repeats leave large.
+    """
+    space = repeat_space(dataset)
+    if space is None or space.freedom < FEWEST_DIFFERENCES or space.freedom > MOST_SIMULATED:
+        return 0.0
+    rest = [*choices[:k], *choices[k + 1 :]]
+    own = columns_in_time(dataset, rest)
+    fit = NoiseFit(space.of(own), space.starts, space.freedom)
+    column = space.of(dataset.columns(*choices[k]).T)
+    seen = float(fit.likelihood_ratios(space.observed[None, :], column)[1][0])
+    everything = np.vstack([
+        dataset.columns(effect, shape).T
+        for effect in library
+        if effect.in_time
+        for shape in _thinned(effect.shapes(dataset.conditions))
+    ])  # fmt: skip
+    sigma, correlation, freedom = fit.fit(space.observed)
+    noise = Noise(sigma=sigma, correlation=correlation, freedom=freedom, from_repeats=True)
+    drawn = space.of(np.array([noise_drawn(dataset, noise, rng) for _ in range(DRAWS)]))
+    largest = fit.likelihood_ratios(drawn, space.of(everything))[1]
+    scale = float(largest.std(ddof=1)) * np.sqrt(6.0) / np.pi + 1e-12
+    return float(stats.gumbel_r.sf(seen, largest.mean() - np.euler_gamma * scale, scale))
+
+
+def _thinned(shapes: Sequence[Shape]) -> Sequence[Shape]:
+    every = -(-len(shapes) // MOST_SHAPES)
+    return shapes[::every]

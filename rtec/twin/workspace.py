@@ -15,7 +15,7 @@ from rtec.effects._periodic import Periodic
 from rtec.twin.dataset import Dataset
 from rtec.twin.noise import Noise
 from rtec.twin.repeat_space import equal_runs, run_starts
-from rtec.twin.score import Background, background, gain_of_block, gains
+from rtec.twin.score import INDEPENDENT, Background, background, gain_of_block, gains
 from rtec.twin.whitening import Correlation
 
 Choice: TypeAlias = tuple[Effect, Shape]
@@ -25,6 +25,9 @@ WORTH_ADDING = 0.02
 """Share of the residual sum of squares that each amplitude has to explain where no repeats say what noise is."""
 NODES_WITHOUT_REPEATS = 8
 _KEEP_BYTES = 300_000_000
+WAVES_APART = 0.01
+"""Waves that are nearly constant at the places measured, or nearly alike there, explain nothing: their amplitudes would
+grow beyond the data and cancel."""
 _KEPT_SHAPES = 200
 _AT_ONCE_BYTES = 60_000_000
 
@@ -172,7 +175,8 @@ class Workspace:
         best: tuple[float, Shape, int] | None = None
         for shapes, columns, copies in self.scan(effect):
             own = back if copies == 1 else back.folded(copies)
-            fall = gains(columns, own, copies=copies, not_negative=effect.not_negative)
+            apart = WAVES_APART if isinstance(effect, Periodic) else INDEPENDENT
+            fall = gains(columns, own, copies=copies, not_negative=effect.not_negative, independent=apart)
             k = int(np.argmax(fall))
             if best is None or fall[k] > best[0]:
                 best = float(fall[k]), shapes[k], columns.shape[1]
@@ -188,7 +192,9 @@ class Workspace:
     def judge(self, effect: Effect, shape: Shape, back: Background) -> Candidacy:
         """Return what an effect with a given shape would explain beside a background."""
         columns = self.columns(effect, shape)
-        fall, amplitudes = gain_of_block(columns, back)
+        fall, amplitudes, independent = gain_of_block(columns, back)
+        if isinstance(effect, Periodic) and independent < WAVES_APART:
+            fall = 0.0
         if effect.not_negative and columns.shape[0] == 1 and float(columns[0] @ back.residual) < 0.0:
             fall = 0.0
         return self._candidacy(effect, shape, fall, amplitudes, back.rss)
