@@ -124,7 +124,11 @@ def families(
         base = frequency / part
         if part > 1 and base < NEARLY * FEWEST_CYCLES / conditions.span:
             continue
-        found += [(base, count) for count in range(part, most + 1) if count * base <= top or _stated(conditions, base, count)]
+        found += [
+            (base, count)
+            for count in range(part, most + 1)
+            if count * base <= top or _stated(conditions, base, count)
+        ]
     return found
 
 

@@ -101,7 +101,9 @@ class Stribeck(Effect):
         speeds = _speeds(conditions)
         if speeds.size < 2:
             return []
-        return [StribeckShape(speed) for speed in ladder(float(speeds[0]), max(float(speeds[-1]) / 3, float(speeds[0])))]
+        return [
+            StribeckShape(speed) for speed in ladder(float(speeds[0]), max(float(speeds[-1]) / 3, float(speeds[0])))
+        ]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the Stribeck speed, free by a half more or less."""

@@ -37,7 +37,11 @@ def independent_tests(workspace: Workspace, rng: np.random.Generator, draws: int
             continue
         for _, columns, copies in workspace.scan(effect):
             own = noise if copies == 1 else noise.reshape(copies, -1, draws).sum(axis=0)
-            basis = back.basis if copies == 1 else back.basis.reshape(copies, rows // copies, back.basis.shape[1]).sum(axis=0)
+            basis = (
+                back.basis
+                if copies == 1
+                else back.basis.reshape(copies, rows // copies, back.basis.shape[1]).sum(axis=0)
+            )
             found = _falls(columns, own, basis, copies)
             largest = np.maximum(largest, -stats.chi2.logsf(found, columns.shape[1]))
     median = float(np.exp(-np.median(largest)))

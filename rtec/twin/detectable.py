@@ -23,8 +23,8 @@ def minimum_detectable(workspace: Workspace, tests: float) -> dict[str, float]:
 
     Notes
     -----
-    The fall of the residual sum of squares is noncentral chi-square (Wald 1943) with the contribution's energy beside a
-    constant, in whitened space, over the noise's variance. It has to pass the adjusted probability, the cost of its
+    The fall of the residual sum of squares is noncentral chi-square (Wald 1943) with the contribution's energy beside
+    a constant, in whitened space, over the noise's variance. It has to pass the adjusted probability, the cost of its
     parameters and the held-out test. Of several shapes the least favourable counts.
     """
     strict = workspace.strict

@@ -8,9 +8,9 @@ from types import MappingProxyType
 import numpy as np
 
 from rtec.effects import Conditions, Effect, Observable, distance_since_reversal, effect_named
+from rtec.twin.fit import needs_datum, solved
 from rtec.twin.lookalikes import Rivalry
 from rtec.twin.results import Experiment, Unknown
-from rtec.twin.fit import needs_datum, solved
 from rtec.twin.workspace import Choice, Workspace
 
 _PLACES = 15

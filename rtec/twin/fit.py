@@ -1,4 +1,4 @@
-"""Fitting a model: amplitudes by generalised least squares, shapes by a bounded joint refit, with their uncertainties."""
+"""Fitting a model: amplitudes by generalised least squares, shapes by a bounded joint refit, with uncertainties."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from rtec.effects import Floats, Shape, Tunable
+from rtec.effects import Floats, Tunable
 from rtec.errors import ArgumentError
 from rtec.twin.dataset import Dataset
 from rtec.twin.model import Model, Term

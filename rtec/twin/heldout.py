@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec.effects import Floats
-from rtec.twin.dataset import Dataset
+from rtec.twin.dataset import Dataset, Ints
 from rtec.twin.fit import opened_model, residual_of
 from rtec.twin.model import Model
 from rtec.twin.workspace import Choice, Workspace
@@ -20,7 +20,7 @@ _STRETCH = 6
 _MOST_STRETCHES = 10
 _PAIRED_ROWS, _MOST_PAIRED = 4, 25
 """Rows of a stretch, at least, and stretches, at most, between which a held-out gain is compared."""
-_CUT = 1e-9
+_CUT = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,20 +66,34 @@ def held_out_residual(workspace: Workspace, choices: Sequence[Choice], *, datum:
     """Return the whitened residual of each reading by a fit to the other folds, shape (rows,)."""
     table = _table(workspace, choices, datum)
     residual = workspace.observed.copy()
-    fold = folds(workspace.dataset)
-    if table.shape[1]:
-        for number in np.unique(fold):
-            test = fold == number
-            numbers = np.linalg.lstsq(table[~test], workspace.observed[~test], rcond=_CUT)[0]
-            residual[test] -= table[test] @ numbers
+    for test, numbers in _fits_without(table, workspace.observed, folds(workspace.dataset)):
+        residual[test] -= table[test] @ numbers
     return residual
+
+
+def _fits_without(table: Floats, observed: Floats, fold: Ints) -> Iterator[tuple[NDArray[np.bool_], Floats]]:
+    """Yield the rows of each fold with the fit to all others.
+
+    Normal equations of the whole, less those of the fold: each row is used once for all folds.
+    """
+    if not table.shape[1]:
+        return
+    length = np.sqrt((table**2).sum(axis=0))
+    length[length == 0.0] = 1.0
+    scaled = table / length
+    gram, along = scaled.T @ scaled, scaled.T @ observed
+    for number in np.unique(fold):
+        test = fold == number
+        part = scaled[test]
+        rest = np.linalg.pinv(gram - part.T @ part, rcond=_CUT, hermitian=True)
+        yield test, rest @ (along - part.T @ observed[test]) / length
 
 
 def gain_of(workspace: Workspace, before: Floats, after: Floats) -> HeldOutGain:
     """Return the held-out gain between two whitened held-out residuals.
 
-    With noise from repeats, the paired error follows from it: the difference of two squares is ``2 e d`` and ``d²``, d
-    being the difference of the predictions, so that a step or a warm-up that lives in a few readings is judged by
+    With noise from repeats, the paired error follows from it: the difference of two squares is ``2 e d`` and ``d²``,
+    d being the difference of the predictions, so that a step or a warm-up that lives in a few readings is judged by
     these. Without repeats it comes from the spread between stretches.
     """
     if workspace.noise.from_repeats:
@@ -91,7 +105,7 @@ def gain_of(workspace: Workspace, before: Floats, after: Floats) -> HeldOutGain:
 
 
 def _between_stretches(falls: Floats) -> HeldOutGain:
-    """Return the mean fall of the squared error and its standard error from the spread between stretches of readings."""
+    """Return the mean fall of the squared error, and its standard error from the spread between stretches."""
     stretches = max(2, min(_MOST_PAIRED, falls.size // _PAIRED_ROWS))
     means = np.array([part.mean() for part in np.array_split(falls, stretches)])
     return HeldOutGain(gain=float(means.mean()), error=float(means.std(ddof=1) / np.sqrt(means.size)))
@@ -106,12 +120,8 @@ def rms_by_folds(workspace: Workspace, choices: Sequence[Choice], *, datum: bool
         raw.append(np.ones((dataset.rows, 1)))
     columns = np.hstack(raw) if raw else np.empty((dataset.rows, 0))
     residual = dataset.observed.copy()
-    fold = folds(dataset)
-    if columns.shape[1]:
-        for number in np.unique(fold):
-            test = fold == number
-            numbers = np.linalg.lstsq(weights[~test], workspace.observed[~test], rcond=_CUT)[0]
-            residual[test] -= columns[test] @ numbers
+    for test, numbers in _fits_without(weights, workspace.observed, folds(dataset)):
+        residual[test] -= columns[test] @ numbers
     return float(np.sqrt(np.mean(residual**2)))
 
 

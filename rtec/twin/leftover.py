@@ -9,9 +9,9 @@ from scipy import stats
 
 from rtec.effects import Floats
 from rtec.effects.frequency_grid import frequencies
-from rtec.twin.repeat_space import repeat_space
+from rtec.twin.repeat_space import equal_runs, repeat_space
 from rtec.twin.results import Unknown
-from rtec.twin.score import gains, orthonormal
+from rtec.twin.score import Background, gains, orthonormal
 from rtec.twin.structure import SIGNIFICANT
 from rtec.twin.workspace import Choice, Workspace
 
@@ -101,7 +101,7 @@ def _position_or_direction(workspace: Workspace, choices: Sequence[Choice]) -> l
     return found
 
 
-def _variance_by(places: np.ndarray, values: Floats) -> float:  # type: ignore[type-arg]
+def _variance_by(places: np.ndarray, values: Floats) -> float:
     number = np.maximum(places, 0)
     count = np.bincount(number)
     means = np.bincount(number, weights=values) / np.maximum(count, 1)
@@ -113,11 +113,15 @@ def _strongest_period(workspace: Workspace, choices: Sequence[Choice]) -> float 
     grid = frequencies(workspace.conditions)[:_MOST_LINES]
     if not grid.size:
         return None
-    back = workspace.background(choices)
-    angle = 2.0 * np.pi * grid[:, None] * workspace.conditions.position[None, :]
+    residual = _mean_run(workspace, choices)
+    rows = equal_runs(workspace.dataset)
+    slots = workspace.dataset.rows if rows is None else rows[1]
+    place, left = workspace.conditions.position[:slots], residual[:slots]
+    angle = 2.0 * np.pi * grid[:, None] * place[None, :]
     waves = np.stack([np.sin(angle), np.cos(angle)], axis=1)
     m, q, n = waves.shape
-    fall = gains(workspace.whitened(waves.reshape(m * q, n)).reshape(m, q, n), back)
+    empty = Background(basis=np.empty((n, 0)), residual=left * np.sqrt(workspace.dataset.rows / slots))
+    fall = gains(workspace.whitened_part(waves.reshape(m * q, n)).reshape(m, q, n), empty)
     k = int(np.argmax(fall))
     p = grid.size * float(stats.chi2.sf(fall[k] / workspace.noise.sigma**2, 2))
     return float(1.0 / grid[k]) if p < _LINE else None

@@ -74,7 +74,9 @@ def rivalries(workspace: Workspace, choices: Sequence[Choice], k: int) -> list[R
                 Rivalry(effect=effect.name, rival=other.name, cosine=cosine, lack=float(lack), candidacy=judged)
             )
     tied = {r.rival for r in found if r.tied}
-    found = [r for r in found if not effect_named(r.rival).contains & tied]  # the simplest of the rivals stands for them
+    found = [
+        r for r in found if not effect_named(r.rival).contains & tied
+    ]  # the simplest of the rivals stands for them
     found += [
         Rivalry(effect=effect.name, rival=rival.name, cosine=1.0, lack=0.0, permanent=True)
         for rival in effect.rivals
@@ -133,9 +135,9 @@ def cosines(workspace: Workspace, choices: Sequence[Choice]) -> Cosines | None:
 def constant_is_datum(workspace: Workspace, choices: Sequence[Choice]) -> bool:
     """Return whether the constant of the readings only says where an effect was set to zero.
 
-    A deviation is measured from a datum: an instrument is set to zero at the first reading, or the mean is taken off.
-    A scale error so measured has a constant beside it, and so has a backlash read from its forward side; neither is an
-    offset of its own. The constant is a datum where, for some choice of zero of each effect, it is insignificant.
+    A deviation is measured from a datum: an instrument is set to zero at the first reading, or the mean is taken
+    off. A scale error so measured has a constant beside it, and so has a backlash read from its forward side; neither
+    is an offset of its own. The constant is a datum where, for some choice of zero of each effect, it is insignificant.
     """
     others = [choice for choice in choices if choice[0].name != "offset"]
     if not others:

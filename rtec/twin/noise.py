@@ -29,6 +29,7 @@ WORTH = 3.0
 FEWEST = 9
 """With fewer differences no correlation is estimated."""
 _RANK = 1e-10
+_TRIFLE = 2e-3
 _MOMENTS = 250
 """At which a step is tried when the noise is estimated."""
 
@@ -86,7 +87,7 @@ class NoiseFit:
         self._prepared: dict[Correlation, tuple[Floats, float, int]] = {}
 
     def fit(self, observed: Floats, *, refine: bool = True) -> tuple[float, Correlation, float]:
-        """Return standard deviation, correlation and degrees of freedom that suit ``observed``, shape (rows,), best."""
+        """Return standard deviation, correlation and degrees of freedom that suit ``observed`` best."""
         flat = Correlation()
         best, value = flat, self._likelihood(observed, flat)[0]
         if observed.size >= FEWEST and np.isfinite(value):
@@ -261,8 +262,12 @@ def noise_from_residual(dataset: Dataset, residual: Floats, parameters: int) -> 
 
 
 def _smallest(dataset: Dataset) -> float:
-    """Return the noise below which readings that repeat exactly are not believed: a trifle of what was observed."""
-    return 1e-9 * float(np.abs(dataset.observed).max()) + 1e-300
+    """Return the noise below which readings that repeat exactly are not believed, in the observed unit inside.
+
+    A recording rounded to its last digit, or an emulator without noise, repeats to the digit; what is a
+    five-hundredth of the observed spread is then of no interest.
+    """
+    return _TRIFLE * float(np.std(dataset.observed)) + 1e-300
 
 
 def adjacent_sigma(dataset: Dataset) -> float | None:

@@ -156,6 +156,8 @@ class Diagnosis:
     cosines: Cosines | None
     experiment: Experiment
     notes: tuple[str, ...]
+    rms_heldout_before: float = float("nan")
+    """Held-out RMS of the model that the search began with."""
 
     @property
     def effects(self) -> tuple[str, ...]:

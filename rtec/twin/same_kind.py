@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from rtec.effects.conditions import Conditions
 from rtec.errors import FileFormatError
@@ -44,7 +45,7 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
         problem = f"no {', '.join(lacking)} here, but in {like.source}"
         raise FileFormatError(data.source, None, problem, "the same kinds of columns in both files")
     notes = list(data.notes)
-    facts = {name: getattr(theirs, name) for name in _STATED if getattr(mine, name) is None}
+    facts: dict[str, Any] = {name: getattr(theirs, name) for name in _STATED if getattr(mine, name) is None}
     facts["reference_temperature_degc"] = theirs.reference_temperature_degc
     if mine.temperatures and mine.reference_temperature_degc != theirs.reference_temperature_degc:
         notes.append(f"reference temperature as in {like.source}: {theirs.reference_temperature_degc:g} degC")
@@ -52,6 +53,9 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
     if theirs.time_s is None and mine.time_s is not None:
         facts["time_s"], units = None, like.units
         notes.append(f"time is not used: {like.source} has none, and row order counts as time")
+    if theirs.time_s is None and not theirs.moving and mine.run.min() > theirs.run.max():
+        facts["first_row"] = like.rows
+        notes.append(f"its runs follow those of {like.source}: row order goes on from there")
     return replace(data, conditions=replace(mine, **facts), units=units, notes=tuple(notes))
 
 

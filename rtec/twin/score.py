@@ -127,10 +127,10 @@ def gains(
 
 
 def gain_of_block(columns: Floats, back: Background) -> tuple[float, int, float]:
-    """Return by how much several columns would lower the residual sum of squares, their rank, and their independence.
+    """Return the fall of the residual sum of squares by several columns, their rank, and their independence.
 
-    The independence is the smallest share of its squared length that any combination of the columns, each of length 1,
-    has beside the model.
+    The independence is the smallest share of its squared length that any combination of the columns, each of length
+    1, has beside the model.
 
     Parameters
     ----------

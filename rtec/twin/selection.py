@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +21,7 @@ REFINED = 5
 """So many of the best candidates of a scan are looked at in all their forms."""
 SHARE_OF_PLACES = 0.55
 """Functions of position with more parameters than this share of the places fit anything: nothing is left to test."""
+MANY_ROWS = 2000
 SIMPLER = 6.0
 """Evidence that a model may lack against one that is less simple."""
 REVERSAL = ("backlash", "backlash_map", "windup")
@@ -79,7 +80,7 @@ def _is_better(workspace: Workspace, found: Candidacy, best: Candidacy) -> bool:
     """Return whether a form has more evidence; without repeats, also whether each amplitude more explains enough."""
     if found.evidence <= best.evidence:
         return False
-    more = found.amplitudes - best.amplitudes
+    more = 0.5 * (found.amplitudes - best.amplitudes)
     left = best.before - best.gain
     return not workspace.ordinary or more <= 0 or found.gain - best.gain > WORTH_ADDING * more * left
 
@@ -87,7 +88,8 @@ def _is_better(workspace: Workspace, found: Candidacy, best: Candidacy) -> bool:
 def _is_family(found: Candidacy, single: Candidacy, line: float) -> bool:
     """Return whether a family of which the line is a higher harmonic explains much more than the line itself.
 
-    Else a few weak lines beside a strong one would pass its third for the first, and make the period three times as long.
+    Else a few weak lines beside a strong one would pass its third for the first, and make the period three times
+    as long.
     """
     part = round(getattr(found.shape, "period", line) / line)
     return part <= 1 or found.gain > (1.0 + OTHER_LINES) * single.gain
@@ -153,7 +155,7 @@ def forward(
     limit: int = MOST_EFFECTS,
     watch: Callable[[Sequence[Choice], Candidacy], None] | None = None,
 ) -> list[Choice]:
-    """Add the best candidate while there is evidence for one; after each, refit the shapes and take out the useless."""
+    """Add the best candidate while there is evidence for one; after each, refit and take out the useless."""
     model = list(choices)
     for _ in range(limit):
         ranked = candidates(workspace, model, effects)
@@ -232,7 +234,33 @@ def exchanged(
         found = workspace.total(trial)
         if found > value + 1.0:
             best, value = trial, found
+    for trial in _bolder(workspace, choices, effects, given):
+        found = workspace.total(trial)
+        if found > value + 1.0:
+            best, value = trial, found
     return best
+
+
+def _bolder(
+    workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect], given: Collection[str]
+) -> Iterator[list[Choice]]:
+    """Yield models that no single exchange reaches: a simple effect put in first, two taken out at once."""
+    held = {effect.name for effect, _ in choices}
+    back = workspace.background(choices)
+    for effect in effects:
+        if effect.name in held or is_map(effect) or hasattr(effect.shape_type(), "period") or effect.name == "offset":
+            continue
+        if effect.builds_on <= held and (best := workspace.best_of_scan(effect, back)) is not None:
+            model = [*choices, (effect, best.shape)]
+            yield backward(workspace, reshaped(workspace, model), given=given)
+    if workspace.dataset.rows > MANY_ROWS or not 2 <= len(choices) <= MOST_EXCHANGED + 1:
+        return
+    for i in range(len(choices)):
+        for j in range(i + 1, len(choices)):
+            names = {choices[i][0].name, choices[j][0].name}
+            rest = [c for k, c in enumerate(choices) if k not in (i, j)]
+            if not names & set(given) and coherent(rest):
+                yield forward(workspace, rest, [e for e in effects if e.name not in names], given=given, limit=3)
 
 
 def simplified(
@@ -275,10 +303,17 @@ def search(
 ) -> list[Choice]:
     """Return the model for which there is most evidence; the effects that it begins with stay in it.
 
-    Two ways are gone: with the whole library, and with maps only once nothing simpler helps - for a map early explains
-    a bit of everything. The better end counts; then each effect is tried against others in its place.
+    Two ways are gone: with the whole library, and with maps only once nothing simpler helps - for a map early
+    explains a bit of everything. The better end counts; then each effect is tried against others in its place.
     """
     given = {effect.name for effect, _ in choices}
+    mean = workspace.mean_run if workspace.dataset.rows > MANY_ROWS else None
+    if mean is not None and not any(effect.in_time for effect, _ in choices):
+        # what repeats is found in the mean run; only what changes in time needs all of them
+        found = search(mean, choices, banned=banned, most=most)
+        library = [effect for effect in workspace.library if effect.name not in banned]
+        workspace.most = dict(most or {})
+        return forward(workspace, found, library, given=given, watch=watch)
     workspace.most = dict(most or {})
     everything = [effect for effect in workspace.library if effect.name not in banned]
     simple = [effect for effect in everything if not is_map(effect)]
@@ -306,7 +341,7 @@ def stated_period(workspace: Workspace, choice: Choice, others: Sequence[Choice]
     here = workspace.judge(effect, shape, back)
     ratio = np.round(stated / period)
     if ratio >= 1 and abs(stated / period / ratio - 1.0) < 0.02:
-        there = workspace.judge(effect, replace(shape, period=stated / ratio), back)
+        there = workspace.judge(effect, replace(shape, **{"period": stated / ratio}), back)
         if workspace.worth(here.gain - there.gain, here.before) < STATED:
             return effect, there.shape
     return choice

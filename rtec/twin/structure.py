@@ -1,4 +1,4 @@
-"""Is anything left? Tests of what a model leaves against repeats: in the means, and in the differences between them."""
+"""Is anything left? What a model leaves against repeats: in their means, and in the differences between them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rtec.twin.workspace import Choice, Workspace
 SIGNIFICANT = 0.01
 DRAWS = 99
 FEWEST_DIFFERENCES = 6
-MOST_SHAPES = 300
+MOST_SHAPES = 100
 MOST_SIMULATED = 3000
 """With more differences than these the noise is known so well that nothing has to be simulated."""
 
@@ -30,8 +30,8 @@ def lack_of_fit_of_means(workspace: Workspace, choices: Sequence[Choice]) -> flo
 
     Notes
     -----
-    An F-test: means and differences between repeats are independent, so the residual's energy in the means, over their
-    degrees of freedom, is set against the variance from the differences.
+    An F-test: means and differences between repeats are independent, so the residual's energy in the means, over
+    their degrees of freedom, is set against the variance from the differences.
     """
     space = repeat_space(workspace.dataset)
     if space is None or not workspace.noise.from_repeats:
@@ -43,7 +43,9 @@ def lack_of_fit_of_means(workspace: Workspace, choices: Sequence[Choice]) -> flo
     freedom = residual.size - basis.shape[1]
     if freedom < 1:
         return None
-    return float(stats.f.sf(residual @ residual / freedom / workspace.noise.sigma**2, freedom, workspace.noise.freedom))
+    return float(
+        stats.f.sf(residual @ residual / freedom / workspace.noise.sigma**2, freedom, workspace.noise.freedom)
+    )
 
 
 def _means(rows: Floats, space: RepeatSpace) -> Floats:
@@ -78,20 +80,18 @@ class BetweenRepeats:
     def ratios(self, observed: Floats) -> dict[str, Floats]:
         """Return twice the gain in log-likelihood by each kind of change, for data of shape (data, differences)."""
         found = {name: fit.largest_likelihoods(observed) for name, fit in self._fits.items()}
-        return {
-            name: 2.0 * (found[name] - found["none" if name == "time" else "time"]) for name in self.added
-        }
+        return {name: 2.0 * (found[name] - found["none" if name == "time" else "time"]) for name in self.added}
 
 
 def changes_left(
     dataset: Dataset, noise: Noise, choices: Sequence[Choice], rng: np.random.Generator, draws: int = DRAWS
 ) -> dict[str, float]:
-    """Return the probability of what a model leaves between repeats, by what it depends on, times the number of kinds.
+    """Return the probability of what a model leaves between repeats, by what it depends on (Bonferroni).
 
     Notes
     -----
-    The likelihood ratio of "noise, and generic changes" against "noise" is compared with its distribution for noise of
-    the covariance found, drawn and judged in the same way (a gamma distribution with the mean and variance of the
+    The likelihood ratio of "noise, and generic changes" against "noise" is compared with its distribution for noise
+    of the covariance found, drawn and judged in the same way (a gamma distribution with the mean and variance of the
     draws): with few repeats, slow changes and correlated noise are hard to tell apart, and chi-square would promise
     too much.
     """
@@ -107,7 +107,9 @@ def changes_left(
         for name, ratio in between.ratios(drawn).items():
             if name in found and found[name] < SIGNIFICANT:
                 mean, variance = float(ratio.mean()), float(ratio.var(ddof=1)) + 1e-12
-                found[name] = len(kinds) * float(stats.gamma.sf(seen[name], mean**2 / variance, scale=variance / mean))
+                found[name] = len(kinds) * float(
+                    stats.gamma.sf(seen[name], mean**2 / variance, scale=variance / mean)
+                )
     return {name: min(1.0, p) for name, p in found.items()}
 
 
@@ -126,7 +128,6 @@ def noise_drawn(dataset: Dataset, noise: Noise, rng: np.random.Generator) -> Flo
             drawn[begin:end] = lfilter([1.0], [1.0, -rho], step)
         drawn = np.sqrt(1.0 - white) * drawn + np.sqrt(white) * rng.standard_normal(dataset.rows)
     return noise.sigma * drawn
-
 
 
 def in_time_by_chance(

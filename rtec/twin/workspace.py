@@ -26,8 +26,8 @@ WORTH_ADDING = 0.02
 NODES_WITHOUT_REPEATS = 8
 _KEEP_BYTES = 300_000_000
 WAVES_APART = 0.01
-"""Waves that are nearly constant at the places measured, or nearly alike there, explain nothing: their amplitudes would
-grow beyond the data and cancel."""
+"""Waves that are nearly constant at the places measured, or nearly alike there, explain nothing: their amplitudes
+would grow beyond the data and cancel."""
 _KEPT_SHAPES = 200
 _AT_ONCE_BYTES = 60_000_000
 
@@ -51,18 +51,18 @@ class Candidacy:
 class Workspace:
     """One data set, whitened by one noise.
 
-    Where there are no repeats the noise comes from a residual that holds what the model lacks, and smooth effects that
-    are missing look like correlated noise. Then nothing is whitened (ordinary least squares), and a fall is judged
+    Where there are no repeats the noise comes from a residual that holds what the model lacks, and smooth effects
+    that are missing look like correlated noise. Then nothing is whitened (ordinary least squares), and a fall is judged
     relative to what is left; tests of a finished model are made by its ``strict`` counterpart, which whitens.
     ``quick`` takes waves of a decimated log at its rows instead of passing every sample through the filter.
     """
 
-    def __init__(
-        self, dataset: Dataset, noise: Noise, *, quick: bool = False, ordinary: bool | None = None
-    ) -> None:
+    def __init__(self, dataset: Dataset, noise: Noise, *, quick: bool = False, ordinary: bool | None = None) -> None:
         self.dataset, self.noise, self.quick = dataset, noise, quick
         self._at_rows = (
-            replace(dataset, conditions=dataset.coordinates, resample=None) if dataset.resample is not None else dataset
+            replace(dataset, conditions=dataset.coordinates, resample=None)
+            if dataset.resample is not None
+            else dataset
         )
         self.conditions = dataset.conditions
         self.starts = run_starts(dataset.coordinates.run)
@@ -79,9 +79,7 @@ class Workspace:
         self._columns: dict[tuple[str, Shape], Floats] = {}
         self._scans: dict[str, tuple[Sequence[Shape], Floats | None]] = {}
         self._kept = 0
-        self.reasons = {
-            e.name: e.untestable(self.conditions) for e in LIBRARY if e.observable is dataset.observable
-        }
+        self.reasons = {e.name: e.untestable(self.conditions) for e in LIBRARY if e.observable is dataset.observable}
         self.library = tuple(e for e in LIBRARY if self.reasons.get(e.name, "") is None and not e.never_ranked)
         self.most: dict[str, int] = {}
         """How many of a kind a search may take, where that is less than usual."""
@@ -91,6 +89,19 @@ class Workspace:
     def strict(self) -> Workspace:
         """The same data, whitened: for tests of a finished model."""
         return Workspace(self.dataset, self.noise, quick=self.quick, ordinary=False) if self.ordinary else self
+
+    @cached_property
+    def mean_run(self) -> Workspace | None:
+        """The mean of equal runs, which holds all that repeatable effects can explain; None where runs differ."""
+        if self._first is None:
+            return None
+        mean = self.dataset.observed.reshape(self._runs, -1).mean(axis=0)
+        alone = replace(self._first, observed=mean, cell=np.full(mean.size, -1, dtype=np.int64))
+        noise = replace(self.noise, sigma=self.noise.sigma / float(np.sqrt(self._runs)))
+        found = Workspace(alone, noise, quick=self.quick, ordinary=self.ordinary)
+        found.library = tuple(effect for effect in self.library if not effect.in_time)
+        found.cost = self.cost
+        return found
 
     def _same_in_each_run(self, runs: int, slots: int) -> bool:
         """Return whether everything but time and temperature is the same in each run."""
@@ -105,6 +116,10 @@ class Workspace:
     def whitened(self, columns: Floats) -> Floats:
         """Return columns, shape (columns, rows), in whitened space."""
         return self._correlation.whitened(columns, self.starts)
+
+    def whitened_part(self, columns: Floats) -> Floats:
+        """Return columns of the first rows only, shape (columns, first rows), in whitened space."""
+        return self._correlation.whitened(columns, self.starts[: columns.shape[1]])
 
     def columns(self, effect: Effect, shape: Shape) -> Floats:
         """Return an effect's whitened columns, shape (amplitudes, rows)."""
@@ -151,7 +166,7 @@ class Workspace:
             part = shapes[begin : begin + at_once]
             raw = data.scan(effect, part)
             m, q, n = raw.shape
-            white = self._correlation.whitened(raw.reshape(m * q, n), self.starts[:n]).reshape(m, q, n)
+            white = self.whitened_part(raw.reshape(m * q, n)).reshape(m, q, n)
             if keep:
                 self._scans[effect.name] = shapes, white
                 self._kept += white.nbytes
@@ -215,7 +230,7 @@ class Workspace:
     def worth(self, fall: float, rss: float) -> float:
         """Return a fall of the residual sum of squares as twice a log-likelihood."""
         if not self.ordinary:
-            return fall / self.noise.sigma**2
+            return float(fall / self.noise.sigma**2)
         return float(self.dataset.rows * np.log(rss / max(rss - fall, 1e-12 * rss))) if rss > 0.0 else 0.0
 
     def p_value(self, candidacy: Candidacy) -> float:
@@ -240,8 +255,8 @@ def is_map(effect: Effect) -> bool:
 def scan_cost(effect: Effect, shape: Shape) -> int:
     """Return what choosing a shape costs, in parameters.
 
-    A moment at which something jumps costs twice a smooth parameter: the likelihood of a change point has no curvature,
-    and its best place follows the noise.
+    A moment at which something jumps costs twice a smooth parameter: the likelihood of a change point has no
+    curvature, and its best place follows the noise.
     """
     free = 0 if is_map(effect) else effect.freedom(shape)
     return 2 * free if effect.name == "lost_counts" else free

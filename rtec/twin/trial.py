@@ -1,0 +1,145 @@
+"""A search's state, and the test of one effect for removal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects import Floats
+from rtec.twin.calibration import adjusted
+from rtec.twin.dataset import Dataset
+from rtec.twin.fit import fitted_terms, needs_datum, noise_after, residual_of
+from rtec.twin.heldout import HeldOutGain, gain_of, gain_on, held_out_residual, rms_by_folds
+from rtec.twin.leftover import MATTERS
+from rtec.twin.model import Model
+from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
+from rtec.twin.selection import stated_period
+from rtec.twin.structure import in_time_by_chance
+from rtec.twin.workspace import Candidacy, Choice, Workspace
+
+LEVEL = 0.01
+"""Of the adjusted probability below which an effect is named."""
+MATTERS_WITHOUT_REPEATS = 0.005
+"""Share by which an effect has to lower the RMS where there is no noise floor to compare it with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """An effect of the model, tested for removal."""
+
+    candidacy: Candidacy
+    p_adjusted: float
+    held_out: HeldOutGain
+    small: bool
+
+    @property
+    def passes(self) -> bool:
+        """Whether the effect stays."""
+        return self.p_adjusted < LEVEL and self.held_out.passes and not self.small
+
+    @property
+    def reason(self) -> str:
+        """Why it stays or goes."""
+        if self.p_adjusted >= LEVEL:
+            return f"adjusted p {self.p_adjusted:.2g} is not below {LEVEL:g}"
+        if not self.held_out.passes:
+            return "the held-out error does not fall by more than two standard errors"
+        if self.small:
+            return "significant, but too small to matter"
+        return f"adjusted p {self.p_adjusted:.2g}, held-out error falls"
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Search:
+    """The state of a search."""
+
+    dataset: Dataset
+    heldout: Dataset | None
+    start: Model
+    workspace: Workspace
+    rng: np.random.Generator
+    tests: float = 1.0
+    kept: list[Choice] = field(default_factory=list)
+    rejected: dict[str, Trial] = field(default_factory=dict)
+    removed: dict[str, str] = field(default_factory=dict)
+    banned: set[str] = field(default_factory=set)
+    """Effects that were struck out: the search has to do without."""
+    most: dict[str, int] = field(default_factory=dict)
+    """How many of a kind are left after one was struck out."""
+
+    def model(self, choices: Sequence[Choice]) -> Model:
+        """Return a fitted model."""
+        datum = needs_datum(self.workspace, choices)
+        terms, zero = fitted_terms(self.workspace, choices, datum=datum)
+        return self.start.with_terms(terms, datum=zero)
+
+
+def trial_of(state: Search, choices: Sequence[Choice], k: int) -> Trial:
+    """Test choice ``k`` beside the others."""
+    workspace = state.workspace
+    effect, shape = choices[k]
+    rest = [*choices[:k], *choices[k + 1 :]]
+    strict = workspace.strict
+    tested = strict.judge(effect, shape, strict.beside(rest, effect))
+    same = sum(own.name == effect.name for own, _ in choices)
+    grid = len(effect.shapes(workspace.conditions)) if same > 1 and workspace.noise.from_repeats else 1
+    p = adjusted(strict.p_value(tested), state.tests * grid ** (same - 1))
+    correlated = workspace.noise.from_repeats and not workspace.noise.correlation.is_white
+    if p < LEVEL and effect.in_time and correlated:
+        p = max(p, in_time_by_chance(state.dataset, choices, k, workspace.library, state.rng))
+    judged = workspace.judge(effect, shape, workspace.beside(rest, effect))
+    return Trial(
+        candidacy=judged, p_adjusted=p, held_out=_held_out_gain(state, rest, choices), small=_small(state, judged)
+    )
+
+
+def _small(state: Search, judged: Candidacy) -> bool:
+    rows = state.dataset.rows
+    if state.workspace.noise.from_repeats:
+        return bool(np.sqrt(judged.gain / rows) < MATTERS * state.workspace.noise.sigma)
+    return bool(np.sqrt(max(1.0 - judged.gain / judged.before, 0.0)) > 1.0 - MATTERS_WITHOUT_REPEATS)
+
+
+def _held_out_gain(state: Search, rest: Sequence[Choice], choices: Sequence[Choice]) -> HeldOutGain:
+    """Return the held-out gain of ``choices`` over ``rest``, on the other file where there is one."""
+    workspace = state.workspace
+    in_time = any(effect.in_time for effect, _ in choices if (effect, _) not in rest)
+    if state.heldout is not None and not (in_time and workspace.noise.from_repeats):
+        # what happened once in time tells nothing about another measurement
+        return gain_on(state.model(rest), state.model(choices), state.heldout)
+    names = [effect.name for effect, _ in choices]
+    datum = workspace.has_datum and "offset" not in names
+    # an offset is judged against nothing in its place; any other effect against a free constant
+    before = held_out_residual(
+        workspace, rest, datum=datum or (workspace.has_datum and "offset" in [e.name for e, _ in rest])
+    )
+    return gain_of(workspace, before, held_out_residual(workspace, choices, datum=datum))
+
+
+def first_noise(dataset: Dataset, base: Sequence[Choice]) -> Noise:
+    """Return the noise with which a search begins."""
+    found = noise_from_repeats(dataset, base)
+    if found is not None:
+        return found
+    flat = Workspace(dataset, noise_from_residual(dataset, dataset.observed, 0))
+    return noise_after(flat, base, datum=flat.has_datum)
+
+
+def refitted(workspace: Workspace, choices: list[Choice]) -> list[Choice]:
+    """Return the choices with shapes refitted jointly, stated periods where they do as well."""
+    stated = [stated_period(workspace, c, [*choices[:k], *choices[k + 1 :]]) for k, c in enumerate(choices)]
+    return jointly_refitted(workspace, stated, datum=needs_datum(workspace, stated))
+
+
+def rms_held_out(state: Search, choices: Sequence[Choice], fitted: Model) -> float:
+    """Return the held-out RMS of a fitted model: on the other file, else fold by fold."""
+    if state.heldout is not None:
+        return rms_of(residual_of(state.heldout, fitted))
+    return rms_by_folds(state.workspace, choices, datum=needs_datum(state.workspace, choices))
+
+
+def rms_of(residual: Floats) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(residual**2)))
