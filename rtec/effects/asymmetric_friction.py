@@ -9,8 +9,8 @@ from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
-FEWEST_EACH_WAY = 0.02
-"""Share of the rows that have to move each way: a jolt back is no motion in the other direction."""
+LEAST_EACH_WAY = 0.05
+"""Share of the travel that has to go each way: a jolt back is no motion in the other direction."""
 
 
 class AsymmetricFriction(Effect):
@@ -64,8 +64,8 @@ class AsymmetricFriction(Effect):
             return "no velocity or feed column"
         if not np.any(velocity):
             return "the velocity is zero throughout"
-        each = min(np.mean(velocity > 0.0), np.mean(velocity < 0.0))
-        return None if conditions.both_directions and each > FEWEST_EACH_WAY else "one direction only"
+        forward, backward = float(np.maximum(velocity, 0.0).sum()), float(np.maximum(-velocity, 0.0).sum())
+        return None if min(forward, backward) > LEAST_EACH_WAY * (forward + backward) else "one direction only"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the speed, shape (rows, 1)."""

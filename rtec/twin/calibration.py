@@ -19,8 +19,8 @@ def independent_tests(workspace: Workspace, rng: np.random.Generator, draws: int
     -----
     White noise is drawn in whitened space, which is a parametric bootstrap from the noise's covariance; for each draw
     the smallest probability over all candidates and shapes is found. With N independent tests its median would be
-    1 − 2^(−1/N); solved for N. A probability p is then adjusted to 1 − (1 − p)^N (Šidák), which reaches far beyond the
-    1 / draws of the draws themselves.
+    1 − 2^(−1/N); solved for N. A probability p is then adjusted to 1 − (1 − p)^N (Šidák), which reaches far beyond
+    the 1 / draws of the draws themselves.
     """
     rows = workspace.dataset.rows
     back = workspace.background(())

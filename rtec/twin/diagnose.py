@@ -17,7 +17,7 @@ from rtec.twin.selection import coherent, forward, reshaped, search
 from rtec.twin.trial import LEVEL, Search, first_noise, refitted, trial_of
 from rtec.twin.workspace import Choice, Workspace
 
-MOST_ROWS_SEARCHED = 5000
+MOST_ROWS_SEARCHED = 2500
 """Of a log without repeats: its neighbours say nearly the same; the final fit takes them all."""
 ROUNDS = 4
 """The noise is estimated again as effects come in; so often at most."""

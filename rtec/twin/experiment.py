@@ -79,7 +79,7 @@ def separating_plan(workspace: Workspace) -> Conditions | None:
         position_unit=c.position_unit,
         run=run,
         direction=direction,
-        time_s=None if c.time_s is None else np.arange(rows) * max(pause, 1e-9),
+        time_s=None if c.time_s is None else np.arange(rows, dtype=np.float64) * max(pause, 1e-9),
         velocity=None if c.velocity is None else direction * feeds,
         acceleration=None if c.acceleration is None else np.zeros(rows),
         since_reversal=distance_since_reversal(position, direction, run),

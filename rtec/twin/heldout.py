@@ -20,6 +20,7 @@ _STRETCH = 6
 _MOST_STRETCHES = 10
 _PAIRED_ROWS, _MOST_PAIRED = 4, 25
 """Rows of a stretch, at least, and stretches, at most, between which a held-out gain is compared."""
+_FEW_ROWS = 100
 _CUT = 1e-12
 
 
@@ -65,7 +66,7 @@ def _table(workspace: Workspace, choices: Sequence[Choice], datum: bool) -> Floa
 def held_out_residual(workspace: Workspace, choices: Sequence[Choice], *, datum: bool) -> Floats:
     """Return the whitened residual of each reading by a fit to the other folds, shape (rows,)."""
     table = _table(workspace, choices, datum)
-    residual = workspace.observed.copy()
+    residual: Floats = workspace.observed.copy()
     for test, numbers in _fits_without(table, workspace.observed, folds(workspace.dataset)):
         residual[test] -= table[test] @ numbers
     return residual
@@ -101,7 +102,13 @@ def gain_of(workspace: Workspace, before: Floats, after: Floats) -> HeldOutGain:
         total = float((before**2 - after**2).sum())
         error = 2.0 * workspace.noise.sigma * float(np.sqrt(difference @ difference))
         return HeldOutGain(gain=total / before.size, error=error / before.size)
-    return _between_stretches(before**2 - after**2)
+    falls, difference = before**2 - after**2, before - after
+    if falls.size < _FEW_ROWS:  # too few stretches: noise as the model leaves it, correlated as that is
+        noise = workspace.noise
+        widen = (1.0 + noise.correlation.to_next) / max(1.0 - noise.correlation.to_next, 1e-6)
+        error = 2.0 * noise.sigma * float(np.sqrt(difference @ difference * widen))
+        return HeldOutGain(gain=float(falls.mean()), error=error / falls.size)
+    return _between_stretches(falls)
 
 
 def _between_stretches(falls: Floats) -> HeldOutGain:

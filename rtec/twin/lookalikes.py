@@ -137,7 +137,8 @@ def constant_is_datum(workspace: Workspace, choices: Sequence[Choice]) -> bool:
 
     A deviation is measured from a datum: an instrument is set to zero at the first reading, or the mean is taken
     off. A scale error so measured has a constant beside it, and so has a backlash read from its forward side; neither
-    is an offset of its own. The constant is a datum where, for some choice of zero of each effect, it is insignificant.
+    is an offset of its own. The constant is a datum where, for some choice of zero of each effect, it is
+    insignificant.
     """
     others = [choice for choice in choices if choice[0].name != "offset"]
     if not others:

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from rtec.effects import Effect, Observable, Shape
 from rtec.twin.score import Background
-from rtec.twin.workspace import WORTH_ADDING, Candidacy, Choice, Workspace, is_map
+from rtec.twin.workspace import WORTH_ADDING, Candidacy, Choice, Workspace, is_map, scan_cost
 
 MOST_EFFECTS = 12
 MOST_OF_A_KIND = 6
@@ -21,6 +21,10 @@ REFINED = 5
 """So many of the best candidates of a scan are looked at in all their forms."""
 SHARE_OF_PLACES = 0.55
 """Functions of position with more parameters than this share of the places fit anything: nothing is left to test."""
+SAME_LINE = 0.005
+"""Share by which the period of a line may differ from a fraction of a family's and still be its harmonic."""
+SHARE_OF_ROWS = 0.25
+"""Parameters for each reading, at most, where no repeats say what noise is."""
 MANY_ROWS = 2000
 SIMPLER = 6.0
 """Evidence that a model may lack against one that is less simple."""
@@ -131,6 +135,9 @@ def candidates(workspace: Workspace, choices: Sequence[Choice], effects: Sequenc
             best = workspace.best_of_scan(effect, own, _fitting(workspace, choices, effect))
             if best is not None and fits_places(workspace, [*choices, (effect, best.shape)]):
                 found.append(best)
+    room = workspace.dataset.rows * SHARE_OF_ROWS - back.basis.shape[1]
+    if workspace.ordinary:
+        found = [c for c in found if c.amplitudes + scan_cost(c.effect, c.shape) <= room]
     found.sort(key=lambda c: _rank(workspace, c))
     found = [refined(workspace, c, choices, back) if k < REFINED else c for k, c in enumerate(found)]
     return sorted(found, key=lambda c: _rank(workspace, c))
@@ -162,13 +169,34 @@ def forward(
         if not ranked or ranked[0].evidence <= 0.0:
             break
         before = model
-        model = [*model, (ranked[0].effect, ranked[0].shape)]
+        longer = _as_harmonic(workspace, model, ranked[0])
+        model = [*model, (ranked[0].effect, ranked[0].shape)] if longer is None else longer
         if watch is not None:
             watch(model, ranked[0])
-        model = reshaped(workspace, backward(workspace, model, given=given, keep=model[-1]))
-        if [e.name for e, _ in model] == [e.name for e, _ in before]:
+        keep = model[-1] if longer is None else None
+        model = reshaped(workspace, backward(workspace, model, given=given, keep=keep))
+        if longer is None and [e.name for e, _ in model] == [e.name for e, _ in before]:
             break
     return model
+
+
+def _as_harmonic(workspace: Workspace, choices: Sequence[Choice], found: Candidacy) -> list[Choice] | None:
+    """Return the model with the family lengthened of which a line found is a harmonic, where that has evidence."""
+    line = getattr(found.shape, "period", None)
+    if line is None:
+        return None
+    for k, (effect, shape) in enumerate(choices):
+        base = getattr(shape, "period", None)
+        if effect.name != found.effect.name or base is None:
+            continue
+        order = round(base / line)
+        if order < 2 or abs(base / line / order - 1.0) > SAME_LINE:
+            continue
+        longer = replace(shape, **{"harmonics": max(order, int(getattr(shape, "harmonics", 1)))})
+        model = [*choices[:k], (effect, longer), *choices[k + 1 :]]
+        if longer != shape and workspace.total(model) > workspace.total(choices):
+            return model
+    return None
 
 
 def backward(

@@ -130,10 +130,8 @@ def noise_drawn(dataset: Dataset, noise: Noise, rng: np.random.Generator) -> Flo
     return noise.sigma * drawn
 
 
-def in_time_by_chance(
-    dataset: Dataset, choices: Sequence[Choice], k: int, library: Sequence[Effect], rng: np.random.Generator
-) -> float:
-    """Return the probability that correlated noise feigns what choice ``k`` explains between repeats.
+class ChanceInTime:
+    """What correlated noise feigns of effects in time: the likelihood ratio of the best of them, by simulation.
 
     Notes
     -----
@@ -142,26 +140,38 @@ def in_time_by_chance(
     differences have without the effect (a Gumbel distribution with the mean and variance of the draws). So the test
     carries the uncertainty of the correlation, which a few repeats leave large.
     """
-    space = repeat_space(dataset)
-    if space is None or space.freedom < FEWEST_DIFFERENCES or space.freedom > MOST_SIMULATED:
-        return 0.0
-    rest = [*choices[:k], *choices[k + 1 :]]
-    own = columns_in_time(dataset, rest)
-    fit = NoiseFit(space.of(own), space.starts, space.freedom)
-    column = space.of(dataset.columns(*choices[k]).T)
-    seen = float(fit.likelihood_ratios(space.observed[None, :], column)[1][0])
-    everything = np.vstack([
-        dataset.columns(effect, shape).T
-        for effect in library
-        if effect.in_time
-        for shape in _thinned(effect.shapes(dataset.conditions))
-    ])  # fmt: skip
-    sigma, correlation, freedom = fit.fit(space.observed)
-    noise = Noise(sigma=sigma, correlation=correlation, freedom=freedom, from_repeats=True)
-    drawn = space.of(np.array([noise_drawn(dataset, noise, rng) for _ in range(DRAWS)]))
-    largest = fit.likelihood_ratios(drawn, space.of(everything))[1]
-    scale = float(largest.std(ddof=1)) * np.sqrt(6.0) / np.pi + 1e-12
-    return float(stats.gumbel_r.sf(seen, largest.mean() - np.euler_gamma * scale, scale))
+
+    def __init__(self, dataset: Dataset, library: Sequence[Effect], rng: np.random.Generator) -> None:
+        self._dataset, self._rng = dataset, rng
+        self._space = repeat_space(dataset)
+        self._effects = [effect for effect in library if effect.in_time]
+        self._known: dict[tuple[Choice, ...], tuple[NoiseFit, float, float]] = {}
+
+    def p_value(self, rest: Sequence[Choice], choice: Choice) -> float:
+        """Return the probability that noise feigns what a choice explains between repeats beside the rest."""
+        space = self._space
+        if space is None or space.freedom < FEWEST_DIFFERENCES or space.freedom > MOST_SIMULATED:
+            return 0.0
+        key = tuple(other for other in rest if other[0].in_time)
+        if key not in self._known:
+            self._known[key] = self._largest_by_chance(space, key)
+        fit, location, scale = self._known[key]
+        column = space.of(self._dataset.columns(*choice).T)
+        seen = float(fit.likelihood_ratios(space.observed[None, :], column)[1][0])
+        return float(stats.gumbel_r.sf(seen, location, scale))
+
+    def _largest_by_chance(self, space: RepeatSpace, rest: Sequence[Choice]) -> tuple[NoiseFit, float, float]:
+        """Return the fit beside ``rest``, with location and scale of the largest likelihood ratio."""
+        dataset = self._dataset
+        fit = NoiseFit(space.of(columns_in_time(dataset, rest)), space.starts, space.freedom)
+        sigma, correlation, freedom = fit.fit(space.observed)
+        noise = Noise(sigma=sigma, correlation=correlation, freedom=freedom, from_repeats=True)
+        drawn = space.of(np.array([noise_drawn(dataset, noise, self._rng) for _ in range(DRAWS)]))
+        shapes = [(e, shape) for e in self._effects for shape in _thinned(e.shapes(dataset.conditions))]
+        columns = np.vstack([dataset.columns(effect, shape).T for effect, shape in shapes])
+        largest = fit.likelihood_ratios(drawn, space.of(columns))[1]
+        scale = float(largest.std(ddof=1)) * float(np.sqrt(6.0)) / np.pi + 1e-12
+        return fit, float(largest.mean()) - np.euler_gamma * scale, scale
 
 
 def _thinned(shapes: Sequence[Shape]) -> Sequence[Shape]:

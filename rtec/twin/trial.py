@@ -10,13 +10,13 @@ import numpy as np
 from rtec.effects import Floats
 from rtec.twin.calibration import adjusted
 from rtec.twin.dataset import Dataset
-from rtec.twin.fit import fitted_terms, needs_datum, noise_after, residual_of
+from rtec.twin.fit import fitted_terms, jointly_refitted, needs_datum, noise_after, residual_of
 from rtec.twin.heldout import HeldOutGain, gain_of, gain_on, held_out_residual, rms_by_folds
 from rtec.twin.leftover import MATTERS
 from rtec.twin.model import Model
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
 from rtec.twin.selection import stated_period
-from rtec.twin.structure import in_time_by_chance
+from rtec.twin.structure import ChanceInTime
 from rtec.twin.workspace import Candidacy, Choice, Workspace
 
 LEVEL = 0.01
@@ -66,6 +66,7 @@ class Search:
     removed: dict[str, str] = field(default_factory=dict)
     banned: set[str] = field(default_factory=set)
     """Effects that were struck out: the search has to do without."""
+    chance: ChanceInTime | None = None
     most: dict[str, int] = field(default_factory=dict)
     """How many of a kind are left after one was struck out."""
 
@@ -88,11 +89,19 @@ def trial_of(state: Search, choices: Sequence[Choice], k: int) -> Trial:
     p = adjusted(strict.p_value(tested), state.tests * grid ** (same - 1))
     correlated = workspace.noise.from_repeats and not workspace.noise.correlation.is_white
     if p < LEVEL and effect.in_time and correlated:
-        p = max(p, in_time_by_chance(state.dataset, choices, k, workspace.library, state.rng))
+        larger = [c for c in rest if not c[0].in_time or _explains(strict, choices, c) > tested.gain]
+        if state.chance is None:
+            state.chance = ChanceInTime(state.dataset, workspace.library, state.rng)
+        p = max(p, state.chance.p_value(larger, choices[k]))
     judged = workspace.judge(effect, shape, workspace.beside(rest, effect))
     return Trial(
         candidacy=judged, p_adjusted=p, held_out=_held_out_gain(state, rest, choices), small=_small(state, judged)
     )
+
+
+def _explains(workspace: Workspace, choices: Sequence[Choice], choice: Choice) -> float:
+    rest = [other for other in choices if other is not choice]
+    return workspace.judge(*choice, workspace.beside(rest, choice[0])).gain
 
 
 def _small(state: Search, judged: Candidacy) -> bool:

@@ -52,8 +52,8 @@ class Workspace:
     """One data set, whitened by one noise.
 
     Where there are no repeats the noise comes from a residual that holds what the model lacks, and smooth effects
-    that are missing look like correlated noise. Then nothing is whitened (ordinary least squares), and a fall is judged
-    relative to what is left; tests of a finished model are made by its ``strict`` counterpart, which whitens.
+    that are missing look like correlated noise. Then nothing is whitened (ordinary least squares), and a fall is
+    judged relative to what is left; tests of a finished model are made by its ``strict`` counterpart, which whitens.
     ``quick`` takes waves of a decimated log at its rows instead of passing every sample through the filter.
     """
 
@@ -230,7 +230,7 @@ class Workspace:
     def worth(self, fall: float, rss: float) -> float:
         """Return a fall of the residual sum of squares as twice a log-likelihood."""
         if not self.ordinary:
-            return float(fall / self.noise.sigma**2)
+            return fall / self.noise.sigma**2
         return float(self.dataset.rows * np.log(rss / max(rss - fall, 1e-12 * rss))) if rss > 0.0 else 0.0
 
     def p_value(self, candidacy: Candidacy) -> float:
@@ -244,7 +244,8 @@ class Workspace:
         """Return the evidence of a whole model against none."""
         empty, full = self.background(()), self.background(choices)
         parameters = full.basis.shape[1] + sum(scan_cost(effect, shape) for effect, shape in choices)
-        return self.worth(empty.rss - full.rss, empty.rss) - parameters * self.cost
+        value: float = self.worth(empty.rss - full.rss, empty.rss) - parameters * self.cost
+        return value
 
 
 def is_map(effect: Effect) -> bool:
