@@ -9,8 +9,8 @@ import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import (
-    FEWEST_CYCLES,
     ENOUGH_PHASES,
+    FEWEST_CYCLES,
     FEWEST_PLACES,
     NEARLY,
     frequencies,

@@ -97,7 +97,7 @@ class Stribeck(Effect):
         return None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return Stribeck speeds from the slowest motion to a third of the fastest; higher ones look like Coulomb's."""
+        """Return speeds from the slowest motion to a third of the fastest; higher ones look like Coulomb's."""
         speeds = _speeds(conditions)
         if speeds.size < 2:
             return []

@@ -117,7 +117,7 @@ class Windup(Effect):
         return [WindupShape(distance), *(WindupShape(way, carried=True) for way in lower)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance, free by a half more or less, up to a fifth of the span: beyond, it looks like a scale."""
+        """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale."""
         distance = own_shape(shape, WindupShape).distance
         top = max(conditions.span / 5, distance)
         return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)

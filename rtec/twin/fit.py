@@ -14,11 +14,11 @@ from rtec.twin.dataset import Dataset
 from rtec.twin.model import Model, Term
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
 from rtec.twin.results import Value
+from rtec.twin.score import least_squares
 from rtec.twin.selection import refined
 from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Choice, Workspace
 
-_CUT = 1e-9
 _STEP = 1e-4
 """Of a shape parameter's room, for its numerical derivative."""
 _ROUNDS = 40
@@ -33,17 +33,15 @@ def solved(workspace: Workspace, choices: Sequence[Choice], *, datum: bool) -> t
     table = np.vstack([*parts, workspace.constant] if datum else parts) if parts or datum else None
     if table is None:
         return [], 0.0
-    length = np.sqrt((table**2).sum(axis=1))
-    length[length == 0.0] = 1.0
-    scaled = (table / length[:, None]).T
-    numbers = np.linalg.lstsq(scaled, workspace.observed, rcond=_CUT)[0]
+    numbers = least_squares(table, workspace.observed)
     low = np.concatenate([
         np.full(size, 0.0 if effect.not_negative else -np.inf)
         for size, (effect, _) in zip(sizes, choices, strict=True)
     ] + [np.full(int(datum), -np.inf)])  # fmt: skip
     if (numbers < low).any():
-        numbers = lsq_linear(scaled, workspace.observed, bounds=(low, np.inf), method="bvls").x
-    numbers = numbers / length
+        length = np.maximum(np.sqrt((table**2).sum(axis=1)), 1e-300)
+        scaled = (table / length[:, None]).T
+        numbers = lsq_linear(scaled, workspace.observed, bounds=(low, np.inf), method="bvls").x / length
     ends = np.cumsum(sizes)
     return np.split(numbers[: int(ends[-1]) if sizes else 0], ends[:-1]) if sizes else [], (
         float(numbers[-1]) if datum else 0.0
@@ -83,9 +81,8 @@ def jointly_refitted(workspace: Workspace, choices: Sequence[Choice], *, datum: 
             workspace.columns(effect, shape) if known is None else known
             for known, (effect, shape) in zip(fixed, moved(parameters), strict=True)
         ]
-        table = np.vstack([*parts, workspace.constant] if datum else parts).T
-        table = table / np.maximum(np.sqrt((table**2).sum(axis=0)), 1e-300)
-        left: Floats = workspace.observed - table @ np.linalg.lstsq(table, workspace.observed, rcond=_CUT)[0]
+        table = np.vstack([*parts, workspace.constant] if datum else parts)
+        left: Floats = workspace.observed - least_squares(table, workspace.observed) @ table
         return left / workspace.noise.sigma
 
     before = residual(start)
