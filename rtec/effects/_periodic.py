@@ -133,7 +133,7 @@ def families(
 
 
 def _stated(conditions: Conditions, base: float, count: int) -> bool:
-    """Return whether a harmonic is one of the stated screw pitch, and shows at enough phases although it is so fast."""
+    """Return whether a harmonic is one of the stated screw pitch, and shows at enough phases, fast as it is."""
     pitch = conditions.screw_pitch
     if pitch is None or abs(base * pitch - 1.0) > SAME_PERIOD:
         return False
