@@ -272,7 +272,11 @@ def exchanged(
 def _bolder(
     workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect], given: Collection[str]
 ) -> Iterator[list[Choice]]:
-    """Yield models that no single exchange reaches: a simple effect put in first, two taken out at once."""
+    """Yield models that no single exchange reaches.
+
+    A simple effect put in whatever the others say, periods looked for anew beside the others and beside other maps,
+    two effects taken out.
+    """
     held = {effect.name for effect, _ in choices}
     back = workspace.background(choices)
     for effect in effects:
@@ -281,14 +285,39 @@ def _bolder(
         if effect.builds_on <= held and (best := workspace.best_of_scan(effect, back)) is not None:
             model = [*choices, (effect, best.shape)]
             yield backward(workspace, reshaped(workspace, model), given=given)
+    for k, (effect, shape) in enumerate(choices):
+        if hasattr(shape, "period") and effect.name not in given:
+            rest = [*choices[:k], *choices[k + 1 :]]
+            again = workspace.best_of_scan(effect, workspace.background(rest))
+            if again is not None and fits_places(workspace, [*rest, (effect, again.shape)]):
+                yield reshaped(workspace, [*choices[:k], (effect, again.shape), *choices[k + 1 :]])
     if workspace.dataset.rows > MANY_ROWS or not 2 <= len(choices) <= MOST_EXCHANGED + 1:
         return
+    for k, (effect, shape) in enumerate(choices):
+        if is_map(effect) and effect.name not in given:
+            for other in workspace.maps(effect):
+                if other != shape:
+                    model = [*choices[:k], (effect, other), *choices[k + 1 :]]
+                    yield _periods_anew(workspace, model, given)
     for i in range(len(choices)):
         for j in range(i + 1, len(choices)):
             names = {choices[i][0].name, choices[j][0].name}
             rest = [c for k, c in enumerate(choices) if k not in (i, j)]
             if not names & set(given) and coherent(rest):
                 yield forward(workspace, rest, [e for e in effects if e.name not in names], given=given, limit=3)
+
+
+def _periods_anew(workspace: Workspace, choices: Sequence[Choice], given: Collection[str]) -> list[Choice]:
+    """Return the model with every period looked for again, beside the other effects as they are."""
+    model = list(choices)
+    for j, (effect, shape) in enumerate(model):
+        if hasattr(shape, "period") and effect.name not in given:
+            rest = [*model[:j], *model[j + 1 :]]
+            back = workspace.background(rest)
+            best = workspace.best_of_scan(effect, back)
+            if best is not None and fits_places(workspace, [*rest, (effect, best.shape)]):
+                model[j] = effect, refined(workspace, best, rest, back).shape
+    return model if fits_places(workspace, model) else list(choices)
 
 
 def simplified(
@@ -352,7 +381,7 @@ def search(
     best = max(ends, key=workspace.total)
     for _ in range(EXCHANGES if workspace.noise.from_repeats or len(best) <= MOST_EXCHANGED else 0):
         better = exchanged(workspace, best, everything, given=given)
-        if [e.name for e, _ in better] == [e.name for e, _ in best]:
+        if workspace.total(better) <= workspace.total(best) + 1.0:
             break
         best = better
     return simplified(workspace, best, everything, given=given)
