@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import figures_command
+import figures_diagnosis
 import figures_machine
 import figures_signal
 from figures import Figure, Setting, on_cores
@@ -28,6 +29,8 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "memory": figures_command.memory,
     "calibration": figures_machine.calibration,
     "run": figures_command.run,
+    "diagnosis": figures_diagnosis.diagnosis,
+    "scan": figures_diagnosis.scan,
     "handshake": figures_machine.handshake,
     "start-up": figures_command.start_up,
     "first-run": figures_command.first_run,

@@ -2,8 +2,8 @@
 
 Example::
 
-    python tests/recovery/confusion.py --trials 200 -o docs/confusion.md
-    python tests/recovery/confusion.py --trials 6 --only 0 --only 7
+    python -m tests.recovery.confusion --trials 200 -o docs/confusion.md
+    python -m tests.recovery.confusion --trials 6 --only 0 --only 7
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _MOST_MISSES = 12
 HEAD = """\
 # What the diagnosis finds, and what it does not
 
-Written by `python tests/recovery/confusion.py --trials {trials}{seed} -o docs/confusion.md`. The games are those of
+Written by `python -m tests.recovery.confusion --trials {trials}{seed} -o docs/confusion.md`. The games are those of
 `rtec blind score`: the emulated axis, with its closed loop, encoder and measuring program, is measured with something
 hidden in it, and `rtec diagnose` is asked what it is, without being told anything else. What is hidden is made as
 physics (`rtec/blind`), not from the columns that the diagnosis fits.

@@ -11,7 +11,6 @@ from rtec.blind import Rule, confusion, the_lines
 from rtec.blind.judged import judged, refitted
 
 ROOT = Path(__file__).parents[2]
-COMMAND = ROOT / "tests" / "recovery" / "confusion.py"
 LINES = the_lines()
 AT_REST = [line for line in LINES if "moving log" not in line.title]
 FEW = 4
@@ -39,7 +38,13 @@ def test_the_command_writes_a_page_with_every_game_that_went_wrong(tmp_path):
     page = tmp_path / "confusion.md"
     tied = str([line.rule for line in LINES].index(Rule.TIED))
     words = ["--trials", "2", "--only", "0", "--only", tied, "--workers", "1", "-o", str(page)]
-    done = subprocess.run([sys.executable, str(COMMAND), *words], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.recovery.confusion", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
+    )
     assert done.returncode in (0, 1), done.stderr
     text = page.read_text()
     rows = ROW.findall(text)

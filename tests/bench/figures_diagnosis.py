@@ -1,0 +1,116 @@
+"""Figures of the diagnosis: how long it takes, how its cost grows with rows, and its scan beside refitting."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from children import ChildFailedError, measure, rtec
+from diagnosis_job import Scan, agree, by_lmfit, by_lstsq, by_score, lathe_calibration, scan_job
+from figures import Bar, Figure, Setting, Spread, on_cores, skipped
+from open_path_job import WrongResultError
+
+from rtec.metrology import write_measurement
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+THIS = "python tests/bench/measure.py --only scan"
+RUNS = 4
+NOISE_UM = 1.0
+_MUST_FIND = {"backlash_map", "cyclic"}
+
+
+def diagnosis(setting: Setting) -> Iterator[Figure]:
+    """Measure ``rtec diagnose`` with the whole library, on two cores, started as a user starts it."""
+    with tempfile.TemporaryDirectory() as name, on_cores({setting.core, setting.second_core}):
+        folder = Path(name)
+        best = {}
+        for times in (1, 2) if setting.quick else (1, 2, 4):
+            runs = RUNS * times
+            file = folder / f"lathe_{runs}.csv"
+            write_measurement(file, lathe_calibration(runs, NOISE_UM))
+            spread, rows = _diagnosed(folder, file, setting.of(3, 1)), runs * 3122
+            best[times] = spread.best
+            yield Figure(
+                what=f"The lathe's calibration with {runs} runs: {rows} rows",
+                measured=spread.text(lambda s: f"{s:.1f} s"),
+                value=spread.best,
+                bar=Bar(value=10.0, unit="s", at_most=True),
+                binding=times == 1,
+                command=f"rtec diagnose lathe_{runs}.csv",
+            )
+        most = max(best)
+        growth = best[most] / best[1] / most
+        yield Figure(
+            what=f"Time for {most} times the rows, over {most} times the time: 1 is linear, less is better",
+            measured=f"{growth:.2f}",
+            value=growth,
+            bar=Bar(value=1.1, unit="", at_most=True),
+            command="the rows above",
+        )
+        yield _drive(setting, folder)
+
+
+def _diagnosed(folder: Path, file: Path, rounds: int) -> Spread:
+    command = [rtec(), "diagnose", str(file), "--json"]
+    children = [measure(command, folder) for _ in range(rounds)]
+    for child in children:
+        found = set(json.loads(child.out)["effects"])
+        if not found >= _MUST_FIND:
+            raise WrongResultError(f"{file.name}: found {sorted(found)}")
+    return Spread(tuple(child.wall_s for child in children))
+
+
+def _drive(setting: Setting, folder: Path) -> Figure:
+    """Measure the diagnosis of a drive's force, 24 841 rows at 1 kHz, where that measurement is there."""
+    what, bar = "A drive's force, `emps_train.csv`: 24 841 rows", Bar(value=15.0, unit="s", at_most=True)
+    shown = "rtec diagnose emps_train.csv --observe force"
+    file = DATA / "emps_train.csv"
+    if not file.exists():
+        return skipped(what, "no ../shared/data/emps_train.csv", shown, bar)
+    try:
+        command = [rtec(), "diagnose", str(file), "--observe", "force", "--json"]
+        children = [measure(command, folder) for _ in range(setting.of(3, 1))]
+    except ChildFailedError as problem:
+        return skipped(what, str(problem), shown, bar)
+    spread = Spread(tuple(child.wall_s for child in children))
+    return Figure(what=what, measured=spread.text(lambda s: f"{s:.1f} s"), value=spread.best, bar=bar, command=shown)
+
+
+def scan(setting: Setting) -> Iterator[Figure]:
+    """Measure one scan of the whole library beside two loops that fit every candidate of the same grid."""
+    job = scan_job(RUNS if not setting.quick else 1)
+    by_score(*job)
+    ours, plain, refit = [], [], []
+    for _ in range(setting.of(3, 1)):
+        ours.append(by_score(*job))
+        plain.append(by_lstsq(*job))
+        refit.append(by_lmfit(*job))
+    for peer in (*plain, *refit):
+        if not agree(ours[0], peer):
+            raise WrongResultError(f"the scans differ: {ours[0].falls} and {peer.falls}")
+    best = min(one.seconds for one in ours)
+    grid = f"{ours[0].candidates} candidates on {job[0].rows} rows"
+    yield Figure(
+        what=f"The score scan of the whole library: {grid}",
+        measured=_spread(ours).text(lambda s: f"{s:.2f} s"),
+        value=best,
+        command=THIS,
+    )
+    for name, peers, bar in (
+        ("`numpy.linalg.lstsq` for each candidate", plain, 3.0),
+        ("a refit by lmfit with the analytic Jacobian for each", refit, 20.0),
+    ):
+        took = _spread(peers)
+        yield Figure(
+            what=f"... beside {name}",
+            measured=f"{took.best / best:.0f} times as fast ({took.text(lambda s: f'{s:.1f} s')})",
+            value=took.best / best,
+            bar=Bar(value=bar, unit="times"),
+            command=THIS,
+        )
+
+
+def _spread(scans: list[Scan]) -> Spread:
+    return Spread(tuple(one.seconds for one in scans))

@@ -1,0 +1,26 @@
+"""Speed of the score scan and of a diagnosis; the scan finds what refitting every candidate finds."""
+
+import pytest
+from diagnosis_job import agree, by_lstsq, by_score, scan_job
+
+from rtec.blind import Scenario, play
+from rtec.twin.diagnose import diagnose
+from rtec.twin.load import load_dataset
+
+
+@pytest.fixture(scope="module")
+def job():
+    return scan_job(runs=1)
+
+
+def test_the_scan_finds_what_least_squares_of_every_candidate_finds(job):
+    assert agree(by_score(*job), by_lstsq(*job))
+
+
+def test_speed_of_a_scan(benchmark, job):
+    assert benchmark(by_score, *job).candidates > 3000
+
+
+def test_speed_of_a_diagnosis(benchmark):
+    measurement, secret = play(Scenario(names=("scale", "backlash"), strength_sigma=3.0), seed=5)
+    assert set(benchmark(diagnose, load_dataset(measurement)).effects) == set(secret.names)
