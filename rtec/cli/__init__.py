@@ -6,6 +6,7 @@ output any more, 70 a bug in rtec. Whatever is wrong is said in one line on stde
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -29,6 +30,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     0
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    # the matrices of rtec are small: several threads for each would wait for each other, ten times as long at worst
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
     def carry_out() -> None:
         from rtec.cli._verbs import call  # noqa: PLC0415 - Ctrl-C while it loads must meet the handler, too

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from rtec.report import StudyResult
 
 _DONE = 0
 _FAILS = 1
@@ -33,7 +36,7 @@ def run(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
 ) -> None:
-    """Measure an axis, correct it with each insertion design, and report before and after.
+    """Calibrate an axis, find what is wrong with it, correct it with each insertion design, and report it all.
 
     Exit code 1: a count at the controller is not accounted for, or a run was held.
 
@@ -44,7 +47,7 @@ def run(
         return
     from dataclasses import replace  # noqa: PLC0415 - heavy modules are loaded once a study is to be run
 
-    from rtec.report import terminal_table, write_report  # noqa: PLC0415
+    from rtec.report import study_document, write_report  # noqa: PLC0415
     from rtec.report.destination import check_folder, report_folder  # noqa: PLC0415
     from rtec.study import builtin_study, read_study, run_study  # noqa: PLC0415
     from rtec.study.definition import check_repeatability  # noqa: PLC0415
@@ -66,15 +69,27 @@ def run(
             page = write_report(result, folder)
         show(1.0)
     if json:
-        print_json({**result.to_dict(), "report": str(page)})
+        print_json({**study_document(result), "report": str(page)})
     else:
-        from rich.console import Console  # noqa: PLC0415
-
-        Console().print(terminal_table(result))
-        for warning in result.warnings:
-            note(f"warning: {warning}")
+        _show(result)
         typer.echo(f"Report: {page}")
     raise typer.Exit(_DONE if result.good else _FAILS)
+
+
+def _show(result: StudyResult) -> None:
+    """Print what the search found, then before and after."""
+    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
+
+    from rtec.report import staircase_table, terminal_table  # noqa: PLC0415
+    from rtec.report.diagnosis import verdict_sentence  # noqa: PLC0415
+
+    console = Console(highlight=False)
+    if result.learned is not None:
+        console.print(verdict_sentence(result.learned.diagnosis), markup=False, soft_wrap=True)
+        console.print(staircase_table(result.learned))
+    console.print(terminal_table(result))
+    for warning in result.warnings:
+        note(f"warning: {warning}")
 
 
 def _write_builtin(file: Path, force: bool) -> None:

@@ -10,6 +10,7 @@ from rtec.errors import ArgumentError
 from rtec.twin.calibration import independent_tests
 from rtec.twin.dataset import Dataset
 from rtec.twin.fit import fit_model, noise_after
+from rtec.twin.heldout import gain_on
 from rtec.twin.judgement import judged, nothing_testable
 from rtec.twin.model import Model
 from rtec.twin.results import Diagnosis
@@ -84,7 +85,7 @@ def diagnose(
     _find(state, base, tell)
     state.tests = independent_tests(state.workspace.strict, rng)
     for _ in range(BANS):
-        if not _strike_out(state, base):
+        if not (_strike_out(state, base) or _made_simpler(state, base)):
             break
     if searched is not dataset or dataset.resample is not None:
         state.dataset = dataset
@@ -118,6 +119,30 @@ def _find(state: Search, base: Sequence[Choice], tell: Progress) -> None:
         if settled or not noise.from_repeats or not any(effect.in_time for effect, _ in choices):
             break
     state.kept = choices
+
+
+def _made_simpler(state: Search, base: Sequence[Choice]) -> bool:
+    """Put a special case in the place of an effect where that predicts the other measurement better."""
+    if state.heldout is None:
+        return False
+    given = {effect.name for effect, _ in base}
+    for k, (own, _) in enumerate(state.kept):
+        rest = [*state.kept[:k], *state.kept[k + 1 :]]
+        for simple in state.workspace.library:
+            held = {effect.name for effect, _ in state.kept}
+            if own.name in given or simple.name not in own.contains or simple.name in held or simple.name == "offset":
+                continue
+            best = state.workspace.best_of_scan(simple, state.workspace.background(rest))
+            if best is None:
+                continue
+            trial = refitted(state.workspace, [*rest, (simple, best.shape)])
+            before, after = state.model(state.kept), state.model(trial)
+            if gain_on(before, after, state.heldout, state.workspace.noise).gain > 0.0:
+                state.kept = trial
+                state.banned.add(own.name)
+                state.removed[own.name] = f"{simple.name} predicts the other measurement better"
+                return True
+    return False
 
 
 def _strike_out(state: Search, base: Sequence[Choice]) -> bool:

@@ -12,6 +12,7 @@ from rtec.effects import Floats
 from rtec.twin.dataset import Dataset, Ints
 from rtec.twin.fit import opened_model, residual_of
 from rtec.twin.model import Model
+from rtec.twin.noise import Noise
 from rtec.twin.workspace import Choice, Workspace
 
 FOLDS = 5
@@ -97,18 +98,19 @@ def gain_of(workspace: Workspace, before: Floats, after: Floats) -> HeldOutGain:
     d being the difference of the predictions, so that a step or a warm-up that lives in a few readings is judged by
     these. Without repeats it comes from the spread between stretches.
     """
-    if workspace.noise.from_repeats:
-        difference = before - after
-        total = float((before**2 - after**2).sum())
-        error = 2.0 * workspace.noise.sigma * float(np.sqrt(difference @ difference))
-        return HeldOutGain(gain=total / before.size, error=error / before.size)
+    return _paired(before, after, workspace.noise)
+
+
+def _paired(before: Floats, after: Floats, noise: Noise) -> HeldOutGain:
+    """Return the mean fall of the squared residual with its paired standard error."""
     falls, difference = before**2 - after**2, before - after
-    if falls.size < _FEW_ROWS:  # too few stretches: noise as the model leaves it, correlated as that is
-        noise = workspace.noise
-        widen = (1.0 + noise.correlation.to_next) / max(1.0 - noise.correlation.to_next, 1e-6)
-        error = 2.0 * noise.sigma * float(np.sqrt(difference @ difference * widen))
-        return HeldOutGain(gain=float(falls.mean()), error=error / falls.size)
-    return _between_stretches(falls)
+    if not noise.from_repeats and falls.size >= _FEW_ROWS:
+        return _between_stretches(falls)
+    # where there are few readings without repeats: noise as the model leaves it, correlated as that is
+    rho = 0.0 if noise.from_repeats else noise.correlation.to_next
+    widen = (1.0 + rho) / max(1.0 - rho, 1e-6)
+    error = 2.0 * noise.sigma * float(np.sqrt(difference @ difference * widen))
+    return HeldOutGain(gain=float(falls.mean()), error=error / falls.size)
 
 
 def _between_stretches(falls: Floats) -> HeldOutGain:
@@ -132,10 +134,9 @@ def rms_by_folds(workspace: Workspace, choices: Sequence[Choice], *, datum: bool
     return float(np.sqrt(np.mean(residual**2)))
 
 
-def gain_on(before: Model, after: Model, other: Dataset) -> HeldOutGain:
-    """Return the fall of the mean square on another measurement, with the spread between its stretches."""
-    falls = residual_of(other, before) ** 2 - residual_of(other, after) ** 2
-    return _between_stretches(falls)
+def gain_on(before: Model, after: Model, other: Dataset, noise: Noise) -> HeldOutGain:
+    """Return the fall of the mean square on another measurement, with its paired standard error."""
+    return _paired(residual_of(other, before), residual_of(other, after), noise)
 
 
 def blocked_rms(dataset: Dataset, model: Model) -> float:

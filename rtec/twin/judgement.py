@@ -256,11 +256,11 @@ def _experiment(
 
 
 def _notes(state: Search, borderline: bool) -> tuple[str, ...]:
-    notes = list(state.dataset.notes)
+    notes = list(dict.fromkeys(state.dataset.notes))
+    if state.heldout is not None:
+        notes += [f"{state.heldout.source}: {note}" for note in state.heldout.notes if note not in notes]
     if not state.workspace.noise.from_repeats:
         notes.append("no condition was repeated: there is no noise floor, and what is left cannot be judged")
-    if state.workspace.conditions.time_s is None:
-        notes.append("the file has no time: row order counts as time")
     if borderline:
         notes.append(f"an effect with an adjusted p between {LEVEL:g} and {BORDERLINE:g} was not accepted")
     notes += [f"{name} was tried and taken out: {trial.reason}" for name, trial in state.rejected.items()]

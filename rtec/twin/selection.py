@@ -293,18 +293,23 @@ def _bolder(
                 yield reshaped(workspace, [*choices[:k], (effect, again.shape), *choices[k + 1 :]])
     if workspace.dataset.rows > MANY_ROWS or not 2 <= len(choices) <= MOST_EXCHANGED + 1:
         return
-    for k, (effect, shape) in enumerate(choices):
-        if is_map(effect) and effect.name not in given:
-            for other in workspace.maps(effect):
-                if other != shape:
-                    model = [*choices[:k], (effect, other), *choices[k + 1 :]]
-                    yield _periods_anew(workspace, model, given)
+    yield from _other_maps(workspace, choices, given)
     for i in range(len(choices)):
         for j in range(i + 1, len(choices)):
             names = {choices[i][0].name, choices[j][0].name}
             rest = [c for k, c in enumerate(choices) if k not in (i, j)]
             if not names & set(given) and coherent(rest):
                 yield forward(workspace, rest, [e for e in effects if e.name not in names], given=given, limit=3)
+
+
+def _other_maps(workspace: Workspace, choices: Sequence[Choice], given: Collection[str]) -> Iterator[list[Choice]]:
+    """Yield the model with each map in all its other sizes, periods looked for anew beside it."""
+    for k, (effect, shape) in enumerate(choices):
+        if is_map(effect) and effect.name not in given:
+            for other in workspace.maps(effect):
+                if other != shape:
+                    model = [*choices[:k], (effect, other), *choices[k + 1 :]]
+                    yield _periods_anew(workspace, model, given)
 
 
 def _periods_anew(workspace: Workspace, choices: Sequence[Choice], given: Collection[str]) -> list[Choice]:

@@ -117,7 +117,7 @@ def _held_out_gain(state: Search, rest: Sequence[Choice], choices: Sequence[Choi
     in_time = any(effect.in_time for effect, _ in choices if (effect, _) not in rest)
     if state.heldout is not None and not (in_time and workspace.noise.from_repeats):
         # what happened once in time tells nothing about another measurement
-        return gain_on(state.model(rest), state.model(choices), state.heldout)
+        return gain_on(state.model(rest), state.model(choices), state.heldout, workspace.noise)
     names = [effect.name for effect, _ in choices]
     datum = workspace.has_datum and "offset" not in names
     # an offset is judged against nothing in its place; any other effect against a free constant
