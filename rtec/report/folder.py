@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from rtec.metrology import measurement_of_readings, write_laser_file, write_measurement
+from rtec.metrology import Readings, measurement_of_readings, write_laser_file, write_measurement
 from rtec.report.appearance import Scale, printable, scale_of
+from rtec.report.document import study_document
 from rtec.report.illustrations import Illustration, illustrations
 from rtec.report.page import render_page
-from rtec.report.results import StudyResult, StudyRow, Waveform
+from rtec.report.results import StudyResult, Waveform
+from rtec.report.search import search_figures
 from rtec.report.tables import curves_csv, rows_csv
 from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
 from rtec.signal import coarsest_timescale, write_vcd
+from rtec.twin.model_file import write_model
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9-]+")
 
@@ -46,45 +48,32 @@ def write_report(result: StudyResult, folder: Path) -> Path:
         A unit that is not known.
     """
     scale = scale_of(result.unit)
+    found = () if result.learned is None else search_figures(result.learned)
     figures = illustrations(result, scale)
     with whole_folder(folder) as new:
-        _write_all(result, scale, figures, new)
+        _write_all(result, scale, found, figures, new)
     return folder / PAGE
 
 
-def _write_all(result: StudyResult, scale: Scale, figures: list[Illustration], folder: Path) -> None:
+def _write_all(
+    result: StudyResult, scale: Scale, found: Sequence[Illustration], figures: Sequence[Illustration], folder: Path
+) -> None:
     """Write every file of the report into an empty folder, the page last."""
     for name in ("readings", "waveforms"):
         (folder / name).mkdir()
-    write_figures(folder, figures)
+    write_figures(folder, [*found, *figures])
     write_text(folder / "rows.csv", rows_csv(result, scale))
     write_text(folder / "feed.csv", curves_csv(result, scale))
-    write_text(folder / "result.json", json.dumps(plain(result.to_dict()), indent=2, allow_nan=False) + "\n")
+    write_text(folder / "result.json", json.dumps(study_document(result), indent=2, allow_nan=False) + "\n")
+    if result.learned is not None:
+        _write_readings(result, "calibration", "none", result.learned.readings, folder / "readings")
+        write_model(folder / "model.toml", result.learned.diagnosis.model)
     for row in result.rows:
-        _write_readings(result, row, folder / "readings")
+        _write_readings(result, file_name(row.name), row.title, row.readings, folder / "readings")
     for waveform in result.waveforms:
         _write_waveform(waveform, folder / "waveforms")
     files = without_empty(folder, ("figures", "readings", "waveforms"))
-    write_text(folder / PAGE, render_page(result, scale, figures, files))
-
-
-def plain(value: object) -> Any:
-    """Return a value as strict JSON holds it: what is no finite number becomes null.
-
-    Examples
-    --------
-    >>> plain({"rms": float("nan"), "audit": True, "rows": (1, 2.5)})
-    {'rms': None, 'audit': True, 'rows': [1, 2.5]}
-    """
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "item"):  # a number of numpy
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    write_text(folder / PAGE, render_page(result, scale, found, figures, files))
 
 
 def file_name(*words: str) -> str:
@@ -98,13 +87,13 @@ def file_name(*words: str) -> str:
     return "_".join(_NOT_IN_NAMES.sub("-", word).strip("-")[:60] or "x" for word in words)
 
 
-def _write_readings(result: StudyResult, row: StudyRow, folder: Path) -> None:
-    """Write the readings of a row as a measurement and as the laser system would."""
-    facts = {"study": printable(result.study), "correction": printable(row.title)}
+def _write_readings(result: StudyResult, name: str, correction: str, readings: Readings, folder: Path) -> None:
+    """Write readings as a measurement and as the laser system would."""
+    facts = {"study": printable(result.study), "correction": printable(correction)}
     if result.period_mm is not None:
         facts["screw_pitch"] = f"{result.period_mm!r} mm"
-    write_measurement(folder / f"{file_name(row.name)}.csv", measurement_of_readings(row.readings, facts))
-    write_laser_file(folder / f"{file_name(row.name)}.dat", row.readings)
+    write_measurement(folder / f"{name}.csv", measurement_of_readings(readings, facts))
+    write_laser_file(folder / f"{name}.dat", readings)
 
 
 def _write_waveform(waveform: Waveform, folder: Path) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
 from rtec.report.illustrations import Illustration
+from rtec.report.rendering import embedded, page_environment
 from rtec.report.results import StudyResult, StudyRow
+from rtec.report.search import PREFIX, search_of
 from rtec.report.tables import (
     COUNT_COLUMNS,
     ISO_COLUMNS,
@@ -20,9 +20,6 @@ from rtec.report.tables import (
     limit_rows,
     table_rows,
 )
-
-if TYPE_CHECKING:
-    import jinja2
 
 DEFINITIONS = (
     ("deviation", "Actual position less target (ISO 230-2), as the laser reads it."),
@@ -119,25 +116,13 @@ def _failure(row: StudyRow) -> str:
     return f"is {text}" if text.startswith("off") else f"had {text}"
 
 
-def page_environment() -> jinja2.Environment:
-    """Return what renders templates: text of a user is escaped everywhere, and a name that is missing is an error."""
-    import jinja2  # noqa: PLC0415 - a tenth of a second, needed only where a report is written
-
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("rtec.report", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-
-
-def embedded(figure: Illustration) -> str:
-    """Return a figure as text that a page can carry in itself."""
-    return base64.b64encode(figure.svg).decode("ascii")
-
-
-def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustration], files: Sequence[str]) -> str:
+def render_page(
+    result: StudyResult,
+    scale: Scale,
+    found: Sequence[Illustration],
+    figures: Sequence[Illustration],
+    files: Sequence[str],
+) -> str:
     """Return the page.
 
     Parameters
@@ -146,8 +131,8 @@ def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustratio
         The study; its name, title, facts and warnings are text of a user and are escaped.
     scale
         The study's unit.
-    figures
-        Drawn already.
+    found, figures
+        Of the search and of the correction, drawn already.
     files
         What lies beside the page, as paths from it.
     """
@@ -158,6 +143,8 @@ def render_page(result: StudyResult, scale: Scale, figures: Sequence[Illustratio
             title=printable(result.title),
             study=printable(result.study),
             verdict=verdict(result, scale),
+            search=search_of(result),
+            plates={figure.name.removeprefix(PREFIX): (figure, embedded(figure)) for figure in found},
             scale=scale,
             rows=table_rows(result, scale),
             thesis_columns=THESIS_COLUMNS,

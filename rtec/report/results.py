@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.metrology import PositioningFigures, Readings
+from rtec.metrology import MeasuringPlan, PositioningFigures, Readings
 from rtec.signal import EdgeStream
+from rtec.twin.results import Diagnosis
 
 Floats = NDArray[np.float64]
 
@@ -104,6 +105,37 @@ class Limit:
     """Largest error of the study's predictor."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """An effect of a model that a predictor of position and direction cannot hold."""
+
+    effect: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TruthScore:
+    """How far a model is from the true error of the axis: the noise-free curve, known because it is emulated."""
+
+    rms_mm: float
+    """Over the targets of a program, in both directions."""
+    worst_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Learned:
+    """What the calibration of an unknown axis showed."""
+
+    plan: MeasuringPlan
+    readings: Readings
+    diagnosis: Diagnosis
+    points: int
+    """Of the predictor's table, in each direction."""
+    scores: tuple[TruthScore, ...]
+    """At the calibration's targets: of the perfect axis that the search began with, and after each of its steps."""
+    wall_s: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StudyResult:
     """A whole study."""
@@ -120,6 +152,14 @@ class StudyResult:
     """Standard deviation of one reading; 0 for none."""
     period_mm: float | None
     """Of the cyclic error."""
+    predictor: str
+    """What the PC believes: ``learned``, ``lathe``, ``axis``, or a file."""
+    learned: Learned | None
+    """None where the predictor was given."""
+    left_out: tuple[LeftOut, ...]
+    """Effects of a model that the predictor cannot hold."""
+    predictor_score: TruthScore
+    """Of what the PC believes, at the targets of the program."""
     position_mm: Floats
     """Grid of the true error curves, shape (n,)."""
     forward_error_mm: Floats
@@ -140,18 +180,6 @@ class StudyResult:
     def good(self) -> bool:
         """Return whether every count of every row is accounted for."""
         return all(row.audit and row.ending == "FINISHED" for row in self.rows)
-
-    def to_dict(self) -> dict[str, object]:
-        """Return the rows under the names that scripts rely on, lengths in µm."""
-        return {
-            "study": self.study,
-            "unit": "um",
-            "repeatability_um": self.repeatability_mm * 1000.0,
-            "seed": self.seed,
-            "rows": [row_dict(row) for row in self.rows],
-            "warnings": list(self.warnings),
-            "wall_s": self.wall_s,
-        }
 
 
 def row_dict(row: StudyRow) -> dict[str, object]:

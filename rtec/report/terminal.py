@@ -1,4 +1,4 @@
-"""The table that ``rtec run`` shows on the terminal."""
+"""The tables that ``rtec run`` shows on the terminal."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from rich.table import Table
 from rich.text import Text
 
 from rtec.report.appearance import look_of, printable, scale_of
-from rtec.report.results import StudyResult
+from rtec.report.diagnosis.quantities import parameter_texts, probability, shown_of
+from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
+from rtec.report.results import Learned, StudyResult
 from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 
 _TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
 _STYLES = {Mark.NONE: "", Mark.GOOD: "green", Mark.MIND: "yellow", Mark.ALARM: "bold red"}
+_MOST_PARAMETERS = 3
 _SHORT = {"uncompensated": "none", "table": "table", "original": "Original", "a": "A", "b": "B", "c": "C"}
 
 
@@ -51,6 +54,43 @@ def terminal_table(result: StudyResult) -> Table:
     table.add_section()
     audits = [row.cells[-1] for row in rows]
     table.add_row("audit", *(Text(_narrow(cell.text), style=_STYLES[cell.mark]) for cell in audits))
+    return table
+
+
+def staircase_table(learned: Learned) -> Table:
+    """Return the steps of the search that made the predictor: what each effect leaves of the calibration.
+
+    It fits 80 columns. The sentence of the verdict is not part of it.
+
+    Parameters
+    ----------
+    learned
+        What the calibration showed.
+    """
+    d = learned.diagnosis
+    shown = shown_of(d.dataset.units)
+    table = Table(
+        box=SIMPLE,
+        padding=(0, 0),
+        caption=Text(
+            f"{floor_words(d.noise, shown)}; held out {heldout_words(d.heldout_by)};\n"
+            "true error less model: at the same targets, without noise"
+        ),
+        caption_justify="left",
+        caption_style="dim",
+    )
+    table.add_column(f"{shown.symbol} RMS; step", no_wrap=True)
+    table.add_column("parameters", overflow="fold")
+    for head in ("training", "held out", "true error\nless model", "adjusted p"):
+        table.add_column(head, justify="right", no_wrap=True)
+    steps = [("perfect axis", "", shown.text(d.rms_before), "", "")]
+    for step in d.steps:
+        words = "\n".join(parameter_texts(step.params, _MOST_PARAMETERS)) if step.added else ""
+        name = f"{'+' if step.added else '−'} {spoken(step.effect)}"
+        figures = (shown.text(step.rms_train), shown.text(step.rms_heldout))
+        steps.append((name, words, *figures, probability(step.p_adjusted) if step.added else ""))
+    for (name, words, training, heldout, p), score in zip(steps, learned.scores, strict=True):
+        table.add_row(Text(name), Text(words), training, heldout, shown.text(score.rms_mm), p)
     return table
 
 

@@ -12,6 +12,8 @@ from rtec.units import MM_PER_INCH
 
 MAX_READINGS = 200_000
 """Of a measurement: sixteen times the thesis's calibration."""
+MAX_CALIBRATION = 50_000
+"""Four times the thesis's: the search for effects takes time in proportion."""
 MAX_TABLE_POINTS = 1_000_000
 
 
@@ -34,11 +36,22 @@ def check_feed(program: Section, plan: MeasuringPlan, limits: Limits) -> None:
         )
 
 
-def check_dwells(laser: Section, plan: MeasuringPlan, settings: Laser) -> None:
-    """Refuse a reading that takes longer than the axis stands."""
+def check_dwells(laser: Section, plan: MeasuringPlan, settings: Laser, whose: str) -> None:
+    """Refuse a reading that takes longer than the axis stands in the plan of the table ``whose``."""
     if settings.dwell_s >= plan.dwell_s:
         raise ArgumentError(
-            laser.where("dwell"), f"{settings.dwell_s:g} s", f"less than {plan.dwell_s:g} s, program.dwell"
+            laser.where("dwell"), f"{settings.dwell_s:g} s", f"less than {plan.dwell_s:g} s, {whose}.dwell"
+        )
+
+
+def check_calibration(section: Section, plan: MeasuringPlan) -> None:
+    """Refuse a calibration that would take too long to be looked through."""
+    readings = plan.number_of_readings
+    if readings > MAX_CALIBRATION:
+        raise ArgumentError(
+            section.where("increment"),
+            f"{plan.increment_inch:g} inch",
+            f"at most {MAX_CALIBRATION} readings, not {readings}",
         )
 
 

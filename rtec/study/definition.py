@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,11 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Growth, Laser, Machine
 from rtec.metrology import MachineAxis, MeasuringPlan
-from rtec.predictors import LatheNetwork, Predictor, read_table
+from rtec.predictors import Predictor
+from rtec.report.results import LeftOut
 from rtec.requester import Conversation
-from rtec.study.consistency import check_dwells, check_feed, check_range, check_sizes
+from rtec.study.beliefs import LEARNED, axis_error_of, belief_of
+from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
 from rtec.study.sections import Section, brief, choice, parse_toml, read_toml
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SPEED, TIME
 
@@ -23,7 +26,8 @@ UNITS = ("um", "mm", "inch")
 MAX_DRIVE_MM_S = 1e4
 """What the drive does at most, however fast the axis may be."""
 _SECTIONS = (
-    "axis", "encoder", "servo", "program", "laser", "controller", "box", "conversation", "predictor", "figures",
+    "axis", "encoder", "servo", "program", "laser", "calibration", "controller", "box", "conversation", "predictor",
+    "figures",
 )  # fmt: skip
 
 
@@ -61,10 +65,22 @@ class Study:
     gate_margin: float
     rest_ps: int
     conversation: Conversation
+    predictor: str
+    """What the PC's predictor is, as the file says it."""
     model: Predictor
+    """What the PC believes the error to be; that of a perfect axis where it has to be learned first."""
+    left_out: tuple[LeftOut, ...]
+    """Effects of a model file that the predictor cannot hold."""
+    calibration: MeasuringPlan
+    """The measurement from which the PC learns."""
     feeds_mm_s: tuple[float, ...]
     span_mm: float
     growth: Growth
+
+    @property
+    def learns(self) -> bool:
+        """Whether the PC's predictor is learned from a calibration."""
+        return self.predictor == LEARNED
 
     def timing(self, design: Design) -> Timing:
         """Return the timing of a design on the study's processor."""
@@ -119,13 +135,13 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
     unit = top.text("unit")
     if unit not in UNITS:
         raise ArgumentError(top.where("unit"), repr(unit), ", ".join(UNITS))
-    axis_error = _predictor(parts["axis"], "error", folder, None)
-    model = _predictor(parts["predictor"], "model", folder, axis_error)
+    axis_error = axis_error_of(parts["axis"], folder)
     try:
         with parts["axis"].naming(axis_error="error"):
             Machine(axis_error=axis_error)
         plan = _plan(parts["program"])
         check_range(parts["program"], plan, "the axis's error", axis_error)
+        model, left_out = belief_of(parts["predictor"], folder, axis_error, plan)
         check_range(parts["program"], plan, "the predictor", model)
         study = Study(
             name=_plain_name(top),
@@ -133,7 +149,10 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             file=str(path) if isinstance(path, Path) else "",
             unit=unit,
             axis_error=axis_error,
+            predictor=parts["predictor"].text("model"),
             model=model,
+            left_out=left_out,
+            calibration=_calibration(parts["calibration"], plan),
             **_axis(parts["axis"]),
             encoder=_encoder(parts["encoder"]),
             servo=_servo(parts["servo"], parts["axis"]),
@@ -148,8 +167,11 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             for design in Design:
                 study.timing(design)
         check_feed(parts["program"], plan, study.limits)
-        check_dwells(parts["laser"], plan, study.laser)
+        check_dwells(parts["laser"], plan, study.laser, "program")
         check_sizes(parts["program"], parts["controller"], plan, study.table_interval_mm)
+        if study.learns:
+            check_dwells(parts["laser"], study.calibration, study.laser, "calibration")
+            check_calibration(parts["calibration"], study.calibration)
     except ArgumentError as error:
         where = error.name if str(path) in error.name else f"{path}: {error.name}"
         raise ArgumentError(where, brief(error.value), error.allowed, error.hint) from None
@@ -163,17 +185,16 @@ def _plain_name(top: Section) -> str:
     return name
 
 
-def _predictor(section: Section, key: str, folder: Path, truth: Predictor | None) -> Predictor:
-    name = section.text(key)
-    if name == "lathe":
-        return LatheNetwork()
-    if name == "axis" and truth is not None:
-        return truth
-    file = folder / name
-    if file.suffix.lower() != ".csv":
-        allowed = "lathe, or a table in a file NAME.csv" + (", or axis" if truth is not None else "")
-        raise ArgumentError(section.where(key), repr(name), allowed)
-    return read_table(file)
+def _calibration(section: Section, plan: MeasuringPlan) -> MeasuringPlan:
+    """Return the calibration: over the program's travel, in steps that divide it evenly."""
+    at_most = section.quantity("increment", LENGTH) / MM_PER_INCH
+    travel = plan.end_inch - plan.start_inch
+    runs = section.whole("runs", 1, 99)
+    if not at_most > 0.0:
+        raise ArgumentError(section.where("increment"), f"{at_most:g} inch", "a length above zero")
+    steps = max(math.ceil(travel / at_most - 1e-6), 1)
+    with section.naming(dwell_s="dwell", increment_inch="increment"):
+        return replace(plan, increment_inch=travel / steps, dwell_s=section.quantity("dwell", TIME), runs=runs)
 
 
 def _axis(section: Section) -> dict[str, Any]:

@@ -4,23 +4,34 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
+from rtec.injector import Design
 from rtec.machine import LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
-from rtec.report.results import StudyResult, StudyRow
+from rtec.report.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
+from rtec.study.beliefs import LATHE, LEARNED, TRUTH
 from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, waveform
+from rtec.study.learning import calibrate, learn, score
 from rtec.study.limits import limit_of
+from rtec.study.workers import Progress, Tell, Workers
 from rtec.units import MM_PER_INCH
 
-Progress = Callable[[str, float], None]
+_CALIBRATING, _SEARCHING, _MEASURING, _MOVING, _HOLDING = 2.0, 12.0, 0.7, 0.6, 0.1
+"""Weights of the parts in what is told of the progress: about the seconds that each takes."""
+_BELIEFS = {
+    LEARNED: "learned: the effects found in the calibration",
+    LATHE: "the network that the thesis prints",
+    TRUTH: "the true error of the axis",
+}
 TITLES = {
     "uncompensated": "Uncompensated",
     "table": "Controller's own table",
@@ -39,41 +50,82 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
     study
         What to do.
     progress
-        Called with what is being done and the share of the whole that is.
+        Called with what is being done and the share of the whole that is; from several threads, one at a time.
 
     Raises
     ------
     ArgumentError
         A program that the axis or the laser cannot carry out.
+
+    Notes
+    -----
+    Where the predictor has to be learned, the axis is calibrated and diagnosed first. The rows do not depend on each
+    other and are measured at the same time, on as many cores as there are; the results are the same on any number.
     """
     begun = time.perf_counter()
-    base = _machine(study)
-    task = measuring_run(study.plan, study.limits, shape=study.shape)
-    noise = np.random.default_rng(study.seed).normal(0.0, 1.0, task.target_mm.size) * study.repeatability_mm
-    variants = _variants(study, base)
-    stages = len(variants) + 2 * len(study.designs) + 1
-    done = 0
+    designs = len(study.designs)
+    total = (_CALIBRATING + _SEARCHING) * study.learns + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING)
+    with Workers(progress, total=total) as workers:
+        jobs = _Jobs(study, workers)
+        # what does not depend on the predictor begins before it is known
+        rows = [jobs.row("uncompensated", _machine(study))]
+        holds = [jobs.hold(study, design) for design in study.designs]
+        lesson = None
+        if study.learns:
+            readings = calibrate(study, _machine(study), workers.teller("calibrating the axis", _CALIBRATING))
+            lesson = learn(study, readings, workers.teller("searching for effects", _SEARCHING))
+            study = replace(study, model=lesson.predictor, left_out=lesson.left_out)
+        rows += [jobs.row(name, machine) for name, machine in _corrected(study)]
+        feeds = [jobs.feed(study, design) for design in study.designs]
+        parts = _Parts(
+            rows=tuple(row.result() for row in rows),
+            feeds=tuple(feed.result() for feed in feeds),
+            holds=tuple(hold.result() for hold in holds),
+        )
+    return _result(study, jobs.task, parts, None if lesson is None else lesson.learned, begun)
 
-    def tell(what: str) -> Callable[[float], None]:
-        def part(share: float) -> None:
-            if progress is not None:
-                progress(what, (done + share) / stages)
 
-        part(0.0)
-        return part
+class _Jobs:
+    """The runs of a study that threads carry out, with one program and the same draws for all rows."""
 
-    rows = []
-    for name, machine in variants:
-        rows.append(_row(study, name, machine, task, noise, tell(f"measuring: {TITLES[name]}")))
-        done += 1
-    feeds, holds = [], []
-    for design in study.designs:
-        machine = replace(base, injector=study.injector(design))
-        feeds.append(feed_curve(study, design.value, machine, tell(f"error against feed: {TITLES[design.value]}")))
-        done += 1
-        holds.append(hold_curve(study, design.value, machine, tell(f"held axis: {TITLES[design.value]}")))
-        done += 1
-    tell("waveforms")(0.0)
+    def __init__(self, study: Study, workers: Workers) -> None:
+        self.task = measuring_run(study.plan, study.limits, shape=study.shape)
+        draws = np.random.default_rng(study.seed).normal(0.0, 1.0, self.task.target_mm.size)
+        self._noise = draws * study.repeatability_mm
+        self._period_mm = study.period_mm
+        self._workers = workers
+
+    def row(self, name: str, machine: Machine) -> Future[StudyRow]:
+        """Measure one way of correcting."""
+        job = partial(_row, self._period_mm, name, machine, self.task, self._noise)
+        return self._workers.start(f"measuring: {TITLES[name]}", _MEASURING, job)
+
+    def feed(self, study: Study, design: Design) -> Future[FeedCurve]:
+        """Move with a design at each feed."""
+        job = partial(feed_curve, study, design.value, _with_box(study, design))
+        return self._workers.start(f"error against feed: {TITLES[design.value]}", _MOVING, job)
+
+    def hold(self, study: Study, design: Design) -> Future[HoldCurve]:
+        """Hold the axis with a design."""
+        job = partial(hold_curve, study, design.value, _with_box(study, design))
+        return self._workers.start(f"held axis: {TITLES[design.value]}", _HOLDING, job)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Parts:
+    rows: tuple[StudyRow, ...]
+    feeds: tuple[FeedCurve, ...]
+    holds: tuple[HoldCurve, ...]
+
+
+def _result(
+    study: Study,
+    task: MeasuringRun,
+    parts: _Parts,
+    learned: Learned | None,
+    begun: float,
+) -> StudyResult:
+    """Collect what the report needs; ``study`` holds the predictor that was at work."""
     position = _fine_grid(study)
     return StudyResult(
         study=study.name,
@@ -83,20 +135,24 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
         facts=_facts(study, task),
         repeatability_mm=study.repeatability_mm,
         period_mm=study.period_mm,
+        predictor=study.predictor,
+        learned=learned,
+        left_out=study.left_out,
+        predictor_score=score(study, study.model),
         position_mm=position,
         forward_error_mm=study.axis_error.error_mm(position, 1),
         reverse_error_mm=study.axis_error.error_mm(position, -1),
-        rows=tuple(rows),
-        feed_curves=tuple(feeds),
+        rows=parts.rows,
+        feed_curves=parts.feeds,
         program_feed_mm_s=study.plan.feed_inch_min * MM_PER_INCH / 60.0,
-        hold_curves=tuple(holds),
+        hold_curves=parts.holds,
         hold_growth_mm=study.growth.final_mm,
         waveforms=tuple(waveform(study, design) for design in study.designs),
         limits=tuple(limit_of(study, design) for design in study.designs),
         count_mm=study.encoder.count_mm,
         seed=study.seed,
         wall_s=time.perf_counter() - begun,
-        warnings=_warnings(rows),
+        warnings=_warnings(study, parts.rows),
     )
 
 
@@ -113,11 +169,15 @@ def _machine(study: Study) -> Machine:
     )
 
 
-def _variants(study: Study, base: Machine) -> list[tuple[str, Machine]]:
-    """Return the rows' machines: uncompensated, the controller's own table, each design."""
+def _with_box(study: Study, design: Design) -> Machine:
+    return replace(_machine(study), injector=study.injector(design))
+
+
+def _corrected(study: Study) -> list[tuple[str, Machine]]:
+    """Return the corrected rows' machines: the controller's own table, each design."""
     table = BidirectionalTable.sampled_from(study.model, _grid(study))
-    variants = [("uncompensated", base), ("table", replace(base, own_table=table))]
-    return variants + [(design.value, replace(base, injector=study.injector(design))) for design in study.designs]
+    own = ("table", replace(_machine(study), own_table=table))
+    return [own, *((design.value, _with_box(study, design)) for design in study.designs)]
 
 
 def _grid(study: Study) -> NDArray[np.float64]:
@@ -135,15 +195,15 @@ def _fine_grid(study: Study) -> NDArray[np.float64]:
 
 
 def _row(
-    study: Study,
+    period_mm: float | None,
     name: str,
     machine: Machine,
     task: MeasuringRun,
     noise: NDArray[np.float64],
-    progress: Callable[[float], None],
+    tell: Tell,
 ) -> StudyRow:
     """Measure one row."""
-    result = run_machine(machine, task, progress=progress)
+    result = run_machine(machine, task, progress=tell)
     if not np.isfinite(result.deviation_mm).any():
         off = "audit holds" if result.audit else f"{result.audit_counts} counts off"
         raise ArgumentError(
@@ -157,7 +217,7 @@ def _row(
         name=name,
         title=TITLES[name],
         readings=readings,
-        figures=positioning_figures(readings, period=study.period_mm),
+        figures=positioning_figures(readings, period=period_mm),
         step_counts=result.step_counts,
         corrections_inserted=result.insertions.inserted,
         corrections_pending=abs(result.pending_steps),
@@ -187,9 +247,9 @@ def _readings(task: MeasuringRun, result: LoopResult, noise: NDArray[np.float64]
     )
 
 
-def _warnings(rows: list[StudyRow]) -> tuple[str, ...]:
+def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     """Return each warning once."""
-    seen: dict[str, None] = {}
+    seen = {f"the predictor does without {left.effect}: {left.why}": None for left in study.left_out}
     for row in rows:
         seen.update(dict.fromkeys(row.figures.warnings))
         if row.corrections_pending:
@@ -204,6 +264,7 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
     plan, talk = study.plan, study.conversation
     noise = f"{study.repeatability_mm * 1000:g} µm standard deviation of a reading, seed {study.seed}"
     return (
+        ("Predictor", _BELIEFS.get(study.predictor) or study.predictor),
         ("Targets", f"{plan.start_inch:g} to {plan.end_inch:g} inch every {plan.increment_inch:g} inch"),
         ("Readings", f"{task.target_mm.size} in {plan.runs} bidirectional runs, dwell {plan.dwell_s:g} s"),
         ("Feed", f"{plan.feed_inch_min:g} inch/min, overshoot {plan.overshoot_inch:g} inch"),

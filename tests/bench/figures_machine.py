@@ -25,7 +25,7 @@ def lathe(design: Design, study: Study | None = None) -> Machine:
     study = study or builtin_study()
     return Machine(
         axis_error=study.axis_error,
-        model=study.model,
+        model=study.axis_error,
         injector=study.injector(design),
         encoder=study.encoder,
         servo=study.servo,

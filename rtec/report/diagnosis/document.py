@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtec.report.diagnosis.likeness import look_alikes, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
-from rtec.report.folder import plain
+from rtec.report.plain_data import plain
 from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
 
 if TYPE_CHECKING:

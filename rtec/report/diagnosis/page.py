@@ -10,14 +10,14 @@ from rtec.report.diagnosis import chapters
 from rtec.report.diagnosis.quantities import probability, shown_of
 from rtec.report.diagnosis.sentence import comparison_sentence, floor_words, stretch_words, verdict_sentence
 from rtec.report.illustrations import Illustration
-from rtec.report.page import embedded, page_environment
+from rtec.report.rendering import embedded, page_environment
 from rtec.twin.results import Diagnosis, Verdict
 
 if TYPE_CHECKING:
     from rtec.report.diagnosis.quantities import Shown
     from rtec.twin.compare import Comparison, Where
 
-_TONES = {
+TONES = {
     Verdict.NAMED: "good",
     Verdict.NONE: "good",
     Verdict.TIED: "mind",
@@ -25,6 +25,7 @@ _TONES = {
     Verdict.NOT_TESTABLE: "mind",
     Verdict.UNKNOWN: "bad",
 }
+"""Class of each verdict on a page."""
 _AT_THE_FLOOR = 1.1
 """Held-out RMS over noise floor up to which a comparison is good."""
 _FOR_COMPARISONS = 3
@@ -49,7 +50,7 @@ def diagnosis_page(diagnosis: Diagnosis, figures: Sequence[Illustration], files:
         title=_title("What explains the", d.dataset.observe, d.dataset.source),
         verdict=d.verdict.value,
         sentence=verdict_sentence(d),
-        tone=_TONES[d.verdict],
+        tone=TONES[d.verdict],
         unit=shown.symbol,
         facts=chapters.facts(d.dataset, d.noise, d.heldout, d.heldout_by),
         notes=[printable(note) for note in d.dataset.notes],

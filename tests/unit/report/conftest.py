@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtec.metrology import Readings, positioning_figures
-from rtec.report import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, Waveform
+from rtec.report import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, TruthScore, Waveform
 from rtec.signal import EdgeStream
 
 PERIOD_MM = 5.0
@@ -83,6 +83,10 @@ def study_result(**changes: object) -> StudyResult:
         "facts": (("Encoder", "1 µm a count"),),
         "repeatability_mm": 0.001,
         "period_mm": PERIOD_MM,
+        "predictor": "lathe",
+        "learned": None,
+        "left_out": (),
+        "predictor_score": TruthScore(rms_mm=0.0012, worst_mm=0.0031),
         "position_mm": position,
         "forward_error_mm": -0.05 + 0.005 * np.sin(2 * np.pi * position / PERIOD_MM),
         "reverse_error_mm": 0.05 + 0.005 * np.sin(2 * np.pi * position / PERIOD_MM),

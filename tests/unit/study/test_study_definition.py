@@ -9,7 +9,7 @@ import pytest
 from rtec.axis import ProfileShape
 from rtec.errors import ArgumentError, FileFormatError, RtecError
 from rtec.injector import Design
-from rtec.predictors import BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors import BidirectionalTable, LatheNetwork, NoError, UnidirectionalTable
 from rtec.study import builtin_study, builtin_text, read_study
 
 
@@ -66,7 +66,10 @@ def test_the_builtin_study_is_that_of_the_issue():
     assert study.conversation.reversal_mm == 0.020
     assert study.designs == tuple(Design)
     assert isinstance(study.axis_error, LatheNetwork)
-    assert study.model == study.axis_error
+    assert study.learns
+    assert study.model == NoError()
+    assert study.calibration == replace(study.plan, increment_inch=0.025, runs=4)
+    assert study.calibration.number_of_readings == 12_488  # the thesis's
     assert not any(count % 4 for count in np.round(np.arange(1, 40.1, 0.52) * 25400))  # all in the state of home
 
 
@@ -158,6 +161,14 @@ REFUSED = [
     ('[controller]\nfilter_clock = "50.0000005 MHz"', ["controller.filter_clock", "whole number of hertz"]),
     ('[conversation]\ndirection_hysteresis = "-1 um"', ["conversation.direction_hysteresis"]),
     ('[predictor]\nmodel = "axes"', ["predictor.model", "axis"]),
+    ('[predictor]\nmodel = "lerned"', ["predictor.model", "did you mean 'learned'?"]),
+    ('[calibration]\nincrement = "0 inch"', ["calibration.increment", "above zero"]),
+    ('[calibration]\nincrement = "0.001 inch"', ["calibration.increment", "at most 50000 readings, not 312008"]),
+    ('[calibration]\nincrement = "0.00001 inch"', ["calibration.increment"]),
+    ("[calibration]\nruns = 0", ["calibration.runs", "1 to 99"]),
+    ('[calibration]\ndwell = "0 s"', ["calibration.dwell", "1 to 99 s"]),
+    ('[calibration]\ndwell = "3 s"', ["laser.dwell", "less than 3 s, calibration.dwell"]),
+    ("[calibration]\nstart = 1", ["unknown key 'calibration.start'"]),
     ("[figures]\nfeeds = [5]", ["figures.feeds", "unit"]),
     ('[figures]\nfeeds = "5 inch/min"', ["figures.feeds", "a list"]),
     ('[figures]\nfeeds = ["1e5 mm/s"]', ["figures.feeds"]),
@@ -233,6 +244,64 @@ def test_a_table_beside_the_study_is_error_and_model(tmp_path):
     other = read_study(written(tmp_path, '[predictor]\nmodel = "mine.csv"\n'))
     assert isinstance(other.axis_error, LatheNetwork)
     assert other.model == study.axis_error
+
+
+def test_a_calibration_takes_the_widest_step_that_divides_the_travel(tmp_path):
+    study = read_study(written(tmp_path, '[program]\nend = "3.6 inch"\n[calibration]\nincrement = "0.35 inch"\n'))
+    assert study.calibration.targets_inch == pytest.approx(np.linspace(1, 3.6, 9), abs=1e-4)  # 2.6 inch / 8
+    wide = read_study(written(tmp_path, '[program]\nend = "3.6 inch"\n[calibration]\nincrement = "10 inch"\n'))
+    assert wide.calibration.targets_inch.tolist() == [1.0, 3.6]
+
+
+def test_a_calibration_that_nobody_needs_is_not_refused_for_its_size(tmp_path):
+    text = '[calibration]\nincrement = "0.001 inch"\n[predictor]\nmodel = "axis"\n'
+    assert read_study(written(tmp_path, text)).model == LatheNetwork()
+
+
+MODEL = """observe = "deviation"
+datum = "5 um"
+[[effect]]
+name = "backlash"
+backlash = "-80 um"
+[[effect]]
+name = "drift"
+amplitudes = ["1 um/h"]
+"""
+
+
+def test_a_model_file_is_a_predictor_without_what_changes_in_time(tmp_path):
+    (tmp_path / "m.toml").write_text(MODEL)
+    study = read_study(written(tmp_path, '[predictor]\nmodel = "m.toml"\n'))
+    assert not study.learns
+    # direction times half the backlash, and the datum
+    assert study.model.error_mm([30.0, 900.0], 1) == pytest.approx([-0.035, -0.035], abs=1e-12)
+    assert study.model.error_mm([30.0, 900.0], -1) == pytest.approx([0.045, 0.045], abs=1e-12)
+    assert study.model.range_mm == pytest.approx((25.4, 1016.0))
+    assert [(left.effect, left.why) for left in study.left_out] == [("drift", "it changes with time or temperature")]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (MODEL.replace("deviation", "force"), ["m.toml", "not to 'force'"]),
+        ('observe = "force"\n', ["FILE: predictor.model", "force in mm", "a deviation in mm"]),
+        (MODEL.replace('backlash = "-80 um"', ""), ["FILE: predictor.model", "backlash without numbers"]),
+        (MODEL.replace("-80 um", "-80 deg"), ["m.toml", "backlash", "deg"]),
+        (MODEL.replace('"backlash"', '"backlsh"'), ["m.toml", "backlash"]),
+        ("[[[", ["m.toml"]),
+        (None, ["m.toml", "No such file"]),
+    ],
+)
+def test_model_files_that_are_no_predictor_are_refused(tmp_path, text, said):
+    if text is not None:
+        (tmp_path / "m.toml").write_text(text)
+    path = written(tmp_path, '[predictor]\nmodel = "m.toml"\n')
+    with pytest.raises(RtecError) as caught:
+        read_study(path)
+    message = str(caught.value).replace(str(path), "FILE")
+    assert "\n" not in message
+    for words in said:
+        assert words in message
 
 
 def test_a_table_with_one_backlash_will_do(tmp_path):

@@ -11,6 +11,8 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, RealEdges
 from rtec.machine import Growth, Laser
 from rtec.metrology import MeasuringPlan
+from rtec.predictors import LatheNetwork
+from rtec.report import study_document
 from rtec.requester import Conversation
 from rtec.study import builtin_study, read_study, run_study
 from rtec.study.figures import feed_curve
@@ -20,8 +22,13 @@ from rtec.study.run import _machine
 INCH_MIN = 25.4 / 60.0
 
 
+def given():
+    """Return the built-in study with the printed network as predictor: nothing has to be learned."""
+    return replace(builtin_study(), predictor="lathe", model=LatheNetwork())
+
+
 def small(**changes):
-    """Return the built-in study with six targets and next to no figures."""
+    """Return the built-in study with six targets, next to no figures and the true error as predictor."""
     plan = MeasuringPlan(
         start_inch=1, end_inch=3.6, increment_inch=0.52, dwell_s=4, runs=1, feed_inch_min=50, overshoot_inch=0.1
     )
@@ -29,7 +36,7 @@ def small(**changes):
         "plan": plan, "laser": Laser(dwell_s=2.0), "feeds_mm_s": (50 * INCH_MIN,),
         "growth": Growth(final_mm=0.01, time_constant_s=1.0),
     } | changes  # fmt: skip
-    return replace(builtin_study(), **values)
+    return replace(given(), **values)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +45,7 @@ def plain():
 
 
 def without_times(result):
-    document = result.to_dict()
+    document = study_document(result)
     del document["wall_s"]
     return document
 
@@ -88,7 +95,7 @@ def test_rows_and_what_they_say(plain):
         "name", "max_average_error_um", "max_reversal_error_um", "iso230", "max_repeat_um", "cyclic_pp_um", "rms_um",
         "pp_um", "corrections_inserted", "corrections_pending", "illegal_transitions", "refused", "audit",
     }  # fmt: skip
-    assert keys <= set(plain.to_dict()["rows"][0])
+    assert keys <= set(study_document(plain)["rows"][0])
 
 
 def test_the_held_axis_of_the_report(plain):
@@ -139,12 +146,12 @@ def test_a_very_slow_pass_is_thinned_out():
 # window * step / period / slope, with the lathe's reverse cyclic slope of 0.048: 14.8, 29.5, 59 inch/min
 @pytest.mark.parametrize(("design", "inch_min"), [(Design.B, 14.76), (Design.C, 29.53), (Design.A, 59.06)])
 def test_the_feed_up_to_which_a_design_follows(design, inch_min):
-    limit = limit_of(builtin_study(), design)
+    limit = limit_of(given(), design)
     assert limit.follows_up_to_mm_s / INCH_MIN == pytest.approx(inch_min, rel=0.03)
 
 
 def test_limits_of_gate_and_word():
-    by_name = {design: limit_of(builtin_study(), design) for design in Design}
+    by_name = {design: limit_of(given(), design) for design in Design}
     # the Original's last edge comes at worst 9 µs after the transition; 15 % margin; four counts of 1 µm a cycle
     assert by_name[Design.ORIGINAL].gate_refuses_above_mm_s == pytest.approx(0.004 / (4 * 9e-6 * 1.15), rel=1e-6)
     assert by_name[Design.A].word_holds_mm == pytest.approx(0.508)
@@ -154,13 +161,13 @@ def test_limits_of_gate_and_word():
 
 
 def test_steepest_slope_of_the_lathe():
-    slope = steepest_slope(builtin_study().model, np.linspace(25.4, 1016, 20_001), over_mm=0.05)
+    slope = steepest_slope(given().model, np.linspace(25.4, 1016, 20_001), over_mm=0.05)
     assert slope == pytest.approx(0.048, rel=0.03)
 
 
 @pytest.fixture(scope="module")
 def in_motion():
-    study = replace(builtin_study(), feeds_mm_s=tuple(feed * INCH_MIN for feed in (5, 50)))
+    study = replace(given(), feeds_mm_s=tuple(feed * INCH_MIN for feed in (5, 50)))
     base = _machine(study)
     return {
         design: feed_curve(study, design.value, replace(base, injector=study.injector(design)), lambda _: None)
@@ -223,7 +230,7 @@ def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
     assert 1 <= held.readings.size < 12
     assert held.audit
     assert not result.good
-    assert result.to_dict()["rows"][-1]["ending"] == "HELD"
+    assert study_document(result)["rows"][-1]["ending"] == "HELD"
 
 
 def test_a_row_without_any_reading_is_named(monkeypatch):

@@ -1,0 +1,135 @@
+"""What the calibration of an unknown axis showed, for the page: figures, tables and words of the search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from rtec.report.appearance import number, printable
+from rtec.report.diagnosis import chapters, diagnosis_figures, verdict_sentence
+from rtec.report.diagnosis.page import TONES
+from rtec.report.diagnosis.quantities import Shown, probability, shown_of
+from rtec.report.diagnosis.sentence import floor_words, spoken
+from rtec.report.illustrations import Illustration
+from rtec.report.results import Learned, StudyResult
+from rtec.units import MM_PER_INCH
+
+PREFIX = "axis-"
+"""Of the figures' names: the correction has figures of its own that are called the same."""
+_WHOLE = 1e-6
+
+
+def search_figures(learned: Learned) -> list[Illustration]:
+    """Draw the figures of the search that made the predictor.
+
+    Parameters
+    ----------
+    learned
+        What the calibration showed.
+    """
+    return [replace(figure, name=PREFIX + figure.name) for figure in diagnosis_figures(learned.diagnosis)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """Everything that the page says of the search."""
+
+    tone: str
+    verdict: str
+    sentence: str
+    unit: str
+    facts: list[tuple[str, str]]
+    notes: list[str]
+    steps: list[tuple[chapters.StepRow, str]]
+    """Each with its RMS against the true error."""
+    floor: str
+    score: str
+    aliases: str
+    effects: list[chapters.FoundEffect]
+    candidates: list[chapters.CandidateRow]
+    unknown: str
+    lack_of_fit: list[tuple[str, str]]
+    not_testable: list[tuple[str, str, str]]
+    detectable: list[tuple[str, str]]
+    experiment: str
+    belief: str
+
+
+def search_of(result: StudyResult) -> Search | None:
+    """Return the chapter on the search; None where the predictor was given."""
+    learned = result.learned
+    if learned is None:
+        return None
+    d, shown = learned.diagnosis, shown_of(learned.diagnosis.dataset.units)
+    floor = floor_words(d.noise, shown)
+    scores = [shown.text(score.rms_mm) for score in learned.scores]
+    return Search(
+        tone=TONES[d.verdict],
+        verdict=d.verdict.value,
+        sentence=verdict_sentence(d),
+        unit=shown.symbol,
+        facts=[("Program", _program(learned)), *chapters.facts(d.dataset, d.noise, d.heldout, d.heldout_by)],
+        notes=[printable(note) for note in dict.fromkeys((*d.dataset.notes, *d.notes))],
+        steps=list(zip(chapters.step_rows(d, shown), scores, strict=True)),
+        floor=floor[:1].upper() + floor[1:],
+        score=score_words(learned, shown),
+        aliases=alias_words(result),
+        effects=chapters.found_effects(d.model, d.candidates),
+        candidates=chapters.candidate_rows(d, shown),
+        unknown="" if d.unknown is None else printable(d.unknown.description),
+        lack_of_fit=chapters.pairs_text(d.lack_of_fit, probability),
+        not_testable=chapters.unmeasured(d),
+        detectable=chapters.pairs_text(d.minimum_detectable, shown.with_unit),
+        experiment=printable(d.experiment.text),
+        belief=belief_words(result, learned, shown),
+    )
+
+
+def _program(learned: Learned) -> str:
+    plan = learned.plan
+    return (
+        f"{plan.start_inch:g} to {plan.end_inch:g} inch every {plan.increment_inch:.6g} inch, "
+        f"{plan.runs} bidirectional runs, dwell {plan.dwell_s:g} s"
+    )
+
+
+def score_words(learned: Learned, shown: Shown) -> str:
+    """Return how far the model is from the true error, in a sentence."""
+    first, last = learned.scores[0], learned.scores[-1]
+    return (
+        f"Scored against the noise-free curve, the axis's true error at the same targets in both directions: "
+        f"{shown.with_unit(first.rms_mm)} RMS before, {shown.with_unit(last.rms_mm)} RMS after, "
+        f"{shown.with_unit(last.worst_mm)} at worst."
+    )
+
+
+def alias_words(result: StudyResult) -> str:
+    """Return which harmonics of the screw the calibration can tell; empty where its targets meet every phase."""
+    if result.learned is None or result.period_mm is None:
+        return ""
+    a_turn = result.period_mm / (result.learned.plan.increment_inch * MM_PER_INCH)
+    if abs(a_turn - round(a_turn)) > _WHOLE * a_turn:
+        return ""
+    highest = round(a_turn) // 2
+    return (
+        f"The calibration has {round(a_turn)} targets to a turn of the screw ({result.period_mm:g} mm). They show "
+        f"harmonics of the cyclic error up to number {highest}; higher ones cannot be told from lower ones there "
+        "(they alias) and are not fitted."
+    )
+
+
+def belief_words(result: StudyResult, learned: Learned, shown: Shown) -> str:
+    """Return how the PC's predictor was made of the model, and how good it is where it is used."""
+    low, high = learned.plan.start_inch * MM_PER_INCH, learned.plan.end_inch * MM_PER_INCH
+    rms, worst = (
+        shown.with_unit(value) for value in (result.predictor_score.rms_mm, result.predictor_score.worst_mm)
+    )
+    words = (
+        f"The PC's predictor is this model, its datum included, as a table of {number(learned.points)} points in "
+        f"each direction from {low:g} to {high:g} mm, joined by straight lines; beyond its ends their error is held. "
+        "The controller's own table is sampled from it. At the targets of the program below, which the calibration "
+        f"need not have met, it is off the true error by {rms} RMS, {worst} at worst."
+    )
+    if result.left_out:
+        gone = "; ".join(f"{spoken(left.effect)} ({printable(left.why)})" for left in result.left_out)
+        return f"{words} Left out of it, because a table knows position and direction alone: {gone}."
+    return f"{words} Every effect of the model depends on position and direction alone: nothing was left out."

@@ -1,0 +1,76 @@
+"""What a study says of the axis's true error, and of what the PC believes it to be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rtec.effects import Units
+from rtec.errors import ArgumentError, nearest
+from rtec.metrology import MeasuringPlan
+from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
+from rtec.report.results import LeftOut
+from rtec.study.model_predictor import predictor_of_model
+from rtec.study.sections import Section, read_toml
+from rtec.twin.model_file import read_model
+from rtec.units import MM_PER_INCH
+
+LEARNED, LATHE, TRUTH = "learned", "lathe", "axis"
+"""Predictors that need no file: from a calibration, the network that the thesis prints, and the true error."""
+
+
+def axis_error_of(section: Section, folder: Path) -> Predictor:
+    """Return the true error of the axis: the network that the thesis prints, or a table in a file.
+
+    Raises
+    ------
+    RtecError
+        Another word, or a file that cannot be read.
+    """
+    name = section.text("error")
+    if name == LATHE:
+        return LatheNetwork()
+    if Path(name).suffix.lower() != ".csv":
+        raise ArgumentError(section.where("error"), repr(name), "lathe, or a table in a file NAME.csv")
+    return read_table(folder / name)
+
+
+def belief_of(
+    section: Section, folder: Path, truth: Predictor, plan: MeasuringPlan
+) -> tuple[Predictor, tuple[LeftOut, ...]]:
+    """Return what the PC believes, and which effects of a model file it cannot hold.
+
+    Parameters
+    ----------
+    section, folder
+        The table ``predictor``, and where files are looked for.
+    truth
+        The true error of the axis.
+    plan
+        A model file is tabled over its travel.
+
+    Returns
+    -------
+    predictor, left out
+        That of a perfect axis where it has to be learned first.
+
+    Raises
+    ------
+    RtecError
+        Another word, a file that cannot be read, or a model that predicts no deviation.
+    """
+    name = section.text("model")
+    known: dict[str, Callable[[], Predictor]] = {LEARNED: NoError, LATHE: LatheNetwork, TRUTH: lambda: truth}
+    if name in known:
+        return known[name](), ()
+    file = folder / name
+    if file.suffix.lower() == ".csv":
+        return read_table(file), ()
+    if file.suffix.lower() != ".toml":
+        words = ", ".join(known)
+        allowed = f"{words}, a table in a file NAME.csv, or a model in a file NAME.toml"
+        raise ArgumentError(section.where("model"), repr(name), allowed, nearest(name, known))
+    clock = read_toml(file).get("clock")
+    model = read_model(file, Units("mm", "mm", clock if isinstance(clock, str) else "s"))
+    with section.naming(model="model"):
+        return predictor_of_model(model, plan.start_inch * MM_PER_INCH, plan.end_inch * MM_PER_INCH)

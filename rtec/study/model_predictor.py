@@ -1,0 +1,162 @@
+"""From a model of effects to a predictor: what of it depends on position and direction, as a table on a fine grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects import Conditions
+from rtec.errors import ArgumentError
+from rtec.predictors import FORWARD, REVERSE, BidirectionalTable
+from rtec.report.results import LeftOut
+from rtec.twin.model import Model, Term
+
+Floats = NDArray[np.float64]
+
+POINTS_A_WAVE = 50
+"""Of the table's grid: joined by straight lines, the shortest wave is followed within 0.2 % of its amplitude."""
+FEWEST_POINTS, MOST_POINTS = 5_000, 100_000
+FEWEST_POINTS_A_WAVE = 10
+"""Below, a wave is left out: it would be followed by no better than 5 % of its amplitude."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StaticPart:
+    """What a model says of an axis whose position and direction alone are known.
+
+    Parameters
+    ----------
+    error_mm
+        At each position, shape (n,), in mm.
+    left_out
+        Effects that have no part in it.
+    """
+
+    error_mm: Floats
+    left_out: tuple[LeftOut, ...]
+
+
+def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart:
+    """Return the part of a model that depends on position and direction, its datum included.
+
+    Parameters
+    ----------
+    model
+        Of a deviation in mm over positions in mm, every effect fitted.
+    position_mm
+        Shape (n,), in mm.
+    direction
+        +1 forward or -1 reverse: every position counts as approached from far, so that a windup is built up.
+
+    Raises
+    ------
+    ArgumentError
+        A model of something else, or an effect without numbers.
+
+    Examples
+    --------
+    >>> from rtec.effects import Shape, Units, effect_named
+    >>> names = ("backlash", "drift")
+    >>> terms = tuple(Term(effect=effect_named(name), shape=Shape(), amplitudes=(0.002,)) for name in names)
+    >>> model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms, datum=0.01)
+    >>> part = static_part(model, np.array([0.0, 5.0]), -1)
+    >>> part.error_mm.round(9).tolist(), part.left_out[0].effect
+    ([0.009, 0.009], 'drift')
+    """
+    _refuse_other(model)
+    conditions = Conditions(
+        position=position_mm,
+        position_unit="mm",
+        run=np.ones(position_mm.size, dtype=np.int64),
+        direction=np.full(position_mm.size, float(direction)),
+        since_reversal=np.full(position_mm.size, np.inf),
+    )
+    total = np.full(position_mm.size, model.datum)
+    left_out = []
+    for term in model.terms:
+        found = _contribution(term, conditions)
+        if isinstance(found, LeftOut):
+            left_out.append(found)
+        else:
+            total += found
+    return StaticPart(error_mm=total, left_out=tuple(left_out))
+
+
+def _refuse_other(model: Model) -> None:
+    units = model.units
+    if (model.observe, units.observed, units.position) != ("deviation", "mm", "mm"):
+        found = f"{model.observe} in {units.observed} over positions in {units.position}"
+        raise ArgumentError("model", found, "a deviation in mm over positions in mm")
+    for term in model.terms:
+        if not term.fitted:
+            raise ArgumentError(
+                "model",
+                f"{term.name} without numbers",
+                "a fitted model",
+                "rtec diagnose DATA --save MODEL.toml fits it",
+            )
+
+
+def _contribution(term: Term, conditions: Conditions) -> Floats | LeftOut:
+    if term.effect.in_time:
+        return LeftOut(effect=term.name, why="it changes with time or temperature")
+    try:
+        return term.contribution(conditions)
+    except ArgumentError:  # the effect misses a column: that of a velocity, say
+        return LeftOut(effect=term.name, why=f"it needs {term.effect.needs}")
+
+
+def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
+    """Return the table of what a model predicts in both directions, and what had to be left out of it.
+
+    Parameters
+    ----------
+    model
+        As for ``static_part``.
+    low_mm, high_mm
+        Range of the table; beyond it, the error of its nearest end is held.
+
+    Returns
+    -------
+    table, left out
+        The predictor, and the effects that are not in it: those that change with time, temperature or speed, and
+        waves so short that the grid could not follow them.
+
+    Raises
+    ------
+    ArgumentError
+        As for ``static_part``.
+
+    Examples
+    --------
+    >>> from rtec.effects import Shape, Units, effect_named
+    >>> backlash = Term(effect=effect_named("backlash"), shape=Shape(), amplitudes=(0.08,))
+    >>> model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(backlash,))
+    >>> table, left_out = predictor_of_model(model, 0.0, 100.0)
+    >>> table.error_mm([50.0, 50.0], [1, -1]).tolist(), left_out
+    ([0.04, -0.04], ())
+    """
+    span = high_mm - low_mm
+    waves = {term: _wave_mm(term) for term in model.terms}
+    fine = [term for term, wave in waves.items() if wave * MOST_POINTS < FEWEST_POINTS_A_WAVE * span]
+    shortest = min((wave for term, wave in waves.items() if term not in fine), default=span)
+    points = min(max(round(span / shortest * POINTS_A_WAVE), FEWEST_POINTS), MOST_POINTS)
+    grid = np.linspace(low_mm, high_mm, points + 1)
+    kept = model.with_terms(term for term in model.terms if term not in fine)
+    forward, reverse = (static_part(kept, grid, way) for way in (FORWARD, REVERSE))
+    table = BidirectionalTable(
+        forward_positions_mm=grid,
+        forward_errors_mm=forward.error_mm,
+        reverse_positions_mm=grid,
+        reverse_errors_mm=reverse.error_mm,
+    )
+    too_fine = [LeftOut(effect=term.name, why=f"its waves of {waves[term]:.3g} mm are too short") for term in fine]
+    return table, (*forward.left_out, *too_fine)
+
+
+def _wave_mm(term: Term) -> float:
+    """Return the length of the shortest wave of an effect; infinity where it has none."""
+    period = getattr(term.shape, "period", None)
+    return float(period) / int(getattr(term.shape, "harmonics", 1)) if isinstance(period, float) else np.inf

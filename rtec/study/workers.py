@@ -1,0 +1,96 @@
+"""Independent parts of a study at the same time: the compiled loops leave the interpreter free for each other."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from types import TracebackType
+from typing import TypeVar
+
+_T = TypeVar("_T")
+Tell = Callable[[float], None]
+Progress = Callable[[str, float], None]
+MOST = 8
+"""Threads; a study has no more long parts than that."""
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Workers:
+    """Threads that carry jobs out and tell together how far they are.
+
+    As a context it ends with every thread: where the context is left by an error, Ctrl-C included, jobs that have not
+    begun are dropped, and those at work break off the next time they tell their share.
+
+    Parameters
+    ----------
+    progress
+        Called with what is being done and the share of the whole that is; from any thread, one at a time.
+    total
+        Sum of the weights of all jobs, those of ``teller`` alone included.
+
+    Examples
+    --------
+    >>> shares = []
+    >>> with Workers(lambda what, share: shares.append(share), total=4.0) as workers:
+    ...     job = workers.start("squares", 4.0, lambda tell: [tell(k / 2) or k * k for k in range(3)])
+    ...     job.result()
+    [0, 1, 4]
+    >>> shares
+    [0.0, 0.5, 1.0]
+    """
+
+    def __init__(self, progress: Progress | None, *, total: float) -> None:
+        """Start no thread yet."""
+        self._progress, self._total = progress, total
+        self._done: dict[int, float] = {}
+        self._told = -1.0
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        self._pool = ThreadPoolExecutor(max_workers=min(cores(), MOST), thread_name_prefix="rtec-study")
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self._ended.set()
+        self._pool.shutdown(wait=True, cancel_futures=kind is not None)
+
+    def start(self, what: str, weight: float, job: Callable[[Tell], _T]) -> Future[_T]:
+        """Carry out a job in a thread as soon as one is free."""
+        tell = self.teller(what, weight)
+
+        def carry_out() -> _T:
+            tell(0.0)
+            result = job(tell)
+            tell(1.0)
+            return result
+
+        return self._pool.submit(carry_out)
+
+    def teller(self, what: str, weight: float) -> Tell:
+        """Return what a job calls now and then with its share done, 0..1."""
+        number = len(self._done)
+        self._done[number] = 0.0
+
+        def tell(share: float) -> None:
+            if self._ended.is_set():
+                raise CancelledError
+            with self._lock:
+                self._done[number] = max(self._done[number], weight * min(share, 1.0))
+                whole = min(sum(self._done.values()) / self._total, 1.0)
+                if self._progress is not None and whole > self._told:
+                    self._told = whole
+                    self._progress(what, whole)
+
+        return tell

@@ -1,0 +1,69 @@
+"""Jobs in threads: what they tell, and how they end."""
+
+import threading
+import time
+
+import pytest
+
+from rtec.study.workers import Workers, cores
+
+
+def test_jobs_give_their_results_and_tell_the_share_of_the_whole():
+    told = []
+    with Workers(lambda what, share: told.append((what, share)), total=10.0) as workers:
+        jobs = [workers.start(f"job {k}", 2.0, lambda tell, k=k: [tell(0.5), k][1]) for k in range(4)]
+        here = workers.teller("here", 2.0)
+        here(0.5)
+        here(1.0)
+        assert [job.result() for job in jobs] == [0, 1, 2, 3]
+    shares = [share for _, share in told]
+    assert shares == sorted(set(shares))
+    assert shares[-1] == pytest.approx(1.0)
+    assert {what for what, _ in told} >= {"here"}
+
+
+def test_without_anyone_to_tell_the_results_are_the_same():
+    with Workers(None, total=1.0) as workers:
+        assert workers.start("quiet", 1.0, lambda tell: tell(0.3) or 7).result() == 7
+
+
+def test_jobs_are_at_work_at_the_same_time():
+    if cores() < 2:
+        pytest.skip("one core")
+    meeting = threading.Barrier(2, timeout=10)
+    with Workers(None, total=2.0) as workers:
+        jobs = [workers.start("meets the other", 1.0, lambda tell: meeting.wait()) for _ in range(2)]
+        assert sorted(job.result() for job in jobs) == [0, 1]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_an_error_breaks_jobs_off_where_they_next_tell_and_drops_the_rest(error):
+    begun = []
+
+    def endless(tell):
+        begun.append(1)
+        while True:
+            time.sleep(0.001)
+            tell(0.1)
+
+    def leave():
+        with Workers(None, total=20.0) as workers:
+            for _ in range(20):
+                workers.start("endless", 1.0, endless)
+            while not begun:
+                time.sleep(0.001)
+            raise error
+
+    with pytest.raises(error):
+        leave()
+    assert 1 <= len(begun) < 20
+
+
+def test_the_error_of_a_job_is_that_of_its_result():
+    def fails(tell):
+        raise ValueError("row b")
+
+    with Workers(None, total=1.0) as workers:
+        job = workers.start("fails", 1.0, fails)
+        with pytest.raises(ValueError, match="row b"):
+            job.result()
