@@ -11,7 +11,7 @@ from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.frequency_grid import FEWEST_CYCLES, NEARLY, frequencies, highest_frequency, stated_periods
+from rtec.effects.frequency_grid import NEARLY, frequencies, highest_frequency, stated_periods
 from rtec.effects.protocol import (
     Amplitude,
     Card,
@@ -30,6 +30,8 @@ PARTS = (1, 2, 3, 4, 5, 6)
 NEAR = 0.5
 """A line this near to whole cycles a turn, in units of 1 / span, cannot be told from them."""
 
+FEWEST_TURNS = 2.0
+"""Whole cycles a turn are no smooth curve by chance: two of them over the positions are enough."""
 MOST_HARMONICS = 12
 """Magnets and slots give more of them than a screw does."""
 
@@ -143,7 +145,7 @@ def _whole_cycles(conditions: Conditions) -> Floats:
     if conditions.revolution is None or grid.size == 0:
         return np.empty(0)
     turn = conditions.revolution
-    first = int(np.ceil(NEARLY * FEWEST_CYCLES / conditions.span * turn))
+    first = int(np.ceil(NEARLY * FEWEST_TURNS / conditions.span * turn))
     last = int(np.floor(highest_frequency(conditions) * turn + 1e-9))
     return np.arange(max(first, 1), last + 1) / turn
 

@@ -12,8 +12,8 @@ FEWEST_PLACES = 6
 SPACING = 0.2
 """Of the frequencies, in units of 1 / span: between two of them a sine keeps a cosine of 0.98."""
 MOST_FREQUENCIES = 7500
-FEWEST_CYCLES = 2.0
-"""Over the span: what does not come back at least once is no period."""
+FEWEST_CYCLES = 2.5
+"""Over the span: what comes back no more than once may as well be a smooth curve."""
 NEARLY = 0.95
 """Share of these cycles that is enough for a fundamental: readings over a turn end a step before it is full."""
 IRREGULAR = 0.05
@@ -77,7 +77,7 @@ def highest_frequency(conditions: Conditions) -> float:
 def frequencies(conditions: Conditions) -> Floats:
     """Return the frequencies to scan, equally spaced, in cycles per position unit, shape (frequencies,).
 
-    From two cycles over the span to the highest frequency; empty where the places resolve nothing.
+    From two and a half cycles over the span to the highest frequency; empty where the places resolve nothing.
     """
     top = highest_frequency(conditions)
     if top == 0.0:

@@ -77,7 +77,9 @@ def test_an_elastic_drive_against_friction(carried):
 
 
 def test_windup_takes_both_starts_into_question(bidirectional):
-    assert Windup().variants(bidirectional(), WindupShape(7.0)) == [WindupShape(7.0), WindupShape(7.0, carried=True)]
+    variants = Windup().variants(bidirectional(), WindupShape(8.0))
+    assert variants[:2] == [WindupShape(8.0), WindupShape(8.0, carried=True)]
+    assert [(v.distance, v.carried) for v in variants[2:]] == [(6.0, True), (pytest.approx(4.4), True)]
 
 
 def test_windup_scans_from_half_the_shortest_distance_to_a_fifth_of_the_span(bidirectional):
