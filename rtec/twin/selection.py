@@ -23,6 +23,8 @@ SHARE_OF_PLACES = 0.55
 """Functions of position with more parameters than this share of the places fit anything: nothing is left to test."""
 SAME_LINE = 0.005
 """Share by which the period of a line may differ from a fraction of a family's and still be its harmonic."""
+NEXT_HARMONICS = 3
+"""A line so few harmonics beyond a family belongs to it."""
 SHARE_OF_ROWS = 0.25
 """Parameters for each reading, at most, where no repeats say what noise is."""
 MANY_ROWS = 2000
@@ -390,6 +392,26 @@ def search(
             break
         best = better
     return simplified(workspace, best, everything, given=given)
+
+
+def families_joined(choices: Sequence[Choice]) -> list[Choice]:
+    """Return the model with lines put into the family of which they are the next harmonics: one family, not two."""
+    model = list(choices)
+    for k in range(len(model) - 1, -1, -1):
+        effect, shape = model[k]
+        line = getattr(shape, "period", None)
+        for j, (other, family) in enumerate(model):
+            base = getattr(family, "period", None)
+            if j == k or line is None or base is None or other.name != effect.name:
+                continue
+            order, held = round(base / line), int(getattr(family, "harmonics", 1))
+            alike = order >= 2 and abs(base / line / order - 1.0) < SAME_LINE
+            top = order * int(getattr(shape, "harmonics", 1))
+            if alike and top <= held + NEXT_HARMONICS:
+                model[j] = other, replace(family, **{"harmonics": max(held, top)})
+                del model[k]
+                break
+    return model
 
 
 def stated_period(workspace: Workspace, choice: Choice, others: Sequence[Choice]) -> Choice:

@@ -15,7 +15,7 @@ from rtec.twin.heldout import HeldOutGain, gain_of, gain_on, held_out_residual, 
 from rtec.twin.leftover import MATTERS
 from rtec.twin.model import Model
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
-from rtec.twin.selection import stated_period
+from rtec.twin.selection import families_joined, stated_period
 from rtec.twin.structure import ChanceInTime
 from rtec.twin.workspace import Candidacy, Choice, Workspace
 
@@ -137,7 +137,8 @@ def first_noise(dataset: Dataset, base: Sequence[Choice]) -> Noise:
 
 
 def refitted(workspace: Workspace, choices: list[Choice]) -> list[Choice]:
-    """Return the choices with shapes refitted jointly, stated periods where they do as well."""
+    """Return the choices with shapes refitted jointly, families joined, stated periods where they do as well."""
+    choices = families_joined(choices)
     stated = [stated_period(workspace, c, [*choices[:k], *choices[k + 1 :]]) for k, c in enumerate(choices)]
     return jointly_refitted(workspace, stated, datum=needs_datum(workspace, stated))
 
