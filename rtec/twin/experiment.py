@@ -118,6 +118,7 @@ def experiment_for_more(
     if minimum:
         name = max(minimum, key=lambda key: minimum[key])
         unit, factor = workspace.dataset.units.shown
+        unit = unit.replace("um", "µm")
         need = f": {effect_named(name).needs}" if name in not_testable else ""
         return Experiment(
             text=f"four times as many repeats halve what can be seen at least; the hardest to see here is {name} "

@@ -168,6 +168,7 @@ def _absent(
     ranked = candidates(state.workspace, ordered, [e for e in state.workspace.library if e.name not in held])
     tied_to = {r.rival: (name, r) for name, found in rivals.items() for r in found if r.tied or r.permanent}
     unit, factor = state.dataset.units.shown
+    unit = unit.replace("um", "µm")
     listed = []
     for candidacy in ranked:
         name = candidacy.effect.name
