@@ -1,0 +1,172 @@
+"""Learning an axis from a calibration, scored against errors that are written out here or printed in the thesis."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtec.errors import ArgumentError
+from rtec.injector import Design
+from rtec.machine import Growth, Laser
+from rtec.metrology import MeasuringPlan, read_measurement, write_measurement
+from rtec.predictors import BidirectionalTable, LatheNetwork
+from rtec.report import study_document
+from rtec.study import builtin_study, run_study
+from rtec.study.learning import calibrate, calibration_measurement, learn
+from rtec.study.run import _machine
+from rtec.twin.diagnose import diagnose
+from rtec.twin.load import load_dataset
+
+INCH = 25.4
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+# the lathe
+
+
+@pytest.fixture(scope="module")
+def lathe():
+    """Return the built-in study with the readings of its calibration and what is learned from them."""
+    study = builtin_study()
+    readings = calibrate(study, _machine(study), lambda share: None)
+    return study, readings, learn(study, readings, lambda share: None)
+
+
+def test_the_calibration_is_the_thesiss_and_has_its_own_noise(lathe):
+    study, readings, _ = lathe
+    assert readings.size == 12_488
+    assert np.unique(readings.target_mm) == pytest.approx(np.linspace(1, 40, 1561) * INCH, abs=1e-4 * INCH)
+    truth = np.where(
+        readings.direction > 0,
+        LatheNetwork().error_mm(readings.target_mm, 1),
+        LatheNetwork().error_mm(readings.target_mm, -1),
+    )
+    noise = readings.deviation_mm - truth
+    # one micrometre of noise, and rest up to half a count beside the target
+    assert 0.0009 < np.std(noise) < 0.0012
+    rows = np.random.default_rng(study.seed).normal(0.0, 0.001, 760)
+    assert abs(np.corrcoef(noise[:760], rows)[0, 1]) < 0.15
+
+
+def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
+    lesson = lathe[2]
+    grid = np.linspace(1, 40, 1561) * INCH
+    curve = {way: LatheNetwork().error_mm(grid, way) for way in (1, -1)}
+    before = rms(np.concatenate([curve[1], curve[-1]]))
+    after = rms(np.concatenate([lesson.predictor.error_mm(grid, way) - curve[way] for way in (1, -1)]))
+    assert before == pytest.approx(0.0854, abs=0.0001)
+    assert after < 0.0017
+    scores = lesson.learned.scores
+    assert scores[0].rms_mm == pytest.approx(before, rel=1e-6)
+    assert scores[-1].rms_mm == pytest.approx(after, rel=0.02)  # the table's straight lines
+    assert [score.rms_mm for score in scores] == sorted((score.rms_mm for score in scores), reverse=True)
+    assert len(scores) == 1 + len(lesson.learned.diagnosis.steps)
+
+
+def test_the_effects_are_those_of_the_screw(lathe):
+    lesson = lathe[2]
+    names = set(lesson.learned.diagnosis.effects)
+    assert names & {"backlash", "backlash_map"}
+    assert {"cyclic", "pitch_map"} <= names
+    shape = next(term.shape for term in lesson.learned.diagnosis.model.terms if term.name == "cyclic")
+    assert shape.by_direction
+    assert shape.period == pytest.approx(6.35, abs=0.001)
+    assert 3 <= shape.harmonics <= 5  # ten targets a turn show no more
+    assert lesson.left_out == ()
+
+
+# a short axis with a straight error: a lead 1e-4 too long, and 60 um of lost motion
+
+
+def short(**changes):
+    plan = MeasuringPlan(
+        start_inch=1, end_inch=3.6, increment_inch=0.52, dwell_s=4, runs=2, feed_inch_min=50, overshoot_inch=0.1
+    )
+    ends = np.array([0.0, 1000.0])
+    error = BidirectionalTable(
+        forward_positions_mm=ends,
+        forward_errors_mm=1e-4 * ends,
+        reverse_positions_mm=ends,
+        reverse_errors_mm=1e-4 * ends + 0.06,
+    )
+    values = {
+        "plan": plan, "calibration": replace(plan, increment_inch=0.1, runs=3), "axis_error": error,
+        "laser": Laser(dwell_s=2.0), "feeds_mm_s": (), "growth": Growth(final_mm=0.01, time_constant_s=1.0),
+        "designs": (Design.B,), "period_mm": None,
+    } | changes  # fmt: skip
+    return replace(builtin_study(), **values)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    return run_study(short())
+
+
+def test_what_was_learned_corrects_the_axis(learned):
+    assert learned.learned.readings.size == 3 * 2 * 27
+    assert {"backlash", "scale"} == set(learned.learned.diagnosis.effects)
+    assert learned.learned.diagnosis.rms_before > 0.03
+    error = {row.name: row.figures.rms for row in learned.rows}
+    assert error["uncompensated"] > 0.03
+    assert error["table"] < 0.002
+    assert error["b"] < 0.002
+    assert learned.rows[-1].corrections_inserted > 60
+    assert learned.predictor_score.rms_mm < 0.001
+    assert learned.predictor_score.worst_mm < 0.0015
+    assert learned.good
+
+
+def test_learning_twice_gives_the_same(learned):
+    again = run_study(short())
+    documents = []
+    for result in (learned, again):
+        document = study_document(result)
+        del document["wall_s"]
+        documents.append(document)
+    assert documents[0] == documents[1]
+    for one, other in zip(learned.rows, again.rows, strict=True):
+        assert np.array_equal(one.readings.deviation_mm, other.readings.deviation_mm)
+
+
+def test_without_noise_it_learns_as_well():
+    result = run_study(short(repeatability_mm=0.0))
+    assert {"backlash", "scale"} <= set(result.learned.diagnosis.effects)
+    assert result.predictor_score.rms_mm < 0.001
+    assert result.rows[-1].figures.rms < 0.0012  # a count is one micrometre
+
+
+def test_a_perfect_axis_is_left_alone():
+    flat = BidirectionalTable(
+        forward_positions_mm=[0, 1000], forward_errors_mm=[0, 0], reverse_positions_mm=[0, 1000],
+        reverse_errors_mm=[0, 0],
+    )  # fmt: skip
+    result = run_study(short(axis_error=flat, seed=4))
+    # an axis at rest stands up to half a count short of its target: a reversal error of less than one count
+    assert set(result.learned.diagnosis.effects) <= {"backlash"}
+    assert result.predictor_score.worst_mm < 0.001
+
+
+def test_two_targets_are_learned_from_as_far_as_they_go():
+    calibration = replace(short().calibration, increment_inch=2.6, runs=3)
+    result = run_study(short(calibration=calibration))
+    assert result.good
+    assert result.learned.readings.size == 12
+
+
+def test_the_file_of_the_readings_gives_the_same_diagnosis(learned, tmp_path):
+    write_measurement(tmp_path / "c.csv", calibration_measurement(learned.learned.readings, None))
+    again = diagnose(load_dataset(read_measurement(tmp_path / "c.csv")))
+    assert again.effects == learned.learned.diagnosis.effects
+    for one, other in zip(again.model.terms, learned.learned.diagnosis.model.terms, strict=True):
+        assert one.amplitudes == other.amplitudes
+
+
+def test_a_calibration_that_fails_is_named():
+    # a filter of 15 kHz cannot follow 50 inch/min: counts are lost, and the axis misses its targets
+    slow = replace(builtin_study().receiver, filter_samples=1, clock_hz=15_000)
+    calibration = replace(short().calibration, increment_inch=2.6, runs=1)
+    with pytest.raises(ArgumentError, match=r"calibration: [1-4] of 4 readings missing \(FINISHED after"):
+        run_study(short(receiver=slow, calibration=calibration))
