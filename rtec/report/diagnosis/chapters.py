@@ -158,8 +158,9 @@ def noise_text(noise: NoiseFloor, shown: Shown) -> str:
 def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
     """Return the table of steps, the start first."""
     names = joined(spoken(name) for name in diagnosis.start.names)
+    heldout = shown.text(diagnosis.rms_heldout_before) if math.isfinite(diagnosis.rms_heldout_before) else ""
     start = StepRow(label=f"start: {names or 'no effect'}", added=True, parameters=[], gain="", p="",
-                    train=shown.text(diagnosis.rms_before), heldout="", reason="")  # fmt: skip
+                    train=shown.text(diagnosis.rms_before), heldout=heldout, reason="")  # fmt: skip
     rows = [start]
     for step in diagnosis.steps:
         gain = error = math.nan

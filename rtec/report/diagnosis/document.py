@@ -36,6 +36,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "candidates": [_candidate(candidate, shown) for candidate in diagnosis.candidates],
         "noise_floor": shown.number(diagnosis.noise.floor),
         "rms_before": shown.number(diagnosis.rms_before),
+        "rms_heldout_before": shown.number(diagnosis.rms_heldout_before),
         "rms_after": shown.number(diagnosis.rms_after),
         "rms_heldout": shown.number(diagnosis.rms_heldout),
         "unit": shown.unit,
@@ -52,7 +53,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "noise": noise_document(diagnosis.noise, shown),
         "lack_of_fit": dict(diagnosis.lack_of_fit),
         "look_alikes": _look_alikes(diagnosis),
-        "notes": [*diagnosis.dataset.notes, *diagnosis.notes],
+        "notes": list(dict.fromkeys([*diagnosis.dataset.notes, *diagnosis.notes])),
     }
     cleaned: dict[str, Any] = plain(document)
     return cleaned

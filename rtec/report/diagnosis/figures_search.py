@@ -129,7 +129,7 @@ def staircase_figure(diagnosis: Diagnosis) -> Figure:
     figure = new_figure(4.4)
     axes = figure.add_subplot()
     train = [diagnosis.rms_before * shown.factor, *(step.rms_train * shown.factor for step in steps)]
-    held = [float("nan"), *(step.rms_heldout * shown.factor for step in steps)]
+    held = [diagnosis.rms_heldout_before * shown.factor, *(step.rms_heldout * shown.factor for step in steps)]
     x = np.arange(len(train))
     axes.step(np.append(x - 0.5, x[-1] + 0.5), [*train, train[-1]], where="post", color=FORWARD, linewidth=1.8,
               label="training", zorder=3)  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE
@@ -92,7 +93,9 @@ def _steps(diagnosis: Diagnosis, shown: Shown) -> Table:
     table.add_column("held out", justify="right", no_wrap=True)
     table.add_column("adjusted p", justify="right", no_wrap=True)
     started = ", ".join(spoken(name) for name in diagnosis.start.names) or "no effect"
-    table.add_row("start", Text(started), shown.text(diagnosis.rms_before), "", "")
+    before = diagnosis.rms_heldout_before
+    held_out = shown.text(before) if math.isfinite(before) else ""
+    table.add_row("start", Text(started), shown.text(diagnosis.rms_before), held_out, "")
     for step in diagnosis.steps:
         sign, style = ("+ ", "") if step.added else ("− ", "yellow")
         words = parameter_texts(step.params, _MOST_PARAMETERS) if step.added else [printable(step.reason)]
