@@ -79,7 +79,7 @@ def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool,
         return
     from rich.console import Console  # noqa: PLC0415
 
-    for sentence in (*result.dataset.notes, *result.notes):
+    for sentence in dict.fromkeys((*result.dataset.notes, *result.notes)):
         note(sentence)
     console = Console(highlight=False)
     console.print(verdict_sentence(result), soft_wrap=True, markup=False)

@@ -118,6 +118,13 @@ def test_the_terminal_says_it_in_a_sentence_first(here, capsys, monkeypatch):
     assert all(line.startswith("rtec: ") for line in err.splitlines())
 
 
+def test_a_note_on_the_file_comes_once(here, capsys):
+    header, *rows = (here / "none.csv").read_text().splitlines()
+    (here / "dwell.csv").write_text("\n".join([header + ",dwell_s", *(f"{row},{k % 7}" for k, row in enumerate(rows))]))
+    err = said(capsys, "dwell.csv")[2]
+    assert err.count("dwell_s") == 1
+
+
 def test_the_report_stands_in_its_folder(here, capsys):
     document = answer(capsys, "two.csv", "-o", "report")
     page = here / document["report"]
