@@ -307,7 +307,7 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         ('observe = "deviation"\neffect = [1]', ["no list of tables"]),
         (HEAD + 'period = "3 mm"', ["effect 1 has no name"]),
         (HEAD + "name = 5", ["effect 1 has no name"]),
-        (HEAD + 'name = "cylic"', ["effect 1", "'cylic'", "did you mean 'cyclic'?"]),
+        (HEAD + 'name = "cyclik"', ["effect 1", "'cyclik'", "did you mean 'cyclic'?"]),
         (HEAD + 'name = "jitter"', ["effect 1", "'jitter'", "capture"]),
         (HEAD + 'name = "cyclic"\nperod = "3 mm"', ["effect 1 (cyclic)", "'perod'", "did you mean 'period'?"]),
         (HEAD + 'name = "backlash"\nbacklsh = "3 mm"', ["'backlsh'", "did you mean 'backlash'?"]),
