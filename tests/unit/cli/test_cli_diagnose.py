@@ -120,7 +120,8 @@ def test_the_terminal_says_it_in_a_sentence_first(here, capsys, monkeypatch):
 
 def test_a_note_on_the_file_comes_once(here, capsys):
     header, *rows = (here / "none.csv").read_text().splitlines()
-    (here / "dwell.csv").write_text("\n".join([header + ",dwell_s", *(f"{row},{k % 7}" for k, row in enumerate(rows))]))
+    dwells = [f"{row},{k % 7}" for k, row in enumerate(rows)]
+    (here / "dwell.csv").write_text("\n".join([f"{header},dwell_s", *dwells]))
     err = said(capsys, "dwell.csv")[2]
     assert err.count("dwell_s") == 1
 
