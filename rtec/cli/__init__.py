@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
     def carry_out() -> None:
-        from rtec.cli._verbs import call  # noqa: PLC0415 - Ctrl-C while it loads must meet the handler, too
+        from rtec.cli._verbs import call  # Ctrl-C while it loads must meet the handler, too
 
         call(words)
 

@@ -22,7 +22,7 @@ def print_json(document: Mapping[str, object]) -> None:
     >>> print_json({"A": 1.5, "B": float("nan"), "rows": (1, float("inf"))})
     {"A": 1.5, "B": null, "rows": [1, null]}
     """
-    import json  # noqa: PLC0415 - not needed for --help
+    import json
 
     sys.stdout.write(json.dumps(_strict(document), allow_nan=False, ensure_ascii=False) + "\n")
 
@@ -45,7 +45,7 @@ def note(message: str) -> None:
 
 def compilation_ahead() -> bool:
     """Return whether nothing is compiled yet on this machine, so that the first run takes long."""
-    from rtec import _jit  # noqa: PLC0415 - loads the compiler
+    from rtec import _jit  # loads the compiler
 
     return _jit.FIRST_RUN and not _jit.config.DISABLE_JIT
 
@@ -73,8 +73,8 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
     def show(share: float) -> None:
         if not shown and time.monotonic() - begun > _PATIENCE_S:
-            from rich.console import Console  # noqa: PLC0415 - needed for long work only
-            from rich.progress import Progress  # noqa: PLC0415
+            from rich.console import Console
+            from rich.progress import Progress
 
             bar = Progress(console=Console(stderr=True), transient=True)
             bar.start()

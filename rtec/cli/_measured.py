@@ -102,9 +102,9 @@ def read_inputs(
     RtecError
         A file that cannot be read or does not fit the others, or an option that is wrong.
     """
-    from rtec.twin.compare import check_model  # noqa: PLC0415 - scipy, once there is something to compare
-    from rtec.twin.load import load_dataset  # noqa: PLC0415
-    from rtec.twin.model_file import read_model, read_observe  # noqa: PLC0415
+    from rtec.twin.compare import check_model
+    from rtec.twin.load import load_dataset
+    from rtec.twin.model_file import read_model, read_observe
 
     wanted = observe if observe is not None or model is None else read_observe(model)
     with _named_as_options("--observe" if observe is not None else f"{model}: observe"):

@@ -59,7 +59,7 @@ def _open_streams() -> None:
 
 def _ended(command: Callable[[], None]) -> int:
     """Return the exit code of a command that came to its end."""
-    import typer  # noqa: PLC0415 - Ctrl-C while it loads must meet the handler, too
+    import typer  # Ctrl-C while it loads must meet the handler, too
 
     # typer keeps the base of its errors in click or in a copy of click, depending on its version
     usage_error: Any = typer.BadParameter.__mro__[2]

@@ -51,14 +51,15 @@ def _frame(
 
 def application() -> typer.Typer:
     """Return the command line with all its verbs, in the order in which help lists them."""
-    from rtec.cli import blind  # noqa: PLC0415 - Ctrl-C while verbs load must meet the handler
-    from rtec.cli.add import add  # noqa: PLC0415 - a name of the package would hide the module
-    from rtec.cli.compare import compare  # noqa: PLC0415 - as above
-    from rtec.cli.diagnose import diagnose  # noqa: PLC0415 - as above
-    from rtec.cli.effects import effects  # noqa: PLC0415 - as above
-    from rtec.cli.iso230 import iso230  # noqa: PLC0415 - as above
-    from rtec.cli.run import run  # noqa: PLC0415 - as above
-    from rtec.cli.simulate import simulate  # noqa: PLC0415 - as above
+    # here, so that Ctrl-C while verbs load meets the handler, and no name of the package hides a module
+    from rtec.cli import blind
+    from rtec.cli.add import add
+    from rtec.cli.compare import compare
+    from rtec.cli.diagnose import diagnose
+    from rtec.cli.effects import effects
+    from rtec.cli.iso230 import iso230
+    from rtec.cli.run import run
+    from rtec.cli.simulate import simulate
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)

@@ -65,9 +65,9 @@ def add(
 
     Example: rtec add backlash z_axis.csv --model known.toml -o better.toml
     """
-    from rtec.effects import effect_named  # noqa: PLC0415 - keeps --help fast
-    from rtec.twin.addition import add as added  # noqa: PLC0415
-    from rtec.twin.model_file import write_model  # noqa: PLC0415
+    from rtec.effects import effect_named
+    from rtec.twin.addition import add as added
+    from rtec.twin.model_file import write_model
 
     what = effect_named(effect)
     _measured.check_new_file("-o", output, force=force)
@@ -105,7 +105,7 @@ def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dat
     ArgumentError
         An option that is none of the effect, a value that is wrong, or an option without one that it needs.
     """
-    from rtec.twin.shape_text import field_keys, read_shape  # noqa: PLC0415 - keeps --help fast
+    from rtec.twin.shape_text import field_keys, read_shape
 
     known = field_keys(effect.shape_type)
     values = dict(given)
@@ -129,9 +129,9 @@ def _nodes(text: str, dataset: Dataset) -> list[str]:
     number = whole(text, name="--nodes")
     if not _FEWEST_NODES <= number <= _MOST_NODES:
         raise ArgumentError("--nodes", number, f"{_FEWEST_NODES} to {_MOST_NODES} nodes, or a list of positions")
-    import numpy as np  # noqa: PLC0415 - keeps --help fast
+    import numpy as np
 
-    from rtec.units import written  # noqa: PLC0415
+    from rtec.units import written
 
     places = dataset.coordinates.places
     spread = np.linspace(places[0], places[-1], number)

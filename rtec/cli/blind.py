@@ -39,7 +39,7 @@ def new(
 
     Example: rtec blind new --seed 7 -o data.csv
     """
-    from rtec.blind import new as played  # noqa: PLC0415 - keeps --help fast
+    from rtec.blind import new as played
 
     announce_compilation()
     seal = played(seed, output, force=force)
@@ -58,8 +58,8 @@ def reveal(
 
     Example: rtec blind reveal data.csv
     """
-    from rtec.blind import document_of  # noqa: PLC0415 - keeps --help fast
-    from rtec.blind import reveal as opened  # noqa: PLC0415
+    from rtec.blind import document_of
+    from rtec.blind import reveal as opened
 
     secret = opened(data)
     if json:
@@ -87,9 +87,9 @@ def score(
 
     Example: rtec blind score --trials 200 --jobs 2 -o confusion.md
     """
-    from rtec.blind import confusion, the_lines  # noqa: PLC0415 - keeps --help fast
-    from rtec.blind.judged import judged, refitted  # noqa: PLC0415
-    from rtec.metrology.text_file import write_lines  # noqa: PLC0415
+    from rtec.blind import confusion, the_lines
+    from rtec.blind.judged import judged, refitted
+    from rtec.metrology.text_file import write_lines
 
     if output is not None:
         _measured.check_new_file("-o", output, force=force)
@@ -155,9 +155,9 @@ def _line_document(scored: LineScore) -> dict[str, object]:
 
 
 def _show_secret(secret: Secret) -> None:
-    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
-    from rich.table import Table  # noqa: PLC0415
-    from rich.text import Text  # noqa: PLC0415
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
 
     console = Console(highlight=False)
     noise = f"{secret.noise} noise of {secret.sigma_um:.3g} um, {secret.plan} plan, seed {secret.seed}"

@@ -32,14 +32,14 @@ def compare(
 
     Example: rtec compare z_axis.csv --model known.toml
     """
-    from rtec.report.destination import check_folder, report_folder  # noqa: PLC0415 - keeps --help fast
-    from rtec.report.diagnosis import (  # noqa: PLC0415
+    from rtec.report.destination import check_folder, report_folder
+    from rtec.report.diagnosis import (
         comparison_document,
         comparison_sentence,
         comparison_table,
         write_comparison,
     )
-    from rtec.twin.compare import compare as compared  # noqa: PLC0415
+    from rtec.twin.compare import compare as compared
 
     if output is not None:
         check_folder(output, force=force)
@@ -57,7 +57,7 @@ def compare(
     if json:
         print_json(comparison_document(result) | ({} if page is None else {"report": str(page)}))
         return
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console
 
     for sentence in given.dataset.notes:
         note(sentence)

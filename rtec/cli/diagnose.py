@@ -39,10 +39,10 @@ def diagnose(
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml
     """
-    from rtec.report.destination import check_folder, report_folder  # noqa: PLC0415 - keeps --help fast
-    from rtec.report.diagnosis import write_diagnosis  # noqa: PLC0415
-    from rtec.twin.diagnose import diagnose as diagnosed  # noqa: PLC0415
-    from rtec.twin.model_file import write_model  # noqa: PLC0415
+    from rtec.report.destination import check_folder, report_folder
+    from rtec.report.diagnosis import write_diagnosis
+    from rtec.twin.diagnose import diagnose as diagnosed
+    from rtec.twin.model_file import write_model
 
     if output is not None:
         check_folder(output, force=force)
@@ -68,7 +68,7 @@ def diagnose(
 
 def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool, seed: int) -> None:
     """Print a diagnosis and what was written: one JSON document, or the verdict in a sentence and tables."""
-    from rtec.report.diagnosis import (  # noqa: PLC0415 - keeps --help fast
+    from rtec.report.diagnosis import (
         diagnosis_document,
         diagnosis_table,
         verdict_sentence,
@@ -77,7 +77,7 @@ def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool,
     if as_json:
         print_json({**diagnosis_document(result), "seed": seed, **written})
         return
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console
 
     for sentence in dict.fromkeys((*result.dataset.notes, *result.notes)):
         note(sentence)

@@ -30,7 +30,7 @@ def effects(
 
     Example: rtec effects backlash
     """
-    from rtec.effects import LIBRARY, effect_named  # noqa: PLC0415 - keeps --help fast
+    from rtec.effects import LIBRARY, effect_named
 
     if name is not None:
         effect = effect_named(name)
@@ -46,7 +46,7 @@ def effects(
 
 def _document(effect: Effect) -> dict[str, Any]:
     """Return what the library knows of an effect; units are those of a linear axis and of a force."""
-    from rtec.effects import Observable, Units  # noqa: PLC0415 - keeps --help fast
+    from rtec.effects import Observable, Units
 
     units = Units("n" if effect.observable is Observable.DRIVE else "mm", "mm", "s")
     card = effect.card
@@ -68,7 +68,7 @@ def _document(effect: Effect) -> dict[str, Any]:
 
 def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
     """Return shape parameters and amplitudes by name, unit and meaning."""
-    from rtec.twin.shape_text import parameter_unit  # noqa: PLC0415 - keeps --help fast
+    from rtec.twin.shape_text import parameter_unit
 
     items = fields(effect.shape_type)
     found = [
@@ -84,10 +84,10 @@ def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
 
 
 def _show_library(library: tuple[Effect, ...]) -> None:
-    from rich.box import SIMPLE  # noqa: PLC0415 - keeps --help fast
-    from rich.console import Console  # noqa: PLC0415
-    from rich.markup import escape  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
+    from rich.box import SIMPLE
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
 
     console = Console(highlight=False)
     for kind, words in (("deviation", "deviation of position"), ("drive", "force or current of a drive")):
@@ -103,9 +103,9 @@ def _show_library(library: tuple[Effect, ...]) -> None:
 
 
 def _show_card(effect: Effect) -> None:
-    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
-    from rich.table import Table  # noqa: PLC0415
-    from rich.text import Text  # noqa: PLC0415
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
 
     document = _document(effect)
     rows = [(label, str(document[key])) for label, key in _CARD[:-1]]

@@ -40,14 +40,14 @@ def iso230(
 
     Example: rtec iso230 z_axis.csv --period "0.25 inch"
     """
-    from rtec.metrology import positioning_figures, read_positioning_test  # noqa: PLC0415 - keeps --help fast
+    from rtec.metrology import positioning_figures, read_positioning_test
 
     test = read_positioning_test(data)
     figures = positioning_figures(test.readings, period=test.period(period))
     document = figures.to_dict(unit)
     unused = f"columns not used: {', '.join(test.unknown)}" if test.unknown else None
     if json:
-        import json as json_text  # noqa: PLC0415 - the option has the name of the module
+        import json as json_text
 
         document["unknown_columns"] = list(test.unknown)
         typer.echo(json_text.dumps(document, allow_nan=False))
@@ -59,9 +59,9 @@ def iso230(
 
 def _show(figures: PositioningFigures, document: dict[str, object], name: str) -> None:
     """Print the figures as a table on stdout."""
-    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
-    from rich.markup import escape  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
 
     count = figures.at_targets.target.size
     table = Table(title=escape(f"{name}: {count} targets, {figures.runs} runs, in {document['unit']}"))

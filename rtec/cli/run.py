@@ -45,13 +45,13 @@ def run(
     if write_study is not None:
         _write_builtin(write_study, force)
         return
-    from dataclasses import replace  # noqa: PLC0415 - heavy modules are loaded once a study is to be run
+    from dataclasses import replace
 
-    from rtec.report import study_document, write_report  # noqa: PLC0415
-    from rtec.report.destination import check_folder, report_folder  # noqa: PLC0415
-    from rtec.study import builtin_study, read_study, run_study  # noqa: PLC0415
-    from rtec.study.definition import check_repeatability  # noqa: PLC0415
-    from rtec.units import LENGTH, parse_quantity  # noqa: PLC0415
+    from rtec.report import study_document, write_report
+    from rtec.report.destination import check_folder, report_folder
+    from rtec.study import builtin_study, read_study, run_study
+    from rtec.study.definition import check_repeatability
+    from rtec.units import LENGTH, parse_quantity
 
     what = builtin_study() if study is None else read_study(study)
     if repeatability is not None:
@@ -78,10 +78,10 @@ def run(
 
 def _show(result: StudyResult) -> None:
     """Print what the search found, then before and after."""
-    from rich.console import Console  # noqa: PLC0415 - keeps --help fast
+    from rich.console import Console
 
-    from rtec.report import staircase_table, terminal_table  # noqa: PLC0415
-    from rtec.report.diagnosis import verdict_sentence  # noqa: PLC0415
+    from rtec.report import staircase_table, terminal_table
+    from rtec.report.diagnosis import verdict_sentence
 
     console = Console(highlight=False)
     if result.learned is not None:
@@ -94,8 +94,8 @@ def _show(result: StudyResult) -> None:
 
 def _write_builtin(file: Path, force: bool) -> None:
     """Write the built-in study to a file of the user's."""
-    from rtec.study import builtin_text  # noqa: PLC0415 - loads the study's parts
-    from rtec.whole_file import WholeFile  # noqa: PLC0415
+    from rtec.study import builtin_text
+    from rtec.whole_file import WholeFile
 
     if os.path.lexists(file) and not force:
         raise ArgumentError("--write-study", file, "a file that does not exist", "or --force to replace it")

@@ -138,10 +138,10 @@ def simulate(
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     """
-    from rtec.axis import Encoder, Imperfections  # noqa: PLC0415 - loads the compiler
-    from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings  # noqa: PLC0415
-    from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing  # noqa: PLC0415
-    from rtec.machine import OpenPath  # noqa: PLC0415
+    from rtec.axis import Encoder, Imperfections
+    from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
+    from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+    from rtec.machine import OpenPath
 
     with _named_as_options():
         insertion = Design.named(design)
@@ -228,8 +228,8 @@ def _steps(text: str, name: str) -> int:
 
 def _carry_out(path: OpenPath, vcd: Path | None, force: bool, as_json: bool) -> None:
     """Run, show the result and exit with the verdict."""
-    from rtec.cli._simulate_table import show  # noqa: PLC0415 - loads the compiler
-    from rtec.machine import simulate as run  # noqa: PLC0415 - as above
+    from rtec.cli._simulate_table import show
+    from rtec.machine import simulate as run
 
     if vcd is not None and vcd.is_file() and not force:
         raise OutputError(f"--vcd: {vcd} exists; choose another name, or overwrite it with --force")
