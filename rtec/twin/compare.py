@@ -12,7 +12,7 @@ from rtec.effects import SAME, Conditions, Floats
 from rtec.errors import ArgumentError
 from rtec.twin.dataset import Dataset
 from rtec.twin.fit import fit_model
-from rtec.twin.heldout import blocked_rms
+from rtec.twin.heldout import blocked_rms, held_out_by
 from rtec.twin.model import Model
 from rtec.twin.noise import noise_of
 from rtec.twin.prediction import dataset_prediction
@@ -117,7 +117,7 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
     fitted = fit_model(dataset, start)
     residual = dataset.observed - dataset_prediction(dataset, fitted)
     if heldout is None:
-        rms_heldout, by = blocked_rms(dataset, start), dataset.held_out_by
+        rms_heldout, by = blocked_rms(dataset, start), held_out_by(dataset)
     else:
         rms_heldout, by = _rms(heldout.observed - dataset_prediction(heldout, fitted)), heldout.source
     return Comparison(

@@ -57,6 +57,11 @@ def folds(dataset: Dataset) -> NDArray[np.int64]:
     return fold
 
 
+def held_out_by(dataset: Dataset) -> str:
+    """Return what is held out at a time: a ``stretch`` of readings, or a ``run`` of a moving log."""
+    return "stretch" if dataset.has_repeats else dataset.held_out_by
+
+
 def _table(workspace: Workspace, choices: Sequence[Choice], datum: bool) -> Floats:
     parts = [workspace.columns(effect, shape) for effect, shape in choices]
     if datum:

@@ -11,6 +11,7 @@ from rtec.twin.calibration import adjusted
 from rtec.twin.detectable import minimum_detectable
 from rtec.twin.experiment import experiment_for_more, experiment_for_rivals, experiment_for_unknown
 from rtec.twin.fit import needs_datum, residual_of, solved, values_of
+from rtec.twin.heldout import held_out_by
 from rtec.twin.leftover import describe_leftover
 from rtec.twin.lookalikes import Rivalry, constant_is_datum, cosines, rivalries
 from rtec.twin.model import Model
@@ -70,7 +71,7 @@ def judged(
         rms_before=rms_of(residual_of(dataset, begun)),
         rms_after=after,
         rms_heldout=rms_held_out(state, ordered, fitted),
-        heldout_by=dataset.held_out_by if state.heldout is None else state.heldout.source,
+        heldout_by=held_out_by(dataset) if state.heldout is None else state.heldout.source,
         not_testable=tuple(not_testable.items()),
         minimum_detectable=tuple(minimum.items()),
         lack_of_fit=(*lack, *((f"changes in {name}", p) for name, p in p_changes.items())),
@@ -287,7 +288,7 @@ def nothing_testable(state: Search, begun: Model, constant: bool) -> Diagnosis:
         rms_before=left,
         rms_after=left,
         rms_heldout=left if state.heldout is None else rms_of(residual_of(state.heldout, begun)),
-        heldout_by=state.dataset.held_out_by if state.heldout is None else state.heldout.source,
+        heldout_by=held_out_by(state.dataset) if state.heldout is None else state.heldout.source,
         not_testable=tuple((name, reason) for name, reason in reasons.items() if reason is not None),
         minimum_detectable=(),
         lack_of_fit=(),

@@ -188,7 +188,7 @@ def test_a_stated_model_is_taken_as_it_is():
     assert found.rms == pytest.approx(SIGMA, rel=0.15)
     assert found.rms_heldout == pytest.approx(found.rms)  # nothing was fitted
     assert found.noise.floor == pytest.approx(SIGMA, rel=0.15)
-    assert found.heldout_by == "run"
+    assert found.heldout_by == "stretch"
 
 
 def test_without_a_model_all_is_left():
