@@ -1,0 +1,160 @@
+"""The chapter on the search: its words, tables, figures and files, from a small search whose scores are made up."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_positioning_test
+from rtec.report import Learned, LeftOut, TruthScore, staircase_table, study_document, write_report
+from rtec.report.appearance import scale_of
+from rtec.report.diagnosis import diagnosis_document, verdict_sentence
+from rtec.report.search import alias_words, search_figures, search_of
+from rtec.twin.diagnose import diagnose
+from rtec.twin.load import load_dataset
+from rtec.twin.model_file import read_model
+
+PLAN = MeasuringPlan(
+    start_inch=1, end_inch=3, increment_inch=0.1, dwell_s=6, runs=3, feed_inch_min=50, overshoot_inch=0.1
+)
+BACKLASH_MM = 0.05
+
+
+@pytest.fixture(scope="module")
+def learned():
+    """Return a search in 3 bidirectional runs of 21 targets, with a backlash of 50 um and 1 um of noise."""
+    rng = np.random.default_rng(8)
+    columns = []
+    for run in (1, 2, 3):
+        for way in (1, -1):
+            target = PLAN.targets_inch[::way] * 25.4
+            deviation = way * BACKLASH_MM / 2 + rng.normal(0, 0.001, 21)
+            columns.append((target, deviation, np.full(21, way), np.full(21, run)))
+    target, deviation, direction, run = (np.concatenate(column) for column in zip(*columns, strict=True))
+    readings = Readings(target_mm=target, deviation_mm=deviation, direction=direction, run=run)
+    diagnosis = diagnose(load_dataset(measurement_of_readings(readings, {})))
+    assert diagnosis.effects == ("backlash",)
+    scores = (TruthScore(rms_mm=0.0251, worst_mm=0.0303), TruthScore(rms_mm=0.00042, worst_mm=0.00077))
+    return Learned(plan=PLAN, readings=readings, diagnosis=diagnosis, points=5001, scores=scores, wall_s=1.0)
+
+
+@pytest.fixture
+def result(make_result, learned):
+    return make_result(learned=learned, predictor="learned")
+
+
+def test_the_chapter_says_what_was_measured_found_and_believed(result, learned):
+    search = search_of(result)
+    assert search.sentence == verdict_sentence(learned.diagnosis)
+    assert search.facts[0] == ("Program", "1 to 3 inch every 0.1 inch, 3 bidirectional runs, dwell 6 s")
+    assert ("Readings", "126, at rest") in search.facts
+    assert [score for _, score in search.steps] == ["25.1", "0.420"]
+    assert "25.1 µm RMS before, 0.420 µm RMS after, 0.770 µm at worst" in search.score
+    assert "noise-free curve" in search.score
+    assert "5\u202f001 points in each direction from 25.4 to 76.2 mm" in search.belief
+    assert "off the true error by 1.20 µm RMS, 3.10 µm at worst" in search.belief  # the conftest's score
+    assert "nothing was left out" in search.belief
+
+
+def test_what_the_predictor_cannot_hold_is_said(make_result, learned):
+    left = (LeftOut(effect="thermal_growth", why="it changes with time or temperature"),)
+    belief = search_of(make_result(learned=learned, left_out=left)).belief
+    assert "Left out of it" in belief
+    assert "thermal growth (it changes with time or temperature)" in belief
+
+
+@pytest.mark.parametrize(
+    ("period_mm", "said"),
+    [
+        (25.4, "10 targets to a turn of the screw (25.4 mm). They show harmonics of the cyclic error up to number 5"),
+        (7.62, "3 targets to a turn of the screw (7.62 mm). They show harmonics of the cyclic error up to number 1"),
+        (6.35, ""),  # two and a half: every other turn the targets stand elsewhere
+        (None, ""),
+    ],
+)
+def test_aliases_are_said_where_targets_stand_at_the_same_phases_of_each_turn(make_result, learned, period_mm, said):
+    words = alias_words(make_result(learned=learned, period_mm=period_mm))
+    assert said in words
+    assert bool(words) == bool(said)
+
+
+def test_a_predictor_that_was_given_has_no_chapter(make_result):
+    assert search_of(make_result()) is None
+    assert alias_words(make_result()) == ""
+
+
+def test_the_figures_do_not_take_the_names_of_the_corrections(learned):
+    names = [figure.name for figure in search_figures(learned)]
+    assert all(name.startswith("axis-") for name in names)
+    assert {"axis-measured", "axis-staircase", "axis-components", "axis-residual", "axis-spectra"} <= set(names)
+
+
+def test_the_folder_holds_readings_model_and_figures(result, learned, tmp_path):
+    page = write_report(result, tmp_path)
+    back = read_positioning_test(tmp_path / "readings" / "calibration.csv").readings
+    assert np.array_equal(back.deviation_mm, learned.readings.deviation_mm)
+    model = read_model(tmp_path / "model.toml")
+    assert [term.amplitudes for term in model.terms] == [term.amplitudes for term in learned.diagnosis.model.terms]
+    assert (tmp_path / "figures" / "axis-staircase.svg").stat().st_size > 1000
+    assert json.loads((tmp_path / "result.json").read_text())["diagnosis"]["effects"] == ["backlash"]
+
+    tree = ET.fromstring(page.read_text("utf-8").removeprefix("<!DOCTYPE html>"))  # noqa: S314 - our own page
+    ids = [element.get("id") for element in tree.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    order = ["finding", "verdict", "axis", "search", "effects", "left", "judged", "belief", "table", "facts"]
+    assert [name for name in ids if name in order] == order
+    text = " ".join("".join(tree.itertext()).split())
+    for words in (verdict_sentence(learned.diagnosis), "25.1 µm RMS before", "What the PC believes from here on"):
+        assert words in text
+    shown = re.search(r"id=\"axis-staircase\".*?</figure>", page.read_text("utf-8"), re.DOTALL)
+    assert shown is not None and "data:image/svg+xml;base64," in shown[0]
+
+
+def test_the_document_holds_the_diagnosis_and_the_scores(result, learned):
+    document = study_document(result)
+    assert document["diagnosis"] == diagnosis_document(learned.diagnosis)
+    assert document["model"] == {
+        "predictor": "learned",
+        "left_out": {},
+        "rms_against_truth_um": pytest.approx(1.2),
+        "worst_against_truth_um": pytest.approx(3.1),
+        "steps_against_truth_um": [pytest.approx(25.1), pytest.approx(0.42)],
+    }
+
+
+def test_the_document_of_a_given_predictor(make_result):
+    document = study_document(make_result())
+    assert document["diagnosis"] is None
+    assert document["model"]["predictor"] == "lathe"
+    assert document["model"]["steps_against_truth_um"] == []
+
+
+def test_the_terminals_staircase_fits_eighty_columns(learned):
+    console = Console(width=80, force_terminal=False)
+    with console.capture() as captured:
+        console.print(staircase_table(learned))
+    lines = captured.get().splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    rows = [line.split() for line in lines]
+    floor = learned.diagnosis.noise.floor * 1000
+    assert any(row[:3] == ["perfect", "axis", f"{scale_free(learned.diagnosis.rms_before)}"] for row in rows)
+    step = next(row for row in rows if row[:2] == ["+", "backlash"])
+    assert step[-1] == "<" or step[-2:] == ["<", "0.001"]
+    assert "0.420" in step
+    assert f"{floor:.2f}" in captured.get()
+    assert "true error less model" in " ".join(" ".join(lines).split())
+
+
+def scale_free(value_mm):
+    """Return micrometres in three digits."""
+    return f"{value_mm * 1000:.1f}"
+
+
+def test_a_study_in_inches_keeps_the_searchs_unit(make_result, learned):
+    assert scale_of("inch").symbol == "inch"
+    assert search_of(make_result(learned=learned, unit="inch")).unit == "µm"
