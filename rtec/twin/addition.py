@@ -56,6 +56,11 @@ def add(
         An unknown effect, one that the model holds already, or one that the data cannot show.
     """
     effect = effect_named(effect_name)
+    if dataset.never_changes:
+        raise ArgumentError(
+            f"effect {effect_name}", f"not testable (the column {dataset.observe} never changes)",
+            "data in which something changes",
+        )  # fmt: skip
     start = Model(observe=dataset.observe, units=dataset.units) if model is None else model
     if effect_name in start.names and not effect.repeatable:
         raise ArgumentError(

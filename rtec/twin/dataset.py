@@ -14,6 +14,10 @@ from rtec.twin.drive_signals import Resample
 
 Ints = NDArray[np.int64]
 
+_ROUNDING = 1e-12
+"""Share of the largest value that is rounding: a filter turns a constant into nearly a constant."""
+_NOTHING = 1e-100
+
 _SCANNED_AT_ONCE = 1 << 23
 """Numbers of full-rate columns (64 MiB) that a scan holds at one time."""
 
@@ -101,6 +105,11 @@ class Dataset:
     def has_repeats(self) -> bool:
         """Whether conditions were repeated, so that there is a noise floor."""
         return bool((self.cell >= 0).any())
+
+    @property
+    def never_changes(self) -> bool:
+        """Whether the observed quantity is constant, but for rounding, or too small for its square to be a number."""
+        return float(np.ptp(self.observed)) <= _ROUNDING * float(np.abs(self.observed).max()) + _NOTHING
 
     @property
     def coordinates(self) -> Conditions:

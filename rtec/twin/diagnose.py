@@ -78,7 +78,7 @@ def diagnose(
         workspace=Workspace(searched, first_noise(searched, base), quick=True),
     )
     tell(0.05)
-    constant = float(np.ptp(dataset.observed)) == 0.0
+    constant = dataset.never_changes
     if constant or not state.workspace.library:
         return nothing_testable(state, begun, constant)
     state.tests = 1.0

@@ -158,6 +158,7 @@ def _weighed(rows: Floats, correlation: Correlation) -> Floats:
 
     rho, white = correlation.rho, correlation.white
     coloured = lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], rows[:, ::-1], axis=1)
+    coloured[:, -1] /= np.sqrt(1.0 - rho**2)  # the first reading has the whole variance, not one step's
     weighed: Floats = (1.0 - white) * (coloured @ coloured.T) + white * (rows @ rows.T)
     return weighed
 

@@ -67,7 +67,8 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
     if time_s is None or time_s.size < _FEWEST_ROWS or not same_run.any() or np.ptp(position) == 0.0:
         return False
     intervals, steps = np.diff(time_s)[same_run], np.abs(np.diff(position)[same_run])
-    median = float(np.median(intervals))
+    passed = intervals[intervals > 0]  # a clock coarser than the readings gives several of them one time
+    median = float(np.median(passed)) if passed.size else np.inf
     if not median < _SLOWEST_LOG_S:
         return False
     begin, end = np.array(stretches_of(time_s, run)).T

@@ -30,6 +30,8 @@ FEWEST = 9
 """With fewer differences no correlation is estimated."""
 _RANK = 1e-10
 _TRIFLE = 2e-3
+_ROUNDING = 1e-3
+"""Of the smallest noise believed: differences below are rounding."""
 _MOMENTS = 250
 """At which a step is tried when the noise is estimated."""
 
@@ -216,6 +218,9 @@ def noise_from_repeats(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] =
     space = repeat_space(dataset)
     if space is None or space.freedom < 1:
         return None
+    if repeats_exactly(space):
+        sigma, freedom = _smallest(dataset), float(space.freedom)
+        return Noise(sigma=sigma, correlation=Correlation(), freedom=freedom, from_repeats=True)
     slow = changes_between_repeats(dataset, space)["time"]
     nuisance = space.of(np.vstack([slow, columns_in_time(dataset, terms)]))
     fit = NoiseFit(nuisance, space.starts, space.freedom)
@@ -268,6 +273,11 @@ def _smallest(dataset: Dataset) -> float:
     five-hundredth of the observed spread is then of no interest.
     """
     return _TRIFLE * float(np.std(dataset.observed)) + 1e-300
+
+
+def repeats_exactly(space: RepeatSpace) -> bool:
+    """Return whether repeats differ by rounding only: their differences have no correlation, and nothing changes."""
+    return float(np.sqrt(np.mean(space.observed**2))) <= _ROUNDING * _smallest(space.dataset)
 
 
 def adjacent_sigma(dataset: Dataset) -> float | None:

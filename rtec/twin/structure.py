@@ -9,7 +9,7 @@ from scipy import stats
 
 from rtec.effects import Effect, Floats, Shape
 from rtec.twin.dataset import Dataset
-from rtec.twin.noise import Noise, NoiseFit, columns_in_time
+from rtec.twin.noise import Noise, NoiseFit, columns_in_time, repeats_exactly
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space, run_starts
 from rtec.twin.score import orthonormal
 from rtec.twin.workspace import Choice, Workspace
@@ -51,7 +51,8 @@ def lack_of_fit_of_means(workspace: Workspace, choices: Sequence[Choice]) -> flo
 def _means(rows: Floats, space: RepeatSpace) -> Floats:
     """Return each row's means over repeats, with the variance of a reading: of equal runs, or of cells."""
     if space.slots is not None:
-        means: Floats = rows.reshape(rows.shape[0], space.runs, -1).sum(axis=1) / np.sqrt(space.runs)
+        slots = rows.shape[1] // space.runs
+        means: Floats = rows.reshape(rows.shape[0], space.runs, slots).sum(axis=1) / np.sqrt(space.runs)
         return means
     cell = space.dataset.cell
     member = cell >= 0
@@ -96,7 +97,7 @@ def changes_left(
     too much.
     """
     space = repeat_space(dataset)
-    if space is None or space.freedom < FEWEST_DIFFERENCES:
+    if space is None or space.freedom < FEWEST_DIFFERENCES or repeats_exactly(space):
         return {}
     between = BetweenRepeats(dataset, space, choices)
     seen = {name: float(ratio[0]) for name, ratio in between.ratios(space.observed[None, :]).items()}
