@@ -15,6 +15,9 @@ POWER = 0.95
 LEVEL = 0.01
 HELD_OUT = 16.0
 """Fall, in units of the noise's variance, from which on the held-out gain lies above two standard errors."""
+IN_TIME = 3.0
+"""For what changes in time beside correlated noise: the correlation comes from the same few repeats, and slow noise
+feigns slow effects."""
 _SHAPES = 25
 
 
@@ -49,7 +52,8 @@ def _of(workspace: Workspace, effect: Effect, tests: float) -> float | None:
         energy = whole - float(((white @ back.basis) ** 2).sum())
         if not basis.shape[1] or energy < INDEPENDENT * whole:
             continue
-        needed = _noncentrality(workspace, basis.shape[1], scan_cost(effect, shape), tests)
+        widen = IN_TIME if effect.in_time and not workspace.noise.correlation.is_white else 1.0
+        needed = widen * _noncentrality(workspace, basis.shape[1], scan_cost(effect, shape), tests)
         found = workspace.noise.sigma * float(np.sqrt(needed / energy * (raw**2).sum() / raw.shape[0]))
         worst = found if worst is None else max(worst, found)
     return worst

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from rtec.effects import Effect, Observable, Shape
+from rtec.effects.frequency_grid import stated_periods
 from rtec.twin.score import Background
 from rtec.twin.workspace import WORTH_ADDING, Candidacy, Choice, Workspace, is_map, scan_cost
 
@@ -28,6 +29,7 @@ NEXT_HARMONICS = 3
 SHARE_OF_ROWS = 0.25
 """Parameters for each reading, at most, where no repeats say what noise is."""
 MANY_ROWS = 2000
+MOST_PLAIN = 4
 SIMPLER = 6.0
 """Evidence that a model may lack against one that is less simple."""
 REVERSAL = ("backlash", "backlash_map", "windup")
@@ -78,8 +80,20 @@ def refined(workspace: Workspace, candidate: Candidacy, others: Sequence[Choice]
             found = workspace.judge(effect, shape, back)
             if _is_better(workspace, found, best) and (line is None or _is_family(found, candidate, line)):
                 best = found
+    for shape in _at_stated_pitch(workspace, effect, candidate.shape):
+        if fits_places(workspace, [*others, (effect, shape)]):
+            found = workspace.judge(effect, shape, back)
+            best = found if _is_better(workspace, found, best) else best
     last = workspace.judge(effect, tuned_shape(workspace, effect, best.shape, back), back)
     return last if last.evidence > best.evidence else best
+
+
+def _at_stated_pitch(workspace: Workspace, effect: Effect, shape: Shape) -> Sequence[Shape]:
+    """Return the forms of a wave at the pitch that the file states: with harmonics it may beat any single line."""
+    c = workspace.conditions
+    if effect.name not in ("cyclic", "cogging") or not stated_periods(c, c.screw_pitch, 1).size:
+        return ()
+    return effect.variants(c, replace(shape, **{"period": c.screw_pitch}))
 
 
 def _is_better(workspace: Workspace, found: Candidacy, best: Candidacy) -> bool:
@@ -128,8 +142,10 @@ def allowed(workspace: Workspace, choices: Sequence[Choice], effect: Effect) -> 
     return held < min(usual, workspace.most.get(effect.name, usual))
 
 
-def candidates(workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect]) -> list[Candidacy]:
-    """Return the candidates beside a model, best first, the best of them in their best form."""
+def candidates(
+    workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect], *, plain: bool = False
+) -> list[Candidacy]:
+    """Return the candidates beside a model, best first; the best of them in their best form, unless plain."""
     found, back = [], workspace.background(choices)
     for effect in effects:
         if allowed(workspace, choices, effect):
@@ -141,6 +157,8 @@ def candidates(workspace: Workspace, choices: Sequence[Choice], effects: Sequenc
     if workspace.ordinary:
         found = [c for c in found if c.amplitudes + scan_cost(c.effect, c.shape) <= room]
     found.sort(key=lambda c: _rank(workspace, c))
+    if plain:
+        return found
     found = [refined(workspace, c, choices, back) if k < REFINED else c for k, c in enumerate(found)]
     return sorted(found, key=lambda c: _rank(workspace, c))
 
@@ -162,12 +180,16 @@ def forward(
     *,
     given: Collection[str] = (),
     limit: int = MOST_EFFECTS,
+    plain: bool = False,
     watch: Callable[[Sequence[Choice], Candidacy], None] | None = None,
 ) -> list[Choice]:
-    """Add the best candidate while there is evidence for one; after each, refit and take out the useless."""
+    """Add the best candidate while there is evidence for one; after each, refit and take out the useless.
+
+    ``plain``: effects come as the scan finds them (single waves), which leaves room for others beside them.
+    """
     model = list(choices)
     for _ in range(limit):
-        ranked = candidates(workspace, model, effects)
+        ranked = candidates(workspace, model, effects, plain=plain)
         if not ranked or ranked[0].evidence <= 0.0:
             break
         before = model
@@ -176,7 +198,8 @@ def forward(
         if watch is not None:
             watch(model, ranked[0])
         keep = model[-1] if longer is None else None
-        model = reshaped(workspace, backward(workspace, model, given=given, keep=keep))
+        model = backward(workspace, model, given=given, keep=keep)
+        model = model if plain else reshaped(workspace, model)
         if longer is None and [e.name for e, _ in model] == [e.name for e, _ in before]:
             break
     return model
@@ -367,8 +390,9 @@ def search(
 ) -> list[Choice]:
     """Return the model for which there is most evidence; the effects that it begins with stay in it.
 
-    Two ways are gone: with the whole library, and with maps only once nothing simpler helps - for a map early
-    explains a bit of everything. The better end counts; then each effect is tried against others in its place.
+    Three ways are gone: with the whole library; with maps only once nothing simpler helps - for a map early
+    explains a bit of everything; and with every effect in its plainest form first - for many harmonics do so, too. The
+    best end counts; then each effect is tried against others in its place.
     """
     given = {effect.name for effect, _ in choices}
     mean = workspace.mean_run if workspace.dataset.rows > MANY_ROWS else None
@@ -385,6 +409,9 @@ def search(
     if len(simple) < len(everything):
         first = forward(workspace, choices, simple, given=given, watch=watch)
         ends.append(forward(workspace, first, everything, given=given, watch=watch))
+    if not workspace.ordinary:
+        bare = forward(workspace, choices, simple, given=given, limit=MOST_PLAIN, plain=True, watch=watch)
+        ends.append(forward(workspace, reshaped(workspace, bare), everything, given=given, watch=watch))
     best = max(ends, key=workspace.total)
     for _ in range(EXCHANGES if workspace.noise.from_repeats or len(best) <= MOST_EXCHANGED else 0):
         better = exchanged(workspace, best, everything, given=given)

@@ -25,6 +25,8 @@ WORTH_ADDING = 0.02
 """Share of the residual sum of squares that each amplitude has to explain where no repeats say what noise is."""
 NODES_WITHOUT_REPEATS = 8
 _KEEP_BYTES = 300_000_000
+ALIAS_COST = 2
+"""In parameters, of a wave that the mean spacing of the targets does not resolve, but their irregularity may."""
 WAVES_APART = 0.01
 """Waves that are nearly constant at the places measured, or nearly alike there, explain nothing: their amplitudes
 would grow beyond the data and cancel."""
@@ -215,7 +217,8 @@ class Workspace:
         return self._candidacy(effect, shape, fall, amplitudes, back.rss)
 
     def _candidacy(self, effect: Effect, shape: Shape, fall: float, amplitudes: int, rss: float) -> Candidacy:
-        evidence = self.worth(fall, rss) - (amplitudes + scan_cost(effect, shape)) * self.cost
+        spent = amplitudes + scan_cost(effect, shape) + self._alias_cost(shape)
+        evidence = self.worth(fall, rss) - spent * self.cost
         if self.ordinary and fall < WORTH_ADDING * amplitudes * rss:
             evidence = min(evidence, -1.0)
         return Candidacy(
@@ -226,6 +229,15 @@ class Workspace:
             evidence=evidence,
             before=rss,
         )
+
+    def _alias_cost(self, shape: Shape) -> int:
+        """Return what a wave beyond half a cycle a target costs, unless its pitch is stated."""
+        period, pitch = getattr(shape, "period", None), self.conditions.screw_pitch
+        places = self.conditions.places
+        if period is None or places.size < 2 or period >= 2.0 * float(np.median(np.diff(places))):
+            return 0
+        order = 0.0 if pitch is None else pitch / period
+        return 0 if pitch is not None and order > 0.5 and abs(order - round(order)) < 0.01 * order else ALIAS_COST
 
     def worth(self, fall: float, rss: float) -> float:
         """Return a fall of the residual sum of squares as twice a log-likelihood."""
