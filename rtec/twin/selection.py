@@ -391,8 +391,8 @@ def search(
     """Return the model for which there is most evidence; the effects that it begins with stay in it.
 
     Three ways are gone: with the whole library; with maps only once nothing simpler helps - for a map early
-    explains a bit of everything; and with every effect in its plainest form first - for many harmonics do so, too. The
-    best end counts; then each effect is tried against others in its place.
+    a bit of everything; and with every effect in its plainest form first - for many harmonics do so, too. The best
+    end counts; then each effect is tried against others in its place.
     """
     given = {effect.name for effect, _ in choices}
     mean = workspace.mean_run if workspace.dataset.rows > MANY_ROWS else None
