@@ -258,5 +258,6 @@ def _targets(plan: Plan, rng: np.random.Generator) -> Floats:
         places = 0.5 + 0.5 * np.sign(share) * (1.0 - (1.0 - np.abs(share)) ** 2)
     gap = float(np.diff(places).min()) * plan.span_mm
     offset = rng.uniform(-0.5, 0.5, plan.targets) * min(PITCH_MM, 0.8 * gap)
-    targets: Floats = np.round((plan.start_mm + places * plan.span_mm + offset) / PROGRAM_STEP_MM) * PROGRAM_STEP_MM
+    steps = np.round((plan.start_mm + places * plan.span_mm + offset) / PROGRAM_STEP_MM)
+    targets: Floats = np.round(steps * PROGRAM_STEP_MM, 6)
     return targets
