@@ -390,7 +390,7 @@ def search(
 ) -> list[Choice]:
     """Return the model for which there is most evidence; the effects that it begins with stay in it.
 
-    Three ways are gone: with the whole library; with maps only once nothing simpler helps - for a map early
+    Three ways are gone: with the whole library; with maps only once nothing simpler helps - for a map early explains
     a bit of everything; and with every effect in its plainest form first - for many harmonics do so, too. The best
     end counts; then each effect is tried against others in its place.
     """
