@@ -15,7 +15,7 @@ from rtec.twin.judgement import judged, nothing_testable
 from rtec.twin.model import Model
 from rtec.twin.results import Diagnosis
 from rtec.twin.selection import coherent, forward, reshaped, search
-from rtec.twin.trial import LEVEL, Search, first_noise, refitted, trial_of
+from rtec.twin.trial import LEVEL, Search, Trial, first_noise, refitted, trial_of
 from rtec.twin.workspace import Choice, Workspace
 
 MOST_ROWS_SEARCHED = 2500
@@ -92,6 +92,7 @@ def diagnose(
         choices = refitted(Workspace(dataset, state.workspace.noise), state.kept)
         state.kept = choices
         state.workspace = Workspace(dataset, noise_after(state.workspace, choices, datum=state.workspace.has_datum))
+        _confirm(state, base)
     held = {effect.name for effect, _ in state.kept}
     state.rejected = {name: trial for name, trial in state.rejected.items() if name not in held}
     tell(0.7)
@@ -99,9 +100,16 @@ def diagnose(
 
 
 def thinned(dataset: Dataset) -> Dataset:
-    """Return what a search looks at of a long log: every k-th row; where there are repeats, everything."""
+    """Return what a search looks at of a long log: one of every k rows; where there are repeats, everything.
+
+    Which one of them is drawn: at equal steps a short period would pass for a long one.
+    """
     every = -(-dataset.rows // MOST_ROWS_SEARCHED)
-    return dataset if dataset.has_repeats or every == 1 else dataset.take(np.arange(0, dataset.rows, every))
+    if dataset.has_repeats or every == 1:
+        return dataset
+    begin = np.arange(0, dataset.rows, every)
+    drawn = np.random.default_rng(0).integers(0, every, begin.size)
+    return dataset.take(np.minimum(begin + drawn, dataset.rows - 1))
 
 
 def _find(state: Search, base: Sequence[Choice], tell: Progress) -> None:
@@ -149,21 +157,12 @@ def _strike_out(state: Search, base: Sequence[Choice]) -> bool:
     """Test each effect for removal, strike the worst off and go on without it; return whether one was struck.
 
     Effects of the given model stay. What is struck out may have stood where others belong, so these are looked for
-    again. Where there are repeats the probability decides which is the worst, else the held-out error.
+    again.
     """
-    given = {effect.name for effect, _ in base}
-    tested = [k for k, (effect, _) in enumerate(state.kept) if effect.name not in given]
-    failed = []
-    for k in tested:
-        trial = trial_of(state, state.kept, k)
-        if not trial.passes and coherent([*state.kept[:k], *state.kept[k + 1 :]]):
-            certainty = trial.held_out.gain / max(trial.held_out.error, 1e-300)
-            last = state.kept[k][0].name == "offset"  # the datum takes its place: nothing else depends on it
-            p = trial.p_adjusted if state.workspace.noise.from_repeats else 0.0
-            failed.append((not last, p >= LEVEL, p, -certainty, k, trial))
-    if not failed:
+    worst = _worst(state, base)
+    if worst is None:
         return False
-    *_, k, trial = max(failed, key=lambda f: f[:5])
+    k, trial = worst
     name = state.kept[k][0].name
     state.rejected[name] = trial
     names = [effect.name for effect, _ in state.kept]
@@ -181,3 +180,34 @@ def _strike_out(state: Search, base: Sequence[Choice]) -> bool:
         noise = noise_after(state.workspace, state.kept, datum=state.workspace.has_datum)
         state.workspace = Workspace(state.dataset, noise, quick=True)
     return True
+
+
+def _worst(state: Search, base: Sequence[Choice]) -> tuple[int, Trial] | None:
+    """Return the effect that fails its test for removal most clearly, with its test; None where none fails.
+
+    Where there are repeats the probability decides which is the worst, else the held-out error.
+    """
+    given = {effect.name for effect, _ in base}
+    tested = [k for k, (effect, _) in enumerate(state.kept) if effect.name not in given]
+    failed = []
+    for k in tested:
+        trial = trial_of(state, state.kept, k)
+        if not trial.passes and coherent([*state.kept[:k], *state.kept[k + 1 :]]):
+            certainty = trial.held_out.gain / max(trial.held_out.error, 1e-300)
+            last = state.kept[k][0].name == "offset"  # the datum takes its place: nothing else depends on it
+            p = trial.p_adjusted if state.workspace.noise.from_repeats else 0.0
+            failed.append((not last, p >= LEVEL, p, -certainty, k, trial))
+    if not failed:
+        return None
+    *_, k, trial = max(failed, key=lambda f: f[:5])
+    return k, trial
+
+
+def _confirm(state: Search, base: Sequence[Choice]) -> None:
+    """Strike off what the rows that the search did not look at do not bear out."""
+    while (worst := _worst(state, base)) is not None:
+        k, trial = worst
+        state.rejected[state.kept[k][0].name] = trial
+        state.kept = refitted(state.workspace, [*state.kept[:k], *state.kept[k + 1 :]])
+        noise = noise_after(state.workspace, state.kept, datum=state.workspace.has_datum)
+        state.workspace = Workspace(state.dataset, noise)

@@ -45,7 +45,6 @@ def judged(
     tell(0.8)
     p_means = lack_of_fit_of_means(workspace, ordered)
     p_changes = changes_left(dataset, workspace.noise, ordered, rng) if workspace.noise.from_repeats else {}
-    unknown = describe_leftover(workspace, ordered, p_means, p_changes)
     tell(0.9)
     rivals = {ordered[k][0].name: rivalries(workspace, ordered, k) for k in range(len(base), len(ordered))}
     tied = [r for found in rivals.values() for r in found if r.tied]
@@ -53,7 +52,12 @@ def judged(
     found = [_candidate(state, step, rivals.get(step.effect, [])) for step in steps]
     absent = _absent(state, ordered, rivals, minimum)
     borderline = any(LEVEL <= c.p_adjusted < BORDERLINE for c in absent)
-    verdict = _verdict(unknown, bool(tied), bool(steps), _inconclusive(state, minimum, borderline))
+    # where no search was made, what is left may well be an effect of the library
+    explainable = not state.searched and any(c.p_adjusted < LEVEL for c in absent)
+    unknown = None if explainable else describe_leftover(workspace, ordered, p_means, p_changes)
+    named = bool(steps) and (state.searched or steps[-1].p_adjusted < LEVEL)
+    doubtful = _inconclusive(state, minimum, borderline) or bool(steps)
+    verdict = _verdict(unknown, bool(tied) and named, named, doubtful)
     fitted = state.model(ordered)
     not_testable = {n: r for n, r in workspace.reasons.items() if r is not None}
     lack = [("means over repeats", p_means)] if p_means is not None else []
@@ -170,7 +174,7 @@ def _absent(
     tied_to = {r.rival: (name, r) for name, found in rivals.items() for r in found if r.tied or r.permanent}
     unit, factor = state.dataset.units.shown
     unit = unit.replace("um", "µm")
-    listed = []
+    listed, idle = [], "not needed" if state.searched else "not added yet"
     for candidacy in ranked:
         name = candidacy.effect.name
         strict = state.workspace.strict
@@ -186,9 +190,7 @@ def _absent(
             reason = f"tried and taken out again: {earlier.reason}"
         else:
             least = f"; from {minimum[name] * factor:.3g} {unit} RMS on it would show" if name in minimum else ""
-            reason = (
-                f"adjusted p {p:.2g}: nothing to be seen{least}" if p >= LEVEL else f"adjusted p {p:.2g}, not needed"
-            )
+            reason = f"adjusted p {p:.2g}: nothing to be seen{least}" if p >= LEVEL else f"adjusted p {p:.2g}, {idle}"
         listed.append(
             Candidate(
                 effect=name,
@@ -265,6 +267,8 @@ def _notes(state: Search, borderline: bool) -> tuple[str, ...]:
         notes.append("no condition was repeated: there is no noise floor, and what is left cannot be judged")
     if borderline:
         notes.append(f"an effect with an adjusted p between {LEVEL:g} and {BORDERLINE:g} was not accepted")
+    if not state.searched:
+        notes.append("no search was made: what is left is ranked, and rtec diagnose goes on from here")
     notes += [f"{name} was tried and taken out: {trial.reason}" for name, trial in state.rejected.items()]
     notes += [f"{name} is not listed: {why}" for name, why in state.removed.items()]
     return tuple(notes)

@@ -147,7 +147,8 @@ def stretches_of(time_s: Floats, run: Ints) -> list[tuple[int, int]]:
     [(0, 4), (4, 6)]
     """
     steps, same_run = np.diff(time_s), run[1:] == run[:-1]
-    usual = float(np.median(steps[same_run])) if same_run.any() else 0.0
+    passed = steps[same_run & (steps > 0)]
+    usual = float(np.median(passed)) if passed.size else 0.0
     new = ~same_run | (steps > _GAP * usual)
     return list(itertools.pairwise([0, *(np.flatnonzero(new) + 1).tolist(), time_s.size]))
 

@@ -57,15 +57,12 @@ class RepeatSpace:
 
 def contrasts_of(columns: Floats, runs: int) -> Floats:
     """Return orthonormal contrasts (Helmert's) between equal runs of columns, shape (columns, rows)."""
-    helmert = np.zeros((runs - 1, runs))
-    for k in range(1, runs):
-        helmert[k - 1, :k] = 1.0
-        helmert[k - 1, k] = -k
-        helmert[k - 1] /= np.sqrt(k * (k + 1.0))
     count, rows = columns.shape
     cube = columns.reshape(count, runs, rows // runs)
-    contrasts = np.einsum("kr,crs->cks", helmert, cube)
-    return np.ascontiguousarray(contrasts).reshape(count, rows - rows // runs)
+    k = np.arange(1.0, runs)[:, None]
+    before = np.cumsum(cube[:, :-1], axis=1)  # each run against the sum of those before it
+    contrasts: Floats = (before - k * cube[:, 1:]) / np.sqrt(k * (k + 1.0))
+    return contrasts.reshape(count, rows - rows // runs)
 
 
 def _about_cells(columns: Floats, cell: NDArray[np.int64]) -> Floats:

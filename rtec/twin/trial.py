@@ -61,6 +61,8 @@ class Search:
     workspace: Workspace
     rng: np.random.Generator
     tests: float = 1.0
+    searched: bool = True
+    """False where one effect is added as the user says."""
     kept: list[Choice] = field(default_factory=list)
     rejected: dict[str, Trial] = field(default_factory=dict)
     removed: dict[str, str] = field(default_factory=dict)
