@@ -83,7 +83,7 @@ def staircase_table(learned: Learned) -> Table:
     table.add_column("parameters", overflow="fold")
     for head in ("training", "held out", "true error\nless model", "adjusted p"):
         table.add_column(head, justify="right", no_wrap=True)
-    steps = [("perfect axis", "", shown.text(d.rms_before), "", "")]
+    steps = [("perfect axis", "", shown.text(d.rms_before), shown.text(d.rms_heldout_before), "")]
     for step in d.steps:
         words = "\n".join(parameter_texts(step.params, _MOST_PARAMETERS)) if step.added else ""
         name = f"{'+' if step.added else '−'} {spoken(step.effect)}"

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from rtec.cli import main
-from rtec.report import write_report
+from rtec.report import study_document, write_report
+from rtec.report.diagnosis import diagnosis_document
 from rtec.report.results import row_dict
 from rtec.study import builtin_study, builtin_text, run_study
 
@@ -207,7 +208,12 @@ def before_after(quiet_run, tmp_path_factory):
 
 def test_readme_table_is_what_the_command_measures(quiet_run):
     lines = text_of(ROOT / "README.md").split("## What each design leaves")[1].split("\n## ")[0].splitlines()
-    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")][2:]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+    stairs, table = [row for row in cells if len(row) == 3][2:], [row for row in cells if len(row) == 6][2:]
+    training = [quiet_run.learned.diagnosis.rms_before, *(s.rms_train for s in quiet_run.learned.diagnosis.steps)]
+    truth = [score.rms_mm for score in quiet_run.learned.scores]
+    for figures, column in ((training, 1), (truth, 2)):
+        assert [row[column] for row in stairs] == [f"{mm * 1000:#.3g}" for mm in figures]
     assert len(table) == len(quiet_run.rows) == 6
     for cells, row in zip(table, quiet_run.rows, strict=True):
         measured = row_dict(row)
@@ -265,7 +271,10 @@ def json_keys():
 def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after, json_keys):
     rows = row_dict(quiet_run.rows[0])
     names = {row.name for row in quiet_run.rows}
-    assert json_keys["run"] == set(quiet_run.to_dict()) | {"report"} | set(rows) | set(rows["iso230"]) | names
+    document = study_document(quiet_run)
+    found = set(document) | set(document["model"]) | {"report"} | set(rows) | set(rows["iso230"]) | names
+    assert json_keys["run"] - {"learned"} == found
+    assert document["diagnosis"] == diagnosis_document(quiet_run.learned.diagnosis)
     main(["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"])
     assert json_keys["simulate"] == set(json.loads(capsys.readouterr().out))
     main(["iso230", str(before_after / "readings" / "b.csv"), "--json"])
