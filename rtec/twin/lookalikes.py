@@ -18,6 +18,8 @@ ALIKE = 0.95
 """Cosine from which on two contributions count as look-alikes."""
 REJECTED = 6.0
 """Twice the log-likelihood by which the data must prefer an effect to a look-alike: odds of 20 to 1."""
+SET_TO_ZERO = 0.02
+"""Share of the noise within which the first reading is exactly zero: an instrument was set to zero there."""
 DATUM_ERRORS = 3.5
 """A constant within so many standard errors of where an effect is zero is that effect's datum."""
 
@@ -148,30 +150,33 @@ def constant_is_datum(workspace: Workspace, choices: Sequence[Choice]) -> bool:
     inverse = np.linalg.pinv(white / length, rcond=1e-9) / length[:, None]
     numbers = inverse @ workspace.observed
     covariance = inverse @ inverse.T * workspace.noise.sigma**2
-    zeros: list[list[Floats]] = []
+    # the reading that was set to zero keeps its own noise: the constant then has that, too
+    zeroed = abs(float(workspace.dataset.observed[0])) < SET_TO_ZERO * workspace.noise.sigma
+    of_first = workspace.noise.sigma**2 if zeroed else 0.0
+    zeros: list[list[tuple[Floats, float]]] = []
     at = 0
     for effect, shape in others:
         raw = workspace.dataset.columns(effect, shape)
-        zeros.append([np.zeros(numbers.size)])
-        for value in _zero_values(workspace, raw):
+        zeros.append([(np.zeros(numbers.size), 0.0)])
+        for value, first in _zero_values(workspace, raw):
             weights = np.zeros(numbers.size)
             weights[at : at + raw.shape[1]] = value
-            zeros[-1].append(weights)
+            zeros[-1].append((weights, of_first if first else 0.0))
         at += raw.shape[1]
     constant = np.zeros(numbers.size)
     constant[-1] = 1.0
     for chosen in itertools.product(*zeros):
-        weights = constant + np.sum(chosen, axis=0)
-        error = float(np.sqrt(max(weights @ covariance @ weights, 0.0)))
-        if abs(float(weights @ numbers)) < DATUM_ERRORS * error:
+        weights = constant + np.sum([weight for weight, _ in chosen], axis=0)
+        variance = float(weights @ covariance @ weights) + max(extra for _, extra in chosen)
+        if abs(float(weights @ numbers)) < DATUM_ERRORS * float(np.sqrt(max(variance, 0.0))):
             return True
     return False
 
 
-def _zero_values(workspace: Workspace, raw: Floats) -> list[Floats]:
+def _zero_values(workspace: Workspace, raw: Floats) -> list[tuple[Floats, bool]]:
     """Return what an effect's columns are where it may have been set to zero: on the mean, at the start, forward."""
-    values = [raw.mean(axis=0), raw[0]]
+    values = [(raw.mean(axis=0), False), (raw[0], True)]
     direction = workspace.dataset.coordinates.direction
     if direction is not None and (direction > 0).any():
-        values.append(raw[direction > 0].mean(axis=0))
+        values.append((raw[direction > 0].mean(axis=0), False))
     return values
