@@ -118,7 +118,7 @@ class TruthScore:
     """How far a model is from the true error of the axis: the noise-free curve, known because it is emulated."""
 
     rms_mm: float
-    """Over the targets of a program, in both directions."""
+    """Over many places, in both directions."""
     worst_mm: float
 
 
@@ -159,7 +159,7 @@ class StudyResult:
     left_out: tuple[LeftOut, ...]
     """Effects of a model that the predictor cannot hold."""
     predictor_score: TruthScore
-    """Of what the PC believes, at the targets of the program."""
+    """Of what the PC believes, at ``position_mm``: all along the travel."""
     position_mm: Floats
     """Grid of the true error curves, shape (n,)."""
     forward_error_mm: Floats

@@ -126,8 +126,8 @@ def belief_words(result: StudyResult, learned: Learned, shown: Shown) -> str:
     words = (
         f"The PC's predictor is this model, its datum included, as a table of {number(learned.points)} points in "
         f"each direction from {low:g} to {high:g} mm, joined by straight lines; beyond its ends their error is held. "
-        "The controller's own table is sampled from it. At the targets of the program below, which the calibration "
-        f"need not have met, it is off the true error by {rms} RMS, {worst} at worst."
+        "The controller's own table is sampled from it. All along the travel, between the calibration's targets, "
+        f"too, it is off the true error by {rms} RMS, {worst} at worst."
     )
     if result.left_out:
         gone = "; ".join(f"{spoken(left.effect)} ({printable(left.why)})" for left in result.left_out)

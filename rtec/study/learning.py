@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
-from rtec.metrology import Measurement, MeasuringPlan, Readings, measurement_of_readings
+from rtec.metrology import Measurement, Readings, measurement_of_readings
 from rtec.predictors import BidirectionalTable, Predictor
 from rtec.report.results import Learned, LeftOut, TruthScore
 from rtec.study.definition import Study
@@ -93,19 +93,14 @@ def learn(study: Study, readings: Readings, tell: Tell) -> Lesson:
     return Lesson(learned=learned, predictor=predictor, left_out=left_out)
 
 
-def score(study: Study, predictor: Predictor) -> TruthScore:
-    """Return how far a predictor is from the true error at the program's targets."""
-    grid = _targets_mm(study.plan)
+def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> TruthScore:
+    """Return how far a predictor is from the true error at the places of a grid, in mm, in both directions."""
     return _score([predictor.error_mm(grid, way) - study.axis_error.error_mm(grid, way) for way in (1, -1)])
 
 
 def _score_of_model(study: Study, model: Model) -> TruthScore:
-    grid = _targets_mm(study.calibration)
+    grid = study.calibration.targets_inch * MM_PER_INCH
     return _score([static_part(model, grid, way).error_mm - study.axis_error.error_mm(grid, way) for way in (1, -1)])
-
-
-def _targets_mm(plan: MeasuringPlan) -> NDArray[np.float64]:
-    return plan.targets_inch * MM_PER_INCH
 
 
 def _score(off_mm: list[NDArray[np.float64]]) -> TruthScore:

@@ -138,7 +138,7 @@ def _result(
         predictor=study.predictor,
         learned=learned,
         left_out=study.left_out,
-        predictor_score=score(study, study.model),
+        predictor_score=score(study, study.model, position),
         position_mm=position,
         forward_error_mm=study.axis_error.error_mm(position, 1),
         reverse_error_mm=study.axis_error.error_mm(position, -1),
