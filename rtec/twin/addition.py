@@ -10,6 +10,7 @@ from rtec.twin.calibration import independent_tests
 from rtec.twin.dataset import Dataset
 from rtec.twin.fit import fit_model, noise_after, opened_model, shapes_found
 from rtec.twin.judgement import judged
+from rtec.twin.many_rows import looked_at
 from rtec.twin.model import Model, Term
 from rtec.twin.results import Diagnosis
 from rtec.twin.trial import Search, first_noise, refitted
@@ -55,7 +56,7 @@ def add(
     ArgumentError
         An unknown effect, one that the model holds already, or one that the data cannot show.
     """
-    effect = effect_named(effect_name)
+    effect, dataset = effect_named(effect_name), looked_at(dataset)
     if dataset.never_changes:
         raise ArgumentError(
             f"effect {effect_name}", f"not testable (the column {dataset.observe} never changes)",

@@ -12,6 +12,7 @@ from rtec.twin.dataset import Dataset
 from rtec.twin.fit import fit_model, noise_after
 from rtec.twin.heldout import gain_on
 from rtec.twin.judgement import judged, nothing_testable
+from rtec.twin.many_rows import looked_at, one_of_every
 from rtec.twin.model import Model
 from rtec.twin.results import Diagnosis
 from rtec.twin.selection import coherent, forward, reshaped, search
@@ -64,6 +65,7 @@ def diagnose(
     """
     tell = progress or (lambda share: None)
     rng = np.random.default_rng(seed)
+    dataset = looked_at(dataset)
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
@@ -107,9 +109,7 @@ def thinned(dataset: Dataset) -> Dataset:
     every = -(-dataset.rows // MOST_ROWS_SEARCHED)
     if dataset.has_repeats or every == 1:
         return dataset
-    begin = np.arange(0, dataset.rows, every)
-    drawn = np.random.default_rng(0).integers(0, every, begin.size)
-    return dataset.take(np.minimum(begin + drawn, dataset.rows - 1))
+    return dataset.take(one_of_every(every, dataset.rows, np.random.default_rng(0)))
 
 
 def _find(state: Search, base: Sequence[Choice], tell: Progress) -> None:
