@@ -212,11 +212,12 @@ def diagnosed(case: Case, folder: Path) -> Row:
     """Return what comes out of a case."""
     with tempfile.TemporaryDirectory() as name:
         data, other, start = case.prepare(folder, Path(name))
+        folders = {f"{data.parent}/", *(() if other is None else (f"{other.parent}/",))}
         dataset = load_dataset(data, observe=case.observe)
         heldout = None if other is None else load_dataset(other, like=dataset)
         model = None if start is None else read_model(start, dataset.units)
     if not case.search:
-        return _compared(case, dataset, model, heldout)
+        return _compared(case, dataset, model, heldout, folders)
     found = diagnose(dataset, model, heldout)
     unit, factor = dataset.units.shown
     judged = dataset if heldout is None else heldout
@@ -230,11 +231,11 @@ def diagnosed(case: Case, folder: Path) -> Row:
         floor=None if found.noise.floor is None else factor * found.noise.floor,
         verdict=_verdict(found),
         found=_numbers(found.model),
-        notes=_notes(dataset, heldout),
+        notes=_notes(dataset, heldout, folders),
     )
 
 
-def _compared(case: Case, dataset: Dataset, model: Model | None, heldout: Dataset | None) -> Row:
+def _compared(case: Case, dataset: Dataset, model: Model | None, heldout: Dataset | None, folders: set[str]) -> Row:
     found = compare(dataset, model, heldout)
     unit, factor = dataset.units.shown
     names = " + ".join(term.name for term in found.model.terms)
@@ -249,7 +250,7 @@ def _compared(case: Case, dataset: Dataset, model: Model | None, heldout: Datase
         floor=None,
         verdict="",
         found=_numbers(found.model),
-        notes=_notes(dataset, heldout),
+        notes=_notes(dataset, heldout, folders),
     )
 
 
@@ -268,10 +269,14 @@ def _verdict(found: Diagnosis) -> str:
     return found.verdict.value + (f" ({'; '.join(tied)})" if tied else "")
 
 
-def _notes(dataset: Dataset, heldout: Dataset | None) -> tuple[str, ...]:
+def _notes(dataset: Dataset, heldout: Dataset | None, folders: set[str]) -> tuple[str, ...]:
+    """Return what was done to the files, without the folders that they happened to be in."""
     notes = dict.fromkeys(dataset.notes)
     own = [note for note in (() if heldout is None else heldout.notes) if note not in notes]
-    return (*notes, *(f"held-out file: {note}" for note in own))
+    texts = [*notes, *(f"held-out file: {note}" for note in own)]
+    for folder in folders:
+        texts = [text.replace(folder, "") for text in texts]
+    return tuple(texts)
 
 
 def _rms(values: Floats) -> float:

@@ -6,7 +6,13 @@ import pytest
 
 from tests.recovery import real_data as real
 
-JUDGED = [case for case in real.CASES if case.bar is not None]
+QUICK = ("stage_", "worm_drive", "emps_train, with")
+"""Rows that take a second or two; the others are a sweep."""
+JUDGED = [
+    pytest.param(case, id=case.name, marks=() if case.name.startswith(QUICK) else pytest.mark.sweep)
+    for case in real.CASES
+    if case.bar is not None
+]
 
 
 @functools.cache
@@ -25,12 +31,13 @@ def numbers(row, name):
     return [{value.name: value.value for value in values} for found, values in row.found if found == name]
 
 
-@pytest.mark.parametrize("case", JUDGED, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", JUDGED)
 def test_what_is_left_on_other_readings_meets_the_bar(case):
     row = row_of(case.name)
     assert row.met, (row.heldout, case.bar)
 
 
+@pytest.mark.sweep
 def test_the_lathe_has_a_map_by_direction_and_a_wave_a_turn():
     row = row_of("lathe")
     assert row.before == pytest.approx(85.4, abs=0.1)
@@ -42,6 +49,7 @@ def test_the_lathe_has_a_map_by_direction_and_a_wave_a_turn():
     assert "amplitude_1_backward" in wave
 
 
+@pytest.mark.sweep
 def test_the_friction_of_the_drive_is_found_in_the_published_order():
     row = row_of("emps_train, judged")
     assert row.before == pytest.approx(10.1, abs=0.05)
@@ -71,6 +79,7 @@ def test_the_map_of_a_stage_comes_first_and_explains_by_far_the_most(name):
     assert effects(row)[1] in ("backlash", "backlash_map")
 
 
+@pytest.mark.sweep
 def test_homing_is_reported_and_left_out():
     row = row_of("motor_run")
     assert any("0.35 s" in note and "left out" in note for note in row.notes)
@@ -80,10 +89,11 @@ def test_homing_is_reported_and_left_out():
 
 
 def test_the_page_states_steps_bars_and_preprocessing():
-    row = row_of("lathe")
+    row = row_of("stage_x, runs")
     text = real.page([row])
-    assert f"| {row.case.name} | 85.4 um |" in text
-    assert "≤ 1.7 | met |" in text
-    assert "no time column: row order counts as time" in text
+    assert f"| {row.case.name} | {row.before:.3g} um |" in text
+    assert "≤ 4.3 | met |" in text
+    assert "row order counts as time" in text
+    assert "held-out file: its runs follow those of stage_x_1-3.csv" in text
     for name, _, _ in row.steps:
         assert f"\n| {name} | " in text
