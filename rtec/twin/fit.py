@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from rtec.effects import Floats, Tunable
+from rtec.effects import Floats, Shape, Tunable
 from rtec.errors import ArgumentError
 from rtec.twin.dataset import Dataset
 from rtec.twin.model import Model, Term
@@ -262,8 +262,11 @@ def noise_after(workspace: Workspace, choices: Sequence[Choice], *, datum: bool)
 
 
 def shapes_found(workspace: Workspace, terms: Sequence[Term]) -> list[Choice]:
-    """Return a shape for each term: its own, or the best of its scan beside those that are known already."""
-    shapes = [term.shape for term in terms]
+    """Return a shape for each term: its own, or the best of its scan beside those that are known already.
+
+    Effects without shape parameters are known from the start, wherever they stand.
+    """
+    shapes = [Shape() if term.effect.shape_type is Shape else term.shape for term in terms]
     for k, term in enumerate(terms):
         if shapes[k] is None:
             known = [(t.effect, s) for t, s in zip(terms, shapes, strict=True) if s is not None]

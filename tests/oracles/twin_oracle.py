@@ -69,7 +69,7 @@ def left_out_residual(table: np.ndarray, observed: np.ndarray, fold: np.ndarray)
 
 
 def pure_error_test(columns: np.ndarray, observed: np.ndarray, cell: np.ndarray) -> tuple[float, int, float, int]:
-    """Classical lack of fit of white data (Draper and Smith): squares and freedom of the misfit, then of the noise."""
+    """Classical lack of fit of white data (Draper and Smith): squares and freedom of misfit, then of noise."""
     numbers = sorted(set(cell.tolist()))
     pure = sum(float(((observed[cell == k] - observed[cell == k].mean()) ** 2).sum()) for k in numbers)
     lack = rss(columns, observed) - pure
