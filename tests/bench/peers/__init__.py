@@ -9,7 +9,7 @@ from __future__ import annotations
 import shutil
 
 
-class PeerAbsent(Exception):  # noqa: N818 (a reason to skip, not a failure)
+class PeerAbsent(Exception):  # noqa: N818 - a reason to skip, not a failure
     """A program that the peer needs is not on PATH; the message names it and the package that holds it."""
 
 
