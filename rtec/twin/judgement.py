@@ -277,8 +277,10 @@ def _notes(state: Search, borderline: bool) -> tuple[str, ...]:
 def nothing_testable(state: Search, begun: Model, constant: bool) -> Diagnosis:
     """Return the diagnosis of data that can show nothing at all."""
     reasons = {e.name: state.workspace.reasons.get(e.name) for e in LIBRARY if e.name in state.workspace.reasons}
+    experiment = experiment_for_more(state.workspace, {k: v for k, v in reasons.items() if v}, {})
     if constant:
         reasons = dict.fromkeys(reasons, "the observed column never changes")
+        experiment = Experiment(text=f"see that {state.dataset.observe} is recorded at all, and with enough digits")
     left = rms_of(residual_of(state.dataset, begun))
     return Diagnosis(
         verdict=Verdict.NOT_TESTABLE,
@@ -298,6 +300,6 @@ def nothing_testable(state: Search, begun: Model, constant: bool) -> Diagnosis:
         lack_of_fit=(),
         unknown=None,
         cosines=None,
-        experiment=experiment_for_more(state.workspace, {k: v for k, v in reasons.items() if v}, {}),
+        experiment=experiment,
         notes=state.dataset.notes,
     )

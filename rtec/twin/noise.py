@@ -272,7 +272,7 @@ def _smallest(dataset: Dataset) -> float:
     A recording rounded to its last digit, or an emulator without noise, repeats to the digit; what is a
     five-hundredth of the observed spread is then of no interest.
     """
-    return _TRIFLE * float(np.std(dataset.observed)) + 1e-300
+    return _TRIFLE * float(np.std(dataset.observed)) + 1e-150  # its square is a number, too
 
 
 def repeats_exactly(space: RepeatSpace) -> bool:
