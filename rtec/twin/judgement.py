@@ -44,7 +44,7 @@ def judged(
     steps = _steps(state, begun, base, ordered)
     tell(0.8)
     p_means = lack_of_fit_of_means(workspace, ordered)
-    p_changes = changes_left(dataset, workspace.noise, ordered, rng) if workspace.noise.from_repeats else {}
+    p_changes = changes_left(dataset, ordered, rng) if workspace.noise.from_repeats else {}
     tell(0.9)
     rivals = {ordered[k][0].name: rivalries(workspace, ordered, k) for k in range(len(base), len(ordered))}
     tied = [r for found in rivals.values() for r in found if r.tied]

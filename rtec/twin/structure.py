@@ -78,6 +78,14 @@ class BetweenRepeats:
             self._fits[name] = NoiseFit(np.vstack([own, slow, table]), space.starts, space.freedom)
             self.added[name] = table.shape[0]
 
+    def noise_without_changes(self, observed: Floats) -> Noise:
+        """Return the noise that differences have where nothing changes but what the model says.
+
+        Slow changes stay in: were they taken out, correlated noise would look smaller and shorter than it is.
+        """
+        sigma, correlation, freedom = self._fits["none"].fit(observed)
+        return Noise(sigma=sigma, correlation=correlation, freedom=freedom, from_repeats=True)
+
     def ratios(self, observed: Floats) -> dict[str, Floats]:
         """Return twice the gain in log-likelihood by each kind of change, for data of shape (data, differences)."""
         found = {name: fit.largest_likelihoods(observed) for name, fit in self._fits.items()}
@@ -85,7 +93,7 @@ class BetweenRepeats:
 
 
 def changes_left(
-    dataset: Dataset, noise: Noise, choices: Sequence[Choice], rng: np.random.Generator, draws: int = DRAWS
+    dataset: Dataset, choices: Sequence[Choice], rng: np.random.Generator, draws: int = DRAWS
 ) -> dict[str, float]:
     """Return the probability of what a model leaves between repeats, by what it depends on (Bonferroni).
 
@@ -104,7 +112,8 @@ def changes_left(
     kinds = {name: count for name, count in between.added.items() if count}
     found = {name: len(kinds) * float(stats.chi2.sf(seen[name], count)) for name, count in kinds.items()}
     if min(found.values(), default=1.0) < SIGNIFICANT and space.freedom <= MOST_SIMULATED:
-        drawn = space.of(np.array([noise_drawn(dataset, noise, rng) for _ in range(draws)]))
+        null = between.noise_without_changes(space.observed)
+        drawn = space.of(np.array([noise_drawn(dataset, null, rng) for _ in range(draws)]))
         for name, ratio in between.ratios(drawn).items():
             if name in found and found[name] < SIGNIFICANT:
                 mean, variance = float(ratio.mean()), float(ratio.var(ddof=1)) + 1e-12

@@ -18,7 +18,7 @@ SCALE, BACKLASH = effect_named("scale"), effect_named("backlash")
 def left(data, choices=(), **given):
     work = Workspace(data, noise_from_repeats(data, choices))
     p_means = given.get("p_means", lack_of_fit_of_means(work, choices))
-    changes = given.get("changes", changes_left(data, work.noise, choices, np.random.default_rng(0)))
+    changes = given.get("changes", changes_left(data, choices, np.random.default_rng(0)))
     return describe_leftover(work, choices, p_means, changes)
 
 
