@@ -26,6 +26,9 @@ def diagnosis(setting: Setting) -> Iterator[Figure]:
     with tempfile.TemporaryDirectory() as name, on_cores({setting.core, setting.second_core}):
         folder = Path(name)
         best = {}
+        warm = folder / "warm.csv"
+        write_measurement(warm, lathe_calibration(1, NOISE_UM))
+        measure([rtec(), "diagnose", str(warm), "--json"], folder)
         for times in (1, 2) if setting.quick else (1, 2, 4):
             runs = RUNS * times
             file = folder / f"lathe_{runs}.csv"
