@@ -9,13 +9,14 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.twin.calibration import independent_tests
 from rtec.twin.dataset import Dataset
+from rtec.twin.exchange import search
 from rtec.twin.fit import fit_model, noise_after
 from rtec.twin.heldout import gain_on
 from rtec.twin.judgement import judged, nothing_testable
 from rtec.twin.many_rows import looked_at, one_of_every
 from rtec.twin.model import Model
 from rtec.twin.results import Diagnosis
-from rtec.twin.selection import coherent, forward, reshaped, search
+from rtec.twin.selection import coherent, forward, reshaped
 from rtec.twin.trial import LEVEL, Search, Trial, first_noise, refitted, trial_of
 from rtec.twin.workspace import Choice, Workspace
 

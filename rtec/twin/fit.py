@@ -11,11 +11,11 @@ from scipy.optimize import lsq_linear
 from rtec.effects import Floats, Shape, Tunable
 from rtec.errors import ArgumentError
 from rtec.twin.dataset import Dataset
+from rtec.twin.forms import refined
 from rtec.twin.model import Model, Term
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
 from rtec.twin.results import Value
 from rtec.twin.score import least_squares
-from rtec.twin.selection import refined
 from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Choice, Workspace
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.effects import Effect, Floats, effect_named
+from rtec.twin.forms import refined
 from rtec.twin.results import Cosines
 from rtec.twin.score import Background, orthonormal
-from rtec.twin.selection import refined
 from rtec.twin.workspace import Candidacy, Choice, Workspace, is_map
 
 ALIKE = 0.95

@@ -11,11 +11,11 @@ from rtec.effects import Floats
 from rtec.twin.calibration import adjusted
 from rtec.twin.dataset import Dataset
 from rtec.twin.fit import fitted_terms, jointly_refitted, needs_datum, noise_after, residual_of
+from rtec.twin.forms import families_joined, stated_period
 from rtec.twin.heldout import HeldOutGain, gain_of, gain_on, held_out_residual, rms_by_folds
 from rtec.twin.leftover import MATTERS
 from rtec.twin.model import Model
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
-from rtec.twin.selection import families_joined, stated_period
 from rtec.twin.structure import ChanceInTime
 from rtec.twin.workspace import Candidacy, Choice, Workspace
 

@@ -8,6 +8,8 @@ import pytest
 from twin_oracle import SIGMA, measured
 
 from rtec.effects import Observable, Shape, effect_named
+from rtec.twin.exchange import exchanged, search, simplified
+from rtec.twin.forms import fits_places, refined, stated_period, tuned_shape
 from rtec.twin.noise import Noise, noise_from_repeats
 from rtec.twin.selection import (
     MOST_OF_A_KIND,
@@ -16,14 +18,7 @@ from rtec.twin.selection import (
     backward,
     candidates,
     coherent,
-    exchanged,
-    fits_places,
     forward,
-    refined,
-    search,
-    simplified,
-    stated_period,
-    tuned_shape,
     without,
 )
 from rtec.twin.whitening import Correlation
@@ -97,7 +92,7 @@ def found_by_name(choices):
 def test_a_repeated_plan_with_many_readings_is_searched_on_its_mean_run(monkeypatch):
     data = measured(lambda x, way, t, run: 5e-5 * x + 0.004 * way + 2e-6 * t, runs=6)
     slow = search(work_of(data), [])
-    monkeypatch.setattr("rtec.twin.selection.MANY_ROWS", 100)
+    monkeypatch.setattr("rtec.twin.exchange.MANY_ROWS", 100)
     fast = search(work_of(data), [])
     assert names(fast) == names(slow) == {"scale", "backlash", "drift"}
 
