@@ -9,6 +9,8 @@ import numpy as np
 from rtec.effects.conditions import Conditions, Floats
 
 FEWEST_NODES, MOST_NODES = 4, 64
+NODES_A_TARGET = 0.6
+"""At most: what is left of the targets has to show whether the map fits."""
 TABLE_TARGETS = 12
 """With so few targets a node stands at each: a smooth function and a table cannot be told apart."""
 
@@ -29,12 +31,12 @@ def smooth_columns(position: Floats, nodes: Sequence[float]) -> Floats:
 
 
 def node_ladder(conditions: Conditions) -> list[tuple[float, ...]]:
-    """Return the sets of nodes to try, from few to many: at most one for two targets, or one at each of few."""
+    """Return the sets of nodes to try, from few to many: at most three for five targets, or one at each of few."""
     places = conditions.places
     counts, count = [], FEWEST_NODES
-    while count <= min(places.size // 2, MOST_NODES):
+    while count <= min(int(NODES_A_TARGET * places.size), MOST_NODES):
         counts.append(count)
-        count = count + 1 if count < 8 else int(count * 1.3)
+        count = count + 1 if count < TABLE_TARGETS else int(count * 1.3)
     ladder = [tuple(np.linspace(places[0], places[-1], count).tolist()) for count in counts]
     if 3 <= places.size <= TABLE_TARGETS:
         ladder.append(tuple(places.tolist()))

@@ -28,12 +28,21 @@ CLOSE = 0.27
 """Share of the span within which these distances have to lie: a quarter, and a little for irregular targets."""
 
 
+FARTHEST = 0.5
+"""Overshoot that is looked for, in distances: a longer one leaves too little of the exponential to be known by."""
+
+
 @dataclass(frozen=True, slots=True)
 class WindupShape(Shape):
-    """Over which distance the drive winds up, and whether it starts from the wind-up of the motion before."""
+    """Over which distance the drive winds up, whether it starts from the wind-up of the motion before, and where.
+
+    ``overshoot`` is the way from the reversal back to the last reading before it, which a table of targets does not
+    hold: a measuring program goes past its last target before it turns.
+    """
 
     distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
     carried: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "carried over the reversal"))
+    overshoot: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "overshoot"))
 
 
 class Windup(Effect):
@@ -44,7 +53,8 @@ class Windup(Effect):
     ``deviation = windup / 2 * direction * (1 - exp(-since_reversal / distance))``: the solution of
     ``d(deviation) / d(travel) = (windup / 2 * direction - deviation) / distance`` started from nothing at each
     reversal, as where an overshoot on the way back has unwound the drive. Carried over, it starts from the full
-    wind-up of the motion before, and the last factor is ``1 - 2 exp(-since_reversal / distance)``.
+    wind-up of the motion before, and the last factor is ``1 - 2 exp(-since_reversal / distance)``. Where the axis
+    turned beyond the last reading, ``since_reversal`` is longer by the overshoot.
 
     References
     ----------
@@ -111,16 +121,27 @@ class Windup(Effect):
         return [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the shape started from nothing and carried over the reversal."""
+        """Return the shape started from nothing and carried over, turned at the last reading and beyond it."""
         distance = own_shape(shape, WindupShape).distance
         lower = [distance * step for step in (1.0, 0.75, 0.55)]  # carried over, the same curve has a shorter distance
-        return [WindupShape(distance), *(WindupShape(way, carried=True) for way in lower)]
+        here = [WindupShape(distance), *(WindupShape(way, carried=True) for way in lower)]
+        if conditions.velocity is not None:  # a log in motion holds the reversal itself
+            return here
+        return [*here, *(WindupShape(w.distance, w.carried, 0.1 * w.distance) for w in here)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale."""
-        distance = own_shape(shape, WindupShape).distance
-        top = max(conditions.span / 5, distance)
-        return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)
+        """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale.
+
+        An overshoot that there is, too, from none to half of the distance.
+        """
+        own = own_shape(shape, WindupShape)
+        top = max(conditions.span / 5, own.distance)
+        found = (Tunable("distance", own.distance / 1.5, min(own.distance * 1.5, top)),)
+        return (*found, Tunable("overshoot", 0.0, FARTHEST * own.distance)) if own.overshoot > 0.0 else found
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 1 for the distance, and 1 for an overshoot."""
+        return 1 + (own_shape(shape, WindupShape).overshoot > 0.0)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction times the share built up, shape (rows, 1)."""
@@ -134,7 +155,8 @@ class Windup(Effect):
         own = [own_shape(shape, WindupShape) for shape in shapes]
         distances = np.array([shape.distance for shape in own])[:, None]
         missing = np.array([2.0 if shape.carried else 1.0 for shape in own])[:, None]
-        built: Floats = (1.0 - missing * np.exp(-gone / distances)) * (way / 2)
+        beyond = np.array([shape.overshoot for shape in own])[:, None]
+        built: Floats = (1.0 - missing * np.exp(-(gone + beyond) / distances)) * (way / 2)
         return built[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:

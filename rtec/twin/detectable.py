@@ -18,7 +18,8 @@ HELD_OUT = 16.0
 IN_TIME = 3.0
 """For what changes in time beside correlated noise: the correlation comes from the same few repeats, and slow noise
 feigns slow effects."""
-_SHAPES = 25
+_SHAPES, _ROWS = 25, 60_000
+"""Shapes looked at, and rows of all their columns: of few rows every shape, of many a sample."""
 
 
 def minimum_detectable(workspace: Workspace, tests: float) -> dict[str, float]:
@@ -39,8 +40,8 @@ def _of(workspace: Workspace, effect: Effect, tests: float) -> float | None:
     shapes = effect.shapes(workspace.conditions)
     if is_map(effect):
         shapes = workspace.maps(effect)[:1]
-    elif len(shapes) > _SHAPES:
-        shapes = [shapes[k] for k in np.linspace(0, len(shapes) - 1, _SHAPES).astype(int)]
+    elif len(shapes) > (most := max(_SHAPES, _ROWS // workspace.dataset.rows)):
+        shapes = [shapes[k] for k in np.linspace(0, len(shapes) - 1, most).astype(int)]
     worst = None
     for shape in shapes:
         white = workspace.columns(effect, shape)

@@ -6,13 +6,16 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 from rtec.effects import Effect
 from rtec.twin.forms import fits_places, refined
-from rtec.twin.selection import backward, coherent, forward, reshaped
+from rtec.twin.selection import backward, coherent, fitting, forward, reshaped
+from rtec.twin.structure import lack_of_fit_of_means
 from rtec.twin.workspace import Candidacy, Choice, Workspace, is_map
 
 MANY_ROWS = 2000
 MOST_PLAIN = 4
 SIMPLER = 6.0
 """Evidence that a model may lack against one that is less simple."""
+FITS = 0.05
+"""Probability of the means over repeats above which a model explains all that repeats."""
 EXCHANGES = 4
 MOST_EXCHANGED = 4
 """Without repeats a larger model is not tried by exchange: what is left of it is decided by held-out error."""
@@ -84,10 +87,14 @@ def _bolder(
 ) -> Iterator[list[Choice]]:
     """Yield models that no single exchange reaches.
 
-    A simple effect put in whatever the others say, periods looked for anew beside the others and beside other maps,
-    two effects taken out.
+    An effect taken out and the others formed anew, a simple effect put in whatever the others say, periods looked for
+    anew beside the others and beside other maps, two effects taken out.
     """
     held = {effect.name for effect, _ in choices}
+    for k, (own, _) in enumerate(choices):
+        rest = [*choices[:k], *choices[k + 1 :]]
+        if rest and own.name not in given and coherent(rest):
+            yield reshaped(workspace, rest, alone=True)
     back = workspace.background(choices)
     for effect in effects:
         if effect.name in held or is_map(effect) or hasattr(effect.shape_type(), "period") or effect.name == "offset":
@@ -135,12 +142,33 @@ def _periods_anew(workspace: Workspace, choices: Sequence[Choice], given: Collec
     return model if fits_places(workspace, model) else list(choices)
 
 
+def _maps_instead(
+    workspace: Workspace, choices: Sequence[Choice], k: int, given: Collection[str]
+) -> Iterator[list[Choice]]:
+    """Yield the model with effect ``k``, a map, in any of its sizes, in the place of itself and one part of it."""
+    own = choices[k][0]
+    for j, (other, shape) in enumerate(choices if is_map(own) else ()):
+        part = other.name in own.contains or (own.name == "backlash_map" and getattr(shape, "by_direction", False))
+        if part and other.name not in given:
+            rest = [c for i, c in enumerate(choices) if i not in (j, k)]
+            back = workspace.background(rest)
+            best = workspace.best_of_scan(own, back, fitting(workspace, rest, own))
+            if best is not None and coherent(rest):
+                yield [*rest, (own, best.shape)]
+
+
+def _fits(workspace: Workspace, choices: Sequence[Choice]) -> bool:
+    p = lack_of_fit_of_means(workspace, choices)
+    return p is not None and p > FITS
+
+
 def simplified(
     workspace: Workspace, choices: Sequence[Choice], effects: Sequence[Effect], *, given: Collection[str] = ()
 ) -> list[Choice]:
     """Return the model with simpler effects where they do nearly as well: the simplest that explains the data wins.
 
-    Each effect is tried against its special cases, and each map alone against the map with a special case beside it.
+    Each effect is tried against its special cases, and each map alone against the map with a special case beside it:
+    the map alone wins where it lacks little evidence, or where repeats say that it lacks nothing.
     """
     model = list(choices)
     changed = True
@@ -159,6 +187,7 @@ def simplified(
                         less = [*(c for i, c in enumerate(model) if i not in (j, k))]
                         trials.append(forward(workspace, less, [own], given=given, limit=1))
             trials = [t for t in trials if coherent(t) and workspace.total(t) > value - SIMPLER]
+            trials = trials or [t for t in _maps_instead(workspace, model, k, given) if _fits(workspace, t)]
             if trials:
                 model, changed = max(trials, key=workspace.total), True
                 break

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.effects import Effect, Floats, Shape
+from rtec.effects import LIBRARY, Effect, Floats, Shape
 from rtec.twin.dataset import Dataset
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space
 from rtec.twin.results import NoiseFloor
@@ -33,7 +33,10 @@ _TRIFLE = 2e-3
 _ROUNDING = 1e-3
 """Of the smallest noise believed: differences below are rounding."""
 _MOMENTS = 250
-"""At which a step is tried when the noise is estimated."""
+"""At which a step is tried when the noise is estimated; of an effect in time, so many shapes."""
+_SLOW_PARAMETERS, _STEP_PARAMETERS = 2.4, 4.0
+"""In whose place a slow effect, or a step, has to stand to be believed beside correlated noise: what such noise alone
+brings in 1 of 100 measurements."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,15 +208,19 @@ def columns_in_time(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]]) -> 
 def noise_from_repeats(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] = ()) -> Noise | None:
     """Return the noise that repeats show, or None where nothing was repeated.
 
-    Slow changes in time are taken out beforehand, for a drift that is not in the model yet is no noise; and so is one
-    step, where a step is much likelier than the correlation that it feigns.
-
     Parameters
     ----------
     dataset
         With or without repeats.
     terms
-        The model so far; of it, what changes in time is taken out, too.
+        The model so far; of it, what changes in time is taken out.
+
+    Notes
+    -----
+    A drift that is not in the model yet is no noise, but feigns a correlated one. So where the differences look
+    correlated, and one effect in time, a step, or slow changes of any course are much likelier than that correlation,
+    these are taken out. They are left in otherwise: taken out of noise that is correlated, they take its slow part
+    with them, and what is left looks smaller and shorter than the noise is.
     """
     space = repeat_space(dataset)
     if space is None or space.freedom < 1:
@@ -221,34 +228,75 @@ def noise_from_repeats(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] =
     if repeats_exactly(space):
         sigma, freedom = _smallest(dataset), float(space.freedom)
         return Noise(sigma=sigma, correlation=Correlation(), freedom=freedom, from_repeats=True)
-    slow = changes_between_repeats(dataset, space)["time"]
-    nuisance = space.of(np.vstack([slow, columns_in_time(dataset, terms)]))
-    fit = NoiseFit(nuisance, space.starts, space.freedom)
+    own = space.of(columns_in_time(dataset, terms))
+    fit = NoiseFit(own, space.starts, space.freedom)
     sigma, correlation, freedom = fit.fit(space.observed)
-    if not correlation.is_white and (step := _likely_step(dataset, space, fit, nuisance, correlation)) is not None:
-        sigma, correlation, freedom = step.fit(space.observed)
+    if not correlation.is_white:
+        changes = _likely_changes(space, fit, own, correlation)
+        if changes.size:
+            fit = NoiseFit(np.vstack([own, changes]), space.starts, space.freedom)
+            sigma, correlation, freedom = fit.fit(space.observed)
     return Noise(sigma=max(sigma, _smallest(dataset)), correlation=correlation, freedom=freedom, from_repeats=True)
 
 
-def _likely_step(
-    dataset: Dataset, space: RepeatSpace, fit: NoiseFit, nuisance: Floats, correlation: Correlation
-) -> NoiseFit | None:
-    """Return the fit with a step in time taken out, where the step is worth more than its three parameters."""
-    if space.freedom < FEWEST or dataset.conditions.time_s is None:
-        return None
-    rows = np.unique(np.linspace(1, dataset.rows - 1, _MOMENTS).astype(np.int64))
-    steps = space.of((np.arange(dataset.rows)[None, :] >= rows[:, None]).astype(np.float64))
-    best = None
-    for c in (Correlation(), correlation):
-        back = background(c.whitened(nuisance, space.starts), c.whitened(space.observed, space.starts)[0])
-        fall = gains(c.whitened(steps, space.starts)[:, None, :], back)
-        with_step = NoiseFit(np.vstack([nuisance, steps[int(np.argmax(fall))]]), space.starts, space.freedom)
-        value = float(with_step.largest_likelihoods(space.observed[None, :])[0])
-        if best is None or value > best[0]:
-            best = value, with_step
-    plain = float(fit.largest_likelihoods(space.observed[None, :])[0])
-    worth = 1.5 * float(np.log(space.freedom))
-    return best[1] if best is not None and best[0] - plain > worth else None
+def _likely_changes(space: RepeatSpace, fit: NoiseFit, own: Floats, correlation: Correlation) -> Floats:
+    """Return the changes in time that are much likelier than the correlation they feign, shape (columns, rows).
+
+    Slow ones as generic courses, which leave open which effect it is; and one step.
+    """
+    observed, freedom = space.observed, space.freedom
+    slow = space.of(changes_between_repeats(space.dataset, space)["time"])
+    plain = float(fit.largest_likelihoods(observed[None, :])[0])
+    with_slow = NoiseFit(np.vstack([own, slow]), space.starts, freedom)
+    grid = (Correlation(), correlation, with_slow.fit(observed, refine=False)[1])
+    parameter = 0.5 * float(np.log(freedom))  # what one has to bring (BIC)
+    taken = []
+    if (
+        float(with_slow.largest_likelihoods(observed[None, :])[0]) - plain > slow.shape[0] * parameter
+        or _best_of(_effects_in_time(space), fit, own, space, grid)[0] - plain > _SLOW_PARAMETERS * parameter
+    ):
+        taken.append(slow)
+    if space.dataset.conditions.time_s is not None:
+        begun = np.vstack([own, *taken])
+        before = plain if not taken else float(with_slow.largest_likelihoods(observed[None, :])[0])
+        likelihood, step = _best_of(_steps(space), with_slow if taken else fit, begun, space, grid)
+        if likelihood - before > _STEP_PARAMETERS * parameter:
+            taken.append(step[None, :])
+    return np.vstack(taken) if taken else np.empty((0, observed.size))
+
+
+def _effects_in_time(space: RepeatSpace) -> Floats:
+    """Return the columns of all effects in time but steps, over their scan grids, shape (columns, rows)."""
+    dataset = space.dataset
+    found = [np.empty((0, dataset.rows))]
+    for effect in LIBRARY:
+        smooth = effect.in_time and effect.observable is dataset.observable and effect.name != "lost_counts"
+        if smooth and effect.untestable(dataset.conditions) is None:
+            shapes = effect.shapes(dataset.conditions)
+            every = -(-len(shapes) // _MOMENTS)
+            found += [dataset.columns(effect, shape).T for shape in shapes[::every]]
+    return space.of(np.vstack(found))
+
+
+def _steps(space: RepeatSpace) -> Floats:
+    rows = space.dataset.rows
+    moments = np.unique(np.linspace(1, rows - 1, _MOMENTS).astype(np.int64))
+    return space.of((np.arange(rows)[None, :] >= moments[:, None]).astype(np.float64))
+
+
+def _best_of(
+    columns: Floats, fit: NoiseFit, own: Floats, space: RepeatSpace, grid: Sequence[Correlation]
+) -> tuple[float, Floats]:
+    """Return the largest likelihood with one column more, and that column."""
+    best = -np.inf, np.zeros(space.observed.size)
+    for c in grid if columns.size else ():
+        back = background(c.whitened(own, space.starts), c.whitened(space.observed, space.starts)[0])
+        fall = gains(c.whitened(columns, space.starts)[:, None, :], back)
+        column = columns[int(np.argmax(fall))]
+        alone, rise = fit.likelihood_ratios(space.observed[None, :], column[None, :])
+        value = float(alone[0] + rise[0])
+        best = max(best, (value, column), key=lambda found: found[0])
+    return best
 
 
 def noise_from_residual(dataset: Dataset, residual: Floats, parameters: int) -> Noise:

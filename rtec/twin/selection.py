@@ -142,10 +142,13 @@ def without(workspace: Workspace, choices: Sequence[Choice], k: int) -> Candidac
     return workspace.judge(effect, shape, workspace.beside(rest, effect))
 
 
-def reshaped(workspace: Workspace, choices: Sequence[Choice]) -> list[Choice]:
-    """Return the model with the form of each effect chosen again beside the others."""
+def reshaped(workspace: Workspace, choices: Sequence[Choice], *, alone: bool = False) -> list[Choice]:
+    """Return the model with the form of each effect chosen again beside the others.
+
+    An effect that is alone is left as it is unless ``alone``: it was chosen beside nothing.
+    """
     model = list(choices)
-    if len(model) < 2:
+    if len(model) < 2 and not alone:
         return model
     for k, (effect, shape) in enumerate(model):
         if not (is_map(effect) or effect.tunables(workspace.conditions, shape)):

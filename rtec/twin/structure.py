@@ -14,7 +14,8 @@ from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_
 from rtec.twin.score import orthonormal
 from rtec.twin.workspace import Choice, Workspace
 
-SIGNIFICANT = 0.01
+SIGNIFICANT = 0.005
+"""Of each of two tests for what is left, of the means and of the changes: 0.01 in all."""
 DRAWS = 99
 FEWEST_DIFFERENCES = 6
 MOST_SHAPES = 100
@@ -26,7 +27,7 @@ def lack_of_fit_of_means(workspace: Workspace, choices: Sequence[Choice]) -> flo
     """Return the probability that what a model leaves of the repeatable part is noise.
 
     Where all runs are equal, the mean run is compared with the noise from differences between runs; else the mean of
-    each cell. None without repeats.
+    each cell. None without repeats; a workspace of the mean run alone is compared as it is.
 
     Notes
     -----
@@ -34,12 +35,14 @@ def lack_of_fit_of_means(workspace: Workspace, choices: Sequence[Choice]) -> flo
     their degrees of freedom, is set against the variance from the differences.
     """
     space = repeat_space(workspace.dataset)
-    if space is None or not workspace.noise.from_repeats:
+    if not workspace.noise.from_repeats:
         return None
     back = workspace.background(choices)
-    residual = _means(back.residual[None, :], space)[0]
-    basis = orthonormal(_means(back.basis.T, space))
-    residual = residual - basis @ (basis.T @ residual)
+    residual, basis = back.residual, back.basis
+    if space is not None:
+        basis = orthonormal(_means(basis.T, space))
+        residual = _means(residual[None, :], space)[0]
+        residual = residual - basis @ (basis.T @ residual)
     freedom = residual.size - basis.shape[1]
     if freedom < 1:
         return None
