@@ -53,10 +53,11 @@ class Periodic(Effect):
         return resolved_harmonics(conditions, period)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the period, free by a little more than the spacing of the scan."""
+        """Return the period, free by a little more than the spacing of the scan, as long as the span holds enough."""
         period = period_of(shape)
         room = REFIT * period**2 / conditions.span
-        return (Tunable("period", period - room, period + room),)
+        longest = conditions.span / (NEARLY * FEWEST_CYCLES)
+        return (Tunable("period", period - room, max(period, min(period + room, longest))),)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by compiled code."""

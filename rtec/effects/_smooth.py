@@ -9,7 +9,7 @@ import numpy as np
 from rtec.effects.conditions import Conditions, Floats
 
 FEWEST_NODES, MOST_NODES = 4, 64
-NODES_A_TARGET = 0.6
+NODES_A_TARGET = 0.75
 """At most: what is left of the targets has to show whether the map fits."""
 TABLE_TARGETS = 12
 """With so few targets a node stands at each: a smooth function and a table cannot be told apart."""
@@ -31,7 +31,7 @@ def smooth_columns(position: Floats, nodes: Sequence[float]) -> Floats:
 
 
 def node_ladder(conditions: Conditions) -> list[tuple[float, ...]]:
-    """Return the sets of nodes to try, from few to many: at most three for five targets, or one at each of few."""
+    """Return the sets of nodes to try, from few to many: at most three for four targets, or one at each of few."""
     places = conditions.places
     counts, count = [], FEWEST_NODES
     while count <= min(int(NODES_A_TARGET * places.size), MOST_NODES):

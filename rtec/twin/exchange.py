@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 from rtec.effects import Effect
-from rtec.twin.forms import fits_places, refined
+from rtec.twin.forms import REVERSAL, fits_places, refined
 from rtec.twin.selection import backward, coherent, fitting, forward, reshaped
 from rtec.twin.structure import lack_of_fit_of_means
 from rtec.twin.workspace import Candidacy, Choice, Workspace, is_map
@@ -181,6 +181,9 @@ def simplified(
             names = {effect.name for effect, _ in rest}
             inner = [e for e in effects if e.name in own.contains and e.name not in names and e.name != "offset"]
             trials = [forward(workspace, rest, [e], given=given, limit=1) for e in inner]
+            if own.name in REVERSAL and not names.isdisjoint(REVERSAL):
+                # two of them together draw any course after the reversal; one in its best form may do so alone
+                trials.append(reshaped(workspace, rest, alone=True))
             if is_map(own):
                 for j, (other, _) in enumerate(model):
                     if other.name in own.contains and other.name not in given:

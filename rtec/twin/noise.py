@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ _RANK = 1e-10
 _TRIFLE = 2e-3
 _ROUNDING = 1e-3
 """Of the smallest noise believed: differences below are rounding."""
+_DECIDED = 0.97
+"""Share of the best correlation from which on no other one is considered."""
 _MOMENTS = 250
 """At which a step is tried when the noise is estimated; of an effect in time, so many shapes."""
 _SLOW_PARAMETERS, _STEP_PARAMETERS = 2.4, 4.0
@@ -53,12 +55,15 @@ class Noise:
         Degrees of freedom of ``sigma``.
     from_repeats
         Whether it comes from repeats; else from a model's residual, which holds everything that the model lacks.
+    likely
+        What it may be instead, where few repeats leave its correlation open: noises with the share of each (sum 1).
     """
 
     sigma: float
     correlation: Correlation
     freedom: float
     from_repeats: bool
+    likely: tuple[tuple[float, Noise], ...] = ()
 
 
 class NoiseFit:
@@ -103,8 +108,8 @@ class NoiseFit:
                     value, best = found, GRID[k]
             if refine and not best.is_white:
                 best = self._refined(observed, best)
-        _, variance, freedom = self._likelihood(observed, best)
-        return float(np.sqrt(variance)), best, freedom
+        sigma, freedom = self.deviation(observed, best)
+        return sigma, best, freedom
 
     def largest_likelihoods(self, observed: Floats) -> Floats:
         """Return the largest plain log-likelihood over the grid for each of several data, shape (data, rows).
@@ -148,6 +153,22 @@ class NoiseFit:
                 fall = ((y @ more.T) ** 2).max(axis=1, initial=0.0)
                 added = np.maximum(added, self._plain((rss - fall) * share, log_det))
         return alone, np.maximum(added - alone, 0.0)
+
+    def likely(self, observed: Floats) -> tuple[list[Correlation], Floats]:
+        """Return the correlations of the grid that are of the kind of the best, and how likely each is (sum 1).
+
+        What a few repeats leave open about the correlation, all values of the grid being as likely beforehand.
+        """
+        best = self.fit(observed, refine=False)[1]
+        kind = [c for c in GRID if (c.is_white, c.white > 0.0) == (best.is_white, best.white > 0.0)]
+        values = np.array([self._likelihood(observed, c)[0] for c in kind])
+        shares: Floats = np.exp(values - values.max())
+        return kind, shares / shares.sum()
+
+    def deviation(self, observed: Floats, c: Correlation) -> tuple[float, float]:
+        """Return the standard deviation that suits a correlation, and its degrees of freedom."""
+        _, variance, freedom = self._likelihood(observed, c)
+        return float(np.sqrt(variance)), freedom
 
     def _plain(self, rss: Floats, log_det: float) -> Floats:
         value: Floats = -0.5 * (self._freedom * np.log(np.maximum(rss, 1e-300) / self._freedom) + log_det)
@@ -236,7 +257,23 @@ def noise_from_repeats(dataset: Dataset, terms: Sequence[tuple[Effect, Shape]] =
         if changes.size:
             fit = NoiseFit(np.vstack([own, changes]), space.starts, space.freedom)
             sigma, correlation, freedom = fit.fit(space.observed)
-    return Noise(sigma=max(sigma, _smallest(dataset)), correlation=correlation, freedom=freedom, from_repeats=True)
+    found = Noise(sigma=max(sigma, _smallest(dataset)), correlation=correlation, freedom=freedom, from_repeats=True)
+    return found if correlation.is_white else replace(found, likely=_likely(space, fit, found))
+
+
+def _likely(space: RepeatSpace, fit: NoiseFit, noise: Noise) -> tuple[tuple[float, Noise], ...]:
+    """Return what else the noise may be, with shares; nothing where the data leave little open."""
+    kinds, shares = fit.likely(space.observed)
+    if shares.max() > _DECIDED:
+        return ()
+    smallest = _smallest(space.dataset)
+    found = []
+    for c, share in zip(kinds, shares, strict=True):
+        if share > 1.0 - _DECIDED:
+            sigma, freedom = fit.deviation(space.observed, c)
+            found.append((float(share), replace(noise, sigma=max(sigma, smallest), correlation=c, freedom=freedom)))
+    whole = sum(share for share, _ in found)
+    return tuple((share / whole, other) for share, other in found)
 
 
 def _likely_changes(space: RepeatSpace, fit: NoiseFit, own: Floats, correlation: Correlation) -> Floats:

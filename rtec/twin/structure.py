@@ -9,9 +9,10 @@ from scipy import stats
 
 from rtec.effects import Effect, Floats, Shape
 from rtec.twin.dataset import Dataset
-from rtec.twin.noise import Noise, NoiseFit, columns_in_time, repeats_exactly
+from rtec.twin.noise import NoiseFit, columns_in_time, repeats_exactly
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space, run_starts
 from rtec.twin.score import orthonormal
+from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Choice, Workspace
 
 SIGNIFICANT = 0.005
@@ -32,11 +33,17 @@ def lack_of_fit_of_means(workspace: Workspace, choices: Sequence[Choice]) -> flo
     Notes
     -----
     An F-test: means and differences between repeats are independent, so the residual's energy in the means, over
-    their degrees of freedom, is set against the variance from the differences.
+    their degrees of freedom, is set against the variance from the differences. Where the correlation is not known
+    well, the probability is the mean over what it may be.
     """
-    space = repeat_space(workspace.dataset)
     if not workspace.noise.from_repeats:
         return None
+    space = repeat_space(workspace.dataset)
+    found = [(share, _p_of_means(work, choices, space)) for share, work in workspace.likely]
+    return None if any(p is None for _, p in found) else sum(share * p for share, p in found if p is not None)
+
+
+def _p_of_means(workspace: Workspace, choices: Sequence[Choice], space: RepeatSpace | None) -> float | None:
     back = workspace.background(choices)
     residual, basis = back.residual, back.basis
     if space is not None:
@@ -81,13 +88,12 @@ class BetweenRepeats:
             self._fits[name] = NoiseFit(np.vstack([own, slow, table]), space.starts, space.freedom)
             self.added[name] = table.shape[0]
 
-    def noise_without_changes(self, observed: Floats) -> Noise:
-        """Return the noise that differences have where nothing changes but what the model says.
+    def likely_without_changes(self, observed: Floats) -> tuple[list[Correlation], Floats]:
+        """Return the correlations that the noise may have where nothing changes but what the model says, with shares.
 
         Slow changes stay in: were they taken out, correlated noise would look smaller and shorter than it is.
         """
-        sigma, correlation, freedom = self._fits["none"].fit(observed)
-        return Noise(sigma=sigma, correlation=correlation, freedom=freedom, from_repeats=True)
+        return self._fits["none"].likely(observed)
 
     def ratios(self, observed: Floats) -> dict[str, Floats]:
         """Return twice the gain in log-likelihood by each kind of change, for data of shape (data, differences)."""
@@ -103,9 +109,9 @@ def changes_left(
     Notes
     -----
     The likelihood ratio of "noise, and generic changes" against "noise" is compared with its distribution for noise
-    of the covariance found, drawn and judged in the same way (a gamma distribution with the mean and variance of the
-    draws): with few repeats, slow changes and correlated noise are hard to tell apart, and chi-square would promise
-    too much.
+    of the correlations that the data allow, drawn and judged in the same way (a gamma distribution with the mean and
+    variance of the draws): with few repeats, slow changes and correlated noise are hard to tell apart, and chi-square
+    would promise too much.
     """
     space = repeat_space(dataset)
     if space is None or space.freedom < FEWEST_DIFFERENCES or repeats_exactly(space):
@@ -115,8 +121,7 @@ def changes_left(
     kinds = {name: count for name, count in between.added.items() if count}
     found = {name: len(kinds) * float(stats.chi2.sf(seen[name], count)) for name, count in kinds.items()}
     if min(found.values(), default=1.0) < SIGNIFICANT and space.freedom <= MOST_SIMULATED:
-        null = between.noise_without_changes(space.observed)
-        drawn = space.of(np.array([noise_drawn(dataset, null, rng) for _ in range(draws)]))
+        drawn = space.of(noises_drawn(dataset, *between.likely_without_changes(space.observed), rng, draws))
         for name, ratio in between.ratios(drawn).items():
             if name in found and found[name] < SIGNIFICANT:
                 mean, variance = float(ratio.mean()), float(ratio.var(ddof=1)) + 1e-12
@@ -126,21 +131,30 @@ def changes_left(
     return {name: min(1.0, p) for name, p in found.items()}
 
 
-def noise_drawn(dataset: Dataset, noise: Noise, rng: np.random.Generator) -> Floats:
-    """Return noise of each reading with the given covariance, shape (rows,)."""
+def noises_drawn(
+    dataset: Dataset, correlations: Sequence[Correlation], shares: Floats, rng: np.random.Generator, draws: int
+) -> Floats:
+    """Return noise of each reading with standard deviation 1, its correlation drawn by share, shape (draws, rows)."""
+    picked = rng.choice(len(correlations), size=draws, p=shares)
+    return np.array([noise_drawn(dataset, correlations[k], rng) for k in picked])
+
+
+def noise_drawn(dataset: Dataset, correlation: Correlation, rng: np.random.Generator) -> Floats:
+    """Return noise of each reading with standard deviation 1 and the given correlation, shape (rows,)."""
     from scipy.signal import lfilter  # noqa: PLC0415 - 0.2 s, for simulations only
 
     starts = run_starts(dataset.coordinates.run)
-    rho, white = noise.correlation.rho, noise.correlation.white
-    drawn = rng.standard_normal(dataset.rows)
-    if not noise.correlation.is_white:
-        first = np.flatnonzero(starts)
-        for begin, end in zip(first, np.append(first[1:], dataset.rows), strict=True):
-            step = np.sqrt(1.0 - rho**2) * drawn[begin:end]
-            step[0] = drawn[begin]
-            drawn[begin:end] = lfilter([1.0], [1.0, -rho], step)
-        drawn = np.sqrt(1.0 - white) * drawn + np.sqrt(white) * rng.standard_normal(dataset.rows)
-    return noise.sigma * drawn
+    rho, white = correlation.rho, correlation.white
+    drawn: Floats = rng.standard_normal(dataset.rows)
+    if correlation.is_white:
+        return drawn
+    first = np.flatnonzero(starts)
+    for begin, end in zip(first, np.append(first[1:], dataset.rows), strict=True):
+        step = np.sqrt(1.0 - rho**2) * drawn[begin:end]
+        step[0] = drawn[begin]
+        drawn[begin:end] = lfilter([1.0], [1.0, -rho], step)
+    mixed: Floats = np.sqrt(1.0 - white) * drawn + np.sqrt(white) * rng.standard_normal(dataset.rows)
+    return mixed
 
 
 class ChanceInTime:
@@ -149,8 +163,8 @@ class ChanceInTime:
     Notes
     -----
     The likelihood ratio of "noise, and this effect" against "noise", the covariance estimated anew for each, is
-    compared with the largest over all effects in time and their scan grids for noise of the covariance that the
-    differences have without the effect (a Gumbel distribution with the mean and variance of the draws). So the test
+    compared with the largest over all effects in time and their scan grids for noise of the correlations that the
+    differences allow without the effect (a Gumbel distribution with the mean and variance of the draws). So the test
     carries the uncertainty of the correlation, which a few repeats leave large.
     """
 
@@ -177,9 +191,7 @@ class ChanceInTime:
         """Return the fit beside ``rest``, with location and scale of the largest likelihood ratio."""
         dataset = self._dataset
         fit = NoiseFit(space.of(columns_in_time(dataset, rest)), space.starts, space.freedom)
-        sigma, correlation, freedom = fit.fit(space.observed)
-        noise = Noise(sigma=sigma, correlation=correlation, freedom=freedom, from_repeats=True)
-        drawn = space.of(np.array([noise_drawn(dataset, noise, self._rng) for _ in range(DRAWS)]))
+        drawn = space.of(noises_drawn(dataset, *fit.likely(space.observed), self._rng, DRAWS))
         shapes = [(e, shape) for e in self._effects for shape in _thinned(e.shapes(dataset.conditions))]
         columns = np.vstack([dataset.columns(effect, shape).T for effect, shape in shapes])
         largest = fit.likelihood_ratios(drawn, space.of(columns))[1]

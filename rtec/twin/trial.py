@@ -82,28 +82,29 @@ class Search:
 def trial_of(state: Search, choices: Sequence[Choice], k: int) -> Trial:
     """Test choice ``k`` beside the others."""
     workspace = state.workspace
-    effect, shape = choices[k]
+    effect = choices[k][0]
     rest = [*choices[:k], *choices[k + 1 :]]
     strict = workspace.strict
-    tested = strict.judge(effect, shape, strict.beside(rest, effect))
+    tested = _judged(strict, choices, choices[k])
     same = sum(own.name == effect.name for own, _ in choices)
     grid = len(effect.shapes(workspace.conditions)) if same > 1 and workspace.noise.from_repeats else 1
-    p = adjusted(strict.p_value(tested), state.tests * grid ** (same - 1))
+    single = sum(share * work.p_value(_judged(work, choices, choices[k])) for share, work in strict.likely)
+    p = adjusted(single, state.tests * grid ** (same - 1))
     correlated = workspace.noise.from_repeats and not workspace.noise.correlation.is_white
     if p < LEVEL and effect.in_time and correlated:
-        larger = [c for c in rest if not c[0].in_time or _explains(strict, choices, c) > tested.gain]
+        larger = [c for c in rest if not c[0].in_time or _judged(strict, choices, c).gain > tested.gain]
         if state.chance is None:
             state.chance = ChanceInTime(state.dataset, workspace.library, state.rng)
         p = max(p, state.chance.p_value(larger, choices[k]))
-    judged = workspace.judge(effect, shape, workspace.beside(rest, effect))
+    judged = _judged(workspace, choices, choices[k])
     return Trial(
         candidacy=judged, p_adjusted=p, held_out=_held_out_gain(state, rest, choices), small=_small(state, judged)
     )
 
 
-def _explains(workspace: Workspace, choices: Sequence[Choice], choice: Choice) -> float:
+def _judged(workspace: Workspace, choices: Sequence[Choice], choice: Choice) -> Candidacy:
     rest = [other for other in choices if other is not choice]
-    return workspace.judge(*choice, workspace.beside(rest, choice[0])).gain
+    return workspace.judge(*choice, workspace.beside(rest, choice[0]))
 
 
 def _small(state: Search, judged: Candidacy) -> bool:

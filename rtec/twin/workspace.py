@@ -93,13 +93,20 @@ class Workspace:
         return Workspace(self.dataset, self.noise, quick=self.quick, ordinary=False) if self.ordinary else self
 
     @cached_property
+    def likely(self) -> tuple[tuple[float, Workspace], ...]:
+        """The same data, whitened by each noise that a few repeats leave possible, with its share; else itself."""
+        if self.ordinary or not self.noise.likely:
+            return ((1.0, self),)
+        return tuple((share, Workspace(self.dataset, noise, quick=self.quick)) for share, noise in self.noise.likely)
+
+    @cached_property
     def mean_run(self) -> Workspace | None:
         """The mean of equal runs, which holds all that repeatable effects can explain; None where runs differ."""
         if self._first is None:
             return None
         mean = self.dataset.observed.reshape(self._runs, -1).mean(axis=0)
         alone = replace(self._first, observed=mean, cell=np.full(mean.size, -1, dtype=np.int64))
-        noise = replace(self.noise, sigma=self.noise.sigma / float(np.sqrt(self._runs)))
+        noise = replace(self.noise, sigma=self.noise.sigma / float(np.sqrt(self._runs)), likely=())
         found = Workspace(alone, noise, quick=self.quick, ordinary=self.ordinary)
         found.library = tuple(effect for effect in self.library if not effect.in_time)
         found.cost = self.cost
