@@ -28,8 +28,9 @@ CLOSE = 0.27
 """Share of the span within which these distances have to lie: a quarter, and a little for irregular targets."""
 
 
-FARTHEST = 0.5
-"""Overshoot that is looked for, in distances: a longer one leaves too little of the exponential to be known by."""
+FARTHEST = 0.15
+"""Overshoot that is looked for, in distances: with a longer one the drive is wound up before the first reading, and
+what is left of its course looks like backlash."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +133,7 @@ class Windup(Effect):
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale.
 
-        An overshoot that there is, too, from none to half of the distance.
+        An overshoot that there is, too, from none to a share of the distance.
         """
         own = own_shape(shape, WindupShape)
         top = max(conditions.span / 5, own.distance)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 from rtec.effects import Effect
-from rtec.twin.forms import REVERSAL, fits_places, refined
+from rtec.twin.forms import REVERSAL, SLOW, fits_places, refined
 from rtec.twin.selection import backward, coherent, fitting, forward, reshaped
 from rtec.twin.structure import lack_of_fit_of_means
 from rtec.twin.workspace import Candidacy, Choice, Workspace, is_map
@@ -14,7 +14,7 @@ MANY_ROWS = 2000
 MOST_PLAIN = 4
 SIMPLER = 6.0
 """Evidence that a model may lack against one that is less simple."""
-FITS = 0.05
+FITS = 0.01
 """Probability of the means over repeats above which a model explains all that repeats."""
 EXCHANGES = 4
 MOST_EXCHANGED = 4
@@ -151,10 +151,9 @@ def _maps_instead(
         part = other.name in own.contains or (own.name == "backlash_map" and getattr(shape, "by_direction", False))
         if part and other.name not in given:
             rest = [c for i, c in enumerate(choices) if i not in (j, k)]
-            back = workspace.background(rest)
-            best = workspace.best_of_scan(own, back, fitting(workspace, rest, own))
-            if best is not None and coherent(rest):
-                yield [*rest, (own, best.shape)]
+            if coherent(rest):
+                fits = fitting(workspace, rest, own)
+                yield from ([*rest, (own, size)] for size in workspace.maps(own) if fits(size))
 
 
 def _fits(workspace: Workspace, choices: Sequence[Choice]) -> bool:
@@ -170,7 +169,7 @@ def simplified(
     Each effect is tried against its special cases, and each map alone against the map with a special case beside it:
     the map alone wins where it lacks little evidence, or where repeats say that it lacks nothing.
     """
-    model = list(choices)
+    model = backward(workspace, choices, given=given)
     changed = True
     while changed:
         changed, value = False, workspace.total(model)
@@ -181,9 +180,10 @@ def simplified(
             names = {effect.name for effect, _ in rest}
             inner = [e for e in effects if e.name in own.contains and e.name not in names and e.name != "offset"]
             trials = [forward(workspace, rest, [e], given=given, limit=1) for e in inner]
-            if own.name in REVERSAL and not names.isdisjoint(REVERSAL):
-                # two of them together draw any course after the reversal; one in its best form may do so alone
-                trials.append(reshaped(workspace, rest, alone=True))
+            for alike in (REVERSAL, SLOW):
+                # two of them together draw any course after a reversal, or in time; one in its best form may alone
+                if own.name in alike and not names.isdisjoint(alike):
+                    trials.append(reshaped(workspace, rest, alone=True))
             if is_map(own):
                 for j, (other, _) in enumerate(model):
                     if other.name in own.contains and other.name not in given:

@@ -264,17 +264,26 @@ def noise_after(workspace: Workspace, choices: Sequence[Choice], *, datum: bool)
 def shapes_found(workspace: Workspace, terms: Sequence[Term]) -> list[Choice]:
     """Return a shape for each term: its own, or the best of its scan beside those that are known already.
 
-    Effects without shape parameters are known from the start, wherever they stand.
+    Effects without shape parameters are known from the start, wherever they stand. Each shape found is looked for
+    once more when all others are known: the first was found while what these explain still stood in its way.
     """
     shapes = [Shape() if term.effect.shape_type is Shape else term.shape for term in terms]
-    for k, term in enumerate(terms):
-        if shapes[k] is None:
-            known = [(t.effect, s) for t, s in zip(terms, shapes, strict=True) if s is not None]
-            best = workspace.best_of_scan(term.effect, workspace.beside(known, term.effect))
-            if best is None:
-                shapes[k] = term.effect.shape_type()
-            else:
-                shapes[k] = refined(workspace, best, known, workspace.background(known)).shape
+    looked_for = [k for k, shape in enumerate(shapes) if shape is None]
+    for k in looked_for + looked_for * (len(terms) > 1):
+        effect = terms[k].effect
+        known = [
+            (t.effect, s) for i, (t, s) in enumerate(zip(terms, shapes, strict=True)) if i != k and s is not None
+        ]
+        best = workspace.best_of_scan(effect, workspace.beside(known, effect))
+        found = None if best is None else refined(workspace, best, known, workspace.background(known))
+        before = shapes[k]
+        if before is None:
+            shapes[k] = effect.shape_type() if found is None else found.shape
+        elif (
+            found is not None
+            and found.evidence > workspace.judge(effect, before, workspace.background(known)).evidence
+        ):
+            shapes[k] = found.shape
     return [(term.effect, shape) for term, shape in zip(terms, shapes, strict=True) if shape is not None]
 
 

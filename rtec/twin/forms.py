@@ -21,6 +21,8 @@ NEXT_HARMONICS = 3
 """A line so few harmonics beyond a family belongs to it."""
 REVERSAL = ("backlash", "backlash_map", "windup")
 """Effects that differ by direction."""
+SLOW = ("drift", "warm_up")
+"""Smooth courses in time."""
 OTHER_LINES = 0.2
 """Share of the strongest line's gain that the other lines of a longer period have to bring."""
 STATED = 6.0

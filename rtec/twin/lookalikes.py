@@ -72,6 +72,7 @@ def rivalries(workspace: Workspace, choices: Sequence[Choice], k: int) -> list[R
         )
         if judged is not None:
             lack = workspace.worth(own.gain, own.before) - workspace.worth(judged.gain, judged.before)
+            lack += _parameters(judged) - _parameters(own)  # each explains so much by chance
             found.append(
                 Rivalry(effect=effect.name, rival=other.name, cosine=cosine, lack=float(lack), candidacy=judged)
             )
@@ -85,6 +86,10 @@ def rivalries(workspace: Workspace, choices: Sequence[Choice], k: int) -> list[R
         if rival.permanent
     ]
     return sorted(found, key=lambda r: -r.cosine)
+
+
+def _parameters(candidacy: Candidacy) -> int:
+    return candidacy.amplitudes + candidacy.effect.freedom(candidacy.shape)
 
 
 def _best_alike(workspace: Workspace, other: Effect, part: Background) -> Candidacy | None:

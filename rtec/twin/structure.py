@@ -13,7 +13,7 @@ from rtec.twin.noise import NoiseFit, columns_in_time, repeats_exactly
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space, run_starts
 from rtec.twin.score import orthonormal
 from rtec.twin.whitening import Correlation
-from rtec.twin.workspace import Choice, Workspace
+from rtec.twin.workspace import Choice, Workspace, scan_cost
 
 SIGNIFICANT = 0.005
 """Of each of two tests for what is left, of the means and of the changes: 0.01 in all."""
@@ -155,6 +155,29 @@ def noise_drawn(dataset: Dataset, correlation: Correlation, rng: np.random.Gener
         drawn[begin:end] = lfilter([1.0], [1.0, -rho], step)
     mixed: Floats = np.sqrt(1.0 - white) * drawn + np.sqrt(white) * rng.standard_normal(dataset.rows)
     return mixed
+
+
+def reversal_changes_instead(dataset: Dataset, choices: Sequence[Choice]) -> bool:
+    """Return whether a reversal error that differs from run to run explains more than the lost counts of a model.
+
+    Steps between passes can follow such an error from run to run; it is no effect of the library, but where it has
+    more evidence (BIC, the noise estimated anew for each) the counts were not lost.
+    """
+    space = repeat_space(dataset)
+    changes = None if space is None else changes_between_repeats(dataset, space).get("direction")
+    if space is None or changes is None or space.freedom < FEWEST_DIFFERENCES or repeats_exactly(space):
+        return False
+    steps = [choice for choice in choices if choice[0].name == "lost_counts"]
+    others = columns_in_time(dataset, [choice for choice in choices if choice not in steps])
+    observed, cost = space.observed[None, :], 0.5 * float(np.log(space.freedom))
+    evidence = []
+    for columns, parameters in (
+        (columns_in_time(dataset, steps), sum(1 + scan_cost(*choice) for choice in steps)),
+        (changes, changes.shape[0]),
+    ):
+        fit = NoiseFit(space.of(np.vstack([others, columns])), space.starts, space.freedom)
+        evidence.append(float(fit.largest_likelihoods(observed)[0]) - parameters * cost)
+    return evidence[1] > evidence[0]
 
 
 class ChanceInTime:

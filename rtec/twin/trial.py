@@ -16,7 +16,7 @@ from rtec.twin.heldout import HeldOutGain, gain_of, gain_on, held_out_residual, 
 from rtec.twin.leftover import MATTERS
 from rtec.twin.model import Model
 from rtec.twin.noise import Noise, noise_from_repeats, noise_from_residual
-from rtec.twin.structure import ChanceInTime
+from rtec.twin.structure import ChanceInTime, reversal_changes_instead
 from rtec.twin.workspace import Candidacy, Choice, Workspace
 
 LEVEL = 0.01
@@ -33,11 +33,13 @@ class Trial:
     p_adjusted: float
     held_out: HeldOutGain
     small: bool
+    outdone: bool = False
+    """By something that is no effect of the library."""
 
     @property
     def passes(self) -> bool:
         """Whether the effect stays."""
-        return self.p_adjusted < LEVEL and self.held_out.passes and not self.small
+        return self.p_adjusted < LEVEL and self.held_out.passes and not self.small and not self.outdone
 
     @property
     def reason(self) -> str:
@@ -48,6 +50,8 @@ class Trial:
             return "the held-out error does not fall by more than two standard errors"
         if self.small:
             return "significant, but too small to matter"
+        if self.outdone:
+            return "a reversal error that differs from run to run explains more"
         return f"adjusted p {self.p_adjusted:.2g}, held-out error falls"
 
 
@@ -98,7 +102,11 @@ def trial_of(state: Search, choices: Sequence[Choice], k: int) -> Trial:
         p = max(p, state.chance.p_value(larger, choices[k]))
     judged = _judged(workspace, choices, choices[k])
     return Trial(
-        candidacy=judged, p_adjusted=p, held_out=_held_out_gain(state, rest, choices), small=_small(state, judged)
+        candidacy=judged,
+        p_adjusted=p,
+        held_out=_held_out_gain(state, rest, choices),
+        small=_small(state, judged),
+        outdone=effect.name == "lost_counts" and reversal_changes_instead(state.dataset, choices),
     )
 
 

@@ -224,7 +224,8 @@ class Workspace:
         return self._candidacy(effect, shape, fall, amplitudes, back.rss)
 
     def _candidacy(self, effect: Effect, shape: Shape, fall: float, amplitudes: int, rss: float) -> Candidacy:
-        spent = amplitudes + scan_cost(effect, shape) + self._alias_cost(shape)
+        # what says nothing new costs its place in the model all the same
+        spent = max(amplitudes, 1) + scan_cost(effect, shape) + self._alias_cost(shape)
         evidence = self.worth(fall, rss) - spent * self.cost
         if self.ordinary and fall < WORTH_ADDING * amplitudes * rss:
             evidence = min(evidence, -1.0)
