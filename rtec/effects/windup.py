@@ -164,6 +164,10 @@ class Windup(Effect):
         """Return the reversal error once it is fully built up."""
         return (Amplitude("windup", *units.shown),)
 
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return distance, overshoot where there is one, and the reversal error once it is fully built up."""
+        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "overshoot" or x[1] > 0.0)
+
 
 def _distances(conditions: Conditions) -> Floats:
     """Return the distinct distances after a reversal above zero, ascending."""

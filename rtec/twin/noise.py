@@ -111,14 +111,14 @@ class NoiseFit:
         sigma, freedom = self.deviation(observed, best)
         return sigma, best, freedom
 
-    def largest_likelihoods(self, observed: Floats) -> Floats:
+    def largest_likelihoods(self, observed: Floats, *, longest: float = 1.0) -> Floats:
         """Return the largest plain log-likelihood over the grid for each of several data, shape (data, rows).
 
         Unlike the restricted one it may be compared between fits from which different columns are taken out.
         """
-        return self.likelihood_ratios(observed, np.empty((0, observed.shape[1])))[0]
+        return self.likelihood_ratios(observed, np.empty((0, observed.shape[1])), longest=longest)[0]
 
-    def likelihood_ratios(self, observed: Floats, columns: Floats) -> tuple[Floats, Floats]:
+    def likelihood_ratios(self, observed: Floats, columns: Floats, *, longest: float = 1.0) -> tuple[Floats, Floats]:
         """Return the largest plain log-likelihoods, and by how much they rise with the best of further columns.
 
         Parameters
@@ -127,6 +127,8 @@ class NoiseFit:
             Shape (data, rows).
         columns
             Shape (columns, rows), each of which is added alone.
+        longest
+            Largest correlation from reading to reading that counts.
 
         Returns
         -------
@@ -136,7 +138,7 @@ class NoiseFit:
         alone = np.full(observed.shape[0], -np.inf)
         added = alone.copy()
         share = self._freedom / observed.shape[1]
-        for c in GRID:
+        for c in (c for c in GRID if c.rho <= longest):
             if c not in self._prepared:
                 self._prepared[c] = self._prepare(c)
             basis = self._prepared[c][0]
@@ -154,13 +156,15 @@ class NoiseFit:
                 added = np.maximum(added, self._plain((rss - fall) * share, log_det))
         return alone, np.maximum(added - alone, 0.0)
 
-    def likely(self, observed: Floats) -> tuple[list[Correlation], Floats]:
+    def likely(self, observed: Floats, *, longest: float = 1.0) -> tuple[list[Correlation], Floats]:
         """Return the correlations of the grid that are of the kind of the best, and how likely each is (sum 1).
 
-        What a few repeats leave open about the correlation, all values of the grid being as likely beforehand.
+        What a few repeats leave open about the correlation, all values of the grid up to ``longest`` being as likely
+        beforehand.
         """
         best = self.fit(observed, refine=False)[1]
-        kind = [c for c in GRID if (c.is_white, c.white > 0.0) == (best.is_white, best.white > 0.0)]
+        alike = [c for c in GRID if (c.is_white, c.white > 0.0) == (best.is_white, best.white > 0.0)]
+        kind = [c for c in alike if c.rho <= longest]
         values = np.array([self._likelihood(observed, c)[0] for c in kind])
         shares: Floats = np.exp(values - values.max())
         return kind, shares / shares.sum()

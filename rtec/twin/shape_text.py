@@ -39,7 +39,12 @@ def is_continuous(item: Parameter) -> bool:
 
 def is_wanted(item: Parameter) -> bool:
     """Return whether a parameter has no sensible value of its own: it is given, or a scan finds it."""
-    return item.metadata["quantity"] in (*_CONTINUOUS, Quantity.TEXT)
+    return item.metadata["quantity"] in (*_CONTINUOUS, Quantity.TEXT) and not _may_be_nothing(item)
+
+
+def _may_be_nothing(item: Parameter) -> bool:
+    """Return whether a quantity is 0 where it is not given, as an overshoot is."""
+    return bool(item.default == 0.0)
 
 
 def _is_list(item: Parameter) -> bool:
@@ -129,8 +134,9 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
     if _is_list(item):
         return _places(key, value, unit)
     number = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
-    if number <= 0.0:
-        raise ArgumentError(key, repr(value)[:60], f"above 0 {unit}")
+    if number < 0.0 or (number == 0.0 and not _may_be_nothing(item)):
+        least = "0 or above" if _may_be_nothing(item) else "above 0"
+        raise ArgumentError(key, repr(value)[:60], f"{least} {unit}")
     return number
 
 

@@ -19,6 +19,8 @@ SIGNIFICANT = 0.005
 """Of each of two tests for what is left, of the means and of the changes: 0.01 in all."""
 DRAWS = 99
 FEWEST_DIFFERENCES = 6
+LONGEST = 0.97
+"""Correlation from reading to reading, 33 of them long: what is longer is a change."""
 MOST_SHAPES = 100
 MOST_SIMULATED = 3000
 """With more differences than these the noise is known so well that nothing has to be simulated."""
@@ -91,13 +93,14 @@ class BetweenRepeats:
     def likely_without_changes(self, observed: Floats) -> tuple[list[Correlation], Floats]:
         """Return the correlations that the noise may have where nothing changes but what the model says, with shares.
 
-        Slow changes stay in: were they taken out, correlated noise would look smaller and shorter than it is.
+        Slow changes stay in: were they taken out, correlated noise would look smaller and shorter than it is. Noise
+        that is correlated over a good part of the measurement is not counted as noise: it is a change in time.
         """
-        return self._fits["none"].likely(observed)
+        return self._fits["none"].likely(observed, longest=LONGEST)
 
     def ratios(self, observed: Floats) -> dict[str, Floats]:
         """Return twice the gain in log-likelihood by each kind of change, for data of shape (data, differences)."""
-        found = {name: fit.largest_likelihoods(observed) for name, fit in self._fits.items()}
+        found = {name: fit.largest_likelihoods(observed, longest=LONGEST) for name, fit in self._fits.items()}
         return {name: 2.0 * (found[name] - found["none" if name == "time" else "time"]) for name in self.added}
 
 

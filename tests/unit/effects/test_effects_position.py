@@ -1,6 +1,7 @@
 """Effects of position and direction, against simulations that know nothing of columns."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,7 +80,22 @@ def test_an_elastic_drive_against_friction(carried):
 def test_windup_takes_both_starts_into_question(bidirectional):
     variants = Windup().variants(bidirectional(), WindupShape(8.0))
     assert variants[:2] == [WindupShape(8.0), WindupShape(8.0, carried=True)]
-    assert [(v.distance, v.carried) for v in variants[2:]] == [(6.0, True), (pytest.approx(4.4), True)]
+    assert [(v.distance, v.carried) for v in variants[2:4]] == [(6.0, True), (pytest.approx(4.4), True)]
+    beyond = [(v.distance, v.carried, v.overshoot) for v in variants[4:]]
+    assert beyond == [(v.distance, v.carried, pytest.approx(0.1 * v.distance)) for v in variants[:4]]
+    moving = replace(bidirectional(), velocity=np.ones(bidirectional().rows))
+    assert Windup().variants(moving, WindupShape(8.0)) == variants[:4]
+
+
+def test_windup_turned_beyond_the_last_reading_has_come_farther(bidirectional):
+    c = bidirectional()
+    shape = WindupShape(8.0, carried=True, overshoot=1.5)
+    farther = replace(c, since_reversal=c.since_reversal + 1.5)
+    expected = Windup().columns(farther, WindupShape(8.0, carried=True))
+    assert Windup().columns(c, shape) == pytest.approx(expected)
+    assert Windup().freedom(shape) == 2
+    assert [t.name for t in Windup().tunables(c, shape)] == ["distance", "overshoot"]
+    assert [t.name for t in Windup().tunables(c, WindupShape(8.0))] == ["distance"]
 
 
 def test_windup_scans_from_half_the_shortest_distance_to_a_fifth_of_the_span(bidirectional):
@@ -125,7 +141,7 @@ def test_few_targets_get_a_node_each_and_many_get_a_ladder(bidirectional):
     few = bidirectional(np.array([0.0, 1.0, 5.0, 6.0]))
     assert [shape.nodes for shape in PitchMap().shapes(few)] == [(0.0, 1.0, 5.0, 6.0)]
     counts = [len(shape.nodes) for shape in PitchMap().shapes(bidirectional(np.linspace(0.0, 400.0, 41)))]
-    assert counts == [4, 5, 6, 7, 8, 10, 13, 16, 20]
+    assert counts == [4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 19, 24]
     for shape in PitchMap().shapes(bidirectional()):
         assert shape.nodes[0] == 3.0
         assert shape.nodes[-1] == 397.0

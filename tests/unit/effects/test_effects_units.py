@@ -82,6 +82,12 @@ def test_units_of_an_amplitude(effect, shape, units, unit, factor):
         ),
         (Windup(), WindupShape(3.0, True), LINEAR, (("distance", 3.0, "mm"), ("windup", pytest.approx(0.02), "um"))),
         (
+            Windup(),
+            WindupShape(3.0, False, 0.2),
+            LINEAR,
+            (("distance", 3.0, "mm"), ("overshoot", 0.2, "mm"), ("windup", pytest.approx(0.02), "um")),
+        ),
+        (
             Stribeck(),
             StribeckShape(5.0),
             Units("n", "mm", "s"),

@@ -106,10 +106,10 @@ def test_too_few_differences_tell_nothing_and_exact_ones_do_not_change():
 def test_noise_is_drawn_with_its_covariance(rho, white):
     data = measured(runs=2, targets=4)
     rng = np.random.default_rng(0)
-    draws = np.array([noise_drawn(data, noise(3.0, rho=rho, white=white), rng) for _ in range(6000)])
-    expected = 9.0 * covariance(rho, white, np.arange(16) % 8 == 0)
+    draws = np.array([noise_drawn(data, Correlation(rho=rho, white=white), rng) for _ in range(6000)])
+    expected = covariance(rho, white, np.arange(16) % 8 == 0)
     # 5 standard errors of a covariance of normal numbers
-    assert np.abs(draws.T @ draws / 6000 - expected).max() < 5 * 9.0 * np.sqrt(2 / 6000)
+    assert np.abs(draws.T @ draws / 6000 - expected).max() < 5 * np.sqrt(2 / 6000)
 
 
 def test_chance_takes_a_step_for_noise_where_noise_makes_steps():
