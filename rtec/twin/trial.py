@@ -118,7 +118,9 @@ def _judged(workspace: Workspace, choices: Sequence[Choice], choice: Choice) -> 
 def _small(state: Search, judged: Candidacy) -> bool:
     rows = state.dataset.rows
     if state.workspace.noise.from_repeats:
-        return bool(np.sqrt(judged.gain / rows) < MATTERS * state.workspace.noise.sigma)
+        # beside noise, or beside structure that is larger than it and that nothing explains
+        left = max(state.workspace.noise.sigma, float(np.sqrt(max(judged.before - judged.gain, 0.0) / rows)))
+        return bool(np.sqrt(judged.gain / rows) < MATTERS * left)
     return bool(np.sqrt(max(1.0 - judged.gain / judged.before, 0.0)) > 1.0 - MATTERS_WITHOUT_REPEATS)
 
 
