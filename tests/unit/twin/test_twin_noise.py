@@ -83,6 +83,54 @@ def test_white_noise_is_seldom_called_correlated():
     assert np.mean(called) < 0.1
 
 
+@pytest.mark.parametrize("timed", [False, True])
+def test_correlated_noise_keeps_its_slow_part(timed):
+    """Nothing but noise: slow courses taken out of it as a matter of course would leave 1.7 of 2 um (rho 0.84)."""
+    found = [noise_from_repeats(measured(seed=seed, rho=0.9, timed=timed)) for seed in range(40)]
+    # variance of a mean over 40: correlated readings count for (1 - rho²) / (1 + rho²) of 168
+    error = np.sqrt(2 * (1 + 0.9**2) / (1 - 0.9**2) / 168 / 40)
+    assert np.mean([n.sigma**2 for n in found]) / SIGMA**2 == pytest.approx(1.0, abs=4 * error)
+    assert np.mean([n.correlation.to_next for n in found]) == pytest.approx(0.9, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda x, way, t, run: 1.5e-5 * t,
+        lambda x, way, t, run: 0.02 * (1.0 - np.exp(-t / 300.0)),
+        lambda x, way, t, run: np.where(t > 900.0, 0.01, 0.0) + 1.5e-5 * t,
+    ],
+    ids=["drift", "warm-up", "step and drift"],
+)
+def test_what_is_slow_and_large_is_no_noise(error):
+    found = [noise_from_repeats(measured(error, seed=seed)) for seed in range(6)]
+    assert all(n.correlation.to_next < 0.3 for n in found)
+    assert np.mean([n.sigma for n in found]) == pytest.approx(SIGMA, rel=0.1)
+
+
+def test_few_repeats_leave_the_correlation_open():
+    noise = noise_from_repeats(measured(rho=0.9, runs=3))
+    shares = [share for share, _ in noise.likely]
+    assert sum(shares) == pytest.approx(1.0)
+    assert len(shares) > 2
+    assert min(n.correlation.rho for _, n in noise.likely) < noise.correlation.rho
+    assert max(n.correlation.rho for _, n in noise.likely) > noise.correlation.rho
+    # a longer correlation goes with a larger noise
+    sigmas = [n.sigma for _, n in sorted(noise.likely, key=lambda pair: pair[1].correlation.rho)]
+    assert sigmas == sorted(sigmas)
+    assert noise_from_repeats(measured()).likely == ()
+
+
+def test_how_likely_a_correlation_is():
+    data = np.random.default_rng(6).normal(size=(1, 40)) + np.repeat([0.0, 2.0, -2.0, 1.0], 10)
+    fit = NoiseFit(np.empty((0, 40)), STARTS, 40)
+    kinds, shares = fit.likely(data[0])
+    values = [restricted_likelihood(data[0], np.empty((0, 40)), covariance(c.rho, c.white, STARTS))[0] for c in kinds]
+    expected = np.exp(values - np.max(values))
+    assert shares == pytest.approx(expected / expected.sum())
+    assert max(c.rho for c in fit.likely(data[0], longest=0.9)[0]) <= 0.9
+
+
 def test_a_step_is_no_correlation():
     data = measured(lambda x, way, t, run: np.where(t > 1005.0, 0.012, 0.0), runs=5)
     found = noise_from_repeats(data)

@@ -276,3 +276,57 @@ def test_correlated_noise_is_no_reason_to_add_effects():
     for seed in range(4):
         data = measured(rho=0.9, seed=seed, timed=False)
         assert names(search(Workspace(data, noise_from_repeats(data)), [])) <= {"offset", "pitch_map"}
+
+
+def bell(x):
+    """A smooth curve that no one wave draws: three bells over the travel."""
+    return sum(h * np.exp(-0.5 * ((x - at) / w) ** 2) for h, at, w in ((1, 60, 34), (-1.4, 150, 38), (0.8, 245, 33)))
+
+
+def test_a_map_that_explains_all_that_repeats_takes_the_place_of_a_map_and_a_wave():
+    data = measured(lambda x, way, t, run: 0.008 * bell(x), rho=0.9)
+    work = Workspace(data, noise_from_repeats(data))
+    both = [(MAP, MAP.shape_type(tuple(np.linspace(0, 300, 5)))), (CYCLIC, CYCLIC.shape_type(period=128.0))]
+    assert names(simplified(work, both, work.library)) == {"pitch_map"}
+    assert names(search(work, [])) == {"pitch_map"}
+    # a wave that no map can draw stays
+    waved = measured(lambda x, way, t, run: 0.008 * bell(x) + 0.006 * np.sin(2 * np.pi * x / 6.35), rho=0.9)
+    work = Workspace(waved, noise_from_repeats(waved))
+    both = [(MAP, MAP.shape_type(tuple(np.linspace(0, 300, 10)))), (CYCLIC, CYCLIC.shape_type(period=6.35))]
+    assert names(simplified(work, both, work.library)) == {"pitch_map", "cyclic"}
+
+
+@pytest.mark.parametrize(
+    ("error", "together", "alone"),
+    [
+        (lambda x, way, t, run: 2e-5 * t, [(DRIFT, Shape()), "warm_up"], "drift"),
+        (lambda x, way, t, run: 0.02 * (1.0 - np.exp(-t / 300.0)), [(DRIFT, Shape()), "warm_up"], "warm_up"),
+        (lambda x, way, t, run: 0.01 * way, [(BACKLASH, Shape()), "windup"], "backlash"),
+    ],
+)
+def test_one_of_two_alike_goes_where_the_other_does_alone(error, together, alone):
+    data = measured(error, at=DENSE)
+    work = Workspace(
+        data, noise_from_repeats(data, [(effect_named("warm_up"), effect_named("warm_up").shape_type(300.0))])
+    )
+    other = effect_named(together[1])
+    model = [together[0], (other, other.shapes(data.conditions)[5])]
+    assert names(simplified(work, model, [other, together[0][0]])) == {alone}
+
+
+def test_an_effect_that_says_nothing_new_is_taken_out():
+    data = measured(lambda x, way, t, run: 5e-5 * x)
+    work = work_of(data)
+    back = work.background([(SCALE, Shape())])
+    assert work.judge(SCALE, Shape(), back).evidence < 0.0
+    assert names(backward(work, [(SCALE, Shape()), (SCALE, Shape())])) == {"scale"}
+    assert len(backward(work, [(SCALE, Shape()), (SCALE, Shape())])) == 1
+
+
+def test_a_period_is_not_tuned_beyond_what_the_span_holds():
+    data = measured()
+    shape = CYCLIC.shape_type(period=120.0)
+    (tunable,) = CYCLIC.tunables(data.conditions, shape)
+    assert tunable.low < 120.0 < tunable.high < data.conditions.span / 2.3
+    longer = CYCLIC.shape_type(period=200.0)  # stated by the user: kept, but no longer
+    assert CYCLIC.tunables(data.conditions, longer)[0].high == 200.0

@@ -9,7 +9,13 @@ from twin_oracle import SIGMA, covariance, measured, pure_error_test
 
 from rtec.effects import LIBRARY, Observable, Shape, effect_named
 from rtec.twin.noise import Noise, noise_from_repeats
-from rtec.twin.structure import ChanceInTime, changes_left, lack_of_fit_of_means, noise_drawn
+from rtec.twin.structure import (
+    ChanceInTime,
+    changes_left,
+    lack_of_fit_of_means,
+    noise_drawn,
+    reversal_changes_instead,
+)
 from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Workspace
 
@@ -138,3 +144,40 @@ def test_chance_is_judged_beside_the_rest_that_changes_in_time():
     assert chance.p_value([(SCALE, Shape())], step) == chance.p_value((), step)  # a scale error repeats
     assert chance.p_value([step, (SCALE, Shape())], step) > 0.01  # once more it explains nothing
     assert ChanceInTime(measured(runs=1), [DRIFT], np.random.default_rng(0)).p_value((), step) == 0.0
+
+
+def test_lack_of_fit_is_the_mean_over_what_the_noise_may_be():
+    data = measured(lambda x, way, t, run: 0.0006 * np.sin(x / 8.0), rho=0.9, runs=3)
+    noise = noise_from_repeats(data)
+    assert len(noise.likely) > 1
+    each = [
+        (share, lack_of_fit_of_means(Workspace(data, replace(own, likely=())), [(SCALE, Shape())]))
+        for share, own in noise.likely
+    ]
+    found = lack_of_fit_of_means(Workspace(data, noise), [(SCALE, Shape())])
+    assert found == pytest.approx(sum(share * p for share, p in each))
+    assert min(p for _, p in each) < found < max(p for _, p in each)
+
+
+def test_a_mean_run_is_compared_as_it_is():
+    data = measured(lambda x, way, t, run: 0.0008 * np.sin(x / 8.0))
+    whole = Workspace(data, noise_from_repeats(data))
+    choices = [(SCALE, Shape())]
+    assert lack_of_fit_of_means(whole.mean_run, choices) == pytest.approx(lack_of_fit_of_means(whole, choices))
+
+
+LOST = [(STEP, STEP.shape_type(moment)) for moment in (425.0, 845.0)]
+
+
+def test_counts_are_not_lost_where_the_reversal_error_differs_from_run_to_run():
+    play = np.array([0.0, 0.004, 0.016, 0.002, 0.011, 0.007])
+    differing = [measured(lambda x, way, t, run: play[run.astype(int)] * way / 2, seed=seed) for seed in range(5)]
+    assert all(reversal_changes_instead(data, LOST) for data in differing)
+    lost = lambda x, way, t, run: np.where(t > 425.0, 0.01, 0.0) - np.where(t > 845.0, 0.006, 0.0)  # noqa: E731
+    assert not any(reversal_changes_instead(measured(lost, seed=seed), LOST) for seed in range(5))
+
+
+def test_without_both_directions_no_reversal_error_differs():
+    data = measured(lambda x, way, t, run: np.where(t > 425.0, 0.01, 0.0), bidirectional=False)
+    assert not reversal_changes_instead(data, LOST)
+    assert not reversal_changes_instead(measured(runs=1), LOST)

@@ -75,6 +75,41 @@ def test_an_effect_much_smaller_than_the_noise_does_not_matter():
     assert not trial.passes
 
 
+def test_an_effect_much_smaller_than_what_nothing_explains_does_not_matter():
+    unexplained = lambda x, way, t, run: 0.03 * np.sign(np.sin(x**1.7 / 90.0)) + 0.0015 * way  # noqa: E731
+    data = measured(unexplained)
+    trial = trial_of(state_of(data), [(BACKLASH, Shape())], 0)
+    assert trial.p_adjusted < 1e-6  # beside the noise it is plain
+    assert trial.small
+    assert not trial_of(state_of(measured(lambda x, way, t, run: 0.0015 * way)), [(BACKLASH, Shape())], 0).small
+
+
+def test_lost_counts_go_where_a_differing_reversal_error_explains_more():
+    play = np.array([0.0, 0.004, 0.016, 0.002, 0.011, 0.007])
+    data = measured(lambda x, way, t, run: play[run.astype(int)] * way / 2)
+    step = (STEP, STEP.shape_type(845.0))
+    trial = trial_of(state_of(data), [(BACKLASH, Shape()), step], 1)
+    assert trial.outdone
+    assert not trial.passes
+    passed = replace(trial, p_adjusted=0.0, held_out=HeldOutGain(gain=1.0, error=0.1), small=False)
+    assert not passed.passes
+    assert "differs from run to run" in passed.reason
+    lost = measured(lambda x, way, t, run: np.where(t > 845.0, 0.01, 0.0))
+    assert not trial_of(state_of(lost), [step], 0).outdone
+
+
+def test_a_probability_is_the_mean_over_what_the_noise_may_be():
+    data = measured(lambda x, way, t, run: 0.0015 * way, rho=0.9, runs=3)
+    noise = noise_from_repeats(data)
+    assert len(noise.likely) > 1
+    found = trial_of(state_of(data, tests=1.0), [(BACKLASH, Shape())], 0).p_adjusted
+    each = [
+        share * trial_of(state_of(data, replace(own, likely=()), tests=1.0), [(BACKLASH, Shape())], 0).p_adjusted
+        for share, own in noise.likely
+    ]
+    assert found == pytest.approx(sum(each))
+
+
 def test_without_repeats_half_a_percent_of_the_rms_matters():
     rng = np.random.default_rng(0)
     for size, small in ((0.05, True), (0.3, False)):
