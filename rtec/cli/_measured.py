@@ -38,6 +38,10 @@ HeldOut = Annotated[
     Path | None,
     typer.Option("--heldout", metavar="FILE", help="Another measurement to judge on, instead of held-out blocks."),
 ]
+Lock = Annotated[
+    bool,
+    typer.Option("--lock", help="Lock the last fifth away (whole runs, if there are three), and judge on it."),
+]
 Observe = Annotated[
     str | None, typer.Option(metavar="QUANTITY", help="What is explained: deviation (default), force, current, ...")
 ]
@@ -84,7 +88,13 @@ def facts_of(
 
 
 def read_inputs(
-    data: Path, *, model: Path | None, heldout: Path | None, observe: str | None, facts: Mapping[str, str]
+    data: Path,
+    *,
+    model: Path | None,
+    heldout: Path | None,
+    lock: bool,
+    observe: str | None,
+    facts: Mapping[str, str],
 ) -> Inputs:
     """Read measurement, model and held-out measurement, which must belong to each other.
 
@@ -92,6 +102,8 @@ def read_inputs(
     ----------
     data, model, heldout
         Files.
+    lock
+        Whether the end of the measurement is held out, locked away from everything that is fitted.
     observe
         Quantity to be explained; that of the model without it.
     facts
@@ -103,9 +115,12 @@ def read_inputs(
         A file that cannot be read or does not fit the others, or an option that is wrong.
     """
     from rtec.twin.compare import check_model
+    from rtec.twin.dataset import locked
     from rtec.twin.load import load_dataset
     from rtec.twin.model_file import read_model, read_observe
 
+    if lock and heldout is not None:
+        raise ArgumentError("--lock", "given beside --heldout", "one of the two", "either judges instead of blocks")
     wanted = observe if observe is not None or model is None else read_observe(model)
     with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
         dataset = load_dataset(data, observe=wanted, facts=facts)
@@ -114,6 +129,8 @@ def read_inputs(
     if known is not None:
         for measured in (dataset,) if other is None else (dataset, other):
             check_model(known, measured)
+    if lock:
+        dataset, other = locked(dataset)
     return Inputs(dataset=dataset, model=known, heldout=other)
 
 

@@ -37,6 +37,7 @@ def add(
     ],
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
+    lock: _measured.Lock = False,
     observe: _measured.Observe = None,
     screw_pitch: _measured.ScrewPitch = None,
     signal_period: _measured.SignalPeriod = None,
@@ -86,7 +87,7 @@ def add(
     }
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     with progress(f"adding {effect}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, observe=observe, facts=facts)
+        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
         shape = shape_from_options(
             what, {key: value for key, value in texts.items() if value is not None}, given.dataset
         )

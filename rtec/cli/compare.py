@@ -15,6 +15,7 @@ def compare(
     data: _measured.Data,
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
+    lock: _measured.Lock = False,
     observe: _measured.Observe = None,
     screw_pitch: _measured.ScrewPitch = None,
     signal_period: _measured.SignalPeriod = None,
@@ -45,7 +46,7 @@ def compare(
         check_folder(output, force=force)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     with progress(f"comparing {data.name}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, observe=observe, facts=facts)
+        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
         announce_compilation()
         show(0.2)
         result = compared(given.dataset, given.model, given.heldout)

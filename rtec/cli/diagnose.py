@@ -18,6 +18,7 @@ def diagnose(
     data: _measured.Data,
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
+    lock: _measured.Lock = False,
     observe: _measured.Observe = None,
     screw_pitch: _measured.ScrewPitch = None,
     signal_period: _measured.SignalPeriod = None,
@@ -51,7 +52,7 @@ def diagnose(
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     written = {}
     with progress(f"diagnosing {data.name}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, observe=observe, facts=facts)
+        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
         announce_compilation()
         show(0.1)
         result = diagnosed(

@@ -144,3 +144,54 @@ class Dataset:
             block=self.block[rows],
             unknown=tuple((name, values[rows]) for name, values in self.unknown),
         )
+
+
+LOCKED = 0.2
+"""Share of a measurement that is locked away."""
+FEWEST_RUNS = 3
+"""From so many runs on, whole runs are locked away."""
+
+
+def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
+    """Return what may be looked at, and a block at the end that nothing has seen until the end.
+
+    Held-out folds see the readings of all others, and which effects, periods and nodes are looked for is decided with
+    all of them. A locked block is as good as another measurement: nothing about it is known to the search.
+
+    Parameters
+    ----------
+    dataset
+        With three runs or more the last fifth of the runs is locked away, one at least; else the last fifth of the
+        readings.
+
+    Returns
+    -------
+    tuple of Dataset
+        The open part and the locked one.
+
+    Raises
+    ------
+    ArgumentError
+        Too few readings for two parts.
+    """
+    run = dataset.coordinates.run
+    numbers = list(dict.fromkeys(run.tolist()))
+    if len(numbers) >= FEWEST_RUNS:
+        last = numbers[-max(1, round(LOCKED * len(numbers))) :]
+        away = np.isin(run, last)
+        name = "the last run" if len(last) == 1 else f"the last {len(last)} runs"
+    else:
+        name = "the last fifth"
+        away = np.arange(dataset.rows) >= round((1.0 - LOCKED) * dataset.rows)
+    if not away.any() or away.all():
+        raise ArgumentError("--lock", f"{dataset.rows} readings", "a measurement that can be cut in two")
+    hidden = replace(dataset.take(away), source=f"{name} of {dataset.source}")
+    return _without_lone_cells(dataset.take(~away)), _without_lone_cells(hidden)
+
+
+def _without_lone_cells(dataset: Dataset) -> Dataset:
+    """Return the data with cells of which one reading is left taken for no repeats."""
+    member = dataset.cell >= 0
+    count = np.bincount(dataset.cell[member], minlength=1)
+    lone = member & (count[np.maximum(dataset.cell, 0)] < 2)
+    return replace(dataset, cell=np.where(lone, -1, dataset.cell)) if lone.any() else dataset

@@ -76,5 +76,12 @@ def _cores() -> list[int]:
     return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
 
 
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
 if __name__ == "__main__":
+    # on one core two threads of a matrix product only wait for each other, a peer's as ours; numpy, which is loaded
+    # by now, reads this when it starts
+    if any(name not in os.environ for name in ONE_THREAD):
+        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+        os.execv(sys.executable, [sys.executable, *sys.argv])  # noqa: S606 - this very command
     sys.exit(main())

@@ -91,6 +91,18 @@ def test_what_is_open_is_fitted_to_the_first_and_judged_by_the_other(here, capsy
     assert document["heldout_by"] == "other.csv"
 
 
+def test_a_locked_run_is_judged_by_what_was_fitted_without_it(here, capsys):
+    document = answer(capsys, "z.csv", "--model", "open.toml", "--lock")
+    rows = np.loadtxt(here / "z.csv", delimiter=",", skiprows=1)
+    last = rows[:, 0] == rows[:, 0].max()
+    columns = np.stack([rows[:, 1], np.ones(110)], axis=1)
+    fitted = np.linalg.lstsq(columns[~last], rows[~last, 3], rcond=None)[0]
+    assert document["rows"] == int((~last).sum())
+    assert document["rms_heldout"] == pytest.approx(rms(rows[last, 3] - columns[last] @ fitted), rel=1e-3)
+    assert document["heldout_by"] == "the last run of z.csv"
+    assert answer(capsys, "z.csv", "--model", "known.toml", "--lock")["rows"] == document["rows"]
+
+
 def test_the_terminal_shows_the_same(here, capsys):
     code, out, err = said(capsys, "z.csv", "--model", "known.toml")
     assert code == 0
@@ -154,6 +166,7 @@ def test_new_files_are_checked_before_the_work(here):
         (["z.csv", "--model", "nowhere.toml"], ["nowhere.toml"]),
         (["z.csv", "--model", "z.csv"], ["z.csv", "TOML"]),
         (["z.csv", "--heldout", "nowhere.csv"], ["nowhere.csv"]),
+        (["z.csv", "--heldout", "other.csv", "--lock"], ["--lock", "--heldout", "one of the two"]),
         (["z.csv", "--heldout", "known.toml"], ["known.toml"]),
         (["z.csv", "--observe", "force"], ["--observe: 'force'", "deviation"]),
         (["z.csv", "--observe", "deviatio"], ["--observe", "did you mean 'deviation'?"]),
