@@ -40,7 +40,7 @@ HeldOut = Annotated[
 ]
 Lock = Annotated[
     bool,
-    typer.Option("--lock", help="Lock the last fifth away (whole runs, if there are three), and judge on it."),
+    typer.Option("--lock", help="Lock a fifth away (the last runs, if there are three), and score on it."),
 ]
 Observe = Annotated[
     str | None, typer.Option(metavar="QUANTITY", help="What is explained: deviation (default), force, current, ...")
@@ -64,6 +64,7 @@ class Inputs:
     dataset: Dataset
     model: Model | None
     heldout: Dataset | None
+    locked: bool
 
 
 def facts_of(
@@ -103,7 +104,7 @@ def read_inputs(
     data, model, heldout
         Files.
     lock
-        Whether the end of the measurement is held out, locked away from everything that is fitted.
+        Whether a part of the measurement is locked away from everything that is fitted or chosen.
     observe
         Quantity to be explained; that of the model without it.
     facts
@@ -115,8 +116,8 @@ def read_inputs(
         A file that cannot be read or does not fit the others, or an option that is wrong.
     """
     from rtec.twin.compare import check_model
-    from rtec.twin.dataset import locked
     from rtec.twin.load import load_dataset
+    from rtec.twin.lock import locked
     from rtec.twin.model_file import read_model, read_observe
 
     if lock and heldout is not None:
@@ -131,7 +132,7 @@ def read_inputs(
             check_model(known, measured)
     if lock:
         dataset, other = locked(dataset)
-    return Inputs(dataset=dataset, model=known, heldout=other)
+    return Inputs(dataset=dataset, model=known, heldout=other, locked=lock)
 
 
 @contextmanager

@@ -53,6 +53,7 @@ def add(
     carried: Annotated[
         bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)
     ] = False,
+    overshoot: Annotated[_Text, _option("'1 mm'", "From the last reading to the reversal, of wind-up.")] = None,
     sensor: Annotated[_Text, _option("COLUMN", "Temperature column of thermal growth.")] = None,
     time_constant: Annotated[_Text, _option("'30 min'", "Of the warm-up.")] = None,
     moment: Annotated[_Text, _option("'90 s'", "At which counts were lost.")] = None,
@@ -79,6 +80,7 @@ def add(
         "nodes": nodes,
         "distance": distance,
         "carried": carried or None,
+        "overshoot": overshoot,
         "sensor": sensor,
         "time_constant": time_constant,
         "moment": moment,
@@ -93,7 +95,15 @@ def add(
         )
         announce_compilation()
         show(0.2)
-        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=shape, seed=seed)
+        result = added(
+            effect,
+            given.dataset,
+            given.model,
+            heldout=given.heldout,
+            locked=given.locked,
+            shape=shape,
+            seed=seed,
+        )
         write_model(output, result.model)
     show_diagnosis(result, {"model": str(output)}, as_json=json, seed=seed)
 

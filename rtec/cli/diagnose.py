@@ -56,7 +56,12 @@ def diagnose(
         announce_compilation()
         show(0.1)
         result = diagnosed(
-            given.dataset, given.model, given.heldout, seed=seed, progress=lambda share: show(0.1 + 0.8 * share)
+            given.dataset,
+            given.model,
+            given.heldout,
+            locked=given.locked,
+            seed=seed,
+            progress=lambda share: show(0.1 + 0.8 * share),
         )
         if output is not None:
             with report_folder(output, "diagnosis") as folder:

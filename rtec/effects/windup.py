@@ -126,7 +126,7 @@ class Windup(Effect):
         distance = own_shape(shape, WindupShape).distance
         lower = [distance * step for step in (1.0, 0.75, 0.55)]  # carried over, the same curve has a shorter distance
         here = [WindupShape(distance), *(WindupShape(way, carried=True) for way in lower)]
-        if conditions.velocity is not None:  # a log in motion holds the reversal itself
+        if conditions.moving:  # a log in motion holds the reversal itself
             return here
         return [*here, *(WindupShape(w.distance, w.carried, 0.1 * w.distance) for w in here)]
 
@@ -138,7 +138,11 @@ class Windup(Effect):
         own = own_shape(shape, WindupShape)
         top = max(conditions.span / 5, own.distance)
         found = (Tunable("distance", own.distance / 1.5, min(own.distance * 1.5, top)),)
-        return (*found, Tunable("overshoot", 0.0, FARTHEST * own.distance)) if own.overshoot > 0.0 else found
+        return (
+            (*found, Tunable("overshoot", 0.0, max(own.overshoot, FARTHEST * own.distance)))
+            if own.overshoot > 0.0
+            else found
+        )
 
     def freedom(self, shape: Shape) -> int:
         """Return 1 for the distance, and 1 for an overshoot."""

@@ -23,6 +23,7 @@ def add(
     model: Model | None = None,
     heldout: Dataset | None = None,
     *,
+    locked: bool = False,
     shape: Shape | None = None,
     seed: int = 0,
 ) -> Diagnosis:
@@ -41,6 +42,8 @@ def add(
         What is known already, refitted; None: nothing.
     heldout
         Another measurement, on which the model is scored.
+    locked
+        Whether ``heldout`` is only scored: what the effect brings is then judged by held-out parts of ``dataset``.
     shape
         Period, nodes, ...; None: the best of the scan.
     seed
@@ -73,7 +76,8 @@ def add(
     base: list[Choice] = [(t.effect, t.shape) for t in begun.terms if t.shape is not None]
     rng = np.random.default_rng(seed)
     workspace = Workspace(dataset, first_noise(dataset, base))
-    state = Search(dataset=dataset, heldout=heldout, start=begun, workspace=workspace, rng=rng, searched=False)
+    state = Search(dataset=dataset, heldout=heldout, start=begun, workspace=workspace, rng=rng)
+    state.searched, state.locked = False, locked
     state.tests = independent_tests(workspace.strict, rng)
     new = shapes_found(workspace, [*begun.terms, term])[-1]
     state.kept = [*base, new] if shape is not None else refitted(workspace, [*base, new])

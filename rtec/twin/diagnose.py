@@ -36,6 +36,7 @@ def diagnose(
     model: Model | None = None,
     heldout: Dataset | None = None,
     *,
+    locked: bool = False,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Diagnosis:
@@ -48,7 +49,10 @@ def diagnose(
     model
         What is known already; its effects are refitted with the ones found. None: nothing.
     heldout
-        Another measurement, on which the found model is scored; else parts of the first are held out.
+        Another measurement, on which effects are judged and the found model is scored; else parts of the first are
+        held out.
+    locked
+        Whether ``heldout`` is only scored, when everything is decided.
     seed
         Of the draws that calibrate the best of many.
     progress
@@ -76,6 +80,7 @@ def diagnose(
     state = Search(
         dataset=searched,
         heldout=heldout,
+        locked=locked,
         start=begun,
         rng=rng,
         workspace=Workspace(searched, first_noise(searched, base), quick=True),
@@ -132,7 +137,8 @@ def _find(state: Search, base: Sequence[Choice], tell: Progress) -> None:
 
 def _made_simpler(state: Search, base: Sequence[Choice]) -> bool:
     """Put a special case in the place of an effect where that predicts the other measurement better."""
-    if state.heldout is None:
+    judge = state.judge
+    if judge is None:
         return False
     given = {effect.name for effect, _ in base}
     for k, (own, _) in enumerate(state.kept):
@@ -146,7 +152,7 @@ def _made_simpler(state: Search, base: Sequence[Choice]) -> bool:
                 continue
             trial = refitted(state.workspace, [*rest, (simple, best.shape)])
             before, after = state.model(state.kept), state.model(trial)
-            if gain_on(before, after, state.heldout, state.workspace.noise).gain > 0.0:
+            if gain_on(before, after, judge, state.workspace.noise).gain > 0.0:
                 state.kept = trial
                 state.banned.add(own.name)
                 state.removed[own.name] = f"{simple.name} predicts the other measurement better"

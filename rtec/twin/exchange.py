@@ -42,7 +42,7 @@ def search(
         found = search(mean, choices, banned=banned, most=most)
         library = [effect for effect in workspace.library if effect.name not in banned]
         workspace.most = dict(most or {})
-        return forward(workspace, found, library, given=given, watch=watch)
+        return one_of_alike(workspace, forward(workspace, found, library, given=given, watch=watch), given=given)
     workspace.most = dict(most or {})
     everything = [effect for effect in workspace.library if effect.name not in banned]
     simple = [effect for effect in everything if not is_map(effect)]
@@ -142,6 +142,25 @@ def _periods_anew(workspace: Workspace, choices: Sequence[Choice], given: Collec
     return model if fits_places(workspace, model) else list(choices)
 
 
+def one_of_alike(workspace: Workspace, choices: Sequence[Choice], *, given: Collection[str] = ()) -> list[Choice]:
+    """Return the model without those effects of the reversal, or in time, whose like does nearly as well alone.
+
+    Two of them together draw any course after a reversal, or over the measurement.
+    """
+    model = list(choices)
+    for alike in (REVERSAL, SLOW):
+        while sum(effect.name in alike for effect, _ in model) > 1:
+            least = workspace.total(model) - SIMPLER
+            places = [k for k, (own, _) in enumerate(model) if own.name in alike and own.name not in given]
+            rests = [[*model[:k], *model[k + 1 :]] for k in places]
+            trials = [reshaped(workspace, rest, alone=True) for rest in rests if coherent(rest)]
+            trials = [trial for trial in trials if workspace.total(trial) > least]
+            if not trials:
+                break
+            model = max(trials, key=workspace.total)
+    return model
+
+
 def _maps_instead(
     workspace: Workspace, choices: Sequence[Choice], k: int, given: Collection[str]
 ) -> Iterator[list[Choice]]:
@@ -157,6 +176,9 @@ def _maps_instead(
 
 
 def _fits(workspace: Workspace, choices: Sequence[Choice]) -> bool:
+    """Return whether repeats of every reading say that a model lacks nothing; of some, they leave the others open."""
+    if workspace.dataset.has_repeats and (workspace.dataset.cell < 0).any():
+        return False
     p = lack_of_fit_of_means(workspace, choices)
     return p is not None and p > FITS
 
@@ -167,9 +189,10 @@ def simplified(
     """Return the model with simpler effects where they do nearly as well: the simplest that explains the data wins.
 
     Each effect is tried against its special cases, and each map alone against the map with a special case beside it:
-    the map alone wins where it lacks little evidence, or where repeats say that it lacks nothing.
+    the map alone wins where it lacks little evidence, or where repeats say that it lacks nothing. Of two effects of
+    the reversal, or two slow ones, one goes where the other does nearly as well alone.
     """
-    model = backward(workspace, choices, given=given)
+    model = one_of_alike(workspace, backward(workspace, choices, given=given), given=given)
     changed = True
     while changed:
         changed, value = False, workspace.total(model)
@@ -180,10 +203,6 @@ def simplified(
             names = {effect.name for effect, _ in rest}
             inner = [e for e in effects if e.name in own.contains and e.name not in names and e.name != "offset"]
             trials = [forward(workspace, rest, [e], given=given, limit=1) for e in inner]
-            for alike in (REVERSAL, SLOW):
-                # two of them together draw any course after a reversal, or in time; one in its best form may alone
-                if own.name in alike and not names.isdisjoint(alike):
-                    trials.append(reshaped(workspace, rest, alone=True))
             if is_map(own):
                 for j, (other, _) in enumerate(model):
                     if other.name in own.contains and other.name not in given:

@@ -85,7 +85,8 @@ def jointly_refitted(workspace: Workspace, choices: Sequence[Choice], *, datum: 
         left: Floats = workspace.observed - least_squares(table, workspace.observed) @ table
         return left / workspace.noise.sigma
 
-    before = residual(start)
+    table = np.vstack([*(workspace.columns(*choice) for choice in choices), *([workspace.constant] if datum else [])])
+    before = (workspace.observed - least_squares(table, workspace.observed) @ table) / workspace.noise.sigma
     found = lmfit.minimize(residual, start, method="least_squares", max_nfev=_ROUNDS * len(free), x_scale="jac")
     after = np.asarray(found.residual)
     return moved(found.params) if after @ after < before @ before else list(choices)

@@ -19,7 +19,7 @@ from rtec.twin.noise import noise_floor
 from rtec.twin.results import Candidate, Diagnosis, Experiment, Step, Unknown, Verdict
 from rtec.twin.selection import candidates
 from rtec.twin.structure import changes_left, lack_of_fit_of_means
-from rtec.twin.trial import LEVEL, Search, refitted, rms_held_out, rms_of, trial_of
+from rtec.twin.trial import LEVEL, Search, held_out_gain, refitted, rms_held_out, rms_of, trial_of
 from rtec.twin.workspace import Candidacy, Choice
 
 BORDERLINE = 0.05
@@ -101,12 +101,15 @@ def _in_order(state: Search, base: Sequence[Choice]) -> list[Choice]:
 
 
 def _steps(state: Search, begun: Model, base: Sequence[Choice], ordered: Sequence[Choice]) -> tuple[Step, ...]:
-    """Return the staircase: each effect added to those before it, everything refitted."""
+    """Return the staircase: each effect added to those before it, everything refitted.
+
+    What it brings is said of the step; whether it stays was decided beside all the others, by the probability shown.
+    """
     steps = []
     for count in range(len(base) + 1, len(ordered) + 1):
         choices = refitted(state.workspace, list(ordered[:count])) if count < len(ordered) else list(ordered)
         fitted = state.model(choices)
-        trial = trial_of(state, choices, count - 1)
+        trial, gain = trial_of(state, ordered, count - 1), held_out_gain(state, choices[:-1], choices)
         steps.append(
             Step(
                 effect=choices[-1][0].name,
@@ -114,8 +117,8 @@ def _steps(state: Search, begun: Model, base: Sequence[Choice], ordered: Sequenc
                 params=values_of(fitted.terms[-1], fitted),
                 rms_train=rms_of(residual_of(state.dataset, fitted)),
                 rms_heldout=rms_held_out(state, choices, fitted),
-                gain=trial.held_out.gain,
-                gain_error=trial.held_out.error,
+                gain=gain.gain,
+                gain_error=gain.error,
                 p_adjusted=trial.p_adjusted,
                 reason=trial.reason,
                 model=fitted,

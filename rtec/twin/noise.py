@@ -34,11 +34,15 @@ _ROUNDING = 1e-3
 """Of the smallest noise believed: differences below are rounding."""
 _DECIDED = 0.97
 """Share of the best correlation from which on no other one is considered."""
+_NEGLIGIBLE = 0.03
+"""Share of a correlation, compared with the best, below which it is left out."""
 _MOMENTS = 250
 """At which a step is tried when the noise is estimated; of an effect in time, so many shapes."""
+_FEWEST_MOMENTS, _MOST_NUMBERS = 20, 5_000_000
 _SLOW_PARAMETERS, _STEP_PARAMETERS = 2.4, 4.0
-"""In whose place a slow effect, or a step, has to stand to be believed beside correlated noise: what such noise alone
-brings in 1 of 100 measurements."""
+"""In whose place a slow effect, or a step, has to stand to be believed beside correlated noise."""
+_LEAST = 2.5
+"""Log-likelihood that a parameter has to bring, however few differences there are: that of BIC at 150."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,6 +170,8 @@ class NoiseFit:
         alike = [c for c in GRID if (c.is_white, c.white > 0.0) == (best.is_white, best.white > 0.0)]
         kind = [c for c in alike if c.rho <= longest]
         values = np.array([self._likelihood(observed, c)[0] for c in kind])
+        if not np.isfinite(values.max()):
+            return [best], np.ones(1)
         shares: Floats = np.exp(values - values.max())
         return kind, shares / shares.sum()
 
@@ -273,7 +279,7 @@ def _likely(space: RepeatSpace, fit: NoiseFit, noise: Noise) -> tuple[tuple[floa
     smallest = _smallest(space.dataset)
     found = []
     for c, share in zip(kinds, shares, strict=True):
-        if share > 1.0 - _DECIDED:
+        if share > _NEGLIGIBLE * shares.max():
             sigma, freedom = fit.deviation(space.observed, c)
             found.append((float(share), replace(noise, sigma=max(sigma, smallest), correlation=c, freedom=freedom)))
     whole = sum(share for share, _ in found)
@@ -289,17 +295,18 @@ def _likely_changes(space: RepeatSpace, fit: NoiseFit, own: Floats, correlation:
     slow = space.of(changes_between_repeats(space.dataset, space)["time"])
     plain = float(fit.largest_likelihoods(observed[None, :])[0])
     with_slow = NoiseFit(np.vstack([own, slow]), space.starts, freedom)
-    grid = (Correlation(), correlation, with_slow.fit(observed, refine=False)[1])
-    parameter = 0.5 * float(np.log(freedom))  # what one has to bring (BIC)
+    beside_slow = float(with_slow.largest_likelihoods(observed[None, :])[0])
+    grid = list(dict.fromkeys((Correlation(), correlation, with_slow.fit(observed, refine=False)[1])))
+    parameter = max(0.5 * float(np.log(freedom)), _LEAST)  # what one has to bring (BIC)
     taken = []
     if (
-        float(with_slow.largest_likelihoods(observed[None, :])[0]) - plain > slow.shape[0] * parameter
+        beside_slow - plain > (slow.shape[0] + _SLOW_PARAMETERS) * parameter
         or _best_of(_effects_in_time(space), fit, own, space, grid)[0] - plain > _SLOW_PARAMETERS * parameter
     ):
         taken.append(slow)
     if space.dataset.conditions.time_s is not None:
         begun = np.vstack([own, *taken])
-        before = plain if not taken else float(with_slow.largest_likelihoods(observed[None, :])[0])
+        before = beside_slow if taken else plain
         likelihood, step = _best_of(_steps(space), with_slow if taken else fit, begun, space, grid)
         if likelihood - before > _STEP_PARAMETERS * parameter:
             taken.append(step[None, :])
@@ -314,14 +321,19 @@ def _effects_in_time(space: RepeatSpace) -> Floats:
         smooth = effect.in_time and effect.observable is dataset.observable and effect.name != "lost_counts"
         if smooth and effect.untestable(dataset.conditions) is None:
             shapes = effect.shapes(dataset.conditions)
-            every = -(-len(shapes) // _MOMENTS)
+            every = -(-len(shapes) // _tried(dataset))
             found += [dataset.columns(effect, shape).T for shape in shapes[::every]]
     return space.of(np.vstack(found))
 
 
+def _tried(dataset: Dataset) -> int:
+    """Return how many moments or shapes are tried: of many readings fewer, so that their columns find room."""
+    return max(_FEWEST_MOMENTS, min(_MOMENTS, _MOST_NUMBERS // dataset.rows))
+
+
 def _steps(space: RepeatSpace) -> Floats:
     rows = space.dataset.rows
-    moments = np.unique(np.linspace(1, rows - 1, _MOMENTS).astype(np.int64))
+    moments = np.unique(np.linspace(1, rows - 1, _tried(space.dataset)).astype(np.int64))
     return space.of((np.arange(rows)[None, :] >= moments[:, None]).astype(np.float64))
 
 

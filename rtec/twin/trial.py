@@ -64,6 +64,8 @@ class Search:
     start: Model
     workspace: Workspace
     rng: np.random.Generator
+    locked: bool = False
+    """Whether ``heldout`` has no say in what is accepted: it is scored at the end."""
     tests: float = 1.0
     searched: bool = True
     """False where one effect is added as the user says."""
@@ -75,6 +77,11 @@ class Search:
     chance: ChanceInTime | None = None
     most: dict[str, int] = field(default_factory=dict)
     """How many of a kind are left after one was struck out."""
+
+    @property
+    def judge(self) -> Dataset | None:
+        """The other measurement, where it has a say in what is accepted."""
+        return None if self.locked else self.heldout
 
     def model(self, choices: Sequence[Choice]) -> Model:
         """Return a fitted model."""
@@ -89,14 +96,14 @@ def trial_of(state: Search, choices: Sequence[Choice], k: int) -> Trial:
     effect = choices[k][0]
     rest = [*choices[:k], *choices[k + 1 :]]
     strict = workspace.strict
-    tested = _judged(strict, choices, choices[k])
     same = sum(own.name == effect.name for own, _ in choices)
     grid = len(effect.shapes(workspace.conditions)) if same > 1 and workspace.noise.from_repeats else 1
     single = sum(share * work.p_value(_judged(work, choices, choices[k])) for share, work in strict.likely)
     p = adjusted(single, state.tests * grid ** (same - 1))
     correlated = workspace.noise.from_repeats and not workspace.noise.correlation.is_white
     if p < LEVEL and effect.in_time and correlated:
-        larger = [c for c in rest if not c[0].in_time or _judged(strict, choices, c).gain > tested.gain]
+        own = _judged(strict, choices, choices[k]).gain
+        larger = [c for c in rest if not c[0].in_time or _judged(strict, choices, c).gain > own]
         if state.chance is None:
             state.chance = ChanceInTime(state.dataset, workspace.library, state.rng)
         p = max(p, state.chance.p_value(larger, choices[k]))
@@ -104,7 +111,7 @@ def trial_of(state: Search, choices: Sequence[Choice], k: int) -> Trial:
     return Trial(
         candidacy=judged,
         p_adjusted=p,
-        held_out=_held_out_gain(state, rest, choices),
+        held_out=held_out_gain(state, rest, choices),
         small=_small(state, judged),
         outdone=effect.name == "lost_counts" and reversal_changes_instead(state.dataset, choices),
     )
@@ -124,13 +131,13 @@ def _small(state: Search, judged: Candidacy) -> bool:
     return bool(np.sqrt(max(1.0 - judged.gain / judged.before, 0.0)) > 1.0 - MATTERS_WITHOUT_REPEATS)
 
 
-def _held_out_gain(state: Search, rest: Sequence[Choice], choices: Sequence[Choice]) -> HeldOutGain:
+def held_out_gain(state: Search, rest: Sequence[Choice], choices: Sequence[Choice]) -> HeldOutGain:
     """Return the held-out gain of ``choices`` over ``rest``, on the other file where there is one."""
     workspace = state.workspace
     in_time = any(effect.in_time for effect, _ in choices if (effect, _) not in rest)
-    if state.heldout is not None and not (in_time and workspace.noise.from_repeats):
+    if state.judge is not None and not (in_time and workspace.noise.from_repeats):
         # what happened once in time tells nothing about another measurement
-        return gain_on(state.model(rest), state.model(choices), state.heldout, workspace.noise)
+        return gain_on(state.model(rest), state.model(choices), state.judge, workspace.noise)
     names = [effect.name for effect, _ in choices]
     datum = workspace.has_datum and "offset" not in names
     # an offset is judged against nothing in its place; any other effect against a free constant

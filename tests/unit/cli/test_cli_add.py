@@ -13,6 +13,7 @@ from rtec.effects import LIBRARY, effect_named
 from rtec.errors import ArgumentError
 from rtec.twin.load import load_dataset
 from rtec.twin.model_file import read_model
+from rtec.twin.shape_text import field_keys
 
 LEAD = 'observe = "deviation"\n[[effect]]\nname = "scale"\nscale = "30 um/m"\n'
 
@@ -194,3 +195,9 @@ def test_bad_words_are_one_line_and_2(here, capsys, words, says):
     assert err.startswith("rtec: ")
     assert says in err
     assert not (here / "m.toml").exists()
+
+
+def test_every_shape_parameter_is_an_option():
+    options = set(inspect.signature(add).parameters)
+    for effect in LIBRARY:
+        assert set(field_keys(effect.shape_type)) <= options, effect.name

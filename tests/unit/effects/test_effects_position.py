@@ -83,7 +83,7 @@ def test_windup_takes_both_starts_into_question(bidirectional):
     assert [(v.distance, v.carried) for v in variants[2:4]] == [(6.0, True), (pytest.approx(4.4), True)]
     beyond = [(v.distance, v.carried, v.overshoot) for v in variants[4:]]
     assert beyond == [(v.distance, v.carried, pytest.approx(0.1 * v.distance)) for v in variants[:4]]
-    moving = replace(bidirectional(), velocity=np.ones(bidirectional().rows))
+    moving = replace(bidirectional(), velocity=np.ones(bidirectional().rows), moving=True)
     assert Windup().variants(moving, WindupShape(8.0)) == variants[:4]
 
 

@@ -1,12 +1,10 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.signal import decimate
 
 from rtec.effects import Conditions, Observable, Units, effect_named
 from rtec.errors import ArgumentError
-from rtec.twin.dataset import Dataset, locked
+from rtec.twin.dataset import Dataset
 from rtec.twin.drive_signals import Resample
 
 
@@ -134,44 +132,3 @@ def test_rows_that_do_not_fit_together():
         Dataset(**common, resample=Resample(stretches=((0, 120),), stages=(10,)))
     with pytest.raises(ArgumentError, match="row by row"):
         Dataset(**common, resample=Resample(stretches=((0, 12),), stages=(10,)))
-
-
-def test_the_last_run_is_locked_away():
-    shown, away = locked(at_rest())
-    assert shown.observed.tolist() == list(range(8))
-    assert away.observed.tolist() == [8.0, 9.0, 10.0, 11.0]
-    assert set(away.coordinates.run.tolist()) == {3}
-    assert shown.has_repeats
-    assert not away.has_repeats  # one run of it alone repeats nothing
-    assert away.source == "the last run of x.csv"
-
-
-def test_of_ten_runs_two_are_locked_away():
-    run = np.repeat(np.arange(1, 11), 4)
-    data = at_rest()
-    conditions = Conditions(position=np.tile([0.0, 5.0, 10.0, 15.0], 10), position_unit="mm", run=run)
-    many = replace(
-        data,
-        observed=np.arange(40.0),
-        conditions=conditions,
-        cell=np.tile([0, 1, 2, 3], 10),
-        block=run // 2,
-        unknown=(),
-    )
-    shown, away = locked(many)
-    assert (shown.rows, away.rows) == (32, 8)
-    assert away.has_repeats
-    assert away.source == "the last 2 runs of x.csv"
-
-
-def test_of_a_log_the_last_fifth_is_locked_away():
-    data = in_motion()
-    shown, away = locked(data)
-    assert (shown.rows, away.rows) == (round(0.8 * data.rows), data.rows - round(0.8 * data.rows))
-    assert shown.coordinates.time_s.max() < away.coordinates.time_s.min()
-    np.testing.assert_array_equal(np.append(shown.observed, away.observed), data.observed)
-
-
-def test_one_reading_cannot_be_cut_in_two():
-    with pytest.raises(ArgumentError, match="--lock: 1 readings"):
-        locked(in_motion().take(np.array([0])))

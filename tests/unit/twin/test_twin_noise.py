@@ -84,13 +84,15 @@ def test_white_noise_is_seldom_called_correlated():
 
 
 @pytest.mark.parametrize("timed", [False, True])
-def test_correlated_noise_keeps_its_slow_part(timed):
+@pytest.mark.parametrize("runs", [3, 5])
+def test_correlated_noise_keeps_its_slow_part(timed, runs):
     """Nothing but noise: slow courses taken out of it as a matter of course would leave 1.7 of 2 um (rho 0.84)."""
-    found = [noise_from_repeats(measured(seed=seed, rho=0.9, timed=timed)) for seed in range(40)]
-    # variance of a mean over 40: correlated readings count for (1 - rho²) / (1 + rho²) of 168
-    error = np.sqrt(2 * (1 + 0.9**2) / (1 - 0.9**2) / 168 / 40)
+    found = [noise_from_repeats(measured(seed=seed, runs=runs, rho=0.9, timed=timed)) for seed in range(40)]
+    # variance of a mean over 40: correlated readings count for (1 - rho²) / (1 + rho²) of their differences
+    error = np.sqrt(2 * (1 + 0.9**2) / (1 - 0.9**2) / (42 * (runs - 1)) / 40)
     assert np.mean([n.sigma**2 for n in found]) / SIGMA**2 == pytest.approx(1.0, abs=4 * error)
-    assert np.mean([n.correlation.to_next for n in found]) == pytest.approx(0.9, abs=0.02)
+    bias = (1 + 3 * 0.9) / (42 * (runs - 1))  # of a short series' correlation (Kendall 1954)
+    assert np.mean([n.correlation.to_next for n in found]) == pytest.approx(0.9, abs=bias)
 
 
 @pytest.mark.parametrize(
@@ -240,3 +242,19 @@ def test_the_floor_as_people_read_it():
     assert (floor.sigma, floor.floor, floor.degrees_of_freedom, floor.from_repeats) == (0.003, 0.003, 17.0, True)
     assert (floor.correlation, floor.white_share) == (pytest.approx(0.95 * 0.7), 0.3)
     assert noise_floor(data, replace(mixed, correlation=Correlation())).white_share == 1.0
+
+
+@pytest.mark.parametrize(("runs", "targets"), [(2, 11), (2, 21), (3, 11)])
+def test_few_differences_of_noise_are_seldom_taken_for_changes(monkeypatch, runs, targets):
+    taken = []
+    plain = module._likely_changes
+    monkeypatch.setattr(module, "_likely_changes", lambda *given: taken.append(plain(*given)) or taken[-1])
+    for seed in range(40):
+        noise_from_repeats(measured(seed=seed, runs=runs, targets=targets, rho=0.9))
+    assert sum(changes.size > 0 for changes in taken) <= 4
+
+
+def test_exact_repeats_leave_no_correlation_open():
+    kinds, shares = NoiseFit(np.empty((0, 40)), STARTS, 40).likely(np.zeros(40))
+    assert len(kinds) == 1
+    assert shares.tolist() == [1.0]

@@ -296,6 +296,17 @@ def test_a_map_that_explains_all_that_repeats_takes_the_place_of_a_map_and_a_wav
     assert names(simplified(work, both, work.library)) == {"pitch_map", "cyclic"}
 
 
+def test_a_wave_is_not_given_up_where_only_some_readings_were_repeated():
+    # what repeats may fit without the wave; the readings that nobody repeated do not
+    data = measured(lambda x, way, t, run: 0.008 * bell(x) + 0.006 * np.sin(2 * np.pi * x / 31.0), runs=3, targets=41)
+    few = np.isin(data.cell, np.unique(data.cell)[::6])
+    some = data.take((data.coordinates.run == 1) | few)
+    some = replace(some, cell=np.where(np.isin(some.cell, np.unique(data.cell)[::6]), some.cell, -1))
+    work = Workspace(some, noise_from_repeats(some))
+    both = [(MAP, MAP.shape_type(tuple(np.linspace(0, 300, 10)))), (CYCLIC, CYCLIC.shape_type(period=31.0))]
+    assert names(simplified(work, both, work.library)) == {"pitch_map", "cyclic"}
+
+
 @pytest.mark.parametrize(
     ("error", "together", "alone"),
     [
