@@ -125,9 +125,9 @@ def changes_between_repeats(dataset: Dataset, space: RepeatSpace) -> dict[str, F
     """Return generic changes from repeat to repeat, by what they depend on, each of shape (columns, rows).
 
     ``time``: slow courses over the whole measurement, alone, along the axis and with measured temperatures. Whatever
-    drifts, warms up or grows shows there; taken out together with these, what remains is noise. (A step stays in; it
-    shows in a single innovation.) ``direction`` and ``position``: any course over the runs of the reversal error, and
-    of a smooth function of position. They are no effects of the library: where they are needed, it lacks something.
+    drifts, warms up or grows shows there. (A step does not; it shows in a single innovation.) ``direction`` and
+    ``position``: any course over the runs of the reversal error, and of a smooth function of position. They are no
+    effects of the library: where they are needed, it lacks something.
     """
     c = dataset.conditions
     found = {"time": _slow_changes(c, min(10, space.freedom // SLOW_SHARE))}
