@@ -87,14 +87,10 @@ def _bolder(
 ) -> Iterator[list[Choice]]:
     """Yield models that no single exchange reaches.
 
-    An effect taken out and the others formed anew, a simple effect put in whatever the others say, periods looked for
-    anew beside the others and beside other maps, two effects taken out.
+    A simple effect put in whatever the others say, periods looked for anew beside the others and beside other maps,
+    two effects taken out.
     """
     held = {effect.name for effect, _ in choices}
-    for k, (own, _) in enumerate(choices):
-        rest = [*choices[:k], *choices[k + 1 :]]
-        if rest and own.name not in given and coherent(rest):
-            yield reshaped(workspace, rest, alone=True)
     back = workspace.background(choices)
     for effect in effects:
         if effect.name in held or is_map(effect) or hasattr(effect.shape_type(), "period") or effect.name == "offset":

@@ -25,6 +25,8 @@ SLOW = ("drift", "warm_up")
 """Smooth courses in time."""
 OTHER_LINES = 0.2
 """Share of the strongest line's gain that the other lines of a longer period have to bring."""
+NEAR = 5e-3
+"""Share of its room to which a parameter is tuned: near enough for the joint refit that follows."""
 STATED = 6.0
 """Twice the log-likelihood that a stated period may lack against a period found by scanning."""
 
@@ -112,7 +114,7 @@ def tuned_shape(workspace: Workspace, effect: Effect, shape: Shape, back: Backgr
             lack,
             bounds=(tunable.low, tunable.high),
             method="bounded",
-            options={"xatol": 1e-3 * (tunable.high - tunable.low), "maxiter": 25},
+            options={"xatol": NEAR * (tunable.high - tunable.low), "maxiter": 25},
         )
         if found.fun < lack(getattr(shape, tunable.name)):
             shape = replace(shape, **{tunable.name: float(found.x)})

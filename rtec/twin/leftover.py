@@ -8,6 +8,7 @@ import numpy as np
 from scipy import stats
 
 from rtec.effects import Floats
+from rtec.effects._periodic import fill
 from rtec.effects.frequency_grid import frequencies
 from rtec.twin.repeat_space import equal_runs, repeat_space
 from rtec.twin.results import Unknown
@@ -117,8 +118,8 @@ def _strongest_period(workspace: Workspace, choices: Sequence[Choice]) -> float 
     rows = equal_runs(workspace.dataset)
     slots = workspace.dataset.rows if rows is None else rows[1]
     place, left = workspace.conditions.position[:slots], residual[:slots]
-    angle = 2.0 * np.pi * grid[:, None] * place[None, :]
-    waves = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    waves = np.empty((grid.size, 2, place.size))
+    fill(grid, place, waves)
     m, q, n = waves.shape
     empty = Background(basis=np.empty((n, 0)), residual=left * np.sqrt(workspace.dataset.rows / slots))
     fall = gains(workspace.whitened_part(waves.reshape(m * q, n)).reshape(m, q, n), empty)

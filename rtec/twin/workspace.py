@@ -31,6 +31,7 @@ WAVES_APART = 0.01
 """Waves that are nearly constant at the places measured, or nearly alike there, explain nothing: their amplitudes
 would grow beyond the data and cancel."""
 _KEPT_SHAPES = 200
+_KEPT_BACKGROUNDS = 8
 _AT_ONCE_BYTES = 60_000_000
 
 
@@ -79,6 +80,7 @@ class Workspace:
         self._runs = 1 if runs is None or not self._same_in_each_run(*runs) else runs[0]
         self._first = None if self._runs == 1 else dataset.take(np.arange(dataset.rows // self._runs))
         self._columns: dict[tuple[str, Shape], Floats] = {}
+        self._backgrounds: dict[tuple[tuple[tuple[str, Shape], ...], bool], Background] = {}
         self._scans: dict[str, tuple[Sequence[Shape], Floats | None]] = {}
         self._kept = 0
         self.reasons = {e.name: e.untestable(self.conditions) for e in LIBRARY if e.observable is dataset.observable}
@@ -142,10 +144,17 @@ class Workspace:
 
     def background(self, choices: Sequence[Choice], *, datum: bool | None = None) -> Background:
         """Return the background of a model; with the constant of the readings unless ``datum`` is False."""
-        parts = [self.columns(effect, shape) for effect, shape in choices]
-        if self.has_datum if datum is None else datum:
-            parts.append(self.constant)
-        return background(np.vstack(parts) if parts else np.empty((0, self.dataset.rows)), self.observed)
+        datum = self.has_datum if datum is None else datum
+        key = tuple((effect.name, shape) for effect, shape in choices), datum
+        if key not in self._backgrounds:
+            parts = [self.columns(effect, shape) for effect, shape in choices]
+            if datum:
+                parts.append(self.constant)
+            if len(self._backgrounds) >= _KEPT_BACKGROUNDS:
+                del self._backgrounds[next(iter(self._backgrounds))]  # the oldest
+            table = np.vstack(parts) if parts else np.empty((0, self.dataset.rows))
+            self._backgrounds[key] = background(table, self.observed)
+        return self._backgrounds[key]
 
     def beside(self, choices: Sequence[Choice], effect: Effect) -> Background:
         """Return the background for judging ``effect``: the constant is no background for a constant."""
