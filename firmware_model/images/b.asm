@@ -1,0 +1,108 @@
+; Design B: A and B pass through the processor, which adds or takes single counts by an offset of states.
+; 12 MHz: one machine cycle is 1 us. Cycle numbers count from the cycle in which the lines are read.
+; Every other job is cut into pieces with a copy of the lines (PASS) between them. DPTR and R7 belong to the copying.
+
+        .module b
+        .include "rtec.inc"
+
+WORD_TOTALS     = 1
+GATE            = 51            ; us from one transition to the next but one: 2 * (6 + 8 + 8) us, and 15 % more
+FAST_COUNTS     = 39            ; counts in a tick at that speed
+
+        .macro  PASS
+        lcall   pass                    ; 2, and 6 without a change; A and the carry are lost
+        .endm
+        .macro  DESIGN_START
+        mov     dptr,#levels            ; before all else: the controller waits for its lines
+        mov     SEEN,#0xFF              ; no levels: the first look copies
+        lcall   pass
+        .endm
+        .include "common.asm"
+
+; Copy the lines if they have changed.
+pass:
+        mov     a,P3                    ; cycle 0
+        anl     a,#LINES                ; cycle 1
+        cjne    a,SEEN,passing          ; cycles 2, 3
+        ret
+passing:
+        mov     SEEN,a                  ; cycle 4
+        orl     a,OFFSET                ; cycle 5
+        movc    a,@a+dptr               ; cycles 6, 7
+        mov     P1,a                    ; cycle 8: out, 8 us after the look
+        setb    F_MOVED
+        clr     TR1                     ; no insertion after a transition met here: what was timed is void
+        clr     TF1
+        ret
+
+; A reading is over: plan the next insertion, then copy.
+work:
+        jb      F_OWED,plan
+unplanned:
+        clr     TR1                     ; TF1 alone says "owed, timed and slow enough" from here on
+        clr     TF1
+        sjmp    copy
+plan:   jb      F_FAST,unplanned
+        mov     a,#1
+        jnb     F_MINUS,ahead
+        mov     a,#3
+ahead:  add     a,OFFSET
+        anl     a,#3
+        mov     NEXT_OFFSET,a
+        PASS
+        jnb     F_REST,copy
+        jb      F_MOVED,copy            ; it has just begun to move
+        mov     a,SEEN                  ; at rest there is no transition to wait for: the insertion just starts
+        sjmp    insert
+
+copy:   mov     a,P3                    ; cycle 0; a turn without a change takes 6 cycles
+        anl     a,#LINES                ; cycle 1
+        cjne    a,SEEN,changed          ; cycles 2, 3
+        jnb     TF0,copy                ; cycles 4, 5
+        ljmp    tick
+changed:
+        mov     SEEN,a                  ; cycle 4
+        orl     a,OFFSET                ; cycle 5
+        movc    a,@a+dptr               ; cycles 6, 7
+        mov     P1,a                    ; cycle 8: out, 8 us after the look
+        jb      TF1,insert_after        ; cycles 9, 10
+        setb    F_MOVED
+        jnb     F_OWED,copy
+        jnb     TR1,time                ; the first transition: time from here
+        jbc     F_HALF,too_fast         ; the period of the exclusive OR is two transitions
+        setb    F_HALF
+        sjmp    copy
+too_fast:
+        inc     REFUSED
+time:   jb      F_FAST,copy
+        mov     TL1,#(256 - GATE + 16)  ; the transition is at least 16 cycles old
+        clr     F_HALF
+        setb    TR1
+        sjmp    copy
+
+insert_after:
+        setb    F_MOVED                 ; cycle 11
+        mov     a,SEEN                  ; cycle 12
+insert: orl     a,NEXT_OFFSET           ; cycle 13
+        movc    a,@a+dptr               ; cycles 14, 15
+        mov     P1,a                    ; cycle 16: the step, 8 us after the copy
+        mov     OFFSET,NEXT_OFFSET
+        clr     TR1
+        clr     TF1
+        clr     F_HALF
+        lcall   book
+        ljmp    work
+
+; Levels of port 1 for the levels read (A 10h, B 20h) and the offset 0 to 3. The other pins stay high.
+S1 = 0xCF                               ; 00
+S2 = 0xCF + LINE_A                      ; 10
+S3 = 0xCF + LINE_A + LINE_B             ; 11
+S4 = 0xCF + LINE_B                      ; 01
+levels:
+        .db     S1,S2,S3,S4
+        .ds     12
+        .db     S2,S3,S4,S1
+        .ds     12
+        .db     S4,S1,S2,S3
+        .ds     12
+        .db     S3,S4,S1,S2

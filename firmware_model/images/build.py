@@ -1,0 +1,152 @@
+"""Assemble the box's firmware with SDCC's ``sdas8051`` and ``sdld``: NAME.ihx, NAME.lst and NAME.sym beside NAME.asm.
+
+::
+
+    python firmware_model/images/build.py                  the four designs of the report
+    python firmware_model/images/build.py --check          assemble again and compare with what is there
+    python firmware_model/images/build.py PATH/mine.asm    an image of your own, with the shared parts at hand
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+DESIGNS = ("original", "a", "b", "c")
+SHARED = ("rtec.inc", "common.asm", "seek_xor.asm")
+OUTPUTS = (".ihx", ".lst", ".sym")
+TOOLS = ("sdas8051", "sdld")
+LONGEST_S = 60
+_LABEL = re.compile(r"^\s*\d+\s+(?P<name>\S+)\s+(?P<address>[0-9A-F]{6})\s+\S*R\S*\s*$", re.MULTILINE)
+
+
+class BuildError(Exception):
+    """An image could not be assembled; the message says what to do."""
+
+
+def tool(name: str) -> str:
+    """Return the path of one of SDCC's programs.
+
+    Raises
+    ------
+    BuildError
+        It is not on the path.
+    """
+    found = shutil.which(name)
+    if found is None:
+        raise BuildError(
+            f"{name}: not found on the path; the images are assembled with SDCC 4.2 (Debian and Ubuntu: "
+            "apt-get install sdcc). The committed .ihx files run without it"
+        )
+    return found
+
+
+def run_tool(folder: Path, *words: str) -> None:
+    """Run one of the programs in ``folder``; its complaints become a BuildError."""
+    command = [tool(words[0]), *words[1:]]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST_S, check=False)
+    complaints = [line for line in (done.stdout + done.stderr).splitlines() if not line.startswith("ASlink >>")]
+    if done.returncode != 0 or any("Error" in line or "Warning" in line for line in complaints):
+        raise BuildError(f"{words[0]} {words[-1]}: exit code {done.returncode}\n" + "\n".join(complaints))
+
+
+def symbols_of(table: str) -> str:
+    """Return the labels of an assembler's symbol table, one "0xADDRESS NAME" a line, by address.
+
+    Examples
+    --------
+    >>> symbols_of("  5 work      000249 R\\n  5 tick      000051 R\\n    TL0   = 00008A L\\n")
+    '0x0051 tick\\n0x0249 work\\n'
+    """
+    labels = sorted((int(match["address"], 16), match["name"]) for match in _LABEL.finditer(table))
+    return "".join(f"0x{address:04X} {name}\n" for address, name in labels)
+
+
+def assemble(source: Path) -> dict[str, str]:
+    """Assemble one image in a temporary folder.
+
+    Parameters
+    ----------
+    source
+        The .asm file; it may include the shared parts by their bare names, and any file beside it.
+
+    Returns
+    -------
+    dict
+        Text of each output by its suffix: Intel HEX, listing with addresses and cycles, labels.
+
+    Raises
+    ------
+    BuildError
+        The source is not there, SDCC is not installed, or it refuses the source.
+    """
+    if source.suffix != ".asm" or not source.is_file():
+        raise BuildError(f"{source}: no such source; allowed: the path of an .asm file")
+    with tempfile.TemporaryDirectory(prefix="rtec-image-") as name:
+        folder = Path(name)
+        beside = [path for path in source.parent.iterdir() if path.suffix in (".asm", ".inc")]
+        for path in [*(HERE / shared for shared in SHARED), *beside]:
+            shutil.copyfile(path, folder / path.name)
+        run_tool(folder, "sdas8051", "-plosgffw", source.name)
+        # "name.ihx" first: the linker names its output, and the listing with final addresses, after it
+        run_tool(folder, "sdld", "-i", "-u", f"{source.stem}.ihx", f"{source.stem}.rel")
+        listing = (folder / f"{source.stem}.rst").read_text(encoding="utf-8")
+        return {
+            ".ihx": (folder / f"{source.stem}.ihx").read_text(encoding="ascii"),
+            ".lst": "".join(line.rstrip() + "\n" for line in listing.splitlines()),
+            ".sym": symbols_of((folder / f"{source.stem}.sym").read_text(encoding="utf-8")),
+        }
+
+
+def differences(source: Path, outputs: dict[str, str]) -> list[str]:
+    """Return what differs between fresh outputs and the files beside the source."""
+    found = []
+    for suffix, fresh in outputs.items():
+        path = source.with_suffix(suffix)
+        if not path.is_file():
+            found.append(f"{path.name}: missing")
+        elif (kept := path.read_text(encoding="utf-8")) != fresh:
+            pairs = zip(kept.splitlines(), fresh.splitlines(), strict=False)
+            line = next((n for n, (old, new) in enumerate(pairs, 1) if old != new), None)
+            where = f"line {line}" if line else "length"
+            found.append(f"{path.name}: differs from what {source.name} assembles to, first in {where}")
+    return found
+
+
+def build(source: Path, *, check: bool) -> list[str]:
+    """Assemble one image and write its outputs, or compare them; return the differences."""
+    outputs = assemble(source)
+    if check:
+        return differences(source, outputs)
+    for suffix, text in outputs.items():
+        source.with_suffix(suffix).write_text(text, encoding="utf-8", newline="\n")
+    return []
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Return 0 done, 1 a file differs, 2 it cannot be assembled."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sources", nargs="*", type=Path, metavar="SOURCE.asm", help="default: the four designs")
+    parser.add_argument("--check", action="store_true", help="compare with the files there, write nothing")
+    chosen = parser.parse_args(arguments)
+    sources = chosen.sources or [HERE / f"{design}.asm" for design in DESIGNS]
+    try:
+        found = [line for source in sources for line in build(source, check=chosen.check)]
+    except (BuildError, OSError, subprocess.TimeoutExpired) as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    for line in found:
+        sys.stderr.write(f"{line}\n")
+    if found:
+        sys.stderr.write("assemble again: python firmware_model/images/build.py\n")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

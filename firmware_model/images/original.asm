@@ -1,0 +1,91 @@
+; The Original: two pulses of 2 us, overlapping by half, through an OR gate, in state 1 (A and B low) only.
+; 12 MHz: one machine cycle is 1 us. Cycle numbers count from the cycle in which JB samples P3.2.
+
+        .module original
+        .include "rtec.inc"
+
+WORD_TOTALS     = 0
+GATE            = 42            ; us from one A&B low to the next: 4 * (2 + 4 + 3) us, and 15 % more
+FAST_COUNTS     = 96            ; counts in a tick at that speed
+
+        .macro  PASS
+        .endm
+        .macro  DESIGN_START
+        setb    TR1
+        .endm
+        .include "common.asm"
+
+; A reading is over: insert, search, or wait for the next one.
+work:
+        jnb     F_OWED,idle
+        jb      F_FAST,idle
+        jnb     F_REST,seek
+        jb      IE0,seek                ; it has just begun to move
+        jb      LOW_N,seek              ; at rest, but not in state 1: nothing can be done
+        clr     EA                      ; at rest there is no transition to wait for: the insertion just starts
+        jb      F_MINUS,rest_minus
+        sjmp    insert_plus
+rest_minus:
+        sjmp    insert_minus
+idle:   jnb     TF0,idle
+        ljmp    tick
+
+; Search for two A&B-low signals that are far enough apart. Timer 0 breaks out of these loops.
+seek:
+        clr     F_REST
+        setb    ET0
+        jb      F_TIMED,timed
+first:  jnb     LOW_N,first             ; out of state 1 ...
+falls:  jb      LOW_N,falls             ; ... and into it: the first signal
+start_timing:
+        setb    F_MOVED                 ; cycle 2
+        clr     F_TIMED                 ; void until all of this is done: the tick may break in
+        mov     TL1,#(256 - GATE + 6)   ; counts from cycle 6 on
+        clr     TF1
+        clr     IE0
+        setb    F_TIMED
+timed:  jnb     LOW_N,timed             ; still the same one
+gate:   jb      TF1,slow_enough
+        jb      LOW_N,gate
+too_fast:
+        inc     REFUSED                 ; the next signal came before the timer ran out; time from this one
+        sjmp    start_timing
+slow_enough:
+        jb      IE0,too_fast            ; one went by between two looks
+        jb      F_MINUS,arm_minus
+        jnb     LOW_N,too_fast          ; it came just now: too late for it
+armed_plus:
+        jb      LOW_N,armed_plus        ; cycles 0, 1
+        clr     EA                      ; cycle 2: neither tick nor probe from here on
+insert_plus:
+        clr     HOLD_N                  ; cycle 3
+        clr     DRIVE_A_N               ; cycle 4: A high, 4 us after the look
+        clr     DRIVE_B_N               ; cycle 5: B high
+        setb    DRIVE_A_N               ; cycle 6: A low, 2 us wide
+        setb    DRIVE_B_N               ; cycle 7: B low, 3 us after the first change
+        setb    HOLD_N                  ; cycle 8
+        clr     ET0                     ; cycle 9: the 9 us are over; the tick waits until this one is booked
+        sjmp    inserted
+arm_minus:
+        jnb     LOW_N,too_fast
+armed_minus:
+        jb      LOW_N,armed_minus       ; cycles 0, 1
+        clr     EA                      ; cycle 2
+insert_minus:
+        clr     HOLD_N                  ; cycle 3
+        clr     DRIVE_B_N               ; cycle 4: B high, 4 us after the look
+        clr     DRIVE_A_N               ; cycle 5
+        setb    DRIVE_B_N               ; cycle 6
+        setb    DRIVE_A_N               ; cycle 7
+        setb    HOLD_N                  ; cycle 8
+        clr     ET0                     ; cycle 9
+inserted:
+        mov     TL1,#(256 - GATE + 6)   ; the signal just used is the first of the next pair; timed late: no harm
+        clr     TF1
+        clr     IE0
+        setb    F_TIMED
+        jb      F_REST,still            ; set only where the insertion did not follow a transition
+        setb    F_MOVED
+still:  setb    EA
+        lcall   book
+        ljmp    work

@@ -1,0 +1,97 @@
+; Designs A and C: search for a transition slow enough to insert behind, by the exclusive OR of A and B on P3.2.
+; An image defines before it includes this file: the macros INSERT_AFTER_FALL and INSERT_AFTER_RISE, which wait for the
+; transition in a loop of two cycles, insert and go on at `inserted`; and the label `at_rest`.
+
+; A reading is over: insert, search, or wait for the next one.
+work:
+        jnb     F_OWED,idle
+        jb      F_FAST,idle
+        jnb     F_REST,seek
+        jb      IE0,seek                ; it has just begun to move
+        clr     EA                      ; at rest there is no transition to wait for: the insertion just starts
+        ljmp    at_rest
+idle:   jnb     TF0,idle
+        ljmp    tick
+
+; A transition, then the gate's time, then the next one; or one more between, as the period of the exclusive OR is
+; two transitions. Timer 0 breaks out of these loops.
+seek:
+        clr     F_REST
+        setb    ET0
+        jnb     F_TIMED,first
+        mov     c,F_LEVEL
+        jb      DIFFER,resume_high
+        jc      first                   ; the level has changed since: one went by unseen
+        sjmp    low_gate
+resume_high:
+        jc      high_gate
+first:  jb      DIFFER,first_fall
+first_rise:
+        jnb     DIFFER,first_rise
+        sjmp    time_rise
+first_fall:
+        jb      DIFFER,first_fall
+        sjmp    time_fall
+
+refused_rise:
+        inc     REFUSED
+time_rise:
+        setb    F_MOVED
+        clr     F_TIMED                 ; void until all of this is done: the tick may break in
+        mov     TL1,#(256 - GATE + 6)
+        clr     TF1
+        setb    F_LEVEL
+        clr     IE0
+        setb    F_TIMED
+high_gate:
+        jb      TF1,arm_fall
+        jb      DIFFER,high_gate
+        clr     F_TIMED                 ; one transition between: the period ends with the next
+        setb    F_MOVED
+        clr     IE0
+between_low:
+        jb      TF1,arm_rise
+        jnb     DIFFER,between_low
+        sjmp    refused_rise            ; half a cycle in less than the gate's time
+
+refused_fall:
+        inc     REFUSED
+time_fall:
+        setb    F_MOVED
+        clr     F_TIMED
+        mov     TL1,#(256 - GATE + 6)
+        clr     TF1
+        clr     F_LEVEL
+        clr     IE0
+        setb    F_TIMED
+low_gate:
+        jb      TF1,arm_rise
+        jnb     DIFFER,low_gate
+        clr     F_TIMED
+        setb    F_MOVED
+between_high:
+        jb      TF1,arm_fall
+        jb      DIFFER,between_high
+        sjmp    refused_fall
+
+arm_fall:
+        jb      IE0,refused_fall        ; two transitions between two looks
+        INSERT_AFTER_FALL
+arm_rise:
+        jb      IE0,refused_rise
+        INSERT_AFTER_RISE
+
+; The insertion is over, interrupts are off.
+inserted:
+        clr     ET0                     ; the tick waits until this one is booked
+        mov     TL1,#(256 - GATE + 6)   ; the transition just used is the first of the next pair; timed late: no harm
+        clr     TF1
+        mov     c,DIFFER
+        mov     F_LEVEL,c
+        clr     IE0
+        setb    F_TIMED
+        jb      F_REST,still            ; set only where the insertion did not follow a transition
+        setb    F_MOVED
+still:  setb    EA
+        lcall   book
+        ljmp    work
