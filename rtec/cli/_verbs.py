@@ -52,7 +52,7 @@ def _frame(
 def application() -> typer.Typer:
     """Return the command line with all its verbs, in the order in which help lists them."""
     # here, so that Ctrl-C while verbs load meets the handler, and no name of the package hides a module
-    from rtec.cli import blind
+    from rtec.cli import blind, firmware
     from rtec.cli.add import add
     from rtec.cli.compare import compare
     from rtec.cli.diagnose import diagnose
@@ -66,6 +66,7 @@ def application() -> typer.Typer:
     for verb in (run, compare, diagnose, add, effects, simulate, iso230):
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
+    app.add_typer(firmware.application(Verbs), name="firmware")
     return app
 
 

@@ -31,6 +31,8 @@ VERBS = (
     "blind new",
     "blind reveal",
     "blind score",
+    "firmware run",
+    "firmware disassemble",
 )
 
 
@@ -329,6 +331,16 @@ def test_json_keys_of_the_score(json_keys, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines)
     main(["blind", "score", "--trials", "1", "-o", "score.md", "--json"])
     assert json_keys["blind score"] == keys_of(json.loads(capsys.readouterr().out))
+
+
+def test_json_keys_of_the_firmware(json_keys, tmp_path, capsys):
+    path = tmp_path / "image.hex"
+    path.write_text(":01000000A55A\n:00000001FF\n")
+    for verb in ("run", "disassemble"):
+        assert main(["firmware", verb, str(path), "--json"]) == 0
+        found = keys_of(json.loads(capsys.readouterr().out))
+        # values of the keys, no keys
+        assert json_keys[f"firmware {verb}"] - {"budget", "power-down"} == found
 
 
 def test_models_of_the_pages_are_read(tmp_path):
