@@ -17,6 +17,7 @@ from pathlib import Path
 
 import figures_command
 import figures_diagnosis
+import figures_firmware
 import figures_machine
 import figures_signal
 from figures import Figure, Setting, on_cores
@@ -36,6 +37,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "first-run": figures_command.first_run,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,
+    "firmware": figures_firmware.firmware,
     "stages": figures_signal.stages,
 }
 """What can be measured, in the order of the page."""

@@ -127,6 +127,14 @@ that of the receiver, filter included, over an array of edges.
         "Writing waveforms",
         "Recorded only. Both write changes of A and B into memory.\n",
     ),
+    "firmware": (
+        "The firmware's processor",
+        """\
+Our 8051 and `s51` of ucsim run the same instructions of the same image on the original timing, by turns; of both the
+time of the run alone counts, as ucsim says it of itself. Before, both must end with the same registers, memories and
+number of cycles.
+""",
+    ),
     "stages": (
         "Where the time goes",
         """\

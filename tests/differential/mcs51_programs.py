@@ -42,6 +42,7 @@ for _page in range(8):
 
 _PUSHING = {0x12, 0xC0, *(page << 5 | 0x11 for page in range(8))}
 _RETURNS = {0x22, 0x32}
+_EXTERNAL = {0xE0, 0xE2, 0xE3, 0xF0, 0xF2, 0xF3}
 _MOV_DIRECT, _MOV_A, _MOV_DPTR, _JMP, _SJMP, _POP = 0x75, 0x74, 0x90, 0x73, 0x80, 0xD0
 _DIRECT_WRITES = {0x05, 0x15, 0x42, 0x43, 0x52, 0x53, 0x62, 0x63, 0x75, 0x85, 0x86, 0x87, 0xC5, 0xD0, 0xD5, 0xF5}
 _DIRECT_WRITES |= {0x88 | register for register in range(8)}
@@ -111,6 +112,8 @@ def _unit(draw: random.Random, opcode: int) -> _Unit:
     before, ahead = bytearray(), draw.randint(1, 4)
     if opcode in _PUSHING or opcode == _POP:
         before += bytes([_MOV_DIRECT, SP, draw.randint(1, 0xFD)])
+    if opcode in _EXTERNAL:
+        before += bytes([_MOV_DIRECT, _PORTS[0], 0xFF])  # known_divergences.toml, "port 0"
     if opcode in _RETURNS:
         top = draw.randint(0x08, 0x7F)
         before += bytes([_MOV_DIRECT, SP, top, _MOV_DIRECT, top, 0, _MOV_DIRECT, top - 1, 0])

@@ -2,8 +2,9 @@
 
 What holds for ucsim 0.6.4 and was found by trying it:
 
-- commands of a file given with ``-C`` run one after the other, each echoed before its answer; those of stdin are echoed
-  in the midst of other answers. The file is read before a program named on the command line, so it loads its own;
+- commands of a file given with ``-C`` run one after the other, each echoed before its answer; those of stdin are
+  echoed in the midst of other answers. The file is read before a program named on the command line, so it loads its
+  own;
 - RAM is random after power-up (its contents here are set to 0 first), program memory without code is random, too;
 - ``-t 52`` is the part with 256 bytes of RAM and timer 2, ``-t 51`` that with 128 bytes;
 - ``state`` counts instructions (``Inst=``) and clocks since reset (``clks``), twelve of which are a machine cycle;
