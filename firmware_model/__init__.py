@@ -1,0 +1,30 @@
+"""A clock-exact MCS-51 microcontroller and the firmware that runs on it; nothing here knows the box around it.
+
+::
+
+    hexfile  → Image    program memory from Intel HEX
+    isa                 one table: dispatch, disassembler, documentation
+    core     → Mcs51    the processor: executes an Image, drives and reads pins
+"""
+
+from firmware_model.core import Fault, FaultKind, Mcs51, PortChange, RunResult
+from firmware_model.errors import FirmwareError
+from firmware_model.hexfile import Image, read_hex
+from firmware_model.isa import disassemble
+from firmware_model.isa.parts import PARTS, TIMINGS, Part, Timing
+
+__all__ = [
+    "PARTS",
+    "TIMINGS",
+    "Fault",
+    "FaultKind",
+    "FirmwareError",
+    "Image",
+    "Mcs51",
+    "Part",
+    "PortChange",
+    "RunResult",
+    "Timing",
+    "disassemble",
+    "read_hex",
+]

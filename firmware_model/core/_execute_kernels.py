@@ -1,0 +1,570 @@
+"""The loop that executes instructions: fetch a decoded word, jump on its form, until something is due.
+
+Program counter and cycles are local; all that an instruction can change lies in the array ``m``. Timers and interrupts
+are not looked at between instructions but at the cycle ``DUE``, which every write that could change it sets to 0.
+The numbers compared are first opcodes of forms (`firmware_model.isa.table`); the compiler makes one jump of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_model._jit import helper, kernel
+from firmware_model.core._layout import (
+    ACC, BIT_AT, COST_AT, COUNT, CYCLES, DPH, DPL, DUE, END, FAULT, FAULT_INDIRECT, FAULT_NONE, FAULT_OUTSIDE,
+    FAULT_RESERVED, FAULT_STACK, FAULT_UNMAPPED, HOLD, LENGTH_AT, N_AT, OUTSIDE_IMAGE, P0, P2, PC, PSW, RESERVED,
+    SERVING, SP, SPECIAL, STOP, STOP_FAULT, TAKEN_AT, TOP, UNMAPPED_SFR, X_AT, XRAM, Y_AT, B,
+)  # fmt: skip
+from firmware_model.core._peripheral_kernels import Bytes, Hidden, Log, attend, byte, latch, parity, read, refresh, write
+
+
+@helper
+def bank(m: Bytes) -> int:
+    """Return the address of R0 in the register bank selected by RS1 and RS0."""
+    return byte(m, PSW) & 0x18
+
+
+@helper
+def carry(m: Bytes) -> int:
+    """Return CY."""
+    return byte(m, PSW) >> 7
+
+
+@helper
+def set_carry(m: Bytes, cy: int) -> None:
+    """Set CY alone."""
+    m[PSW] = (byte(m, PSW) & 0x7F) | (cy << 7)
+
+
+@helper
+def get(m: Bytes, h: Hidden, log: Log, w: int, place: int, cycles: int) -> int:
+    """Read a direct operand as it stands when the instruction begins."""
+    if w & SPECIAL != 0:
+        return read(m, h, log, place, cycles)
+    return byte(m, place)
+
+
+@helper
+def hold(m: Bytes, h: Hidden, log: Log, w: int, place: int, now: int) -> int:
+    """Read a direct operand for a read-modify-write instruction, which takes the latch of a port."""
+    if w & SPECIAL != 0:
+        return latch(m, h, log, place, now)
+    return byte(m, place)
+
+
+@helper
+def put(m: Bytes, h: Hidden, log: Log, w: int, place: int, value: int, now: int) -> None:
+    """Write a direct operand at the end of the instruction."""
+    if w & SPECIAL != 0 and place != PSW and place >= 256:
+        write(m, h, log, place, value, now)
+    else:
+        m[place] = value
+
+
+@helper
+def add(m: Bytes, value: int, cy: int) -> None:
+    """Add to A with the three flags: OV is the carry into bit 7 against the carry out of it."""
+    a = byte(m, ACC)
+    total = a + value + cy
+    half = (a ^ value ^ total) & 0x10
+    over = ((a ^ total) & (value ^ total) & 0x80) >> 5
+    m[PSW] = (byte(m, PSW) & 0x3B) | ((total & 0x100) >> 1) | (half << 2) | over
+    m[ACC] = total & 255
+
+
+@helper
+def subtract(m: Bytes, value: int) -> None:
+    """Subtract from A with borrow; the flags are borrows."""
+    a = byte(m, ACC)
+    total = a - value - carry(m)
+    half = (a ^ value ^ total) & 0x10
+    over = ((a ^ value) & (a ^ total) & 0x80) >> 5
+    m[PSW] = (byte(m, PSW) & 0x3B) | ((total & 0x100) >> 1) | (half << 2) | over
+    m[ACC] = total & 255
+
+
+@helper
+def decimal_adjust(m: Bytes) -> None:
+    """Correct A after a decimal addition; CY can be set, never cleared ("DA A")."""
+    a = byte(m, ACC)
+    psw = byte(m, PSW)
+    if a & 15 > 9 or psw & 0x40 != 0:
+        a += 6
+    cy = (psw >> 7) | (a >> 8)
+    if (a & 255) > 0x9F or cy != 0:
+        a = (a & 255) + 0x60
+        cy |= a >> 8
+    m[ACC] = a & 255
+    m[PSW] = (psw & 0x7F) | (cy << 7)
+
+
+@helper
+def multiply(m: Bytes) -> None:
+    """Multiply A by B: OV where the product needs B, CY cleared."""
+    product = byte(m, ACC) * byte(m, B)
+    m[ACC] = product & 255
+    m[B] = product >> 8
+    m[PSW] = (byte(m, PSW) & 0x7B) | (4 if product > 255 else 0)
+
+
+@helper
+def divide(m: Bytes) -> None:
+    """Divide A by B: CY cleared, OV where B is 0; A and B, undefined then, are left as they are."""
+    a, b = byte(m, ACC), byte(m, B)
+    m[PSW] = (byte(m, PSW) & 0x7B) | (4 if b == 0 else 0)
+    if b != 0:
+        m[ACC] = a // b
+        m[B] = a % b
+
+
+@helper
+def dptr(m: Bytes) -> int:
+    """Return the data pointer."""
+    return (byte(m, DPH) << 8) | byte(m, DPL)
+
+
+@helper
+def external(m: Bytes, h: Hidden, log: Log, now: int) -> None:
+    """Leave 0FFH in the latch of P0, as every access to external memory does ("Accessing External Memory")."""
+    if m[P0] != 255:
+        write(m, h, log, P0, 255, now)
+
+
+@kernel
+def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64]) -> None:
+    """Execute from PC until END or until STOP says why not; counts and faults are left in ``h``."""
+    pc, cycles, executed = int(h[PC]), int(h[CYCLES]), int(h[COUNT])
+    top = int(h[TOP])
+    kind = FAULT_NONE
+    while True:
+        if cycles >= h[DUE]:
+            if cycles >= h[END] or h[STOP] != 0:
+                break
+            h[PC] = pc
+            cycles = attend(m, h, log, changes, cycles)
+            pc = int(h[PC])
+            if h[STOP] != 0:
+                break
+            continue
+        w = int(words[pc])
+        op = w & 0x1FF
+        now = cycles + ((w >> COST_AT) & 31)
+        taken = now + ((w >> TAKEN_AT) & 7)
+        after = (pc + ((w >> LENGTH_AT) & 3)) & 0xFFFF
+        n = (w >> N_AT) & 7
+        x = (w >> X_AT) & 0xFFFF
+        y = (w >> Y_AT) & 0x1FF
+        if op == 0x00:  # NOP
+            pass
+        elif op == 0x01:  # AJMP addr11
+            after = x
+        elif op == 0x02:  # LJMP addr16
+            after = x
+        elif op == 0x80:  # SJMP rel
+            after = x
+        elif op == 0x73:  # JMP @A+DPTR
+            after = (byte(m, ACC) + dptr(m)) & 0xFFFF
+        elif op == 0x11:  # ACALL addr11
+            p = byte(m, SP) + 2
+            if p > top:
+                kind = FAULT_STACK
+                break
+            m[p - 1] = after & 255
+            m[p] = after >> 8
+            m[SP] = p
+            after = x
+        elif op == 0x12:  # LCALL addr16
+            p = byte(m, SP) + 2
+            if p > top:
+                kind = FAULT_STACK
+                break
+            m[p - 1] = after & 255
+            m[p] = after >> 8
+            m[SP] = p
+            after = x
+        elif op == 0x22:  # RET
+            p = byte(m, SP)
+            if p > top or (p - 1) & 255 > top:
+                kind = FAULT_STACK
+                break
+            after = (byte(m, p) << 8) | byte(m, (p - 1) & 255)
+            m[SP] = (p - 2) & 255
+        elif op == 0x32:  # RETI
+            p = byte(m, SP)
+            if p > top or (p - 1) & 255 > top:
+                kind = FAULT_STACK
+                break
+            after = (byte(m, p) << 8) | byte(m, (p - 1) & 255)
+            m[SP] = (p - 2) & 255
+            h[SERVING] &= 1 if h[SERVING] & 2 != 0 else 0
+            h[HOLD] = 1
+            h[DUE] = 0
+        elif op == 0x40:  # JC rel
+            if carry(m) != 0:
+                after = x
+                now = taken
+        elif op == 0x50:  # JNC rel
+            if carry(m) == 0:
+                after = x
+                now = taken
+        elif op == 0x60:  # JZ rel
+            if m[ACC] == 0:
+                after = x
+                now = taken
+        elif op == 0x70:  # JNZ rel
+            if m[ACC] != 0:
+                after = x
+                now = taken
+        elif op == 0x20:  # JB bit,rel
+            if get(m, h, log, w, y, cycles) & (1 << ((w >> BIT_AT) & 7)) != 0:
+                after = x
+                now = taken
+        elif op == 0x30:  # JNB bit,rel
+            if get(m, h, log, w, y, cycles) & (1 << ((w >> BIT_AT) & 7)) == 0:
+                after = x
+                now = taken
+        elif op == 0x10:  # JBC bit,rel
+            value = hold(m, h, log, w, y, now)
+            mask = 1 << ((w >> BIT_AT) & 7)
+            if value & mask != 0:
+                put(m, h, log, w, y, value & ~mask, now)
+                after = x
+                now = taken
+        elif op == 0xB4:  # CJNE A,#data,rel
+            value = byte(m, ACC)
+            set_carry(m, 1 if value < y else 0)
+            if value != y:
+                after = x
+                now = taken
+        elif op == 0xB5:  # CJNE A,direct,rel
+            value = byte(m, ACC)
+            other = get(m, h, log, w, y, cycles)
+            set_carry(m, 1 if value < other else 0)
+            if value != other:
+                after = x
+                now = taken
+        elif op == 0xB6:  # CJNE @Ri,#data,rel
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            value = byte(m, p)
+            set_carry(m, 1 if value < y else 0)
+            if value != y:
+                after = x
+                now = taken
+        elif op == 0xB8:  # CJNE Rn,#data,rel
+            value = byte(m, bank(m) | n)
+            set_carry(m, 1 if value < y else 0)
+            if value != y:
+                after = x
+                now = taken
+        elif op == 0xD5:  # DJNZ direct,rel
+            value = (hold(m, h, log, w, y, now) - 1) & 255
+            put(m, h, log, w, y, value, now)
+            if value != 0:
+                after = x
+                now = taken
+        elif op == 0xD8:  # DJNZ Rn,rel
+            p = bank(m) | n
+            value = (byte(m, p) - 1) & 255
+            m[p] = value
+            if value != 0:
+                after = x
+                now = taken
+        elif op == 0x03:  # RR A
+            value = byte(m, ACC)
+            m[ACC] = (value >> 1) | ((value & 1) << 7)
+        elif op == 0x13:  # RRC A
+            value = byte(m, ACC)
+            m[ACC] = (value >> 1) | (carry(m) << 7)
+            set_carry(m, value & 1)
+        elif op == 0x23:  # RL A
+            value = byte(m, ACC)
+            m[ACC] = ((value << 1) & 255) | (value >> 7)
+        elif op == 0x33:  # RLC A
+            value = byte(m, ACC)
+            m[ACC] = ((value << 1) & 255) | carry(m)
+            set_carry(m, value >> 7)
+        elif op == 0xC4:  # SWAP A
+            value = byte(m, ACC)
+            m[ACC] = (value >> 4) | ((value & 15) << 4)
+        elif op == 0xE4:  # CLR A
+            m[ACC] = 0
+        elif op == 0xF4:  # CPL A
+            m[ACC] = byte(m, ACC) ^ 255
+        elif op == 0xD4:  # DA A
+            decimal_adjust(m)
+        elif op == 0xA4:  # MUL AB
+            multiply(m)
+        elif op == 0x84:  # DIV AB
+            divide(m)
+        elif op == 0xA3:  # INC DPTR
+            p = (dptr(m) + 1) & 0xFFFF
+            m[DPL] = p & 255
+            m[DPH] = p >> 8
+        elif op == 0x90:  # MOV DPTR,#data16
+            m[DPL] = x & 255
+            m[DPH] = x >> 8
+        elif op == 0x74:  # MOV A,#data
+            m[ACC] = y
+        elif op == 0xE5:  # MOV A,direct
+            m[ACC] = get(m, h, log, w, y, cycles)
+        elif op == 0xE6:  # MOV A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[ACC] = m[p]
+        elif op == 0xE8:  # MOV A,Rn
+            m[ACC] = m[bank(m) | n]
+        elif op == 0x75:  # MOV direct,#data
+            put(m, h, log, w, y, x, now)
+        elif op == 0xF5:  # MOV direct,A
+            put(m, h, log, w, y, byte(m, ACC), now)
+        elif op == 0x85:  # MOV direct,direct
+            value = get(m, h, log, w, y, cycles) if y >= 256 else byte(m, y)
+            put(m, h, log, w, x, value, now)
+        elif op == 0x86:  # MOV direct,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            put(m, h, log, w, y, byte(m, p), now)
+        elif op == 0x88:  # MOV direct,Rn
+            put(m, h, log, w, y, byte(m, bank(m) | n), now)
+        elif op == 0x76:  # MOV @Ri,#data
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[p] = y
+        elif op == 0xF6:  # MOV @Ri,A
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[p] = m[ACC]
+        elif op == 0xA6:  # MOV @Ri,direct
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[p] = get(m, h, log, w, y, cycles)
+        elif op == 0x78:  # MOV Rn,#data
+            m[bank(m) | n] = y
+        elif op == 0xF8:  # MOV Rn,A
+            m[bank(m) | n] = m[ACC]
+        elif op == 0xA8:  # MOV Rn,direct
+            m[bank(m) | n] = get(m, h, log, w, y, cycles)
+        elif op == 0xC5:  # XCH A,direct
+            value = get(m, h, log, w, y, cycles)
+            other = byte(m, ACC)
+            m[ACC] = value
+            put(m, h, log, w, y, other, now)
+        elif op == 0xC6:  # XCH A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            value = byte(m, p)
+            m[p] = m[ACC]
+            m[ACC] = value
+        elif op == 0xC8:  # XCH A,Rn
+            p = bank(m) | n
+            value = byte(m, p)
+            m[p] = m[ACC]
+            m[ACC] = value
+        elif op == 0xD6:  # XCHD A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            value = byte(m, p)
+            other = byte(m, ACC)
+            m[p] = (value & 0xF0) | (other & 15)
+            m[ACC] = (other & 0xF0) | (value & 15)
+        elif op == 0xC0:  # PUSH direct
+            p = byte(m, SP) + 1
+            if p > top:
+                kind = FAULT_STACK
+                break
+            m[SP] = p
+            m[p] = get(m, h, log, w, y, cycles)
+        elif op == 0xD0:  # POP direct
+            p = byte(m, SP)
+            if p > top:
+                kind = FAULT_STACK
+                break
+            m[SP] = (p - 1) & 255
+            put(m, h, log, w, y, byte(m, p), now)
+        elif op == 0x83:  # MOVC A,@A+PC
+            m[ACC] = code[(byte(m, ACC) + after) & 0xFFFF]
+        elif op == 0x93:  # MOVC A,@A+DPTR
+            m[ACC] = code[(byte(m, ACC) + dptr(m)) & 0xFFFF]
+        elif op == 0xE0:  # MOVX A,@DPTR
+            m[ACC] = m[XRAM + dptr(m)]
+            external(m, h, log, now)
+        elif op == 0xF0:  # MOVX @DPTR,A
+            m[XRAM + dptr(m)] = m[ACC]
+            external(m, h, log, now)
+        elif op == 0xE2:  # MOVX A,@Ri
+            m[ACC] = m[XRAM + ((byte(m, P2) << 8) | byte(m, bank(m) | n))]
+            external(m, h, log, now)
+        elif op == 0xF2:  # MOVX @Ri,A
+            m[XRAM + ((byte(m, P2) << 8) | byte(m, bank(m) | n))] = m[ACC]
+            external(m, h, log, now)
+        elif op == 0xC3:  # CLR C
+            set_carry(m, 0)
+        elif op == 0xD3:  # SETB C
+            set_carry(m, 1)
+        elif op == 0xB3:  # CPL C
+            set_carry(m, carry(m) ^ 1)
+        elif op == 0xC2:  # CLR bit
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) & ~(1 << ((w >> BIT_AT) & 7)), now)
+        elif op == 0xD2:  # SETB bit
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) | (1 << ((w >> BIT_AT) & 7)), now)
+        elif op == 0xB2:  # CPL bit
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) ^ (1 << ((w >> BIT_AT) & 7)), now)
+        elif op == 0x92:  # MOV bit,C
+            value = hold(m, h, log, w, y, now) & ~(1 << ((w >> BIT_AT) & 7))
+            put(m, h, log, w, y, value | (carry(m) << ((w >> BIT_AT) & 7)), now)
+        elif op == 0xA2:  # MOV C,bit
+            set_carry(m, (get(m, h, log, w, y, cycles) >> ((w >> BIT_AT) & 7)) & 1)
+        elif op == 0x82:  # ANL C,bit
+            set_carry(m, carry(m) & (get(m, h, log, w, y, cycles) >> ((w >> BIT_AT) & 7)))
+        elif op == 0xB0:  # ANL C,/bit
+            set_carry(m, carry(m) & ~(get(m, h, log, w, y, cycles) >> ((w >> BIT_AT) & 7)))
+        elif op == 0x72:  # ORL C,bit
+            set_carry(m, carry(m) | ((get(m, h, log, w, y, cycles) >> ((w >> BIT_AT) & 7)) & 1))
+        elif op == 0xA0:  # ORL C,/bit
+            set_carry(m, carry(m) | (~(get(m, h, log, w, y, cycles) >> ((w >> BIT_AT) & 7)) & 1))
+        elif op == 0x24:  # ADD A,#data
+            add(m, y, 0)
+        elif op == 0x25:  # ADD A,direct
+            add(m, get(m, h, log, w, y, cycles), 0)
+        elif op == 0x26:  # ADD A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            add(m, byte(m, p), 0)
+        elif op == 0x28:  # ADD A,Rn
+            add(m, byte(m, bank(m) | n), 0)
+        elif op == 0x34:  # ADDC A,#data
+            add(m, y, carry(m))
+        elif op == 0x35:  # ADDC A,direct
+            add(m, get(m, h, log, w, y, cycles), carry(m))
+        elif op == 0x36:  # ADDC A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            add(m, byte(m, p), carry(m))
+        elif op == 0x38:  # ADDC A,Rn
+            add(m, byte(m, bank(m) | n), carry(m))
+        elif op == 0x44:  # ORL A,#data
+            m[ACC] = byte(m, ACC) | y
+        elif op == 0x45:  # ORL A,direct
+            m[ACC] = byte(m, ACC) | get(m, h, log, w, y, cycles)
+        elif op == 0x46:  # ORL A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[ACC] = byte(m, ACC) | byte(m, p)
+        elif op == 0x48:  # ORL A,Rn
+            m[ACC] = byte(m, ACC) | byte(m, bank(m) | n)
+        elif op == 0x54:  # ANL A,#data
+            m[ACC] = byte(m, ACC) & y
+        elif op == 0x55:  # ANL A,direct
+            m[ACC] = byte(m, ACC) & get(m, h, log, w, y, cycles)
+        elif op == 0x56:  # ANL A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[ACC] = byte(m, ACC) & byte(m, p)
+        elif op == 0x58:  # ANL A,Rn
+            m[ACC] = byte(m, ACC) & byte(m, bank(m) | n)
+        elif op == 0x64:  # XRL A,#data
+            m[ACC] = byte(m, ACC) ^ y
+        elif op == 0x65:  # XRL A,direct
+            m[ACC] = byte(m, ACC) ^ get(m, h, log, w, y, cycles)
+        elif op == 0x66:  # XRL A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[ACC] = byte(m, ACC) ^ byte(m, p)
+        elif op == 0x68:  # XRL A,Rn
+            m[ACC] = byte(m, ACC) ^ byte(m, bank(m) | n)
+        elif op == 0x94:  # SUBB A,#data
+            subtract(m, y)
+        elif op == 0x95:  # SUBB A,direct
+            subtract(m, get(m, h, log, w, y, cycles))
+        elif op == 0x96:  # SUBB A,@Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            subtract(m, byte(m, p))
+        elif op == 0x98:  # SUBB A,Rn
+            subtract(m, byte(m, bank(m) | n))
+        elif op == 0x42:  # ORL direct,A
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) | byte(m, ACC), now)
+        elif op == 0x43:  # ORL direct,#data
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) | x, now)
+        elif op == 0x52:  # ANL direct,A
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) & byte(m, ACC), now)
+        elif op == 0x53:  # ANL direct,#data
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) & x, now)
+        elif op == 0x62:  # XRL direct,A
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) ^ byte(m, ACC), now)
+        elif op == 0x63:  # XRL direct,#data
+            put(m, h, log, w, y, hold(m, h, log, w, y, now) ^ x, now)
+        elif op == 0x04:  # INC A
+            m[ACC] = (byte(m, ACC) + 1) & 255
+        elif op == 0x05:  # INC direct
+            put(m, h, log, w, y, (hold(m, h, log, w, y, now) + 1) & 255, now)
+        elif op == 0x06:  # INC @Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[p] = (byte(m, p) + 1) & 255
+        elif op == 0x08:  # INC Rn
+            p = bank(m) | n
+            m[p] = (byte(m, p) + 1) & 255
+        elif op == 0x14:  # DEC A
+            m[ACC] = (byte(m, ACC) - 1) & 255
+        elif op == 0x15:  # DEC direct
+            put(m, h, log, w, y, (hold(m, h, log, w, y, now) - 1) & 255, now)
+        elif op == 0x16:  # DEC @Ri
+            p = byte(m, bank(m) | n)
+            if p > top:
+                kind = FAULT_INDIRECT
+                break
+            m[p] = (byte(m, p) - 1) & 255
+        elif op == 0x18:  # DEC Rn
+            p = bank(m) | n
+            m[p] = (byte(m, p) - 1) & 255
+        elif op == RESERVED:
+            kind = FAULT_RESERVED
+            break
+        elif op == UNMAPPED_SFR:
+            kind = FAULT_UNMAPPED
+            break
+        elif op == OUTSIDE_IMAGE:
+            kind = FAULT_OUTSIDE
+            break
+        pc = after
+        cycles = now
+        executed += 1
+    if kind != FAULT_NONE:
+        h[FAULT] = kind
+        h[STOP] = STOP_FAULT
+    h[PC], h[CYCLES], h[COUNT] = pc, cycles, executed
+    refresh(m, h, log, cycles)
+    m[PSW] = (byte(m, PSW) & 0xFE) | parity(m)

@@ -1,0 +1,75 @@
+"""Where the processor's state lies: constants shared by the kernels and the face.
+
+All bytes are in one array ``m``, so that a direct operand is one index: internal RAM at 0..255, pins at 256..259, the
+special function registers at 256 + their direct address, external RAM behind. What the programmer cannot see is in
+one int64 array ``h``.
+"""
+
+from __future__ import annotations
+
+# --- bytes -----------------------------------------------------------------------------------------------------------
+PINS = 256
+SFR_BASE = 256
+XRAM = 512
+BYTES = XRAM + 65536
+
+P0, SP, DPL, DPH, PCON = 0x180, 0x181, 0x182, 0x183, 0x187
+TCON, TMOD, TL0, TL1, TH0, TH1 = 0x188, 0x189, 0x18A, 0x18B, 0x18C, 0x18D
+P1, SCON, SBUF, P2, IE, P3, IP = 0x190, 0x198, 0x199, 0x1A0, 0x1A8, 0x1B0, 0x1B8
+T2CON, RCAP2L, RCAP2H, TL2, TH2 = 0x1C8, 0x1CA, 0x1CB, 0x1CC, 0x1CD
+PSW, ACC, B = 0x1D0, 0x1E0, 0x1F0
+
+# --- the decoded word of an address (int64) --------------------------------------------------------------------------
+FORM_BITS = 9
+COST_AT, TAKEN_AT, LENGTH_AT, N_AT, SPECIAL_AT, X_AT, Y_AT, BIT_AT = 9, 14, 17, 19, 22, 24, 40, 49
+SPECIAL = 1 << SPECIAL_AT
+OUTSIDE_IMAGE, UNMAPPED_SFR = 0x100, 0x101
+RESERVED = 0xA5
+
+# --- hidden state (int64) --------------------------------------------------------------------------------------------
+(
+    PC,
+    CYCLES,
+    COUNT,
+    DUE,  # cycle at which the loop must look up from executing
+    END,  # cycle at which the run ends
+    TOP,  # highest address of internal RAM
+    TICK,  # cycles of a timer increment
+    RECOGNISE,  # cycles between the end of the cycle of a request and the earliest call
+    CALL,  # cycles of the hardware's call
+    HAS_TIMER2,
+    SYNCED,  # cycle up to which timers and serial port have been brought
+    SERVING,  # bit 0: low priority in service, bit 1: high
+    HOLD,  # no interrupt at the boundary that follows
+    STOP,  # why the loop must end
+    FAULT,
+    LEVELS,  # P3 + 256 * P1 as they stand at the pins
+    LEVELS_AT,  # since which cycle
+    SEEN,  # the same as last sampled
+    OVERFLOWS_1,  # of timer 1 since reset: the free-running divider of the serial port
+    OVERFLOWS_2,
+    SEND_LEFT,  # overflows until TI; 0 where nothing is sent
+    SEND_AT,  # or the cycle of TI, in the modes with a fixed rate
+    SEND_BYTE,
+    RECEIVE_LEFT,
+    RECEIVE_AT,
+    RECEIVE_BYTE,  # nine bits
+    CHANGE,  # index of the next change of pins
+    CHANGES,  # how many there are
+    LOGGED,
+    LOG_ROOM,
+    STAMP,  # six: the cycle at whose end each request came
+) = range(31)
+HIDDEN = STAMP + 6
+
+# requests in polling order; their vector is 8 * index + 3
+EXTERNAL_0, TIMER_0, EXTERNAL_1, TIMER_1, SERIAL, TIMER_2 = range(6)
+
+RUNNING, STOP_FAULT, STOP_POWER_DOWN, STOP_LOG_FULL = 0, 1, 2, 3
+FAULT_NONE, FAULT_RESERVED, FAULT_UNMAPPED, FAULT_OUTSIDE, FAULT_STACK, FAULT_INDIRECT = range(6)
+
+NEVER = 2**62
+
+# rows of the log: cycle, what, value
+LOG_COLUMNS = 3
+LOG_SERIAL = 4  # 0..3 are the ports
