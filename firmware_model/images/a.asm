@@ -7,6 +7,7 @@
 WORD_TOTALS     = 0
 GATE            = 30            ; us from one transition to the next but one: 2 * (2 + 8 + 3) us, and 15 % more
 FAST_COUNTS     = 66            ; counts in a tick at that speed
+ARMING          = 6             ; cycles from the gate timer's end to the first look that may insert
 
         .macro  PASS
         .endm
@@ -21,32 +22,30 @@ FAST_COUNTS     = 66            ; counts in a tick at that speed
         anl     a,#LINES                ; cycle 5
         jmp     @a+dptr                 ; cycles 6, 7: to one of eight pieces; the first change is in cycle 8
         .endm
-        .macro  CHOOSE_SIGN     ?chosen
+        .macro  BEFORE_SEARCH   ?chosen
         mov     dptr,#forward_cycles
         jnb     F_MINUS,chosen
         mov     dptr,#backward_cycles
 chosen:
         .endm
         .macro  INSERT_AFTER_FALL       ?armed,?late
-        CHOOSE_SIGN
-        jnb     DIFFER,late             ; it came just now: too late for it
+        jnb     DIFFER,late             ; it came just now: too late for this one
 armed:  jb      DIFFER,armed            ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
         INSERT_NOW
-late:   ljmp    refused_fall
+late:   ljmp    late_fall
         .endm
         .macro  INSERT_AFTER_RISE       ?armed,?late
-        CHOOSE_SIGN
         jb      DIFFER,late
 armed:  jnb     DIFFER,armed            ; cycles 0, 1
         clr     EA                      ; cycle 2
         INSERT_NOW
-late:   ljmp    refused_rise
+late:   ljmp    late_rise
         .endm
         .include "seek_xor.asm"
 
 at_rest:
-        CHOOSE_SIGN
+        BEFORE_SEARCH
         INSERT_NOW
 
 ; One piece: the first line changes, the second, the first back, the second back, 1 us apart.

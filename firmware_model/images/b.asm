@@ -43,6 +43,7 @@ unplanned:
         clr     TF1
         sjmp    copy
 plan:   jb      F_FAST,unplanned
+        PASS
         mov     a,#1
         jnb     F_MINUS,ahead
         mov     a,#3

@@ -5,8 +5,10 @@
         .include "rtec.inc"
 
 WORD_TOTALS     = 0
-GATE            = 17            ; us from one transition to the next but one: 2 * (2 + 4 + 1) us, and 15 % more
-FAST_COUNTS     = 117           ; counts in a tick at that speed
+GATE            = 19            ; us from one transition to the next but one: 2 * (2 + 4 + 1) us and 15 % more would be 17,
+                                ; but the timer needs two cycles after it is set
+FAST_COUNTS     = 105           ; counts in a tick at that speed
+ARMING          = 8             ; cycles from the gate timer's end to the first look that may insert
 
         .macro  PASS
         .endm
@@ -25,7 +27,7 @@ FAST_COUNTS     = 117           ; counts in a tick at that speed
         .endm
         .macro  INSERT_AFTER_FALL       ?plus,?minus,?late,?arm
         jb      F_MINUS,arm
-        jnb     DIFFER,late             ; it came just now: too late for it
+        jnb     DIFFER,late             ; it came just now: too late for this one
 plus:   jb      DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
         TOGGLE  INVERT_A_N,INVERT_B_N
@@ -33,7 +35,7 @@ arm:    jnb     DIFFER,late
 minus:  jb      DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_B_N,INVERT_A_N
-late:   ljmp    refused_fall
+late:   ljmp    late_fall
         .endm
         .macro  INSERT_AFTER_RISE       ?plus,?minus,?late,?arm
         jb      F_MINUS,arm
@@ -45,7 +47,9 @@ arm:    jb      DIFFER,late
 minus:  jnb     DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_A_N,INVERT_B_N
-late:   ljmp    refused_rise
+late:   ljmp    late_rise
+        .endm
+        .macro  BEFORE_SEARCH
         .endm
         .include "seek_xor.asm"
 

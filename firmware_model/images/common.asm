@@ -47,19 +47,20 @@ tick:
         lcall   owe
         PASS
         lcall   place_trip
+        PASS
         lcall   publish
-        setb    F_REST
+        PASS
+        clr     F_REST
+        jbc     IE0,unseen
+        jb      F_MOVED,settled
         mov     a,DELTA_LOW
         orl     a,DELTA_HIGH
-        jnz     moved
-        jb      F_MOVED,moved
-        jnb     IE0,rested
-moved:  clr     F_REST
-rested: clr     F_MOVED
-        jnb     IE0,settled             ; a transition went by unseen: what was timed before it is void
-        clr     IE0
-        clr     F_TIMED
+        jnz     settled
+        setb    F_REST
+        sjmp    settled
+unseen: clr     F_TIMED                 ; a transition went by during this: what was timed before it is void
 settled:
+        clr     F_MOVED
         ljmp    work
 
 ; Timer 0 ends a search: nothing has been decided there yet, so the place it came from is dropped.
@@ -104,9 +105,9 @@ read_position:
         orl     a,#0xF0                 ; ... and signed
 forward:
         mov     DELTA_HIGH,a
+        PASS
         mov     RAW_LOW,r2
         mov     RAW_HIGH,r3
-        PASS
         mov     a,DELTA_HIGH
         rlc     a
         subb    a,ACC                   ; sign: 0 or FFh
@@ -264,6 +265,9 @@ believe:
         mov     r2,a
         clr     a
         addc    a,r3
+        mov     r3,a
+        PASS
+        mov     a,r3
         jnz     beyond
         mov     a,r2
         add     a,#(255 - 2 * WINDOW)
@@ -281,6 +285,7 @@ beyond: PASS
         ret
 accept: mov     ACCEPTED,REQUESTED_LOW
         mov     ACCEPTED+1,REQUESTED_HIGH
+        PASS
 believed:
         mov     DOUBTS,#0
         mov     MESSAGE,#OK
@@ -306,6 +311,7 @@ owe:
         orl     a,r2
         jz      owed_none
         setb    F_OWED
+        PASS
 owed_none:
         ret
 

@@ -7,6 +7,7 @@
 WORD_TOTALS     = 0
 GATE            = 42            ; us from one A&B low to the next: 4 * (2 + 4 + 3) us, and 15 % more
 FAST_COUNTS     = 96            ; counts in a tick at that speed
+ARMING          = 8             ; cycles from the gate timer's end to the first look that may insert
 
         .macro  PASS
         .endm
@@ -38,11 +39,11 @@ seek:
 first:  jnb     LOW_N,first             ; out of state 1 ...
 falls:  jb      LOW_N,falls             ; ... and into it: the first signal
 start_timing:
-        setb    F_MOVED                 ; cycle 2
-        clr     F_TIMED                 ; void until all of this is done: the tick may break in
-        mov     TL1,#(256 - GATE + 6)   ; counts from cycle 6 on
+        clr     F_TIMED                 ; cycle 2: void until all of this is done, the tick may break in
+        setb    F_MOVED                 ; cycle 3
+        clr     IE0                     ; cycle 4: it remembers the next one
+        mov     TL1,#(256 - GATE + ARMING + 7)  ; cycles 5, 6: counts from cycle 7 on
         clr     TF1
-        clr     IE0
         setb    F_TIMED
 timed:  jnb     LOW_N,timed             ; still the same one
 gate:   jb      TF1,slow_enough
@@ -80,7 +81,7 @@ insert_minus:
         setb    HOLD_N                  ; cycle 8
         clr     ET0                     ; cycle 9
 inserted:
-        mov     TL1,#(256 - GATE + 6)   ; the signal just used is the first of the next pair; timed late: no harm
+        mov     TL1,#(256 - GATE + ARMING + 7)  ; the signal just used is the first of the next pair; timed late: no harm
         clr     TF1
         clr     IE0
         setb    F_TIMED

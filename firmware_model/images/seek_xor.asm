@@ -1,6 +1,7 @@
 ; Designs A and C: search for a transition slow enough to insert behind, by the exclusive OR of A and B on P3.2.
-; An image defines before it includes this file: the macros INSERT_AFTER_FALL and INSERT_AFTER_RISE, which wait for the
-; transition in a loop of two cycles, insert and go on at `inserted`; and the label `at_rest`.
+; An image defines before it includes this file: ARMING; the macro BEFORE_SEARCH; the macros INSERT_AFTER_FALL and
+; INSERT_AFTER_RISE, which wait for the transition in a loop of two cycles, insert and go on at `inserted`; and the
+; label `at_rest`.
 
 ; A reading is over: insert, search, or wait for the next one.
 work:
@@ -17,6 +18,7 @@ idle:   jnb     TF0,idle
 ; two transitions. Timer 0 breaks out of these loops.
 seek:
         clr     F_REST
+        BEFORE_SEARCH
         setb    ET0
         jnb     F_TIMED,first
         mov     c,F_LEVEL
@@ -36,13 +38,14 @@ first_fall:
 refused_rise:
         inc     REFUSED
 time_rise:
-        setb    F_MOVED
-        clr     F_TIMED                 ; void until all of this is done: the tick may break in
-        mov     TL1,#(256 - GATE + 6)
+        clr     F_TIMED                 ; cycle 2: void until all of this is done, the tick may break in
+        setb    F_MOVED                 ; cycle 3
+        clr     IE0                     ; cycle 4: it remembers the next fall
+        mov     TL1,#(256 - GATE + ARMING + 7)  ; cycles 5, 6: counts from cycle 7 on
         clr     TF1
         setb    F_LEVEL
-        clr     IE0
         setb    F_TIMED
+        jb      IE0,refused_fall        ; one came meanwhile
 high_gate:
         jb      TF1,arm_fall
         jb      DIFFER,high_gate
@@ -57,12 +60,12 @@ between_low:
 refused_fall:
         inc     REFUSED
 time_fall:
-        setb    F_MOVED
         clr     F_TIMED
-        mov     TL1,#(256 - GATE + 6)
+        setb    F_MOVED
+        clr     IE0
+        mov     TL1,#(256 - GATE + ARMING + 7)
         clr     TF1
         clr     F_LEVEL
-        clr     IE0
         setb    F_TIMED
 low_gate:
         jb      TF1,arm_rise
@@ -74,9 +77,17 @@ between_high:
         jb      DIFFER,between_high
         sjmp    refused_fall
 
+; A transition that came during the arming is the one between; the period, long enough, ends with the next.
+late_rise:
+        clr     F_TIMED
+        setb    F_MOVED
 arm_fall:
         jb      IE0,refused_fall        ; two transitions between two looks
         INSERT_AFTER_FALL
+late_fall:
+        clr     F_TIMED
+        setb    F_MOVED
+        clr     IE0
 arm_rise:
         jb      IE0,refused_rise
         INSERT_AFTER_RISE
@@ -84,7 +95,7 @@ arm_rise:
 ; The insertion is over, interrupts are off.
 inserted:
         clr     ET0                     ; the tick waits until this one is booked
-        mov     TL1,#(256 - GATE + 6)   ; the transition just used is the first of the next pair; timed late: no harm
+        mov     TL1,#(256 - GATE + ARMING + 7)  ; the transition just used is the first of the next pair; timed late: no harm
         clr     TF1
         mov     c,DIFFER
         mov     F_LEVEL,c
