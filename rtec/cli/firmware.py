@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
@@ -56,11 +56,12 @@ def run(
     from firmware_model import Mcs51, read_hex
     from firmware_model.isa.parts import PARTS, TIMINGS
 
-    part, timing = choice(part, PARTS, name="--part"), choice(timing, TIMINGS, name="--timing")
+    kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
+    pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
     with _as_bad_input():
         memory = read_hex(image)
-        cpu = Mcs51(memory, part=part, timing=timing)
-        _compile(Mcs51(memory, part=part, timing=timing))
+    cpu, other = (Mcs51(memory, part=kind, timing=pace) for _ in range(2))
+    _compile(other)
     with progress("firmware") as show:
         begun = time.perf_counter()
         reason = "budget"
@@ -68,7 +69,7 @@ def run(
             reason = cpu.run(cycles=min(_SLICE_CYCLES, cycles - cpu.cycles)).reason
             show(cpu.cycles / cycles)
         wall_s = time.perf_counter() - begun
-    found = _document(cpu, reason, wall_s) | {"part": part, "timing": timing}
+    found = _document(cpu, reason, wall_s) | {"part": kind, "timing": pace}
     if json:
         print_json(found)
     else:
@@ -87,13 +88,13 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
 
     with _as_bad_input():
         memory = read_hex(image)
-    lines = disassemble_image(memory.code, memory.used)
+    lines = list(disassemble_image(memory.code, memory.used))
     if json:
         rows = [{"address": line.address, "code": line.code.hex(), "text": line.text} for line in lines]
         print_json({"image": str(image), "lines": rows})
         return
     for line in lines:
-        typer.echo(f"{line.address:04X}  {line.code.hex(' ').upper():8}  {line.text}")
+        typer.echo(str(line))
 
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
@@ -137,7 +138,7 @@ def _document(cpu: Mcs51, reason: str, wall_s: float) -> dict[str, object]:
         "reason": reason,
         "fault": None
         if fault is None
-        else {"kind": str(fault.kind), "pc": fault.pc, "opcode": fault.opcode, "cycle": fault.cycle},
+        else {"kind": fault.kind.value, "pc": fault.pc, "opcode": fault.opcode, "cycle": fault.cycle},
     }
 
 
