@@ -86,9 +86,10 @@ def program(seed: int, units: int) -> Image:
             draw.shuffle(deck)
         body.append(_unit(draw, deck.pop()))
     body += [_Unit(bytearray([_SJMP, 0xFE]), _SJMP)] * 5  # as far as a jump goes
+    length = sum(len(unit.code) for unit in body)
+    if length > CODE_BYTES:
+        raise ValueError(f"{units} instructions take {length} bytes; allowed: {CODE_BYTES}")
     code = _placed(body)
-    if len(code) > CODE_BYTES:
-        raise ValueError(f"{units} instructions take {len(code)} bytes; allowed: {CODE_BYTES}")
     whole = bytes(code) + draw.randbytes(CODE_BYTES - len(code))  # MOVC reads anywhere
     return Image(code=whole, used=((0, CODE_BYTES),), source=f"random program, seed {seed}")
 

@@ -8,7 +8,7 @@ What holds for ucsim 0.6.4 and was found by trying it:
 - RAM is random after power-up (its contents here are set to 0 first), program memory without code is random, too;
 - ``-t 52`` is the part with 256 bytes of RAM and timer 2, ``-t 51`` that with 128 bytes;
 - ``state`` counts instructions (``Inst=``) and clocks since reset (``clks``), twelve of which are a machine cycle;
-- a stack that grows beyond 0xFF and an invalid instruction stop the simulation ("Erroneous instruction").
+- a stack that grows beyond 0xFF stops the simulation ("Erroneous instruction"); the reserved opcode does not.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def follow(
     Raises
     ------
     UcsimError
-        The peer is absent, hangs, or stopped early (a stack beyond 0xFF, the reserved opcode).
+        The peer is absent, hangs, or stopped early (a stack beyond 0xFF).
     """
     wanted = list(steps)
     script = []
