@@ -82,14 +82,18 @@ late_rise:
         clr     F_TIMED
         setb    F_MOVED
 arm_fall:
-        jb      IE0,refused_fall        ; two transitions between two looks
+        jnb     IE0,fall_next
+        ljmp    refused_fall            ; two transitions between two looks
+fall_next:
         INSERT_AFTER_FALL
 late_fall:
         clr     F_TIMED
         setb    F_MOVED
         clr     IE0
 arm_rise:
-        jb      IE0,refused_rise
+        jnb     IE0,rise_next
+        ljmp    refused_rise
+rise_next:
         INSERT_AFTER_RISE
 
 ; The insertion is over, interrupts are off.
