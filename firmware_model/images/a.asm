@@ -8,6 +8,7 @@ WORD_TOTALS     = 0
 GATE            = 30            ; us from one transition to the next but one: 2 * (2 + 8 + 3) us, and 15 % more
 FAST_COUNTS     = 66            ; counts in a tick at that speed
 ARMING          = 6             ; cycles from the gate timer's end to the first look that may insert
+ONE_LATE        = 1
 
         .macro  PASS
         .endm
@@ -28,18 +29,22 @@ ARMING          = 6             ; cycles from the gate timer's end to the first 
         mov     dptr,#backward_cycles
 chosen:
         .endm
-        .macro  INSERT_AFTER_FALL       ?armed,?late
+        .macro  INSERT_AFTER_FALL       ?armed,?late,?lost
         jnb     DIFFER,late             ; it came just now: too late for this one
+        jb      IE0,lost                ; two transitions between two looks
 armed:  jb      DIFFER,armed            ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
         INSERT_NOW
+lost:   ljmp    refused_fall
 late:   ljmp    late_fall
         .endm
-        .macro  INSERT_AFTER_RISE       ?armed,?late
+        .macro  INSERT_AFTER_RISE       ?armed,?late,?lost
         jb      DIFFER,late
+        jb      IE0,lost
 armed:  jnb     DIFFER,armed            ; cycles 0, 1
         clr     EA                      ; cycle 2
         INSERT_NOW
+lost:   ljmp    refused_rise
 late:   ljmp    late_rise
         .endm
         .include "seek_xor.asm"

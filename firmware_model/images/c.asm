@@ -9,6 +9,7 @@ GATE            = 19            ; us from one transition to the next but one: 2 
                                 ; but the timer needs two cycles after it is set
 FAST_COUNTS     = 105           ; counts in a tick at that speed
 ARMING          = 8             ; cycles from the gate timer's end to the first look that may insert
+ONE_LATE        = 0
 
         .macro  PASS
         .endm
@@ -25,28 +26,34 @@ ARMING          = 8             ; cycles from the gate timer's end to the first 
         setb    HOLD_N                  ; cycle 6
         ljmp    inserted
         .endm
-        .macro  INSERT_AFTER_FALL       ?plus,?minus,?late,?arm
+        .macro  INSERT_AFTER_FALL       ?plus,?minus,?late,?arm,?lost
         jb      F_MINUS,arm
         jnb     DIFFER,late             ; it came just now: too late for this one
+        jb      IE0,lost                ; two transitions between two looks
 plus:   jb      DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
         TOGGLE  INVERT_A_N,INVERT_B_N
 arm:    jnb     DIFFER,late
+        jb      IE0,lost
 minus:  jb      DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_B_N,INVERT_A_N
+lost:   ljmp    refused_fall
 late:   ljmp    late_fall
         .endm
-        .macro  INSERT_AFTER_RISE       ?plus,?minus,?late,?arm
+        .macro  INSERT_AFTER_RISE       ?plus,?minus,?late,?arm,?lost
         jb      F_MINUS,arm
         jb      DIFFER,late
+        jb      IE0,lost
 plus:   jnb     DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_B_N,INVERT_A_N
 arm:    jb      DIFFER,late
+        jb      IE0,lost
 minus:  jnb     DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_A_N,INVERT_B_N
+lost:   ljmp    refused_rise
 late:   ljmp    late_rise
         .endm
         .macro  BEFORE_SEARCH

@@ -141,11 +141,11 @@ magnitude:
 fast:   setb    F_FAST
         ret
 
-; INT1: the first MOVX closes the decoder's inhibit latch, 7 cycles into this routine. Bank 1 belongs to it.
+; INT1: the first MOVX closes the decoder's inhibit latch, 8 cycles into this routine. Bank 1 belongs to it.
 probe_trip:
         push    ACC                     ; 2
         push    PSW                     ; 2
-        setb    RS0                     ; 1
+        mov     PSW,#0x08               ; 2: bank 1 (a byte write: ucsim 0.6.4 does not see SETB RS0)
         movx    a,@r0                   ; 2
         mov     r2,a
         PASS

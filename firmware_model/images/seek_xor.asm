@@ -1,5 +1,6 @@
 ; Designs A and C: search for a transition slow enough to insert behind, by the exclusive OR of A and B on P3.2.
-; An image defines before it includes this file: ARMING; the macro BEFORE_SEARCH; the macros INSERT_AFTER_FALL and
+; An image defines before it includes this file: ARMING; ONE_LATE (0 where two rounds of arming
+; last as long as two worst insertions, so that what comes late again may still be waited out); the macro BEFORE_SEARCH; the macros INSERT_AFTER_FALL and
 ; INSERT_AFTER_RISE, which wait for the transition in a loop of two cycles, insert and go on at `inserted`; and the
 ; label `at_rest`.
 
@@ -44,6 +45,7 @@ time_rise:
         mov     TL1,#(256 - GATE + ARMING + 7)  ; cycles 5, 6: counts from cycle 7 on
         clr     TF1
         setb    F_LEVEL
+        clr     F_HALF
         setb    F_TIMED
         jb      IE0,refused_fall        ; one came meanwhile
 high_gate:
@@ -52,6 +54,7 @@ high_gate:
         clr     F_TIMED                 ; one transition between: the period ends with the next
         setb    F_MOVED
         clr     IE0
+        setb    F_HALF
 between_low:
         jb      TF1,arm_rise
         jnb     DIFFER,between_low
@@ -66,34 +69,42 @@ time_fall:
         mov     TL1,#(256 - GATE + ARMING + 7)
         clr     TF1
         clr     F_LEVEL
+        clr     F_HALF
         setb    F_TIMED
 low_gate:
         jb      TF1,arm_rise
         jnb     DIFFER,low_gate
         clr     F_TIMED
         setb    F_MOVED
+        setb    F_HALF
 between_high:
         jb      TF1,arm_fall
         jb      DIFFER,between_high
         sjmp    refused_fall
 
-; A transition that came during the arming is the one between; the period, long enough, ends with the next.
+; A first transition that came during the arming is the one between; the period, long enough, ends with the next.
 late_rise:
+        .if ONE_LATE
+        jnb     F_HALF,rise_between
+        ljmp    refused_rise
+rise_between:
+        setb    F_HALF
+        .endif
         clr     F_TIMED
         setb    F_MOVED
 arm_fall:
-        jnb     IE0,fall_next
-        ljmp    refused_fall            ; two transitions between two looks
-fall_next:
         INSERT_AFTER_FALL
 late_fall:
+        .if ONE_LATE
+        jnb     F_HALF,fall_between
+        ljmp    refused_fall
+fall_between:
+        setb    F_HALF
+        .endif
         clr     F_TIMED
         setb    F_MOVED
         clr     IE0
 arm_rise:
-        jnb     IE0,rise_next
-        ljmp    refused_rise
-rise_next:
         INSERT_AFTER_RISE
 
 ; The insertion is over, interrupts are off.
@@ -103,6 +114,7 @@ inserted:
         clr     TF1
         mov     c,DIFFER
         mov     F_LEVEL,c
+        clr     F_HALF
         clr     IE0
         setb    F_TIMED
         jb      F_REST,still            ; set only where the insertion did not follow a transition

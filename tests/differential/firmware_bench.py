@@ -6,6 +6,7 @@ cycle lasts a number of instructions, and the trace says how many machine cycles
 
 from __future__ import annotations
 
+import itertools
 import re
 import shutil
 import subprocess
@@ -170,7 +171,7 @@ def output(name: str, look: Look) -> tuple[int, int]:
 def count_of(outputs: list[tuple[int, int]]) -> tuple[int, int]:
     """Return counts and illegal changes of an ideal decoder."""
     count = illegal = 0
-    for before, after in zip(outputs, outputs[1:], strict=False):
+    for before, after in itertools.pairwise(outputs):
         step = (STATES.index(after) - STATES.index(before)) % 4
         count += {0: 0, 1: 1, 3: -1, 2: 0}[step]
         illegal += step == 2

@@ -1,0 +1,386 @@
+"""The box's firmware: what is committed is what assembles, and on ucsim it does what the report says."""
+
+import importlib.util
+import itertools
+import re
+import shutil
+
+import pytest
+from firmware_bench import GO_HOME, IMAGES, LARGE, PROBING, STATES, Session, absent, count_of, output, symbols
+
+DESIGNS = ("original", "a", "b", "c")
+STEP_COUNTS = {"original": 4, "a": 4, "b": 1, "c": 2}
+OK, NOT_HOMED, IN_PROBING, DISABLED, DONT_BELIEVE, STILL_DONT_BELIEVE = range(6)
+# 12 MHz cycles from the one in which the lines are looked at to the one that changes the first pin
+FIRST_CHANGE = {"original": 4, "a": 8, "c": 4}
+CHANGES = {"original": 4, "a": 4, "c": 2}
+
+needs_sdcc = pytest.mark.skipif(shutil.which("sdas8051") is None, reason="SDCC (sdas8051, sdld) is not installed")
+needs_s51 = pytest.mark.skipif(absent(), reason="ucsim (s51) is not installed")
+
+
+@pytest.fixture(scope="module")
+def build():
+    spec = importlib.util.spec_from_file_location("firmware_build", IMAGES / "build.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+# assembling
+
+
+@needs_sdcc
+def test_the_committed_outputs_are_what_the_sources_assemble_to(build, capsys):
+    assert build.main(["--check"]) == 0, capsys.readouterr().err
+
+
+@needs_sdcc
+def test_check_finds_an_output_that_is_not_of_its_source(build, tmp_path, capsys):
+    for name in ("original.asm", "original.ihx", "original.lst", "original.sym"):
+        shutil.copyfile(IMAGES / name, tmp_path / name)
+    source = tmp_path / "original.asm"
+    assert build.main(["--check", str(source)]) == 0
+    text = source.read_text(encoding="utf-8").replace("GATE            = 42", "GATE            = 43")
+    source.write_text(text, encoding="utf-8")
+    assert build.main(["--check", str(source)]) == 1
+    assert "original.ihx: differs" in capsys.readouterr().err
+
+
+@needs_sdcc
+def test_a_source_with_a_mistake_is_refused_with_its_line(build, tmp_path, capsys):
+    source = tmp_path / "mine.asm"
+    source.write_text("        .area   CODE (ABS)\n        .org    0\n        mvo     a,#1\n", encoding="utf-8")
+    assert build.main([str(source)]) == 2
+    assert re.search(r"mine\.\w+:3: Error", capsys.readouterr().err)
+    assert not source.with_suffix(".ihx").exists()
+
+
+def test_without_sdcc_it_says_what_to_install(build, monkeypatch, capsys):
+    monkeypatch.setenv("PATH", "")
+    assert build.main(["--check"]) == 2
+    assert "apt-get install sdcc" in capsys.readouterr().err
+
+
+def test_a_source_that_is_not_there_is_an_error(build, tmp_path, capsys):
+    assert build.main([str(tmp_path / "none.asm")]) == 2
+    assert "none.asm: no such source" in capsys.readouterr().err
+
+
+# the conversation
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_it_starts_reports_home_and_stays_in_its_main_loop(name):
+    session = Session(name)
+    session.skip(1500)
+    session.words()
+    session.ask(5, GO_HOME)  # home is taken with a request of zero alone
+    session.skip(1500)
+    session.words()
+    session.ask(0, GO_HOME)
+    session.set_count(0)
+    session.skip(1500)
+    session.words()
+    session.ask(0)
+    session.trace(3000)
+    session.words()
+    looks, (before, nonzero, home, later) = session.play()
+    assert [w.message for w in (before, nonzero, home, later)] == [NOT_HOMED, NOT_HOMED, OK, OK]
+    assert (home.position, home.completed, home.accepted) == (0, 0, 0)
+    place = symbols(name)
+    ticks = [look.cycle for look in looks if look.pc == place["tick"]]
+    assert len(ticks) >= 4
+    assert all(990 <= later - sooner <= 1010 for sooner, later in itertools.pairwise(ticks))
+    assert max(look.pc for look in looks) < 0x400
+    drives = {look.p1 & 0x8F for look in looks}
+    assert drives == {0x8F}, "nothing is driven without a correction"
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_the_position_goes_beyond_the_decoders_twelve_bits(name):
+    session = Session(name)
+    session.home()
+    counts = [0, 1500, 3000, 4500, 9000 - 3000, 7900, 6000, 4000, 2000, 0, -1900, -3800, -5700]
+    for count in counts:
+        session.set_count(count)
+        session.skip(1300)
+        session.words()
+    _, words = session.play()
+    assert [w.position for w in words] == counts
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize(
+    ("total", "status", "message", "accepted"),
+    [
+        (3, 0, OK, 3),
+        (-3, 0, OK, -3),
+        (4, 0, STILL_DONT_BELIEVE, 0),
+        (-4, 0, STILL_DONT_BELIEVE, 0),
+        (100, LARGE, OK, 100),
+        (-127, LARGE, OK, -127),
+        (2, PROBING, IN_PROBING, 0),
+        (2, GO_HOME, OK, 0),
+    ],
+)
+def test_the_window(name, total, status, message, accepted):
+    session = Session(name)
+    session.home()
+    session.ask(total, status)
+    session.skip(4000)
+    session.words()
+    _, (words,) = session.play()
+    assert (words.message, words.accepted) == (message, accepted)
+
+
+@needs_s51
+def test_totals_of_design_b_are_in_the_hundreds():
+    session = Session("b")
+    session.home()
+    session.ask(300, LARGE)
+    session.skip(40_000)
+    session.words()
+    session.ask(-5, LARGE)
+    session.skip(40_000)
+    session.words()
+    _, words = session.play()
+    assert [(w.accepted, w.completed, w.message) for w in words] == [(300, 300, OK), (-5, -5, OK)]
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_the_third_unbelievable_reading_in_a_row_is_fatal(name):
+    session = Session(name)
+    session.home()
+    session.ask(9)
+    for _ in range(60):
+        session.skip(50)
+        session.words()
+    session.ask(1)  # too late
+    session.skip(3000)
+    session.words()
+    _looks, words = session.play()
+    messages = [w.message for w in words]
+    changes = [m for m, before in zip(messages, [None, *messages], strict=False) if m != before]
+    assert changes == [OK, DONT_BELIEVE, STILL_DONT_BELIEVE]
+    assert (words[-1].accepted, words[-1].completed) == (0, 0)
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_back_within_the_window_in_time_is_forgiven(name):
+    session = Session(name)
+    session.home()
+    for _ in range(3):
+        session.ask(9)
+        session.skip(500)  # less than two ticks
+        session.ask(0)
+        session.skip(1300)
+    session.words()
+    session.ask(2)
+    session.skip(3000)
+    session.words()
+    _, (forgiven, later) = session.play()
+    assert (forgiven.message, forgiven.accepted) == (OK, 0)
+    assert (later.message, later.completed) == (OK, 2)
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_the_switch_forbids_corrections(name):
+    session = Session(name)
+    session.home()
+    session.enable(False)
+    session.skip(1300)
+    session.words()
+    session.ask(2)
+    session.trace(2500)
+    session.words()
+    session.enable(True)
+    session.skip(3000)
+    session.words()
+    looks, (zero, disabled, enabled) = session.play()
+    assert [w.message for w in (zero, disabled, enabled)] == [OK, DISABLED, OK]
+    assert (disabled.completed, enabled.completed) == (0, 2)
+    assert {look.p1 & 0x8F for look in looks} == {0x8F}
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_probing_latches_the_trip_and_inserts_nothing(name):
+    session = Session(name)
+    session.home()
+    session.set_count(1000)
+    session.skip(1300)
+    session.ask(2, PROBING)
+    session.skip(1300)
+    session.set_count(1123)
+    session.trip(True)
+    session.trace(40)
+    session.set_count(1400)  # it runs on; the latch keeps
+    session.skip(1300)
+    session.trip(False)
+    session.skip(1300)
+    session.words()
+    looks, (words,) = session.play()
+    assert (words.trip, words.trips, words.position) == (1123, 1, 1400)
+    assert (words.message, words.completed) == (IN_PROBING, 0)
+    latched = next(look.cycle for look in looks if look.pc == symbols(name)["probe_trip"])
+    assert latched + 8 - looks[0].cycle <= 20, "microseconds from the trip to the decoder's inhibit latch"
+
+
+# insertions
+
+
+def moving(name, total, *, quarter, edges, direction=1, lead=40):
+    """A session in which the axis moves and ``total`` is asked for; its looks and last words."""
+    session = Session(name)
+    session.home()
+    session.ask(total)
+    session.trace(lead)
+    for _ in range(edges):
+        session.move(direction)
+        session.trace(quarter)
+    session.trace(80)
+    session.words()
+    looks, (words,) = session.play()
+    return session, looks, words
+
+
+def insertions(name, looks):
+    """Levels before an insertion, after each of its changes, cycles of the changes, and the look before them."""
+    found = []
+    changed = [k for k in range(1, len(looks)) if (looks[k].p1 ^ looks[k - 1].p1) & 0x0F]
+    size = CHANGES[name]
+    for begin in range(0, len(changed), size):
+        at = changed[begin : begin + size]
+        levels = [output(name, looks[k]) for k in (at[0] - 1, *at)]
+        edge = max(k for k in range(1, at[0]) if looks[k].lines != looks[k - 1].lines)
+        found.append((levels, [looks[k].cycle for k in at], looks[edge - 1].cycle, looks[edge].cycle))
+    return found
+
+
+@needs_s51
+@pytest.mark.parametrize("total", [3, -3])
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("name", ["original", "a", "c"])
+def test_pins_change_in_the_right_order_and_time(name, direction, total):
+    _, looks, words = moving(name, total, quarter=60, edges=60, direction=direction)
+    found = insertions(name, looks)
+    sign = 1 if total > 0 else -1
+    assert words.completed == total
+    assert len(found) == 3
+    for levels, cycles, before_edge, after_look in found:
+        start = STATES.index(levels[0])
+        assert levels[1:] == [STATES[(start + sign * k) % 4] for k in range(1, len(levels))]
+        if name == "original":
+            assert levels[0] == (0, 0)
+        assert [later - sooner for sooner, later in itertools.pairwise(cycles)] == [1] * (len(cycles) - 1)
+        # JB or JNB, two cycles long, is the first instruction after the edge; its first cycle looks
+        assert after_look - before_edge == 2
+        first_cycle_of_change = cycles[0] - 1
+        assert first_cycle_of_change - before_edge == FIRST_CHANGE[name]
+
+
+@needs_s51
+def test_the_originals_nine_microseconds():
+    """4 us to the first pulse, 3 us of pulses, each 2 us wide, 2 us after them (NISTIR 4832, "The Original RTEC")."""
+    _, looks, _ = moving("original", 1, quarter=60, edges=30)
+    ((_, cycles, before_edge, _),) = insertions("original", looks)
+    first, second, first_back, second_back = (cycle - 1 for cycle in cycles)
+    assert first - before_edge == 4
+    assert (first_back - first, second_back - second) == (2, 2)
+    assert second_back - first == 3
+    place = symbols("original")
+    over = next(look.cycle for look in looks if look.cycle > cycles[-1] and look.pc == place["arm_minus"] - 2)
+    assert over - second_back == 3, "HOLD_N, ET0, and the cycle of the change itself"
+    assert (over - 1) - before_edge == 9
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("total", [3, -3])
+@pytest.mark.parametrize("quarter", [9, 10, 11, 12, 13, 17, 20, 33])
+def test_every_count_arrives(name, total, quarter):
+    """Over many phases between edges and program: what is reported is in the lines, and nothing else is."""
+    if name == "b":
+        quarter = 3 * quarter + 6  # its limit is at about 36 us between edges
+    session, looks, words = moving(name, total, quarter=quarter, edges=2600 // quarter)
+    counts, illegal = count_of([output(name, look) for look in looks])
+    assert illegal == 0
+    assert counts == session.count + STEP_COUNTS[name] * words.completed
+
+
+@needs_s51
+@pytest.mark.parametrize("name", ["original", "a", "c"])
+@pytest.mark.parametrize("quarter", [3, 4, 5])
+def test_too_fast_is_refused(name, quarter):
+    """8 us from edge to edge or less: no insertion of the Original or A fits, none of C with its reserve."""
+    _session, looks, words = moving(name, 3, quarter=quarter, edges=2600 // quarter)
+    assert words.completed == 0
+    assert {look.p1 & 0x0F for look in looks} == {0x0F}
+    if quarter == 5:  # faster than that the decoder alone tells, and no search begins
+        assert words.refused > 10
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("state", range(4))
+def test_at_rest_it_just_starts(name, state):
+    """The Original in state 1 only, the others in any."""
+    session = Session(name)
+    session.home()
+    for _ in range(state):
+        session.move(1)
+        session.skip(200)
+    session.skip(1300)
+    session.ask(-2)
+    session.trace(1500)
+    session.words()
+    looks, (words,) = session.play()
+    made = 0 if name == "original" and state != 0 else -2
+    assert words.completed == made
+    assert count_of([output(name, look) for look in looks]) == (STEP_COUNTS[name] * made, 0)
+
+
+@needs_s51
+@pytest.mark.parametrize("name", DESIGNS)
+def test_data_valid_is_low_while_words_change(name):
+    session = Session(name)
+    session.home()
+    session.ask(1)
+    session.trace(2500)
+    looks, _ = session.play()
+    place = symbols(name)
+    invalid = [look for look in looks if look.p3 & 0x02]
+    longest = cycles = 0
+    for before, after in itertools.pairwise(looks):
+        cycles = cycles + after.cycle - before.cycle if after.p3 & 0x02 else 0
+        longest = max(longest, cycles)
+    end = min(address for address in place.values() if address > place["publish"])
+    publishing = [look for look in looks if place["publish"] + 2 <= look.pc < end - 3]
+    assert publishing
+    assert all(look.p3 & 0x02 for look in publishing)
+    assert invalid
+    assert longest <= (150 if name == "b" else 60)
+
+
+@needs_s51
+def test_design_b_copies_within_its_limit():
+    """Without a correction the lines come out as they went in, 8 cycles after the look that sees them."""
+    _, looks, _ = moving("b", 0, quarter=40, edges=60)
+    out = [output("b", look) for look in looks]
+    assert count_of(out) == (60, 0)
+    delays, waiting = [], None
+    for k in range(1, len(looks)):
+        if looks[k].lines != looks[k - 1].lines:
+            waiting = looks[k - 1].cycle
+        if out[k] != out[k - 1]:
+            delays.append(looks[k].cycle - 1 - waiting)
+    assert len(delays) == 60
+    assert 8 <= min(delays)
+    assert max(delays) <= 42
