@@ -47,7 +47,9 @@ _MOV_DIRECT, _MOV_A, _MOV_DPTR, _JMP, _SJMP, _POP = 0x75, 0x74, 0x90, 0x73, 0x80
 _DIRECT_WRITES = {0x05, 0x15, 0x42, 0x43, 0x52, 0x53, 0x62, 0x63, 0x75, 0x85, 0x86, 0x87, 0xC5, 0xD0, 0xD5, 0xF5}
 _DIRECT_WRITES |= {0x88 | register for register in range(8)}
 _BIT_WRITES = {0x10, 0x92, 0xB2, 0xC2, 0xD2}
-_PARITY_BIT = 0xD0
+_PARITY_BIT, _BANK_BITS = 0xD0, {0xD3, 0xD4}
+_CODE_AT_DPTR = 0x93
+_ANL_DIRECT = 0x53
 OPCODES = frozenset(range(256)) - {RESERVED}
 
 
@@ -115,6 +117,8 @@ def _unit(draw: random.Random, opcode: int) -> _Unit:
         before += bytes([_MOV_DIRECT, SP, draw.randint(1, 0xFD)])
     if opcode in _EXTERNAL:
         before += bytes([_MOV_DIRECT, _PORTS[0], 0xFF])  # known_divergences.toml, "port 0"
+    if opcode == _CODE_AT_DPTR:
+        before += bytes([_MOV_DIRECT, DPH, draw.randrange(0xFF)])  # known_divergences.toml, "code beyond 64 KiB"
     if opcode in _RETURNS:
         top = draw.randint(0x08, 0x7F)
         before += bytes([_MOV_DIRECT, SP, top, _MOV_DIRECT, top, 0, _MOV_DIRECT, top - 1, 0])
@@ -130,7 +134,7 @@ def _unit(draw: random.Random, opcode: int) -> _Unit:
             at = _direct(draw, {PSW} if branches and opcode in _DIRECT_WRITES else set())
             code.append(at)
         elif operand == "b":
-            at = _bit(draw, {_PARITY_BIT} if branches and opcode in _BIT_WRITES else set())
+            at = _bit(draw, {_PARITY_BIT, *_BANK_BITS} if branches and opcode in _BIT_WRITES else set())
             code.append(at)
         elif operand == "i":
             code.append(draw.randrange(256))
@@ -141,6 +145,8 @@ def _unit(draw: random.Random, opcode: int) -> _Unit:
             code += bytes(2 if operand == "l" else 1)
     if (at == PSW and opcode in _DIRECT_WRITES) or (at == _PARITY_BIT and opcode in _BIT_WRITES):
         code += bytes([_MOV_A, draw.randrange(256)])  # known_divergences.toml, "parity"
+    if at in _BANK_BITS and opcode in _BIT_WRITES:
+        code += bytes([_ANL_DIRECT, PSW, 0xFF])  # known_divergences.toml, "register bank"
     return _Unit(code, opcode, kind, ahead)
 
 
