@@ -82,6 +82,11 @@ def _compile(function: _F, **options: Any) -> _F:
         config.CACHE_DIR = before
 
 
+def step(function: _F) -> _F:
+    """Compile a small function that is merged into every place that calls it."""
+    return _compile(function, forceinline=True)
+
+
 def helper(function: _F) -> _F:
     """Compile a function that loops call; LLVM decides whether it is merged into them."""
     return _compile(function)

@@ -1,7 +1,8 @@
 """The loop that executes instructions: fetch a decoded word, jump on its form, until something is due.
 
-Program counter and cycles are local; all that an instruction can change lies in the array ``m``. Timers and interrupts
-are not looked at between instructions but at the cycle ``DUE``, which every write that could change it sets to 0.
+Program counter and cycles are local; all else that an instruction can change lies in the array ``m``. Timers and
+interrupts are not looked at between instructions but at the cycle ``DUE``, set to 0 by every write that could change
+it.
 The numbers compared are first opcodes of forms (`firmware_model.isa.table`); the compiler makes one jump of them.
 """
 
@@ -10,54 +11,111 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model._jit import helper, kernel
+from firmware_model._jit import helper, kernel, step
 from firmware_model.core._layout import (
-    ACC, BIT_AT, COST_AT, COUNT, CYCLES, DPH, DPL, DUE, END, FAULT, FAULT_INDIRECT, FAULT_NONE, FAULT_OUTSIDE,
-    FAULT_RESERVED, FAULT_STACK, FAULT_UNMAPPED, HOLD, LENGTH_AT, N_AT, OUTSIDE_IMAGE, P0, P2, PC, PSW, RESERVED,
-    SERVING, SP, SPECIAL, STOP, STOP_FAULT, TAKEN_AT, TOP, UNMAPPED_SFR, X_AT, XRAM, Y_AT, B,
+    ACC,
+    BIT_AT,
+    COST_AT,
+    COUNT,
+    CYCLES,
+    DPH,
+    DPL,
+    DUE,
+    END,
+    FAULT,
+    FAULT_INDIRECT,
+    FAULT_NONE,
+    FAULT_OUTSIDE,
+    FAULT_RESERVED,
+    FAULT_STACK,
+    FAULT_UNMAPPED,
+    HOLD,
+    LENGTH_AT,
+    N_AT,
+    NOT_PORT,
+    OUTSIDE_IMAGE,
+    P0,
+    P2,
+    PC,
+    PINS,
+    PSW,
+    RESERVED,
+    SERVING,
+    SP,
+    SPECIAL,
+    STOP,
+    STOP_FAULT,
+    TAKEN_AT,
+    TOP,
+    UNMAPPED_SFR,
+    WATCHED,
+    X_AT,
+    XRAM,
+    Y_AT,
+    B,
 )  # fmt: skip
-from firmware_model.core._peripheral_kernels import Bytes, Hidden, Log, attend, byte, latch, parity, read, refresh, write
+from firmware_model.core._peripheral_kernels import (
+    Bytes,
+    Hidden,
+    Log,
+    attend,
+    byte,
+    latch,
+    parity,
+    read,
+    refresh,
+    write,
+    write_port,
+)
 
 
-@helper
+@step
 def bank(m: Bytes) -> int:
     """Return the address of R0 in the register bank selected by RS1 and RS0."""
     return byte(m, PSW) & 0x18
 
 
-@helper
+@step
 def carry(m: Bytes) -> int:
     """Return CY."""
     return byte(m, PSW) >> 7
 
 
-@helper
+@step
 def set_carry(m: Bytes, cy: int) -> None:
     """Set CY alone."""
     m[PSW] = (byte(m, PSW) & 0x7F) | (cy << 7)
 
 
-@helper
+@step
 def get(m: Bytes, h: Hidden, log: Log, w: int, place: int, cycles: int) -> int:
     """Read a direct operand as it stands when the instruction begins."""
     if w & SPECIAL != 0:
+        if place & NOT_PORT == P0:  # the hot case of firmware that watches its pins
+            return byte(m, place) & byte(m, PINS + ((place - P0) >> 4))
         return read(m, h, log, place, cycles)
     return byte(m, place)
 
 
-@helper
+@step
 def hold(m: Bytes, h: Hidden, log: Log, w: int, place: int, now: int) -> int:
     """Read a direct operand for a read-modify-write instruction, which takes the latch of a port."""
-    if w & SPECIAL != 0:
+    if w & SPECIAL != 0 and place & NOT_PORT != P0:
         return latch(m, h, log, place, now)
     return byte(m, place)
 
 
-@helper
+@step
 def put(m: Bytes, h: Hidden, log: Log, w: int, place: int, value: int, now: int) -> None:
     """Write a direct operand at the end of the instruction."""
     if w & SPECIAL != 0 and place != PSW and place >= 256:
-        write(m, h, log, place, value, now)
+        if place & NOT_PORT == P0:
+            if (byte(m, place) ^ value) & h[WATCHED + ((place - P0) >> 4)] != 0:
+                write_port(m, h, log, place, value, now)
+            else:
+                m[place] = value
+        else:
+            write(m, h, log, place, value, now)
     else:
         m[place] = value
 
@@ -118,7 +176,7 @@ def divide(m: Bytes) -> None:
         m[B] = a % b
 
 
-@helper
+@step
 def dptr(m: Bytes) -> int:
     """Return the data pointer."""
     return (byte(m, DPH) << 8) | byte(m, DPL)
@@ -128,7 +186,7 @@ def dptr(m: Bytes) -> int:
 def external(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Leave 0FFH in the latch of P0, as every access to external memory does ("Accessing External Memory")."""
     if m[P0] != 255:
-        write(m, h, log, P0, 255, now)
+        write_port(m, h, log, P0, 255, now)
 
 
 @kernel

@@ -7,7 +7,7 @@ one int64 array ``h``.
 
 from __future__ import annotations
 
-# --- bytes -----------------------------------------------------------------------------------------------------------
+# --- bytes ---
 PINS = 256
 SFR_BASE = 256
 XRAM = 512
@@ -17,16 +17,19 @@ P0, SP, DPL, DPH, PCON = 0x180, 0x181, 0x182, 0x183, 0x187
 TCON, TMOD, TL0, TL1, TH0, TH1 = 0x188, 0x189, 0x18A, 0x18B, 0x18C, 0x18D
 P1, SCON, SBUF, P2, IE, P3, IP = 0x190, 0x198, 0x199, 0x1A0, 0x1A8, 0x1B0, 0x1B8
 T2CON, RCAP2L, RCAP2H, TL2, TH2 = 0x1C8, 0x1CA, 0x1CB, 0x1CC, 0x1CD
+NOT_PORT = 0x1CF
+"""Bits of a place that tell the four ports, 0x180 to 0x1B0, from all others."""
+
 PSW, ACC, B = 0x1D0, 0x1E0, 0x1F0
 
-# --- the decoded word of an address (int64) --------------------------------------------------------------------------
+# --- the decoded word of an address (int64) ---
 FORM_BITS = 9
 COST_AT, TAKEN_AT, LENGTH_AT, N_AT, SPECIAL_AT, X_AT, Y_AT, BIT_AT = 9, 14, 17, 19, 22, 24, 40, 49
 SPECIAL = 1 << SPECIAL_AT
 OUTSIDE_IMAGE, UNMAPPED_SFR = 0x100, 0x101
 RESERVED = 0xA5
 
-# --- hidden state (int64) --------------------------------------------------------------------------------------------
+# --- hidden state (int64) ---
 (
     PC,
     CYCLES,
@@ -60,7 +63,8 @@ RESERVED = 0xA5
     LOG_ROOM,
     STAMP,  # six: the cycle at whose end each request came
 ) = range(31)
-HIDDEN = STAMP + 6
+WATCHED = STAMP + 6  # four: the bits of each port whose change the loop must not miss
+HIDDEN = WATCHED + 4
 
 # requests in polling order; their vector is 8 * index + 3
 EXTERNAL_0, TIMER_0, EXTERNAL_1, TIMER_1, SERIAL, TIMER_2 = range(6)

@@ -1,7 +1,8 @@
 """Compiled peripherals: timers, serial port, pins and interrupts, brought up to date only when somebody looks.
 
-Nothing here is stepped. `refresh` brings everything from the cycle of the last look to the present in one calculation,
-whatever the time between; `attend` does so at the cycles where an interrupt could come, and says when to look next.
+Nothing here is stepped. `refresh` brings everything from the cycle of the last look to the present in one
+calculation, whatever the time between; `attend` does so at the cycles where an interrupt could come, and says when to
+look next.
 Cycle numbers count completed cycles: an event in cycle k (the first is 0) has the time k + 1.
 
 Sections named are those of the MCS-51 User's Manual (1994), chapter 3.
@@ -14,14 +15,71 @@ from numpy.typing import NDArray
 
 from firmware_model._jit import helper, kernel
 from firmware_model.core._layout import (
-    ACC, BYTES, CALL, CHANGE, CHANGES, CYCLES, DUE, END, EXTERNAL_0, EXTERNAL_1, FAULT, FAULT_STACK, HAS_TIMER2,
-    HOLD, IE, IP, LEVELS, LEVELS_AT, LOG_ROOM, LOG_SERIAL, LOGGED, NEVER, OVERFLOWS_1, OVERFLOWS_2, P0, P1, P2, P3,
-    PC, PCON, PINS, PSW, RCAP2H, RCAP2L, RECEIVE_AT, RECEIVE_BYTE, RECEIVE_LEFT, RECOGNISE, SBUF, SCON, SEEN, SEND_AT,
-    SEND_BYTE, SEND_LEFT, SERIAL, SERVING, SP, STAMP, STOP, STOP_FAULT, STOP_LOG_FULL, STOP_POWER_DOWN, SYNCED, T2CON,
-    TCON, TH0, TH1, TH2, TICK, TIMER_0, TIMER_1, TIMER_2, TL0, TL1, TL2, TMOD, TOP, XRAM,
+    ACC,
+    CALL,
+    CHANGE,
+    CHANGES,
+    DUE,
+    END,
+    EXTERNAL_0,
+    EXTERNAL_1,
+    FAULT,
+    FAULT_STACK,
+    HAS_TIMER2,
+    HOLD,
+    IE,
+    IP,
+    LEVELS,
+    LEVELS_AT,
+    LOG_ROOM,
+    LOG_SERIAL,
+    LOGGED,
+    NEVER,
+    OVERFLOWS_1,
+    OVERFLOWS_2,
+    P0,
+    P1,
+    P3,
+    PC,
+    PCON,
+    PINS,
+    PSW,
+    RCAP2H,
+    RCAP2L,
+    RECEIVE_AT,
+    RECEIVE_BYTE,
+    RECEIVE_LEFT,
+    RECOGNISE,
+    SBUF,
+    SCON,
+    SEEN,
+    SEND_AT,
+    SEND_BYTE,
+    SEND_LEFT,
+    SERIAL,
+    SERVING,
+    SP,
+    STAMP,
+    STOP,
+    STOP_FAULT,
+    STOP_LOG_FULL,
+    STOP_POWER_DOWN,
+    SYNCED,
+    T2CON,
+    TCON,
+    TH0,
+    TH1,
+    TH2,
+    TICK,
+    TIMER_0,
+    TIMER_1,
+    TIMER_2,
+    TL0,
+    TL1,
+    TL2,
+    TMOD,
+    TOP,
 )  # fmt: skip
-
-_ = (BYTES, CYCLES, XRAM)
 
 Bytes = NDArray[np.uint8]
 Hidden = NDArray[np.int64]
@@ -122,7 +180,7 @@ def sent(m: Bytes, h: Hidden, log: Log, cycle: int) -> None:
 
 @helper
 def received(m: Bytes, h: Hidden, cycle: int) -> None:
-    """End a reception: SBUF, RB8 and RI, where REN, RI and SM2 let them ("More About Mode 1", "... Modes 2 and 3")."""
+    """End a reception: SBUF, RB8 and RI, where REN, RI and SM2 let them ("More About Mode 1", "2 and 3")."""
     h[RECEIVE_LEFT] = 0
     h[RECEIVE_AT] = NEVER
     control = byte(m, SCON)
@@ -135,7 +193,9 @@ def received(m: Bytes, h: Hidden, cycle: int) -> None:
 
 
 @helper
-def bits_pass(m: Bytes, h: Hidden, log: Log, timer: int, n: int, first: int, period: int, num: int, den: int) -> None:
+def clock_serial(
+    m: Bytes, h: Hidden, log: Log, timer: int, n: int, first: int, period: int, num: int, den: int
+) -> None:
     """Pass ``n`` overflows of timer 1 or 2 to the serial port; ``first`` is the absolute tick of the first one."""
     if h[SEND_LEFT] > 0 and baud_timer(m, h, 0x10) == timer:
         if n >= h[SEND_LEFT]:
@@ -167,7 +227,7 @@ def timer_1_overflowed(m: Bytes, h: Hidden, log: Log, n: int, first: int, period
     if mode_of(m, 0) != 3:
         request(m, h, TCON, 0x80, TIMER_1, first * h[TICK])
     h[OVERFLOWS_1] += n
-    bits_pass(m, h, log, 1, n, first, period, 1, h[TICK])
+    clock_serial(m, h, log, 1, n, first, period, 1, h[TICK])
 
 
 @helper
@@ -193,7 +253,7 @@ def count_timer_2(m: Bytes, h: Hidden, log: Log, ticks: int, before: int, num: i
             # TF2 is set in S2P2 and polled in the cycle of the overflow itself, one earlier than TF0 and TF1
             request(m, h, T2CON, 0x80, TIMER_2, cycle_of(before + first, num, den) - h[RECOGNISE])
         h[OVERFLOWS_2] += n
-        bits_pass(m, h, log, 2, n, before + first, period, num, den)
+        clock_serial(m, h, log, 2, n, before + first, period, num, den)
 
 
 @helper
@@ -246,11 +306,11 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         request(m, h, TCON, 8, EXTERNAL_1, cycle)
     tick = (cycle + h[TICK] - 1) // h[TICK]
     if fell & 0x10 != 0 and m[TMOD] & 4 != 0 and on(m, h, 0):
-        n, first, period = count(m, 0, 1)
+        n, _, _ = count(m, 0, 1)
         if n > 0:
             request(m, h, TCON, 0x20, TIMER_0, cycle)
     if fell & 0x20 != 0 and m[TMOD] & 0x40 != 0 and on(m, h, 1):
-        n, first, period = count(m, 1, 1)
+        n, _, _ = count(m, 1, 1)
         if n > 0:
             timer_1_overflowed(m, h, log, n, tick, 1)
     if h[HAS_TIMER2] != 0:
@@ -302,9 +362,7 @@ def refresh(m: Bytes, h: Hidden, log: Log, now: int) -> None:
 
 @helper
 def read(m: Bytes, h: Hidden, log: Log, place: int, now: int) -> int:
-    """Read a byte as an instruction does: pins where it is a port, the present count, P of the PSW."""
-    if place in (P0, P1, P2, P3):
-        return byte(m, place) & byte(m, PINS + ((place - P0) >> 4))
+    """Read a byte other than a port as an instruction does: the present count, P of the PSW."""
     if place == PSW:
         return (byte(m, PSW) & 0xFE) | parity(m)
     return latch(m, h, log, place, now)
@@ -312,7 +370,7 @@ def read(m: Bytes, h: Hidden, log: Log, place: int, now: int) -> int:
 
 @helper
 def latch(m: Bytes, h: Hidden, log: Log, place: int, now: int) -> int:
-    """Read a byte as a read-modify-write instruction does: the latch of a port, not its pins."""
+    """Read a byte other than a port as a read-modify-write instruction does, at its end."""
     if place in (IE, IP):
         h[HOLD] = 1
         h[DUE] = 0
@@ -331,7 +389,7 @@ def parity(m: Bytes) -> int:
 
 @helper
 def begin_sending(m: Bytes, h: Hidden, value: int, now: int) -> None:
-    """Start a frame at the end of the write to SBUF, which does not touch the byte received ("More About Mode ...")."""
+    """Start a frame at the end of the write to SBUF, which leaves the byte received ("More About Mode 1")."""
     mode = byte(m, SCON) >> 6
     h[SEND_BYTE] = value
     h[SEND_LEFT] = 0
@@ -352,7 +410,7 @@ def begin_sending(m: Bytes, h: Hidden, value: int, now: int) -> None:
 
 @helper
 def begin_receiving(m: Bytes, h: Hidden, value: int, now: int) -> None:
-    """Start a frame whose start bit falls at ``now``: the divider begins anew, the last bit is sampled in its middle."""
+    """Start a frame whose start bit falls at ``now``, which resets the divider; bits are sampled in their middle."""
     mode = byte(m, SCON) >> 6
     h[RECEIVE_BYTE] = value
     bits_16 = (9 if mode == 1 else 10) * 16 + 9  # samples at 7, 8, 9 sixteenths of a bit
@@ -366,16 +424,22 @@ def begin_receiving(m: Bytes, h: Hidden, value: int, now: int) -> None:
 
 
 @helper
-def write(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) -> None:
-    """Write a register that does something, at the end ``now`` of its instruction."""
-    if place in (P0, P1, P2, P3):
-        if m[place] != value:
-            m[place] = value
+def write_port(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) -> None:
+    """Write the latch of a port at the end ``now`` of an instruction; inputs on the same pins may see it."""
+    changed = byte(m, place) ^ value
+    m[place] = value
+    if changed != 0:
+        if h[LOG_ROOM] != 0:
             note(h, log, now, (place - P0) >> 4, value)
+        if (place == P3 and changed & 0x3C != 0) or (place == P1 and changed & 3 != 0 and h[HAS_TIMER2] != 0):
             relevel(m, h, log, now)
             if h[SEEN] != h[LEVELS]:
                 h[DUE] = 0
-        return
+
+
+@helper
+def write(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) -> None:
+    """Write a register that does something, at the end ``now`` of its instruction."""
     h[DUE] = 0
     refresh(m, h, log, now)
     before = byte(m, place)
@@ -494,7 +558,7 @@ def overflow_cycle(m: Bytes, h: Hidden, timer: int, n: int) -> int:
         return NEVER
     mode = mode_of(m, 1)
     period = 8192 if mode == 0 else 65536 if mode == 1 else 256 - byte(m, TH1)
-    return (h[SYNCED] // h[TICK] + until_overflow(m, 1) + (n - 1) * period) * h[TICK]
+    return int((h[SYNCED] // h[TICK] + until_overflow(m, 1) + (n - 1) * period) * h[TICK])
 
 
 @helper
@@ -516,7 +580,7 @@ def take_interrupt(m: Bytes, h: Hidden, asked: int, now: int) -> int:
             acknowledge(m, source)
             h[SERVING] |= 1 << level
             m[PCON] &= 0xFE
-            return now + h[CALL]
+            return int(now + h[CALL])
     return now
 
 

@@ -13,7 +13,7 @@ from firmware_model.core._execute_kernels import execute
 from firmware_model.core._peripheral_kernels import start_reception
 from firmware_model.core.predecode import decode
 from firmware_model.core.results import Fault, FaultKind, PortChange, RunResult
-from firmware_model.core.state import new_hidden, reset
+from firmware_model.core.state import new_hidden, reset, watch
 from firmware_model.errors import FirmwareError
 from firmware_model.isa.parts import PARTS, TIMINGS
 
@@ -115,7 +115,7 @@ class Mcs51:
         self._rows: list[NDArray[np.int64]] = []
         reset(self._memory, self._hidden)
 
-    # --- state -------------------------------------------------------------------------------------------------------
+    # --- state ---
     @property
     def pc(self) -> int:
         """Address of the next instruction."""
@@ -174,7 +174,7 @@ class Mcs51:
         """Pull and release RST: registers take their reset values; RAM, pins and the count of cycles stay."""
         reset(self._memory, self._hidden)
 
-    # --- running -----------------------------------------------------------------------------------------------------
+    # --- running ---
     def run(self, cycles: int) -> RunResult:
         """Execute until ``cycles`` have passed, or a fault or power-down ends it.
 
@@ -223,11 +223,9 @@ class Mcs51:
         if first.instructions or first.reason != "budget" or self.idle:
             return first
         second = self.run(1)
-        return RunResult(
-            instructions=second.instructions, cycles=first.cycles + second.cycles, reason=second.reason
-        )
+        return RunResult(instructions=second.instructions, cycles=first.cycles + second.cycles, reason=second.reason)
 
-    # --- the outside -------------------------------------------------------------------------------------------------
+    # --- the outside ---
     def drive(self, cycles: ArrayLike, ports: ArrayLike, levels: ArrayLike) -> None:
         """Queue changes of pins; the loop applies them as time comes, without stopping.
 
@@ -293,6 +291,7 @@ class Mcs51:
     def record(self) -> None:
         """Keep from now on every change of a port's latch and every byte sent."""
         self._hidden[at.LOG_ROOM] = LOG_ROWS
+        watch(self._hidden)
 
     def port_changes(self) -> Iterable[PortChange]:
         """Return the changes of the ports recorded so far, in order of time.

@@ -27,7 +27,16 @@ def new_hidden(part: Part, timing: Timing) -> NDArray[np.int64]:
     hidden[at.RECOGNISE] = timing.recognition_cycles
     hidden[at.CALL] = timing.call_cycles
     hidden[at.HAS_TIMER2] = part.has_timer2
+    watch(hidden)
     return hidden
+
+
+def watch(hidden: NDArray[np.int64]) -> None:
+    """Mark the latches that the loop must look at: inputs of timers and interrupts, all where they are recorded."""
+    if hidden[at.LOG_ROOM]:
+        hidden[at.WATCHED : at.WATCHED + 4] = 0xFF
+    else:
+        hidden[at.WATCHED : at.WATCHED + 4] = (0, 3 if hidden[at.HAS_TIMER2] else 0, 0, 0x3C)
 
 
 def reset(memory: NDArray[np.uint8], hidden: NDArray[np.int64]) -> None:

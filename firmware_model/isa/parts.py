@@ -2,8 +2,8 @@
 
 References
 ----------
-Intel, "MCS 51 Microcontroller Family User's Manual" (272383-002, 1994), chapter 1 (special function registers, memory)
-and chapter 3 ("Timer/Counters", "Interrupts").
+Intel, "MCS 51 Microcontroller Family User's Manual" (272383-002, 1994), chapter 1 (special function registers,
+memory) and chapter 3 ("Timer/Counters", "Interrupts").
 """
 
 from __future__ import annotations
@@ -60,10 +60,12 @@ class Part:
     sfr: frozenset[int]
 
 
-PARTS: MappingProxyType[str, Part] = MappingProxyType({
-    "8051": Part(name="8051", iram_bytes=128, has_timer2=False, sfr=frozenset(_SFR_8051)),
-    "8052": Part(name="8052", iram_bytes=256, has_timer2=True, sfr=frozenset(SFR_NAMES)),
-})
+PARTS: MappingProxyType[str, Part] = MappingProxyType(
+    {
+        "8051": Part(name="8051", iram_bytes=128, has_timer2=False, sfr=frozenset(_SFR_8051)),
+        "8052": Part(name="8052", iram_bytes=256, has_timer2=True, sfr=frozenset(SFR_NAMES)),
+    }
+)
 """The parts by name."""
 
 
@@ -99,12 +101,14 @@ class Timing:
     call_cycles: int
 
 
-TIMINGS: MappingProxyType[str, Timing] = MappingProxyType({
-    "12-clock": Timing(
-        name="12-clock", clocks_per_cycle=12, cycles_per_tick=1, recognition_cycles=1, call_cycles=2
-    ),
-    "one-clock": Timing(
-        name="one-clock", clocks_per_cycle=1, cycles_per_tick=12, recognition_cycles=0, call_cycles=4
-    ),
-})
+TIMINGS: MappingProxyType[str, Timing] = MappingProxyType(
+    {
+        "12-clock": Timing(
+            name="12-clock", clocks_per_cycle=12, cycles_per_tick=1, recognition_cycles=1, call_cycles=2
+        ),
+        "one-clock": Timing(
+            name="one-clock", clocks_per_cycle=1, cycles_per_tick=12, recognition_cycles=0, call_cycles=4
+        ),
+    }
+)
 """The timing models by name."""

@@ -1,0 +1,493 @@
+"""The processor beyond arithmetic: memory, ports, timers, interrupts, serial port, power, faults.
+
+Expectations are figures and rules of the MCS-51 User's Manual (1994), worked out by hand in each test.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_model import FaultKind, FirmwareError, Image, Mcs51
+
+P0, SP, PCON, TCON, TMOD, TL0, TL1, TH0, TH1 = 0x80, 0x81, 0x87, 0x88, 0x89, 0x8A, 0x8B, 0x8C, 0x8D
+P1, SCON, SBUF, P2, IE, P3, IP, PSW, ACC = 0x90, 0x98, 0x99, 0xA0, 0xA8, 0xB0, 0xB8, 0xD0, 0xE0
+T2CON, RCAP2L, RCAP2H, TL2, TH2 = 0xC8, 0xCA, 0xCB, 0xCC, 0xCD
+NOP, RETI, HERE = b"\x00", b"\x32", b"\x80\xfe"
+
+
+def _cpu(code: bytes | str, *, part: str = "8052", timing: str = "12-clock", **sfr: int) -> Mcs51:
+    cpu = Mcs51(bytes.fromhex(code) if isinstance(code, str) else code, part=part, timing=timing)
+    for name, value in sfr.items():
+        cpu.sfr[globals()[name] - 0x80] = value
+    return cpu
+
+
+def _sfr(cpu: Mcs51, address: int) -> int:
+    return int(cpu.sfr[address - 0x80])
+
+
+def _program(main: bytes, **routines: bytes) -> bytes:
+    """Return code: a jump to ``main`` at 40h, and service routines at ``at_0003`` and so on."""
+    code = bytearray(0x40)
+    code[:3] = b"\x02\x00\x40"
+    for name, routine in routines.items():
+        at = int(name.removeprefix("at_"), 16)
+        code[at : at + len(routine)] = routine
+    return bytes(code) + main
+
+
+# --- reset, memory ---
+
+
+def test_reset_values():
+    # chapter 3, "Reset": ports FFh, SP 07h, all others 0 or undefined
+    cpu = _cpu("00")
+    expected = np.zeros(128, dtype=np.uint8)
+    expected[[P0 - 0x80, P1 - 0x80, P2 - 0x80, P3 - 0x80]] = 0xFF
+    expected[SP - 0x80] = 7
+    np.testing.assert_array_equal(cpu.sfr, expected)
+    assert (cpu.pc, cpu.cycles, cpu.instructions, cpu.fault) == (0, 0, 0, None)
+
+
+def test_reset_keeps_ram_and_time():
+    cpu = _cpu("75 30 12 75 90 00 80 FE")
+    cpu.run(10)
+    cpu.reset()
+    assert (cpu.iram[0x30], _sfr(cpu, P1), cpu.pc, cpu.cycles) == (0x12, 0xFF, 0, 10)
+
+
+@pytest.mark.parametrize("bank", range(4))
+def test_register_banks(bank):
+    cpu = _cpu(bytes([0x75, PSW, bank << 3, *(byte for n in range(8) for byte in (0x78 + n, 0x50 + n))]))
+    cpu.run(10)
+    assert cpu.iram[8 * bank : 8 * bank + 8].tolist() == list(range(0x50, 0x58))
+    assert cpu.iram[:0x50].astype(int).sum() == sum(range(0x50, 0x58))
+
+
+def test_upper_ram_is_indirect_only():
+    cpu = _cpu("78 90 76 55 E5 90")  # MOV R0,#90h; MOV @R0,#55h; MOV A,P1
+    cpu.run(3)
+    assert (cpu.iram[0x90], _sfr(cpu, P1), _sfr(cpu, ACC)) == (0x55, 0xFF, 0xFF)
+
+
+@pytest.mark.parametrize("bit", range(128))
+def test_bits_of_internal_ram(bit):
+    cpu = _cpu(bytes([0xD2, bit, 0xA2, bit, 0x92, bit ^ 1, 0xB2, bit]))  # SETB; MOV C; MOV other,C; CPL
+    cpu.run(2)
+    assert cpu.iram[0x20 + bit // 8] == 1 << bit % 8
+    cpu.run(3)
+    assert cpu.iram[0x20 + bit // 8] == 1 << (bit ^ 1) % 8
+
+
+def test_bit_addressable_registers():
+    for address in (ACC, 0xF0, P1):
+        cpu = _cpu(bytes([0xC2, address + 3, 0xD2, address + 6]))
+        cpu.sfr[address - 0x80] = 0x08
+        cpu.run(2)
+        assert _sfr(cpu, address) == 0x40
+
+
+def test_stack_order():
+    cpu = _cpu("C0 E0 C0 81 D0 30")  # PUSH ACC; PUSH SP; POP 30h
+    cpu.sfr[ACC - 0x80] = 0x77
+    cpu.run(6)
+    # PUSH increments first: 77h at 08h, then the new SP itself
+    assert (cpu.iram[8], cpu.iram[9], cpu.iram[0x30], _sfr(cpu, SP)) == (0x77, 9, 9, 8)
+
+
+def test_code_memory_reads():
+    cpu = _cpu("74 02 83 00 00 AB 90 00 05 E4 93")  # MOV A,#2; MOVC A,@A+PC (PC=3); ...; MOVC A,@A+DPTR
+    cpu.run(3)
+    assert _sfr(cpu, ACC) == 0xAB
+
+
+def test_external_memory():
+    cpu = _cpu("90 12 34 74 5A F0 75 A0 12 78 34 E4 E2", P0=0x11)
+    cpu.run(20)
+    assert cpu.xram[0x1234] == 0x5A
+    assert _sfr(cpu, ACC) == 0x5A
+    # "Accessing External Memory": the CPU writes FFh to the latch of P0
+    assert _sfr(cpu, P0) == 0xFF
+
+
+# --- ports ---
+
+
+@pytest.mark.parametrize("port", [P0, P1, P2, P3])
+def test_reads_take_pins_and_read_modify_write_takes_the_latch(port):
+    cpu = _cpu(bytes([0xE5, port, 0x43, port, 0x00, 0xA2, port]), ACC=0)
+    cpu.pins[(port - P0) >> 4] = 0xF0
+    cpu.run(1)
+    assert _sfr(cpu, ACC) == 0xF0  # MOV A,direct: pins
+    cpu.run(2)
+    assert _sfr(cpu, port) == 0xFF  # ORL direct,#0: the latch is FFh, the pins would leave F0h
+    cpu.run(1)
+    assert _sfr(cpu, PSW) & 0x80 == 0  # MOV C,bit: the pin
+
+
+@pytest.mark.parametrize(
+    ("code", "latch"),
+    [
+        ("05 90", 0x00), ("15 90", 0xFE), ("B2 90", 0xFE), ("C2 90", 0xFE), ("D2 90", 0xFF), ("92 90", 0xFE),
+        ("52 90", 0x3C), ("42 90", 0xFF), ("62 90", 0xC3), ("53 90 3C", 0x3C), ("63 90 3C", 0xC3),
+        ("D5 90 00", 0xFE), ("10 90 00", 0xFE),
+    ],
+)  # fmt: skip
+def test_all_read_modify_write_instructions_take_the_latch(code, latch):
+    cpu = _cpu(code, ACC=0x3C)
+    cpu.pins[1] = 0x00
+    cpu.step()
+    assert _sfr(cpu, P1) == latch
+
+
+def test_a_latch_of_zero_pulls_its_pin_down():
+    cpu = _cpu("75 90 0F E5 90")
+    cpu.run(3)
+    assert _sfr(cpu, ACC) == 0x0F
+
+
+# --- timers ---
+
+
+@pytest.mark.parametrize(("mode", "full"), [(0, 8192), (1, 65536)])
+def test_timer_overflows_after_its_size(mode, full):
+    cpu = _cpu("D2 8C 80 FE", TMOD=mode)  # SETB TR0; counting begins with the next cycle
+    cpu.run(1 + full - 1 - (full - 1) % 2)
+    before = _sfr(cpu, TCON) & 0x20
+    cpu.run(3)
+    assert (before, _sfr(cpu, TCON) & 0x20) == (0, 0x20)
+    passed = cpu.cycles - 1 - full
+    assert (_sfr(cpu, TL0), _sfr(cpu, TH0)) == (passed, 0)
+
+
+def test_timer_value_seen_by_a_program():
+    cpu = _cpu("D2 8C 00 00 00 E5 8A", TMOD=1)  # SETB TR0; 3 x NOP; MOV A,TL0
+    cpu.run(5)
+    assert _sfr(cpu, ACC) == 3
+
+
+@pytest.mark.parametrize("timer", [0, 1])
+def test_auto_reload(timer):
+    cpu = _cpu(bytes([0xD2, 0x8C + 2 * timer]) + HERE, TMOD=0x22)
+    cpu.sfr[TL0 + timer - 0x80] = cpu.sfr[TH0 + timer - 0x80] = 246  # a period of 10
+    cpu.run(1 + 10 * 7 + 4)
+    assert _sfr(cpu, TL0 + timer) == 246 + 4
+    assert _sfr(cpu, TCON) & 0xA0 == (0x80 if timer else 0x20)
+
+
+def test_mode_3_splits_timer_0():
+    cpu = _cpu(b"\x75\x88\x50" + HERE, TMOD=0x03)  # TR0 and TR1 at once
+    cpu.run(2 + 256 + 6)
+    assert (_sfr(cpu, TL0), _sfr(cpu, TH0)) == (6, 6)
+    assert _sfr(cpu, TCON) & 0xA0 == 0xA0
+    # timer 1 runs on without TR1, since that is taken
+    assert _sfr(cpu, TL1) + 32 * _sfr(cpu, TH1) == (2 + 256 + 6)
+
+
+def test_gate():
+    cpu = _cpu(b"\xd2\x8c" + HERE, TMOD=0x09)
+    cpu.pins[3] = 0xFB  # INT0 low
+    cpu.run(101)
+    assert _sfr(cpu, TL0) == 0
+    cpu.pins[3] = 0xFF
+    cpu.run(10)
+    assert _sfr(cpu, TL0) == 10
+
+
+@pytest.mark.parametrize("timer", [0, 1])
+def test_counter_counts_falling_edges(timer):
+    cpu = _cpu(bytes([0xD2, 0x8C + 2 * timer]) + HERE, TMOD=0x55)
+    line = 0x10 << timer
+    cycles = np.arange(10, 50, 2)
+    cpu.drive(cycles, np.full(20, 3), np.where(np.arange(20) % 2, 0xFF, 0xFF ^ line))
+    cpu.run(60)
+    assert _sfr(cpu, TL0 + timer) == 10
+    assert _sfr(cpu, TL0 + 1 - timer) == 0
+
+
+def test_a_pulse_between_two_samples_is_not_counted():
+    cpu = _cpu(b"\xd2\x8c" + HERE, TMOD=0x05)
+    cpu.drive([10, 10, 12, 13], [3] * 4, [0xEF, 0xFF, 0xEF, 0xFF])
+    cpu.run(30)
+    assert _sfr(cpu, TL0) == 1
+
+
+def test_timer_2_reloads_and_captures():
+    cpu = _cpu(b"\x75\xc8\x04" + HERE, TL2=0xF0, TH2=0xFF, RCAP2L=0xF6, RCAP2H=0xFF)
+    cpu.run(2 + 16 + 10 + 4)
+    assert (_sfr(cpu, TL2), _sfr(cpu, TH2), _sfr(cpu, T2CON) & 0x80) == (0xF6 + 4, 0xFF, 0x80)
+    cpu = _cpu(b"\x75\xc8\x0d" + HERE)  # capture at a falling T2EX
+    cpu.drive([1002], [1], [0xFD])
+    cpu.run(2000)
+    # the edge is sampled in cycle 1002, 1000 after the end of the write
+    assert _sfr(cpu, RCAP2L) + 256 * _sfr(cpu, RCAP2H) == 1000
+    assert _sfr(cpu, T2CON) & 0xC0 == 0x40
+
+
+def test_timers_of_the_one_clock_part_count_a_twelfth():
+    cpu = _cpu(b"\xd2\x8c" + NOP * 600, timing="one-clock", TMOD=1)
+    cpu.run(2 + 12 * 20)
+    assert _sfr(cpu, TL0) == 20
+
+
+# --- interrupts ---
+
+
+def test_response_to_an_edge_takes_three_cycles():
+    # "Response Time": more than three complete cycles between the request and the first instruction of the routine
+    cpu = _cpu(_program(b"\x75\x88\x01\x75\xa8\x81" + NOP * 64, at_0003=b"\xf5\x30" + RETI))
+    cpu.drive([20], [3], [0xFB])  # sampled in cycle 20, polled in 21, called in 22 and 23, first instruction in 24
+    while cpu.pc != 0x0003:
+        cpu.run(1)
+    assert cpu.cycles == 24
+    assert _sfr(cpu, TCON) & 2 == 0  # cleared by hardware
+
+
+def test_level_asks_again_until_it_ends():
+    code = _program(b"\x75\xa8\x81" + HERE, at_0003=b"\x05\x30" + RETI)
+    cpu = _cpu(code)
+    cpu.drive([20, 40], [3, 3], [0xFB, 0xFF])
+    cpu.run(200)
+    calls = int(cpu.iram[0x30])
+    # a call (2), INC (1), RETI (2) and the one instruction that must follow (2) take 7 cycles
+    assert calls == 3  # in cycles 22, 29 and 36
+    cpu.run(200)
+    assert cpu.iram[0x30] == calls
+
+
+def test_one_instruction_runs_between_two_services():
+    # main counts in R7 with INC R7 (1 cycle): exactly one per service while the line stays low
+    code = _program(b"\x75\xa8\x81" + b"\x0f" * 200, at_0003=b"\x05\x30" + RETI)
+    cpu = _cpu(code)
+    cpu.pins[3] = 0xFB
+    cpu.run(4 + 60)
+    # INC 30h (1), RETI (2), INC R7 (1) and the next call (2): six cycles a service
+    assert cpu.iram[0x30] == 10
+    assert int(cpu.iram[7]) - int(cpu.iram[0x30]) in {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("instruction", "cycles", "held"),
+    [
+        ("75 A8 81", 2, True), ("E5 A8", 1, True), ("D2 B8", 1, True), ("53 B8 FF", 2, True), ("A2 AF", 1, True),
+        ("75 30 81", 2, False), ("E5 30", 1, False), ("D2 D5", 1, False), ("53 D0 FF", 2, False),
+    ],
+)  # fmt: skip
+def test_no_interrupt_right_behind_an_access_to_ie_or_ip(instruction, cycles, held):
+    cpu = _cpu(NOP * 10 + bytes.fromhex(instruction) + b"\x0f\x0f" + HERE, IE=0x81, TCON=0x01)
+    # the request is ripe at the very boundary behind the instruction, which ends in cycle 10 + cycles
+    cpu.drive([10 + cycles - 2], [3], [0xFB])
+    while cpu.pc != 0x0003 or cpu.cycles < 10 + cycles:
+        cpu.run(1)
+    assert cpu.iram[7] == (1 if held else 0)
+    assert cpu.cycles == 10 + cycles + (1 if held else 0) + 2
+
+
+def test_response_of_the_one_clock_part_takes_five_clocks():
+    cpu = _cpu(NOP * 64, timing="one-clock", IE=0x81, TCON=0x01)
+    cpu.drive([20], [3], [0xFB])  # one clock to detect, four for the call
+    while cpu.pc != 0x0003 or cpu.cycles < 20:
+        cpu.run(1)
+    assert cpu.cycles == 25
+
+
+def test_priority_interrupts_a_low_routine_and_not_a_high_one():
+    # low: timer 0 (routine: INC 30h for ever); high: external 0 (routine: INC 31h; RETI)
+    low = b"\x05\x30\x80\xfc"
+    code = _program(b"\x75\xb8\x01\x75\x88\x21\x75\xa8\x83" + HERE, at_000b=low, at_0003=b"\x05\x31" + RETI)
+    cpu = _cpu(code)
+    cpu.drive([40], [3], [0xFB])
+    cpu.run(100)
+    assert cpu.iram[0x30] > 10
+    assert cpu.iram[0x31] == 1
+    swapped = code.replace(b"\x75\xb8\x01", b"\x75\xb8\x02")
+    cpu = _cpu(swapped)
+    cpu.drive([40], [3], [0xFB])
+    cpu.run(100)
+    assert cpu.iram[0x31] == 0
+
+
+def test_polling_order_within_a_level():
+    # all six at once: each routine logs its own number in turn
+    routines = {f"at_{8 * i + 3:04x}": bytes([0x74, i, 0x80, 0x80 - (8 * i + 3) - 4]) for i in range(6)}
+    common = b"\xf6\x08" + RETI  # at 80h: MOV @R0,A; INC R0
+    main = b"\x78\x40\x75\x88\xaf\x75\x98\x02\x75\xc8\x80\x75\xa8\xbf" + HERE
+    code = bytearray(_program(main, **routines).ljust(0x80, b"\x00") + common)
+    cpu = _cpu(bytes(code))
+    cpu.run(9 + 60)
+    # TI is never cleared, so the serial port asks again and again; the others come once, before it
+    assert cpu.iram[0x40:0x45].tolist() == [0, 1, 2, 3, 4]
+
+
+def test_timer_interrupt_comes_once_each_period():
+    # period 100: after n periods the routine has run n times
+    code = _program(b"\x75\x89\x02\x75\x8c\x9c\x75\x8a\x9c\x75\xa8\x82\xd2\x8c" + HERE, at_000b=b"\x05\x30" + RETI)
+    cpu = _cpu(code)
+    cpu.run(2 + 8 + 1 + 100 * 50 + 20)
+    assert cpu.iram[0x30] == 50
+
+
+# --- serial port ---
+
+
+def test_bytes_sent_in_mode_1():
+    # timer 1 in mode 2 with a period of 3: a bit takes 3 x 32 cycles; TI comes with the stop bit
+    main = b"\x75\x89\x20\x75\x8d\xfd\x75\x8b\xfd\x75\x98\x40\xd2\x8e\x75\x99\x41" + HERE
+    cpu = _cpu(main)
+    cpu.record()
+    cpu.run(4000)
+    ((cycle, byte),) = cpu.sent()
+    written = 2 * 5 + 1
+    assert byte == 0x41
+    assert written + 9 * 96 < cycle <= written + 10 * 96
+    # the divider runs freely from the start of timer 1, so TI is on its grid
+    assert (cycle - 9) % 96 == 0
+    assert _sfr(cpu, SCON) & 2 == 2
+    cpu = _cpu(main, PCON=0x80)  # SMOD: twice as fast
+    cpu.record()
+    cpu.run(4000)
+    ((cycle, _),) = cpu.sent()
+    assert written + 9 * 48 < cycle <= written + 10 * 48
+
+
+def test_bytes_received_in_mode_1():
+    main = b"\x75\x89\x20\x75\x8d\xfd\x75\x8b\xfd\x75\x98\x50\xd2\x8e" + HERE
+    cpu = _cpu(main)
+    cpu.run(100)
+    cpu.receive(0x5A)
+    cpu.run(9 * 96)
+    assert _sfr(cpu, SCON) & 1 == 0
+    cpu.run(96)
+    assert (_sfr(cpu, SCON) & 5, _sfr(cpu, SBUF)) == (5, 0x5A)
+    cpu.receive(0xA5)  # RI still set: the byte is lost ("More About Mode 1")
+    cpu.run(10 * 96)
+    assert _sfr(cpu, SBUF) == 0x5A
+
+
+def test_sending_leaves_the_byte_received():
+    cpu = _cpu("75 99 41 E5 99", SBUF=0x77)
+    cpu.run(3)
+    assert _sfr(cpu, ACC) == 0x77
+
+
+# --- power ---
+
+
+def test_idle_waits_for_an_interrupt():
+    code = _program(
+        b"\x75\x89\x01\x75\x8c\xf0\x75\xa8\x82\xd2\x8c\x75\x87\x01\x05\x31" + HERE, at_000b=b"\x05\x30\x32"
+    )
+    cpu = _cpu(code)
+    cpu.run(2000)
+    assert cpu.idle
+    assert cpu.instructions == 6
+    cpu.run(4096)
+    assert (cpu.iram[0x30], cpu.iram[0x31], cpu.idle) == (1, 1, False)
+
+
+def test_power_down_stops_everything():
+    cpu = _cpu("D2 8C 75 87 02 05 30", TMOD=1)
+    result = cpu.run(1000)
+    assert (result.reason, result.instructions, result.cycles) == ("power-down", 2, 3)
+    assert cpu.run(1000).cycles == 0
+    cpu.reset()
+    assert cpu.run(3).reason == "power-down"
+
+
+# --- faults ---
+
+
+@pytest.mark.parametrize(
+    ("code", "part", "kind", "pc", "cycle"),
+    [
+        ("00 A5", "8052", FaultKind.RESERVED_OPCODE, 1, 1),
+        ("00 00", "8052", FaultKind.OUTSIDE_IMAGE, 2, 2),
+        ("00 75 30", "8052", FaultKind.OUTSIDE_IMAGE, 1, 1),
+        ("E5 C8", "8051", FaultKind.UNMAPPED_SFR, 0, 0),
+        ("00 F5 FF", "8052", FaultKind.UNMAPPED_SFR, 1, 1),
+        ("D2 F9", "8052", FaultKind.UNMAPPED_SFR, 0, 0),
+        ("85 30 FE", "8052", FaultKind.UNMAPPED_SFR, 0, 0),
+        ("75 81 7F C0 E0", "8051", FaultKind.STACK_OVERFLOW, 3, 2),
+        ("75 81 FE 12 00 00", "8052", FaultKind.STACK_OVERFLOW, 3, 2),
+        ("78 80 E6", "8051", FaultKind.UNMAPPED_RAM, 2, 1),
+    ],
+)
+def test_faults_name_place_and_cycle(code, part, kind, pc, cycle):
+    cpu = _cpu(code, part=part)
+    before = cpu.iram.copy()
+    assert cpu.run(100).reason == "fault"
+    fault = cpu.fault
+    assert fault is not None
+    assert (fault.kind, fault.pc, fault.cycle) == (kind, pc, cycle)
+    assert fault.opcode == (bytes.fromhex(code) + b"\xff")[pc]
+    assert cpu.run(100).instructions == 0
+    np.testing.assert_array_equal(cpu.iram[8:], before[8:])
+
+
+def test_timer_2_is_mapped_on_the_8052():
+    cpu = _cpu("E5 C8 E5 CD", part="8052")
+    assert cpu.run(2).reason == "budget"
+
+
+# --- runs ---
+
+
+@pytest.mark.parametrize("timing", ["12-clock", "one-clock"])
+def test_a_run_in_pieces_is_the_whole_run(timing):
+    main = (
+        b"\x75\x89\x12\x75\x8c\xe7\x75\xa8\x93\x75\x98\x50\x75\x88\x51\x75\xb8\x02\x75\x99\x33"
+        b"\x05\x20\x63\xb0\x04\xe5\x8a\x25\x21\xf5\x21\x75\x87\x01\x80\xf3"
+    )
+    code = _program(main, at_0003=b"\x05\x30\x32", at_000b=b"\x05\x31\x32", at_0023=b"\xc2\x99\x05\x32\x32")
+    whole, pieces = (_cpu(code, timing=timing) for _ in range(2))
+    for cpu in (whole, pieces):
+        cpu.record()
+        cpu.drive([50, 55, 301, 302, 900], [3] * 5, [0xF7, 0xFF, 0xEB, 0xFF, 0xFB])
+    whole.run(20_000)
+    step = 1
+    while pieces.cycles < 20_000:
+        pieces.run(min(step, 20_000 - pieces.cycles))
+        step = step % 97 + 1
+    assert (whole.pc, whole.cycles, whole.instructions) == (pieces.pc, pieces.cycles, pieces.instructions)
+    np.testing.assert_array_equal(whole._memory, pieces._memory)
+    np.testing.assert_array_equal(whole.port_rows(), pieces.port_rows())
+    assert whole.iram[0x30:0x32].all()
+
+
+def test_every_port_change_is_recorded_however_many():
+    cpu = _cpu("B2 90 80 FC")
+    cpu.record()
+    cpu.run(3 * 10_000)
+    rows = cpu.port_rows()
+    np.testing.assert_array_equal(rows[:, 0], 1 + 3 * np.arange(10_000))
+    np.testing.assert_array_equal(rows[:, 2], np.where(np.arange(10_000) % 2, 0xFF, 0xFE))
+
+
+def test_images_and_bytes_are_the_same():
+    code = b"\x74\x2a" + HERE
+    a, b = Mcs51(Image.of(code)), Mcs51(code)
+    a.run(10)
+    b.run(10)
+    np.testing.assert_array_equal(a._memory, b._memory)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Mcs51(b""), "image: 0 bytes"),
+        (lambda: Mcs51(bytes(65537)), "image: 65537 bytes"),
+        (lambda: Mcs51(b"\0", part="8048"), "part: '8048'"),
+        (lambda: Mcs51(b"\0", timing="6-clock"), "timing: '6-clock'"),
+        (lambda: Mcs51(b"\0").run(-1), "cycles: -1"),
+        (lambda: Mcs51(b"\0").drive([5, 4], [1, 1], [0, 1]), "ascending"),
+        (lambda: Mcs51(b"\0").drive([5], [4], [0]), "ports 0 to 3"),
+        (lambda: Mcs51(b"\0").drive([5, 6], [1], [0]), "one length"),
+        (lambda: Mcs51(b"\0").receive(256), "0 to 255"),
+        (lambda: Mcs51(b"\0").receive(1), "serial mode: 0"),
+        (lambda: setattr(Mcs51(b"\0"), "pc", 65536), "pc: 65536"),
+    ],
+)
+def test_bad_values_are_refused(call, message):
+    with pytest.raises(FirmwareError, match=message):
+        call()
