@@ -112,13 +112,7 @@ def _start(draw: random.Random) -> list[_Unit]:
 
 
 def _unit(draw: random.Random, opcode: int) -> _Unit:
-    before, ahead = bytearray(), draw.randint(1, 4)
-    if opcode in _PUSHING or opcode == _POP:
-        before += bytes([_MOV_DIRECT, SP, draw.randint(1, 0xFD)])
-    if opcode in _EXTERNAL:
-        before += bytes([_MOV_DIRECT, _PORTS[0], 0xFF])  # known_divergences.toml, "port 0"
-    if opcode == _CODE_AT_DPTR:
-        before += bytes([_MOV_DIRECT, DPH, draw.randrange(0xFF)])  # known_divergences.toml, "code beyond 64 KiB"
+    before, ahead = _preparation(draw, opcode), draw.randint(1, 4)
     if opcode in _RETURNS:
         top = draw.randint(0x08, 0x7F)
         before += bytes([_MOV_DIRECT, SP, top, _MOV_DIRECT, top, 0, _MOV_DIRECT, top - 1, 0])
@@ -148,6 +142,16 @@ def _unit(draw: random.Random, opcode: int) -> _Unit:
     if at in _BANK_BITS and opcode in _BIT_WRITES:
         code += bytes([_ANL_DIRECT, PSW, 0xFF])  # known_divergences.toml, "register bank"
     return _Unit(code, opcode, kind, ahead)
+
+
+def _preparation(draw: random.Random, opcode: int) -> bytearray:
+    if opcode in _PUSHING or opcode == _POP:
+        return bytearray([_MOV_DIRECT, SP, draw.randint(1, 0xFD)])
+    if opcode in _EXTERNAL:
+        return bytearray([_MOV_DIRECT, _PORTS[0], 0xFF])  # known_divergences.toml, "port 0"
+    if opcode == _CODE_AT_DPTR:
+        return bytearray([_MOV_DIRECT, DPH, draw.randrange(0xFF)])  # known_divergences.toml, "code beyond 64 KiB"
+    return bytearray()
 
 
 def _direct(draw: random.Random, without: set[int]) -> int:

@@ -91,6 +91,21 @@ def test_random_steps(seed, every):
 
 
 @needs_ucsim
+@pytest.mark.parametrize(
+    ("code", "psw"),
+    # the PSW reads 01H, then it is counted up, down, down with a branch; A keeps P at 1
+    [("7401 05D0", 0x03), ("7401 15D0", 0x01), ("7401 D5D000", 0x01)],
+)
+def test_parity_is_read_within_a_run(code, psw):
+    image = Image.of(bytes.fromhex(code) + bytes(8))
+    look = ucsim.follow(image, [2])[0]
+    assert peer_looked_at(look)["PSW"] == psw
+    cpu = Mcs51(image, part="8052", timing="12-clock")
+    cpu.run(cycles=look.cycles)
+    assert cpu.sfr[programs.PSW - 0x80] == psw
+
+
+@needs_ucsim
 def test_random_steps_meet_every_opcode():
     met = set()
     for seed in range(2):
