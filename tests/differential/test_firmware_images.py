@@ -160,16 +160,18 @@ def test_the_third_unbelievable_reading_in_a_row_is_fatal(name):
     session.home()
     session.ask(9)
     for _ in range(60):
-        session.skip(50)
+        session.trace(50)
         session.words()
     session.ask(1)  # too late
     session.skip(3000)
     session.words()
-    _looks, words = session.play()
+    looks, words = session.play()
     messages = [w.message for w in words]
     changes = [m for m, before in zip(messages, [None, *messages], strict=False) if m != before]
     assert changes == [OK, DONT_BELIEVE, STILL_DONT_BELIEVE]
     assert (words[-1].accepted, words[-1].completed) == (0, 0)
+    doubted = symbols(name)["beyond"]
+    assert sum(look.pc == doubted for look in looks) == 3
 
 
 @needs_s51
