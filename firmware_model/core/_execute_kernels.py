@@ -62,6 +62,7 @@ from firmware_model.core._peripheral_kernels import (
     byte,
     latch,
     parity,
+    pins_alone,
     read,
     refresh,
     write,
@@ -199,6 +200,8 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
         if cycles >= h[DUE]:
             if cycles >= h[END] or h[STOP] != 0:
                 break
+            if pins_alone(m, h, changes, cycles):
+                continue
             h[PC] = pc
             cycles = attend(m, h, log, changes, cycles)
             pc = int(h[PC])

@@ -64,7 +64,9 @@ RESERVED = 0xA5
     STAMP,  # six: the cycle at whose end each request came
 ) = range(31)
 WATCHED = STAMP + 6  # four: the bits of each port whose change the loop must not miss
-HIDDEN = WATCHED + 4
+INPUTS = WATCHED + 4  # four: the bits of each port that a timer or an interrupt looks at
+OTHERS = INPUTS + 4  # what DUE would be without changes of pins
+HIDDEN = OTHERS + 1
 
 # requests in polling order; their vector is 8 * index + 3
 EXTERNAL_0, TIMER_0, EXTERNAL_1, TIMER_1, SERIAL, TIMER_2 = range(6)

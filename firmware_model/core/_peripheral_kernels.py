@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model._jit import helper, kernel
+from firmware_model._jit import helper, kernel, step
 from firmware_model.core._layout import (
     ACC,
     CALL,
@@ -28,6 +28,7 @@ from firmware_model.core._layout import (
     HAS_TIMER2,
     HOLD,
     IE,
+    INPUTS,
     IP,
     LEVELS,
     LEVELS_AT,
@@ -35,6 +36,7 @@ from firmware_model.core._layout import (
     LOG_SERIAL,
     LOGGED,
     NEVER,
+    OTHERS,
     OVERFLOWS_1,
     OVERFLOWS_2,
     P0,
@@ -332,6 +334,10 @@ def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     levels = (byte(m, P3) & byte(m, PINS + 3)) & 0x3C
     if h[HAS_TIMER2] != 0:
         levels |= (byte(m, P1) & byte(m, PINS + 1) & 3) << 8
+        if m[T2CON] & 0x0A == 0:
+            # timer 2 looks at neither pin, so that no edge is made of what they did meanwhile
+            h[LEVELS] = (h[LEVELS] & 0x3C) | (levels & 0x300)
+            h[SEEN] = (h[SEEN] & 0x3C) | (levels & 0x300)
     if levels != h[LEVELS]:
         sample(m, h, log, now)
         advance(m, h, log, now)  # a gated timer has counted with the level until now
@@ -441,6 +447,8 @@ def write_port(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) 
 def write(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) -> None:
     """Write a register that does something, at the end ``now`` of its instruction."""
     h[DUE] = 0
+    if place == T2CON:
+        relevel(m, h, log, now)
     refresh(m, h, log, now)
     before = byte(m, place)
     if place == SBUF:
@@ -595,6 +603,31 @@ def move_pins(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: in
     h[CHANGE] = i
 
 
+@step
+def pins_alone(m: Bytes, h: Hidden, changes: NDArray[np.int64], now: int) -> bool:
+    """Apply changes of pins that nothing but the program looks at; False where `attend` is needed."""
+    i = h[CHANGE]
+    n = h[CHANGES]
+    due = h[OTHERS]
+    # a write has set DUE to 0 where it may have changed more than pins
+    if h[DUE] == 0 or now >= due:
+        return False
+    while i < n:
+        if changes[i, 0] > now:
+            due = min(due, changes[i, 0])
+            break
+        port = changes[i, 1] & 3
+        if (byte(m, PINS + port) ^ changes[i, 2]) & h[INPUTS + port] != 0:
+            break
+        m[PINS + port] = changes[i, 2]
+        i += 1
+    h[CHANGE] = i
+    if i < n and changes[i, 0] <= now:
+        return False
+    h[DUE] = due
+    return True
+
+
 @helper
 def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) -> int:
     """Look up at the boundary ``now``: pins, timers, interrupts, idle; set DUE; return the cycle to go on from."""
@@ -612,8 +645,6 @@ def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) 
             h[DUE] = 0
             return after
     due = min(h[END], next_timer_request(m, h))
-    if h[CHANGE] < h[CHANGES]:
-        due = min(due, changes[h[CHANGE], 0])
     if h[SEEN] != h[LEVELS]:
         due = min(due, h[LEVELS_AT] + 1)
     if held != 0 and asked != 0:
@@ -623,6 +654,11 @@ def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) 
             ripe = h[STAMP + source] + h[RECOGNISE]
             if ripe > now:
                 due = min(due, ripe)
+    h[OTHERS] = due
+    h[INPUTS + 1] = 3 if h[HAS_TIMER2] != 0 and m[T2CON] & 0x0A != 0 else 0
+    h[INPUTS + 3] = 0x3C
+    if h[CHANGE] < h[CHANGES]:
+        due = min(due, changes[h[CHANGE], 0])
     if m[PCON] & 1 != 0:
         # idle: no instruction until an interrupt; time goes on to the next cycle at which one could come
         h[DUE] = 0

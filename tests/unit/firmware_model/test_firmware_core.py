@@ -225,6 +225,24 @@ def test_timer_2_reloads_and_captures():
     assert _sfr(cpu, T2CON) & 0xC0 == 0x40
 
 
+def test_timer_2_counts_only_edges_that_come_while_it_looks():
+    cpu = _cpu(NOP * 30 + b"\x75\xc8\x06" + HERE)  # the counter is let to count from cycle 32 on
+    cpu.drive([5, 7, 9, 50, 60, 70], [1] * 6, [0xFE, 0xFF, 0xFE, 0xFF, 0xFE, 0xFF])
+    cpu.run(100)
+    assert (_sfr(cpu, TL2), cpu.pins[1]) == (1, 0xFF)
+
+
+def test_driven_pins_are_seen_in_their_cycle():
+    # loop: MOV A,P1 (1); MOV @R0,A (1); INC R0 (1); SJMP (2): P1 is read in cycles 1, 6, 11, ...
+    cpu = _cpu("78 40 E5 90 F6 08 80 FA")
+    cycles = np.array([1, 2, 11, 12, 13, 16, 22, 27])
+    levels = np.arange(1, 9)
+    cpu.drive(cycles, np.ones(8, dtype=int), levels)
+    cpu.run(40)
+    seen = [levels[cycles <= at][-1] for at in range(1, 37, 5)]
+    assert cpu.iram[0x40:0x48].tolist() == seen
+
+
 def test_timers_of_the_one_clock_part_count_a_twelfth():
     cpu = _cpu(b"\xd2\x8c" + NOP * 600, timing="one-clock", TMOD=1)
     cpu.run(2 + 12 * 20)
