@@ -382,6 +382,8 @@ def latch(m: Bytes, h: Hidden, log: Log, place: int, now: int) -> int:
         h[DUE] = 0
     elif place in (TCON, TL0, TL1, TH0, TH1, SCON, T2CON, TL2, TH2, RCAP2L, RCAP2H, SBUF):
         refresh(m, h, log, now)
+    elif place == PSW:  # its bit P follows A at every moment
+        return (byte(m, PSW) & 0xFE) | parity(m)
     return byte(m, place)
 
 
