@@ -23,6 +23,8 @@ from rtec.twin.trial import LEVEL, Search, held_out_gain, refitted, rms_held_out
 from rtec.twin.workspace import Candidacy, Choice
 
 BORDERLINE = 0.05
+WANDERS = 16.0
+"""Readings over which noise is correlated, from which on it may as well be an effect in time that nobody knows."""
 HARD_TO_SEE = 3.0
 """Where half of the effects have to exceed so many noise floors to be seen, nothing found means little."""
 
@@ -231,10 +233,16 @@ def _permanent(state: Search, name: str, other: str, rival: Rivalry, ordered: Se
 
 def _inconclusive(state: Search, minimum: dict[str, float], borderline: bool) -> bool:
     """Return whether data in which nothing was found could not have shown much."""
-    if not state.workspace.noise.from_repeats or borderline:
+    if not state.workspace.noise.from_repeats or borderline or _correlated_over(state) > WANDERS:
         return True
     sizes = sorted(minimum.values())
     return not sizes or sizes[len(sizes) // 2] > HARD_TO_SEE * state.workspace.noise.sigma
+
+
+def _correlated_over(state: Search) -> float:
+    """Return over how many readings the noise is correlated: there its correlation has fallen to 1 / e."""
+    correlation = state.workspace.noise.correlation
+    return 0.0 if correlation.is_white else -1.0 / float(np.log(correlation.rho))
 
 
 def _verdict(unknown: Unknown | None, tied: bool, found: bool, inconclusive: bool) -> Verdict:
@@ -268,6 +276,11 @@ def _notes(state: Search, borderline: bool) -> tuple[str, ...]:
         notes += [f"{state.heldout.source}: {note}" for note in state.heldout.notes if note not in notes]
     if not state.workspace.noise.from_repeats:
         notes.append("no condition was repeated: there is no noise floor, and what is left cannot be judged")
+    elif (length := _correlated_over(state)) > WANDERS:
+        notes.append(
+            f"what differs between repeats wanders over some {length:.0f} readings: it counts as noise, but may be "
+            "an effect in time that is not known"
+        )
     if borderline:
         notes.append(f"an effect with an adjusted p between {LEVEL:g} and {BORDERLINE:g} was not accepted")
     if not state.searched:

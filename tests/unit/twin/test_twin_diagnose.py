@@ -457,3 +457,14 @@ def test_what_cannot_be_read_is_refused_in_a_sentence(tmp_path, header, row, wor
 def test_two_rows_are_refused(tmp_path):
     with pytest.raises(RtecError, match="at least 3"):
         load_dataset(written(tmp_path, HEADER, *(column[:2] for column in plan())))
+
+
+def test_noise_that_wanders_slowly_may_be_something_else():
+    """A room that is heated and cooled comes and goes in time, which no effect of the library does."""
+    cycled = diagnose(measured(lambda x, way, t, run: 0.0085 * np.sin(t / 160.0)))
+    assert cycled.effects == ()
+    assert cycled.verdict is Verdict.INCONCLUSIVE
+    assert any("wanders over some" in note for note in cycled.notes)
+    quiet = diagnose(measured(rho=0.9, seed=3))
+    assert quiet.verdict is Verdict.NONE
+    assert not any("wanders" in note for note in quiet.notes)
