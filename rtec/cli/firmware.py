@@ -76,6 +76,123 @@ def run(
         _show(found)
 
 
+def trace(
+    image: Hex,
+    instructions: Annotated[
+        int, typer.Option(min=1, max=10**6, metavar="N", help="How many instructions are listed.")
+    ] = 40,
+    start: Annotated[
+        int, typer.Option("--from", min=0, max=10**12, metavar="CYCLE", help="Run to this cycle first, unlisted.")
+    ] = 0,
+    clock: Annotated[
+        str, typer.Option(metavar="12MHz", help="Of the processor: what a cycle is in the VCD.")
+    ] = "12MHz",
+    vcd: Annotated[
+        Path | None, typer.Option(metavar="FILE.vcd", help="Write the ports' latches meanwhile as waveforms.")
+    ] = None,
+    part: Annotated[str, typer.Option(metavar="8051|8052", help="As of run.")] = "8052",
+    timing: Annotated[str, typer.Option(metavar="12-clock|one-clock", help="As of run.")] = "12-clock",
+    force: Annotated[bool, typer.Option("--force", help="Write over a VCD that exists.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """List instructions as they are executed, each with the cycle in which it begins and the ports that it changes.
+
+    Example: rtec firmware trace blink.hex --from 1000 --instructions 20
+    """
+    from firmware_model import Mcs51, read_hex
+    from firmware_model.isa import disassemble as disassembled
+    from firmware_model.isa.parts import PARTS, TIMINGS
+    from rtec.units import FREQUENCY, parse_quantity
+
+    kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
+    pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
+    clock_hz = parse_quantity(clock, FREQUENCY, name="--clock")
+    if vcd is not None:
+        _measured.check_new_file("--vcd", vcd, force=force)
+    with _as_bad_input():
+        memory = read_hex(image)
+    cpu, other = (Mcs51(memory, part=kind, timing=pace) for _ in range(2))
+    _compile(other)
+    cpu.run(cycles=start)
+    cpu.record()
+    before, begun = _latches(cpu), cpu.cycles
+    rows: list[dict[str, object]] = []
+    while len(rows) < instructions and cpu.fault is None:
+        cycle, line, latches = cpu.cycles, disassembled(memory.code, cpu.pc), _latches(cpu)
+        if not cpu.step().cycles:
+            break  # power-down
+        changed = {
+            f"P{k}": now for k, (was, now) in enumerate(zip(latches, _latches(cpu), strict=True)) if was != now
+        }
+        rows.append({"cycle": cycle, "address": line.address, "text": line.text, "ports": changed, "line": str(line)})
+    if vcd is not None:
+        _write_vcd(vcd, cpu, before, begun, ps_a_cycle=(12 if pace == "12-clock" else 1) * 1e12 / clock_hz)
+    if json:
+        listed = [{key: value for key, value in row.items() if key != "line"} for row in rows]
+        print_json({"image": str(image), "rows": listed, "fault": _fault(cpu), **({"vcd": str(vcd)} if vcd else {})})
+        return
+    for row in rows:
+        ports = " ".join(f"{port}={value:02X}" for port, value in cast("dict[str, int]", row["ports"]).items())
+        typer.echo(f"{row['cycle']:>12}  {row['line']!s:<40}{ports}".rstrip())
+    if cpu.fault is not None:
+        typer.echo(f"Ended by a fault: {cpu.fault}")
+    if vcd is not None:
+        typer.echo(f"Waveforms: {vcd}")
+
+
+def _latches(cpu: Mcs51) -> list[int]:
+    """Return the latches of P0..P3."""
+    return [int(cpu.sfr[0x10 * port]) for port in range(4)]
+
+
+def _write_vcd(file: Path, cpu: Mcs51, before: list[int], begun: int, *, ps_a_cycle: float) -> None:
+    """Write the recorded changes of the ports, a signal for each pin, in time since reset."""
+    from rtec.signal.vcd import VcdSignal, VcdWriter
+
+    pins = [(port, bit) for port in range(4) for bit in range(8)]
+    signals = [
+        VcdSignal(scope=f"P{port}", name=f"P{port}_{bit}", initial=before[port] >> bit & 1) for port, bit in pins
+    ]
+    latches = list(before)
+    changes = []
+    for change in cpu.port_changes():
+        differing = latches[change.port] ^ change.latch
+        latches[change.port] = change.latch
+        changes += [
+            (round(change.cycle * ps_a_cycle), 8 * change.port + bit, change.latch >> bit & 1)
+            for bit in range(8)
+            if differing >> bit & 1
+        ]
+    with VcdWriter(file, signals=signals, start_ps=round(begun * ps_a_cycle)) as writer:
+        if changes:
+            times, numbers, values = zip(*changes, strict=True)
+            writer.write(times, numbers, values)
+        writer.finish(round(cpu.cycles * ps_a_cycle))
+
+
+def images(json: _measured.Json = False) -> None:
+    """List the images of the four designs that come with this package, with the files that hold them.
+
+    Example: rtec firmware list
+    """
+    from importlib.resources import files
+
+    from firmware_model import read_hex
+
+    folder = Path(str(files("firmware_model") / "images"))
+    found = []
+    for file in sorted(folder.glob("*.ihx")):
+        used = sum(end - begin for begin, end in read_hex(file).used)
+        found.append(
+            {"design": file.stem, "bytes": used, "image": str(file), "source": str(file.with_suffix(".asm"))}
+        )
+    if json:
+        print_json({"images": found})
+        return
+    for row in found:
+        typer.echo(f"{row['design']:<10}{row['bytes']:>6} bytes  {row['image']}")
+
+
 def disassemble(image: Hex, json: _measured.Json = False) -> None:
     """List the instructions of an image, beginning with the first byte of each range that it uses.
 
@@ -101,8 +218,8 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of firmware as one."""
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
-    for verb in (run, disassemble):
-        app.command(verb.__name__)(verb)
+    for name, verb in (("run", run), ("trace", trace), ("disassemble", disassemble), ("list", images)):
+        app.command(name)(verb)
     return app
 
 
@@ -126,8 +243,14 @@ def _compile(other: Mcs51) -> None:
     other.run(cycles=1)
 
 
-def _document(cpu: Mcs51, reason: str, wall_s: float) -> dict[str, object]:
+def _fault(cpu: Mcs51) -> dict[str, object] | None:
     fault = cpu.fault
+    if fault is None:
+        return None
+    return {"kind": fault.kind.value, "pc": fault.pc, "opcode": fault.opcode, "cycle": fault.cycle}
+
+
+def _document(cpu: Mcs51, reason: str, wall_s: float) -> dict[str, object]:
     return {
         "instructions": cpu.instructions,
         "cycles": cpu.cycles,
@@ -136,9 +259,7 @@ def _document(cpu: Mcs51, reason: str, wall_s: float) -> dict[str, object]:
         "wall_s": wall_s,
         "instructions_per_s": cpu.instructions / wall_s if wall_s > 0.0 else None,
         "reason": reason,
-        "fault": None
-        if fault is None
-        else {"kind": fault.kind.value, "pc": fault.pc, "opcode": fault.opcode, "cycle": fault.cycle},
+        "fault": _fault(cpu),
     }
 
 

@@ -146,3 +146,71 @@ def test_help_loads_no_processor():
     code = "import sys\nfrom rtec.cli import main\nmain(['firmware', '--help'])\nprint('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.splitlines()[-1] == "False"
+
+
+# trace and list
+
+TOGGLE = (0, "B290 00 80FB")  # loop: CPL P1.0 (1 cycle); NOP (1); SJMP loop (2)
+
+
+def test_trace_lists_what_is_executed_with_the_ports_it_changes(image, capsys):
+    code, out, err = said(capsys, "trace", image(TOGGLE), "--instructions", "4", "--json")
+    assert (code, err) == (0, "")
+    rows = json.loads(out)["rows"]
+    assert [(row["cycle"], row["address"], row["text"]) for row in rows] == [
+        (0, 0, "cpl p1.0"),
+        (1, 2, "nop"),
+        (2, 3, "sjmp 0x0000"),
+        (4, 0, "cpl p1.0"),
+    ]
+    assert [row["ports"] for row in rows] == [{"P1": 0xFE}, {}, {}, {"P1": 0xFF}]
+    code, out, _ = said(capsys, "trace", image(TOGGLE), "--from", "4", "--instructions", "1")
+    assert (code, out.split()) == (0, ["4", "0000", "B2", "90", "cpl", "p1.0", "P1=FF"])
+
+
+def test_trace_ends_at_a_fault_and_at_power_down(image, capsys):
+    code, out, _ = said(capsys, "trace", image((0, "00 A5")))
+    assert code == 0
+    assert out.splitlines()[-1].startswith("Ended by a fault: reserved opcode at 0001h")
+    code, out, _ = said(capsys, "trace", image((0, "758702 00")), "--json")  # MOV PCON,#2
+    assert code == 0
+    assert len(json.loads(out)["rows"]) == 1
+
+
+def test_trace_writes_waveforms(image, capsys, tmp_path):
+    file = tmp_path / "toggle.vcd"
+    words = ["trace", image(TOGGLE), "--instructions", "5", "--vcd", str(file), "--clock", "24MHz"]
+    assert said(capsys, *words)[0] == 0
+    text = file.read_text()
+    name = next(line.split()[3] for line in text.splitlines() if line.startswith("$var") and " P1_0 " in line)
+    moments = [line for line in text.split("$enddefinitions $end")[1].splitlines() if line]
+    at, seen = None, []
+    for line in moments:
+        at = int(line[1:]) if line.startswith("#") else at
+        if line in (f"0{name}", f"1{name}") and at:
+            seen.append((at, int(line[0])))
+    # at 24 MHz a cycle takes 0.5 us: the first CPL ends after one, the second after five
+    assert seen == [(500_000, 0), (2_500_000, 1)]
+    assert said(capsys, *words)[0] == 2  # it exists
+    assert file.read_text() == text
+    assert said(capsys, *words, "--force")[0] == 0
+
+
+@pytest.mark.parametrize(
+    "words", [["--clock", "fast"], ["--part", "8096"], ["--instructions", "0"], ["--from", "-1"]]
+)
+def test_trace_refuses_what_it_cannot_do(image, capsys, words):
+    code, out, err = said(capsys, "trace", image(TOGGLE), *words)
+    assert (code, out) == (2, "")
+    assert words[0] in err
+
+
+def test_list_names_the_four_images_and_they_run(capsys):
+    code, out, _ = said(capsys, "list", "--json")
+    found = json.loads(out)["images"]
+    assert code == 0
+    assert [row["design"] for row in found] == ["a", "b", "c", "original"]
+    for row in found:
+        assert row["bytes"] > 100
+        assert said(capsys, "run", row["image"], "--cycles", "1000")[0] == 0
+    assert "original" in said(capsys, "list")[1]
