@@ -77,7 +77,7 @@ def _compile(function: _F, **options: Any) -> _F:
     before = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(error_model="numpy", fastmath=False, **options)(function)  # type: ignore[no-any-return]
+        return numba.njit(error_model="numpy", fastmath=False, **options)(function)  # type: ignore[no-any-return]  # numba has no types
     finally:
         config.CACHE_DIR = before
 

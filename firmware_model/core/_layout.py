@@ -23,7 +23,6 @@ NOT_PORT = 0x1CF
 PSW, ACC, B = 0x1D0, 0x1E0, 0x1F0
 
 # --- the decoded word of an address (int64) ---
-FORM_BITS = 9
 COST_AT, TAKEN_AT, LENGTH_AT, N_AT, SPECIAL_AT, X_AT, Y_AT, BIT_AT = 9, 14, 17, 19, 22, 24, 40, 49
 SPECIAL = 1 << SPECIAL_AT
 OUTSIDE_IMAGE, UNMAPPED_SFR = 0x100, 0x101

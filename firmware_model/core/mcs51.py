@@ -138,6 +138,11 @@ class Mcs51:
         return int(self._hidden[at.COUNT])
 
     @property
+    def code(self) -> bytes:
+        """Program memory, 65 536 bytes."""
+        return self._code.tobytes()
+
+    @property
     def iram(self) -> NDArray[np.uint8]:
         """Internal RAM, 256 bytes, live; the 8051 has the lower 128."""
         return self._memory[0:256]

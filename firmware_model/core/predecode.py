@@ -19,7 +19,6 @@ from firmware_model.isa.table import INSTRUCTIONS, Instruction, Operand
 _PLAIN_SFR = (at.SP, at.DPL, at.DPH, at.ACC, at.B)
 """Registers that hold a byte and do nothing; all others are read or written with side effects."""
 
-_DIRECT = (Operand.DIRECT,)
 _BITS = (Operand.BIT, Operand.NOT_BIT)
 
 

@@ -20,8 +20,6 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 DESIGNS = ("original", "a", "b", "c")
 SHARED = ("rtec.inc", "common.asm", "seek_xor.asm")
-OUTPUTS = (".ihx", ".lst", ".sym")
-TOOLS = ("sdas8051", "sdld")
 LONGEST_S = 60
 _LABEL = re.compile(r"^\s*\d+\s+(?P<name>\S+)\s+(?P<address>[0-9A-F]{6})\s+\S*R\S*\s*$", re.MULTILINE)
 
@@ -50,8 +48,7 @@ def tool(name: str) -> str:
 def run_tool(folder: Path, *words: str) -> None:
     """Run one of the programs in ``folder``; its complaints become a BuildError."""
     command = [tool(words[0]), *words[1:]]
-    # no shell, and the words are this module's own
-    done = subprocess.run(  # noqa: S603
+    done = subprocess.run(  # noqa: S603 - no shell, and the words are this module's own
         command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LONGEST_S, check=False
     )
     complaints = [line for line in (done.stdout + done.stderr).splitlines() if not line.startswith("ASlink >>")]

@@ -57,7 +57,7 @@ def _direct(address: int) -> str:
     return SFR_NAMES[address].lower() if address in SFR_NAMES else f"0x{address:02x}"
 
 
-def _operand(operand: Operand, row: Instruction, behind: Iterator[int], following: int) -> str:  # noqa: PLR0911
+def _operand(operand: Operand, row: Instruction, behind: Iterator[int], following: int) -> str:  # noqa: PLR0911 - a line for each mode
     if operand in _FIXED:
         return _FIXED[operand]
     if operand is Operand.RN:

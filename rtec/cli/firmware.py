@@ -53,15 +53,7 @@ def run(
 
     Example: rtec firmware run blink.hex --cycles 1000000
     """
-    from firmware_model import Mcs51, read_hex
-    from firmware_model.isa.parts import PARTS, TIMINGS
-
-    kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
-    pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
-    with _as_bad_input():
-        memory = read_hex(image)
-    cpu, other = (Mcs51(memory, part=kind, timing=pace) for _ in range(2))
-    _compile(other)
+    cpu = _processor(image, part, timing)
     with progress("firmware") as show:
         begun = time.perf_counter()
         reason = "budget"
@@ -69,7 +61,7 @@ def run(
             reason = cpu.run(cycles=min(_SLICE_CYCLES, cycles - cpu.cycles)).reason
             show(cpu.cycles / cycles)
         wall_s = time.perf_counter() - begun
-    found = _document(cpu, reason, wall_s) | {"part": kind, "timing": pace}
+    found = _document(cpu, reason, wall_s) | {"part": part, "timing": timing}
     if json:
         print_json(found)
     else:
@@ -99,26 +91,19 @@ def trace(
 
     Example: rtec firmware trace blink.hex --from 1000 --instructions 20
     """
-    from firmware_model import Mcs51, read_hex
     from firmware_model.isa import disassemble as disassembled
-    from firmware_model.isa.parts import PARTS, TIMINGS
     from rtec.units import FREQUENCY, parse_quantity
 
-    kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
-    pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
     clock_hz = parse_quantity(clock, FREQUENCY, name="--clock")
     if vcd is not None:
         _measured.check_new_file("--vcd", vcd, force=force)
-    with _as_bad_input():
-        memory = read_hex(image)
-    cpu, other = (Mcs51(memory, part=kind, timing=pace) for _ in range(2))
-    _compile(other)
+    cpu = _processor(image, part, timing)
     cpu.run(cycles=start)
     cpu.record()
-    before, begun = _latches(cpu), cpu.cycles
+    code, before, begun = cpu.code, _latches(cpu), cpu.cycles
     rows: list[dict[str, object]] = []
     while len(rows) < instructions and cpu.fault is None:
-        cycle, line, latches = cpu.cycles, disassembled(memory.code, cpu.pc), _latches(cpu)
+        cycle, line, latches = cpu.cycles, disassembled(code, cpu.pc), _latches(cpu)
         if not cpu.step().cycles:
             break  # power-down
         changed = {
@@ -126,7 +111,7 @@ def trace(
         }
         rows.append({"cycle": cycle, "address": line.address, "text": line.text, "ports": changed, "line": str(line)})
     if vcd is not None:
-        _write_vcd(vcd, cpu, before, begun, ps_a_cycle=(12 if pace == "12-clock" else 1) * 1e12 / clock_hz)
+        _write_vcd(vcd, cpu, before, begun, ps_a_cycle=(12 if timing == "12-clock" else 1) * 1e12 / clock_hz)
     if json:
         listed = [{key: value for key, value in row.items() if key != "line"} for row in rows]
         print_json({"image": str(image), "rows": listed, "fault": _fault(cpu), **({"vcd": str(vcd)} if vcd else {})})
@@ -234,13 +219,20 @@ def _as_bad_input() -> Iterator[None]:
         raise RtecError(str(error)) from error
 
 
-def _compile(other: Mcs51) -> None:
-    """Let another processor do one cycle, so that the first run's compilation is not taken for its time."""
-    from firmware_model import _jit
+def _processor(image: Path, part: str, timing: str) -> Mcs51:
+    """Return a processor with an image, compiled: another has done one cycle, which is not taken for the first's."""
+    from firmware_model import Mcs51, _jit, read_hex
+    from firmware_model.isa.parts import PARTS, TIMINGS
 
+    kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
+    pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
+    with _as_bad_input():
+        memory = read_hex(image)
+    cpu, other = (Mcs51(memory, part=kind, timing=pace) for _ in range(2))
     if _jit.FIRST_RUN and not _jit.config.DISABLE_JIT:
         note(_COMPILING)
     other.run(cycles=1)
+    return cpu
 
 
 def _fault(cpu: Mcs51) -> dict[str, object] | None:

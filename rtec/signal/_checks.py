@@ -87,7 +87,7 @@ def time_ps(name: str, value: object) -> int:
 def whole_number(name: str, value: object, allowed: str) -> int:
     """Return ``value`` as an int; a float, even a whole one, is refused."""
     try:
-        return operator.index(value)  # type: ignore[arg-type]
+        return operator.index(value)  # type: ignore[arg-type]  # refuses what is no whole number
     except TypeError:
         raise ArgumentError(name, shown(value), allowed) from None
 

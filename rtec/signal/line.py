@@ -51,7 +51,7 @@ class LevelStream:
             return NotImplemented
         return self.initial == other.initial and np.array_equal(self.times_ps, other.times_ps)
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None  # type: ignore[assignment]  # arrays are compared, not hashed
 
     @property
     def levels(self) -> NDArray[np.uint8]:

@@ -92,7 +92,7 @@ class EdgeStream:
             and np.array_equal(self.levels, other.levels)
         )
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None  # type: ignore[assignment]  # arrays are compared, not hashed
 
     @classmethod
     def from_states(cls, times_ps: ArrayLike, states: ArrayLike, initial_state: int) -> EdgeStream:

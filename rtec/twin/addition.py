@@ -76,8 +76,15 @@ def add(
     base: list[Choice] = [(t.effect, t.shape) for t in begun.terms if t.shape is not None]
     rng = np.random.default_rng(seed)
     workspace = Workspace(dataset, first_noise(dataset, base))
-    state = Search(dataset=dataset, heldout=heldout, start=begun, workspace=workspace, rng=rng)
-    state.searched, state.locked = False, locked
+    state = Search(
+        dataset=dataset,
+        heldout=heldout,
+        locked=locked,
+        start=begun,
+        workspace=workspace,
+        rng=rng,
+        searched=False,
+    )
     state.tests = independent_tests(workspace.strict, rng)
     new = shapes_found(workspace, [*begun.terms, term])[-1]
     state.kept = [*base, new] if shape is not None else refitted(workspace, [*base, new])

@@ -13,7 +13,7 @@ from rtec.twin.model import Model, Term
 from rtec.twin.results import Verdict
 
 SCALE, BACKLASH, CYCLIC = effect_named("scale"), effect_named("backlash"), effect_named("cyclic")
-TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way  # noqa: E731
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
 
 def model(*terms, observe="deviation"):
@@ -78,7 +78,7 @@ def test_what_cannot_be_added_is_refused(name, why):
 
 
 def test_steps_may_be_added_twice():
-    jumps = lambda x, way, t, run: np.where(t > 505.0, 0.02, 0.0) - np.where(t > 1505.0, 0.03, 0.0)  # noqa: E731
+    jumps = lambda x, way, t, run: np.where(t > 505.0, 0.02, 0.0) - np.where(t > 1505.0, 0.03, 0.0)
     data = measured(jumps)
     first = add("lost_counts", data)
     second = add("lost_counts", data, first.model)

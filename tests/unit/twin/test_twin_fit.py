@@ -26,7 +26,7 @@ from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Workspace
 
 SCALE, BACKLASH, CYCLIC, OFFSET = (effect_named(n) for n in ("scale", "backlash", "cyclic", "offset"))
-TILTED = lambda x, way, t, run: 0.010 + 5e-5 * x + 0.004 * way  # noqa: E731
+TILTED = lambda x, way, t, run: 0.010 + 5e-5 * x + 0.004 * way
 BOTH = [(SCALE, Shape()), (BACKLASH, Shape())]
 
 
@@ -88,7 +88,7 @@ def test_standard_errors_of_a_whole_fit_against_monte_carlo(rho):
 
 def test_standard_errors_of_a_period_against_monte_carlo():
     periods, amplitudes, errors = [], [], []
-    wave = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47.0)  # noqa: E731
+    wave = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47.0)
     for seed in range(60):
         data = measured(wave, at=np.linspace(0, 300, 21), seed=seed, timed=False)
         work = Workspace(data, noise())
@@ -103,7 +103,7 @@ def test_standard_errors_of_a_period_against_monte_carlo():
 
 
 def test_a_joint_refit_finds_the_least_squares_of_all_shapes_at_once():
-    error = lambda x, way, t, run: 0.01 * np.sin(x / 9.0) + 0.006 * np.sin(x / 7.6 + 1)  # noqa: E731
+    error = lambda x, way, t, run: 0.01 * np.sin(x / 9.0) + 0.006 * np.sin(x / 7.6 + 1)
     data = measured(error, sigma=1e-9, targets=40)
     work = Workspace(data, noise())
     near = [(CYCLIC, CYCLIC.shape_type(18 * np.pi + 0.8)), (CYCLIC, CYCLIC.shape_type(15.2 * np.pi - 0.4))]
@@ -154,7 +154,7 @@ def test_what_a_model_states_stays_and_the_rest_is_fitted_to_what_is_left():
 
 
 def test_shapes_that_are_open_are_found():
-    wave = lambda x, way, t, run: 0.01 * np.sin(2 * np.pi * x / 47.0) + 0.02 * way  # noqa: E731
+    wave = lambda x, way, t, run: 0.01 * np.sin(2 * np.pi * x / 47.0) + 0.02 * way
     fitted = fit_model(measured(wave), model("cyclic", "backlash"))
     assert fitted.terms[0].shape.period == pytest.approx(47.0, rel=0.01)
     assert np.hypot(*fitted.terms[0].amplitudes[:2]) == pytest.approx(0.01, abs=5 * SIGMA * np.sqrt(2 / 210))
@@ -165,7 +165,7 @@ def test_shapes_that_are_open_are_found():
 
 def test_a_shape_is_looked_for_again_once_the_others_are_known():
     # what grows with the travel hides the weak wave until it is known, which it is not while the wave is looked for
-    bent = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 47.0) + 0.08 * (x / 300.0) ** 3  # noqa: E731
+    bent = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 47.0) + 0.08 * (x / 300.0) ** 3
     for order in (("cyclic", "pitch_map"), ("pitch_map", "cyclic")):
         fitted = fit_model(measured(bent, targets=41), model(*order))
         period = next(term.shape.period for term in fitted.terms if term.effect is CYCLIC)

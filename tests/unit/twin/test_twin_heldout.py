@@ -24,7 +24,7 @@ from rtec.twin.workspace import Workspace
 
 SCALE, BACKLASH, DRIFT = effect_named("scale"), effect_named("backlash"), effect_named("drift")
 BOTH = [(SCALE, Shape()), (BACKLASH, Shape())]
-TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way  # noqa: E731
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
 
 def noise(rho=0.0, *, sigma=0.002, from_repeats=True):

@@ -17,7 +17,7 @@ from rtec.twin.workspace import Workspace
 
 SCALE, BACKLASH, OFFSET, CYCLIC = (effect_named(n) for n in ("scale", "backlash", "offset", "cyclic"))
 ODD = Unknown(depends_on=("run",), period=None, frequency_hz=None, description="")
-TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way  # noqa: E731
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
 
 def state_of(data, kept=(), tests=50.0):

@@ -45,7 +45,7 @@ def test_a_bump_that_only_one_direction_shows_depends_on_both():
 
 
 def test_the_strongest_line_is_that_of_a_dense_scan():
-    wave = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 41.0) + bump(x, way, t, run) / 20  # noqa: E731
+    wave = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 41.0) + bump(x, way, t, run) / 20
     data = measured(wave)
     found = left(data)
     mean = data.observed.reshape(5, 42).mean(axis=0)
@@ -62,7 +62,7 @@ def test_the_strongest_line_is_that_of_a_dense_scan():
 
 def test_where_time_is_the_coordinate_the_line_has_a_frequency():
     at = np.arange(0.0, 300.0, 7.0) + np.random.default_rng(0).uniform(-1, 1, 43)
-    wave = lambda x, way, t, run: 0.01 * np.sin(2 * np.pi * x / 41.0)  # noqa: E731
+    wave = lambda x, way, t, run: 0.01 * np.sin(2 * np.pi * x / 41.0)
     data = measured(wave, at=at, unit="s", bidirectional=False)
     found = left(data)
     assert found.frequency_hz == pytest.approx(1 / 41.0, rel=0.05)

@@ -144,7 +144,7 @@ def test_a_step_is_no_correlation():
 
 
 def test_terms_that_change_in_time_are_no_noise():
-    wave = lambda x, way, t, run: 0.02 * np.sin(t / 60.0)  # noqa: E731
+    wave = lambda x, way, t, run: 0.02 * np.sin(t / 60.0)
     data = measured(wave, temperatures={"room": np.sin(10.0 * np.arange(210) / 60.0)})
     growth = effect_named("thermal_growth")
     shaped = replace(data, observed=data.observed + data.columns(growth, growth.shape_type("room"))[:, 0] * 1e-4)

@@ -26,7 +26,7 @@ from rtec.twin.workspace import Workspace
 
 NAMES = "scale backlash cyclic pitch_map backlash_map drift windup lost_counts offset".split()
 SCALE, BACKLASH, CYCLIC, MAP, REVERSALS, DRIFT, WINDUP, STEP, OFFSET = (effect_named(n) for n in NAMES)
-TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way  # noqa: E731
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 BOTH = [(SCALE, Shape()), (BACKLASH, Shape())]
 COGGING = effect_named("cogging")
 DENSE = np.concatenate([[0.0, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0], np.linspace(35.0, 300.0, 12)])
@@ -75,7 +75,7 @@ def test_a_search_names_what_was_planted(error, expected):
 def test_windup_and_backlash_are_told_apart_by_dense_points_after_reversals():
     play = search(work_of(measured(lambda x, way, t, run: 0.006 * way, at=DENSE)), [])
     assert names(play) - {"offset"} == {"backlash"}
-    gone = lambda x, way: np.where(way > 0, x, 300.0 - x)  # noqa: E731
+    gone = lambda x, way: np.where(way > 0, x, 300.0 - x)
     soft = measured(lambda x, way, t, run: 0.008 * way * (1 - np.exp(-gone(x, way) / 12.0)), at=DENSE_BOTH)
     found = search(work_of(soft), [])
     assert names(found) - {"offset"} == {"windup"}
@@ -156,17 +156,17 @@ def test_a_special_case_takes_the_place_of_its_map():
 
 
 def test_harmonics_are_taken_as_far_as_they_go():
-    double = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 60) + 0.004 * np.cos(4 * np.pi * x / 60)  # noqa: E731
+    double = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 60) + 0.004 * np.cos(4 * np.pi * x / 60)
     found = dict(found_by_name(search(work_of(measured(double, targets=40)), [])))["cyclic"]
     assert (found.harmonics, found.by_direction) == (2, False)
     assert found.period == pytest.approx(60.0, rel=0.005)
-    turned = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47 + 0.8 * way)  # noqa: E731
+    turned = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47 + 0.8 * way)
     found = dict(found_by_name(search(work_of(measured(turned)), [])))["cyclic"]
     assert (found.harmonics, found.by_direction) == (1, True)
 
 
 def test_a_line_that_is_a_harmonic_lengthens_its_family():
-    double = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 60) + 0.003 * np.cos(6 * np.pi * x / 60)  # noqa: E731
+    double = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 60) + 0.003 * np.cos(6 * np.pi * x / 60)
     found = search(work_of(measured(double, targets=50)), [])
     families = [shape for effect, shape in found if effect is CYCLIC]
     assert len(families) == 1

@@ -20,7 +20,7 @@ from rtec.twin.whitening import Correlation
 from rtec.twin.workspace import Workspace
 
 SCALE, BACKLASH, DRIFT, STEP = (effect_named(n) for n in ("scale", "backlash", "drift", "lost_counts"))
-TILTED = lambda x, way, t, run: 5e-5 * x  # noqa: E731
+TILTED = lambda x, way, t, run: 5e-5 * x
 
 
 def noise(sigma=SIGMA, freedom=100.0, rho=0.0, white=0.0, *, from_repeats=True):
@@ -130,7 +130,7 @@ def test_chance_takes_a_step_for_noise_where_noise_makes_steps():
     def rng():
         return np.random.default_rng(0)
 
-    jump = lambda x, way, t, run: np.where(t > 1005.0, 0.02, 0.0)  # noqa: E731
+    jump = lambda x, way, t, run: np.where(t > 1005.0, 0.02, 0.0)
     assert p_of(measured(jump)) < 1e-4
     assert p_of(measured(rho=0.9)) > 0.01
     assert p_of(measured(rho=0.9, seed=3)) > 0.01
@@ -173,7 +173,7 @@ def test_counts_are_not_lost_where_the_reversal_error_differs_from_run_to_run():
     play = np.array([0.0, 0.004, 0.016, 0.002, 0.011, 0.007])
     differing = [measured(lambda x, way, t, run: play[run.astype(int)] * way / 2, seed=seed) for seed in range(5)]
     assert all(reversal_changes_instead(data, LOST) for data in differing)
-    lost = lambda x, way, t, run: np.where(t > 425.0, 0.01, 0.0) - np.where(t > 845.0, 0.006, 0.0)  # noqa: E731
+    lost = lambda x, way, t, run: np.where(t > 425.0, 0.01, 0.0) - np.where(t > 845.0, 0.006, 0.0)
     assert not any(reversal_changes_instead(measured(lost, seed=seed), LOST) for seed in range(5))
 
 

@@ -18,7 +18,7 @@ from rtec.twin.workspace import Workspace
 SCALE, BACKLASH, OFFSET, DRIFT, CYCLIC, STEP = (
     effect_named(n) for n in ("scale", "backlash", "offset", "drift", "cyclic", "lost_counts")
 )
-TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way  # noqa: E731
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 BOTH = [(SCALE, Shape()), (BACKLASH, Shape())]
 
 
@@ -76,7 +76,7 @@ def test_an_effect_much_smaller_than_the_noise_does_not_matter():
 
 
 def test_an_effect_much_smaller_than_what_nothing_explains_does_not_matter():
-    unexplained = lambda x, way, t, run: 0.03 * np.sign(np.sin(x**1.7 / 90.0)) + 0.0015 * way  # noqa: E731
+    unexplained = lambda x, way, t, run: 0.03 * np.sign(np.sin(x**1.7 / 90.0)) + 0.0015 * way
     data = measured(unexplained)
     trial = trial_of(state_of(data), [(BACKLASH, Shape())], 0)
     assert trial.p_adjusted < 1e-6  # beside the noise it is plain
@@ -157,7 +157,7 @@ def test_a_step_in_correlated_noise_has_to_beat_what_noise_feigns():
 
 
 def test_a_second_family_of_periods_was_chosen_from_more():
-    wave = lambda x, way, t, run: 0.004 * np.sin(x / 9.0) + 0.0012 * np.sin(x / 5.7)  # noqa: E731
+    wave = lambda x, way, t, run: 0.004 * np.sin(x / 9.0) + 0.0012 * np.sin(x / 5.7)
     data = measured(wave, targets=40, timed=False)
     state = state_of(data, tests=1.0)
     first, second = (CYCLIC, CYCLIC.shape_type(18 * np.pi)), (CYCLIC, CYCLIC.shape_type(11.4 * np.pi))
@@ -182,7 +182,7 @@ def test_the_first_noise_is_that_of_repeats_or_of_what_the_given_effects_leave()
 
 
 def test_a_refit_takes_the_stated_period_where_it_does_as_well():
-    wave = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 20.0)  # noqa: E731
+    wave = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 20.0)
     data = measured(wave, targets=60, screw_pitch=20.0, timed=False)
     work = Workspace(data, noise_from_repeats(data))
     found = refitted(work, [(CYCLIC, CYCLIC.shape_type(20.02))])

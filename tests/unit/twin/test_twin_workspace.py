@@ -15,7 +15,7 @@ from rtec.twin.workspace import NODES_WITHOUT_REPEATS, Workspace, is_map, scan_c
 
 CYCLIC, SCALE, BACKLASH = effect_named("cyclic"), effect_named("scale"), effect_named("backlash")
 MAP, OFFSET, DRIFT = effect_named("pitch_map"), effect_named("offset"), effect_named("drift")
-WAVY = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47.0) + 0.003 * way + 2e-6 * t  # noqa: E731
+WAVY = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47.0) + 0.003 * way + 2e-6 * t
 
 
 def noise(rho=0.0, white=0.0, sigma=0.002, *, from_repeats=True, freedom=100.0):
