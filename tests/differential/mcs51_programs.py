@@ -50,6 +50,7 @@ _BIT_WRITES = {0x10, 0x92, 0xB2, 0xC2, 0xD2}
 _PARITY_BIT, _BANK_BITS = 0xD0, {0xD3, 0xD4}
 _CODE_AT_DPTR = 0x93
 _ANL_DIRECT = 0x53
+_AT_RI = 0x06  # the two columns of indirect addressing
 OPCODES = frozenset(range(256)) - {RESERVED}
 
 
@@ -63,7 +64,7 @@ class _Unit:
     ahead: int = 0
 
 
-def program(seed: int, units: int) -> Image:
+def program(seed: int, units: int, *, ram_bytes: int = 256) -> Image:
     """Return a program of so many random instructions behind a start that fills the RAM.
 
     Parameters
@@ -73,6 +74,8 @@ def program(seed: int, units: int) -> Image:
     units
         Random instructions, some of them with others before that prepare them; all opcodes come equally often, and
         some instructions are jumped over.
+    ram_bytes
+        Internal RAM of the part, 128 or 256; with 128, stack and pointers stay below.
 
     Raises
     ------
@@ -81,12 +84,12 @@ def program(seed: int, units: int) -> Image:
     """
     draw = random.Random(seed)  # noqa: S311 - no secret
     deck: list[int] = []
-    body = _start(draw)
+    body = _start(draw, ram_bytes)
     for _ in range(units):
         if not deck:
             deck = sorted(OPCODES)
             draw.shuffle(deck)
-        body.append(_unit(draw, deck.pop()))
+        body.append(_unit(draw, deck.pop(), ram_bytes))
     body += [_Unit(bytearray([_SJMP, 0xFE]), _SJMP)] * 5  # as far as a jump goes
     length = sum(len(unit.code) for unit in body)
     if length > CODE_BYTES:
@@ -103,16 +106,16 @@ def shown(image: Image, pc: int) -> str:
     return image.code[pc : pc + length].hex(" ")
 
 
-def _start(draw: random.Random) -> list[_Unit]:
+def _start(draw: random.Random, ram_bytes: int) -> list[_Unit]:
     units = [_Unit(bytearray([_MOV_DIRECT, at, draw.randrange(256)]), _MOV_DIRECT) for at in range(2, 0x80)]
-    for at in range(0x80, 0x100):
+    for at in range(0x80, ram_bytes):
         units.append(_Unit(bytearray([0x78, at, 0x76, draw.randrange(256)]), 0x76))  # MOV R0,#at; MOV @R0,#value
     units += [_Unit(bytearray([_MOV_DIRECT, at, draw.randrange(256)]), _MOV_DIRECT) for at in REGISTERS]
     return units
 
 
-def _unit(draw: random.Random, opcode: int) -> _Unit:
-    before, ahead = _preparation(draw, opcode), draw.randint(1, 4)
+def _unit(draw: random.Random, opcode: int, ram_bytes: int) -> _Unit:
+    before, ahead = _preparation(draw, opcode, ram_bytes), draw.randint(1, 4)
     if opcode in _RETURNS:
         top = draw.randint(0x08, 0x7F)
         before += bytes([_MOV_DIRECT, SP, top, _MOV_DIRECT, top, 0, _MOV_DIRECT, top - 1, 0])
@@ -144,9 +147,11 @@ def _unit(draw: random.Random, opcode: int) -> _Unit:
     return _Unit(code, opcode, kind, ahead)
 
 
-def _preparation(draw: random.Random, opcode: int) -> bytearray:
+def _preparation(draw: random.Random, opcode: int, ram_bytes: int) -> bytearray:
     if opcode in _PUSHING or opcode == _POP:
-        return bytearray([_MOV_DIRECT, SP, draw.randint(1, 0xFD)])
+        return bytearray([_MOV_DIRECT, SP, draw.randint(1, ram_bytes - 3)])
+    if opcode & 0x0E == _AT_RI and ram_bytes < 256:
+        return bytearray([_ANL_DIRECT, PSW, 0xE7, _ANL_DIRECT, opcode & 1, ram_bytes - 1])  # bank 0, and its pointer
     if opcode in _EXTERNAL:
         return bytearray([_MOV_DIRECT, _PORTS[0], 0xFF])  # known_divergences.toml, "port 0"
     if opcode == _CODE_AT_DPTR:

@@ -20,10 +20,13 @@ KNOWN = tomllib.loads((Path(__file__).parent / "known_divergences.toml").read_te
 NAMES = dict(zip(programs.REGISTERS, ("P0", "P1", "P2", "P3", "SP", "DPL", "DPH", "PSW", "A", "B"), strict=True))
 
 
+RAM_BYTES = {"8051": 128, "8052": 256}
+
+
 def looked_at(cpu):
     found = {"PC": cpu.pc, "cycles": cpu.cycles, "instructions": cpu.instructions}
     found |= {name: int(cpu.sfr[at - 0x80]) for at, name in NAMES.items()}
-    return found | {f"RAM {at:02X}H": int(value) for at, value in enumerate(cpu.iram)}
+    return found | {f"RAM {at:02X}H": int(value) for at, value in enumerate(cpu.iram[: RAM_BYTES[cpu.part.name]])}
 
 
 def peer_looked_at(snapshot):
@@ -45,26 +48,26 @@ def run_to(cpu, snapshot):
     return found if cpu.fault is None else [*found, f"ours: {cpu.fault}"]
 
 
-def follow(image, chunks, given):
+def follow(image, chunks, given, part):
     """Compare after each chunk of instructions; return the number of the first one that ends differently, or None."""
-    cpu = Mcs51(given, part="8052", timing="12-clock")
-    looks = ucsim.follow(image, chunks)
+    cpu = Mcs51(given, part=part, timing="12-clock")
+    looks = ucsim.follow(image, chunks, part=part)
     return next((k for k, look in enumerate(looks) if run_to(cpu, look)), None)
 
 
-def first_difference(image, chunks, given=None):
+def first_difference(image, chunks, given=None, part="8052"):
     """Return None, or the first instruction after which the two part, and how.
 
     The chunk that ends differently is run again without a look inside, up to each of its instructions: a look may
     set right what a longer run does wrong.
     """
     given = given or image
-    chunk = follow(image, chunks, given)
+    chunk = follow(image, chunks, given, part)
     if chunk is None:
         return None
-    looks = ucsim.follow(image, [0, *chunks[:chunk], *[1] * chunks[chunk]])
+    looks = ucsim.follow(image, [0, *chunks[:chunk], *[1] * chunks[chunk]], part=part)
     for k in range(chunk + 1, len(looks)):
-        cpu = Mcs51(given, part="8052", timing="12-clock")
+        cpu = Mcs51(given, part=part, timing="12-clock")
         for look in looks[1 : chunk + 1]:
             run_to(cpu, look)
         found = run_to(cpu, looks[k])
@@ -78,16 +81,20 @@ def first_difference(image, chunks, given=None):
     return f"{image.source}: differs within chunk {chunk}, and not when it is run again"
 
 
-def compare(seed, units, every, steps):
-    image = programs.program(seed, units)
-    assert first_difference(image, [every] * (steps // every)) is None
-    return image
+def compare(seed, units, every, steps, part="8052"):
+    """Compare so many instructions; return how many both have done."""
+    image = programs.program(seed, units, ram_bytes=RAM_BYTES[part])
+    chunks = [every] * (steps // every)
+    assert first_difference(image, chunks, part=part) is None
+    return sum(chunks)
 
 
 @needs_ucsim
-@pytest.mark.parametrize(("seed", "every"), [(0, 4), (1, 97)])
-def test_random_steps(seed, every):
-    compare(seed, 1800, every, 2000)
+@pytest.mark.parametrize(
+    ("seed", "every", "part"), [(0, 4, "8052"), (1, 97, "8052"), (2, 4, "8051"), (3, 97, "8051")]
+)
+def test_random_steps(seed, every, part):
+    assert compare(seed, 1800, every, 2000, part) >= 1900
 
 
 @needs_ucsim
@@ -132,11 +139,15 @@ def test_external_memory_is_the_same_after_random_steps():
 @pytest.mark.sweep
 @pytest.mark.parametrize("block", range(10))
 def test_a_million_random_steps(block):
-    steps = 0
-    for seed in range(100 + 5 * block, 105 + 5 * block):
-        compare(seed, 20_000, (20, 50, 100, 200, 1000)[seed % 5], 20_000)
-        steps += 20_000
-    assert steps == 100_000
+    seeds = range(100 + 5 * block, 105 + 5 * block)
+    steps = [compare(seed, 20_000, (20, 50, 100, 200, 1000)[seed % 5], 20_000) for seed in seeds]
+    assert sum(steps) == 100_000
+
+
+@needs_ucsim
+@pytest.mark.sweep
+def test_many_random_steps_of_the_8051():
+    assert sum(compare(seed, 18_000, 100, 20_000, "8051") for seed in range(200, 205)) == 100_000
 
 
 @needs_ucsim
@@ -159,16 +170,40 @@ def test_a_planted_error_is_found(opcode, other, says):
     assert f", {opcode:02x}" in message
 
 
+def schedule(entry):
+    """Return runs of steps and the levels of ports between them."""
+    actions, done = [], 0
+    for step, port, levels in entry.get("pins", []):
+        actions += [step - done, ucsim.Pins(port, levels)]
+        done = step
+    return [*actions, entry["steps"] - done]
+
+
+def ours_after(entry, image):
+    cpu = Mcs51(image, part=entry.get("part", "8052"), timing="12-clock")
+    opcode = None
+    for action in schedule(entry):
+        if isinstance(action, ucsim.Pins):
+            cpu.pins[action.port] = action.levels
+            continue
+        for _ in range(action):
+            opcode = image.code[cpu.pc]
+            cpu.step()
+    assert opcode == entry.get("opcode", opcode)
+    return int(cpu.sfr[entry["register"] - 0x80])
+
+
 @needs_ucsim
 @pytest.mark.parametrize("entry", KNOWN, ids=[entry["name"] for entry in KNOWN])
 def test_a_known_divergence_is_still_there(entry):
-    image = Image.of(bytes.fromhex(entry["code"]) + bytes(16))
-    cpu = Mcs51(image, part="8052", timing="12-clock")
-    for _ in range(entry["steps"]):
-        opcode = image.code[cpu.pc]
-        cpu.step()
-    assert opcode == entry["opcode"]
-    assert cpu.sfr[entry["register"] - 0x80] == entry["ours"], entry["manual"]
+    code = bytearray(256)
+    for at, piece in {"0": entry["code"], **entry.get("code_at", {})}.items():
+        piece_bytes = bytes.fromhex(piece)
+        code[int(at, 16) : int(at, 16) + len(piece_bytes)] = piece_bytes
+    image = Image.of(bytes(code))
+    assert ours_after(entry, image) == entry["ours"], entry["manual"]
     if ucsim.version() != entry["peer"]:
         pytest.skip(f"found in {entry['peer']}, here is {ucsim.version()}")
-    assert ucsim.follow(image, [entry["steps"]])[0].sfr[entry["register"] - 0x80] == entry["theirs"] != entry["ours"]
+    part = entry.get("peer_part", entry.get("part", "8052"))
+    theirs = ucsim.play(image, schedule(entry), part=part)[-1].sfr[entry["register"] - 0x80]
+    assert theirs == entry["theirs"] != entry["ours"]
