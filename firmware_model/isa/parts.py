@@ -84,7 +84,7 @@ class Timing:
     recognition_cycles
         Whole units between the one in which a request is sampled and the hardware's call: the request sampled in one
         machine cycle is polled in the next (manual, "How Interrupts Are Handled"); the one-clock part samples and
-        decides in the same clock (C8051F12x data sheet, section 11.3, "Interrupt Latency").
+        decides in the same clock (C8051F12x data sheet, section 11.7.4, "Interrupt Latency").
     call_cycles
         Units of the hardware's call of a service routine: 2 machine cycles or 4 clocks (same places).
 

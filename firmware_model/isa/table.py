@@ -9,8 +9,8 @@ References
 Intel, "MCS 51 Microcontroller Family User's Manual" (272383-002, 1994), chapter 2, table 10 (instruction set summary,
 oscillator periods) and table 11 (opcodes in hexadecimal order).
 Silicon Labs, "C8051F120/1/2/3/4/5/6/7, C8051F130/1/2/3" data sheet, section 11.1 and table 11.1 (CIP-51 instruction
-set summary). A branch counts its second figure when taken. Zero-wait code memory is taken: misses of the branch
-target cache, which the data sheet adds above 25 MHz, are not in the figures.
+set summary). A branch counts its second figure when taken. Zero-wait code memory is taken: a jump that misses the
+branch target cache stalls for up to four clocks more (section 16), which is not in the figures.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ def masks(part, control, p3, settled):
 @pytest.mark.parametrize("part", ["8051", "8052"])
 @pytest.mark.parametrize("seed", range(12))
 def test_timers_count_alike(seed, part):
-    draw = random.Random(seed)
+    draw = random.Random(seed)  # noqa: S311 - no secret
     main, first, control = timer_program(draw, part)
     steps = 300
     image = laid_out(main + NOP * steps, {}, start=3)
@@ -120,8 +120,7 @@ def test_timers_count_alike(seed, part):
         if isinstance(action, ucsim.Pins):
             cpu.pins[action.port] = action.levels
             if action.port == P3:
-                for line in settled:
-                    settled[line] = 0 if (p3 ^ action.levels) & line else settled[line]
+                settled |= {line: 0 for line in settled if (p3 ^ action.levels) & line}
                 p3 = action.levels
             continue
         for _ in range(action):
@@ -191,7 +190,7 @@ def logs(image, part, steps=1500):
 
 def nest_of_services(seed, part):
     """Return a program in which main and the routines ask for each other by random, with random IP and IE."""
-    draw = random.Random(seed)
+    draw = random.Random(seed)  # noqa: S311 - no secret
     names = sources(part)
     draw.shuffle(names)
     asked = {name: draw.choice([*names, ""]) for name in names}

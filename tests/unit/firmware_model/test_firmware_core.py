@@ -310,6 +310,19 @@ def test_response_of_the_one_clock_part_takes_five_clocks():
     assert cpu.cycles == 25
 
 
+def test_slowest_response_of_the_one_clock_part_takes_eighteen_clocks():
+    # C8051F02x data sheet, section 12.3.4, page 118: detected in one clock, RETI takes 5, DIV behind it 8, the call 4
+    code = _program(b"\xd2\x88\x75\xa8\x83\xd2\x8d\x84" + NOP * 20, at_000b=NOP * 3 + RETI)
+    cpu = _cpu(code, timing="one-clock")
+    while cpu.pc != 0x000D:
+        cpu.step()
+    begun = cpu.cycles  # the last NOP before RETI takes the clock in which the edge of INT0 is detected
+    cpu.drive([begun], [3], [0xFB])
+    while cpu.pc != 0x0003:
+        cpu.run(1)
+    assert cpu.cycles - begun == 1 + 5 + 8 + 4
+
+
 def test_priority_interrupts_a_low_routine_and_not_a_high_one():
     # low: timer 0 (routine: INC 30h for ever); high: external 0 (routine: INC 31h; RETI)
     low = b"\x05\x30\x80\xfc"
