@@ -77,7 +77,7 @@ def test_clocks_of_the_one_clock_part():
     assert {row.form for row in rows} == set(published)
     for row in rows:
         assert row.clocks == published[row.form], row.text
-        # a conditional branch takes one clock less where it is not taken: Keil's note 3527 on these parts, which names
+        # a conditional branch takes one clock less where it is not taken: Keil's note 3527 on these parts, naming
         # the thirteen forms, after section 11.1 of the data sheet
         assert row.clocks_taken == row.clocks + (row.opcode in CONDITIONAL), row.text
 
