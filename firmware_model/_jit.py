@@ -11,6 +11,7 @@ import os
 import shutil
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -95,3 +96,27 @@ def helper(function: _F) -> _F:
 def kernel(function: _F) -> _F:
     """Compile a loop that Python calls; its machine code is cached on disk."""
     return _compile(function, cache=True, nogil=True)
+
+
+class _Address(numba.types.WrapperAddressProtocol):  # type: ignore[misc]  # numba has no types
+    """A compiled function as a value that kernels call by its address."""
+
+    def __init__(self, compiled: Any) -> None:
+        self._compiled = compiled
+
+    def __wrapper_address__(self) -> int:
+        """Return where its machine code begins."""
+        name = self._compiled.fndesc.llvm_cfunc_wrapper_name
+        return int(self._compiled.library.get_pointer_to_function(name))
+
+    def signature(self) -> Any:
+        """Return its types."""
+        return self._compiled.signature
+
+
+def address_of(function: Any, arguments: tuple[Any, ...]) -> Any:
+    """Return a kernel, compiled for types of arguments, as a value that other kernels call by its address."""
+    # numba calls passing functions as values experimental, with each kernel that does so; the tests hold us to it
+    warnings.filterwarnings("ignore", "First-class function type", numba.core.errors.NumbaExperimentalFeatureWarning)
+    function.compile(arguments)
+    return _Address(function.overloads[arguments])

@@ -41,9 +41,11 @@ def _digest_of_sources() -> str:
     # numba itself does not tell code with checked indices from code without
     checked = os.environ.get("NUMBA_BOUNDSCHECK", "")
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {checked}".encode())
-    for path in sorted([Path(__file__).resolve(), *_PACKAGE.rglob("*_kernels.py")]):
+    root = _PACKAGE.parent  # the processor's loop is compiled into the kernels of the board
+    sources = [*_PACKAGE.rglob("*_kernels.py"), *(root / "firmware_model" / "core").glob("_*.py")]
+    for path in sorted([Path(__file__).resolve(), *sources]):
         stat = path.stat()
-        digest.update(f"{path.relative_to(_PACKAGE)} {stat.st_size} {stat.st_mtime_ns}".encode())
+        digest.update(f"{path.relative_to(root)} {stat.st_size} {stat.st_mtime_ns}".encode())
     return digest.hexdigest()[:16]
 
 

@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from firmware_model._jit import helper, kernel, step
 from firmware_model.core._layout import (
     ACC,
+    BACK,
     BIT_AT,
+    BUS,
+    BUS_AT,
     COST_AT,
     COUNT,
     CYCLES,
@@ -41,12 +44,21 @@ from firmware_model.core._layout import (
     PSW,
     RESERVED,
     SERVING,
+    SNAPSHOT,
     SP,
     SPECIAL,
     STOP,
+    STOP_BUS,
     STOP_FAULT,
     TAKEN_AT,
+    TH1,
+    TH2,
+    TL0,
+    TL2,
     TOP,
+    TOUCHED,
+    TURN_COUNT,
+    TURN_CYCLES,
     UNMAPPED_SFR,
     WATCHED,
     X_AT,
@@ -61,6 +73,7 @@ from firmware_model.core._peripheral_kernels import (
     attend,
     byte,
     latch,
+    next_timer_request,
     parity,
     pins_alone,
     read,
@@ -178,6 +191,21 @@ def divide(m: Bytes) -> None:
 
 
 @step
+def bus_waits(h: Hidden, address: int) -> bool:
+    """Stop before a read of external memory where something answers it; the second time the byte is there."""
+    if h[BUS] == 0:
+        return False
+    h[TOUCHED] = 1
+    if h[BUS] == 1:
+        h[BUS_AT] = address
+        h[STOP] = STOP_BUS
+        h[DUE] = 0
+        return True
+    h[BUS] = 1
+    return False
+
+
+@step
 def dptr(m: Bytes) -> int:
     """Return the data pointer."""
     return (byte(m, DPH) << 8) | byte(m, DPL)
@@ -190,17 +218,53 @@ def external(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         write_port(m, h, log, P0, 255, now)
 
 
+@helper
+def keep_turn(m: Bytes, h: Hidden, cycles: int, executed: int) -> None:
+    """Take a snapshot at the end of one turn of a loop."""
+    m[SNAPSHOT : SNAPSHOT + 512] = m[:512]
+    h[TURN_CYCLES], h[TURN_COUNT] = cycles, executed
+    h[TOUCHED] = 0
+
+
+@helper
+def turns_to_skip(m: Bytes, h: Hidden, cycles: int) -> int:
+    """Return how many more turns a loop would make like the one since the snapshot; 0 where it did something.
+
+    A loop that has changed nothing in a turn, all of whose inputs stand still, changes nothing in the next. Counts
+    of timers do not count: who reads them touches. Flags do; the next one to be set ends the waiting.
+    """
+    if h[TOUCHED] != 0:
+        return 0
+    differ = 0
+    for i in range(TL0):
+        differ |= m[i] ^ m[SNAPSHOT + i]
+    for i in range(TH1 + 1, TL2):
+        differ |= m[i] ^ m[SNAPSHOT + i]
+    for i in range(TH2 + 1, 512):
+        differ |= m[i] ^ m[SNAPSHOT + i]
+    if differ != 0:
+        return 0
+    limit = min(h[DUE], next_timer_request(m, h, 0xBF))
+    return max(int((limit - cycles) // (cycles - h[TURN_CYCLES])), 0)
+
+
+TURNS_BEFORE, TURNS_BETWEEN = 8, 64
+"""Turns of a loop before it is looked at as one that waits, and before the next look at one that does more."""
+
+
 @kernel
 def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64]) -> None:
     """Execute from PC until END or until STOP says why not; counts and faults are left in ``h``."""
     pc, cycles, executed = int(h[PC]), int(h[CYCLES]), int(h[COUNT])
     top = int(h[TOP])
     kind = FAULT_NONE
+    turn_pc, turns = -1, 0
     while True:
         if cycles >= h[DUE]:
+            turns = 0
             if cycles >= h[END] or h[STOP] != 0:
                 break
-            if pins_alone(m, h, changes, cycles):
+            if pins_alone(m, h, log, changes, cycles):
                 continue
             h[PC] = pc
             cycles = attend(m, h, log, changes, cycles)
@@ -465,15 +529,23 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
         elif op == 0x93:  # MOVC A,@A+DPTR
             m[ACC] = code[(byte(m, ACC) + dptr(m)) & 0xFFFF]
         elif op == 0xE0:  # MOVX A,@DPTR
-            m[ACC] = m[XRAM + dptr(m)]
+            p = dptr(m)
+            if bus_waits(h, p):
+                break
+            m[ACC] = m[XRAM + p]
             external(m, h, log, now)
         elif op == 0xF0:  # MOVX @DPTR,A
+            h[TOUCHED] = 1
             m[XRAM + dptr(m)] = m[ACC]
             external(m, h, log, now)
         elif op == 0xE2:  # MOVX A,@Ri
-            m[ACC] = m[XRAM + ((byte(m, P2) << 8) | byte(m, bank(m) | n))]
+            p = (byte(m, P2) << 8) | byte(m, bank(m) | n)
+            if bus_waits(h, p):
+                break
+            m[ACC] = m[XRAM + p]
             external(m, h, log, now)
         elif op == 0xF2:  # MOVX @Ri,A
+            h[TOUCHED] = 1
             m[XRAM + ((byte(m, P2) << 8) | byte(m, bank(m) | n))] = m[ACC]
             external(m, h, log, now)
         elif op == 0xC3:  # CLR C
@@ -620,9 +692,20 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
         elif op == OUTSIDE_IMAGE:
             kind = FAULT_OUTSIDE
             break
-        pc = after
         cycles = now
         executed += 1
+        if w & BACK != 0 and after <= pc:
+            if pc != turn_pc:
+                turn_pc, turns = pc, 0
+            turns += 1
+            if turns == TURNS_BEFORE:
+                keep_turn(m, h, cycles, executed)
+            elif turns > TURNS_BEFORE:
+                skipped = turns_to_skip(m, h, cycles)
+                turns = 0 if skipped > 0 else -TURNS_BETWEEN
+                executed += skipped * (executed - h[TURN_COUNT])
+                cycles += skipped * (cycles - h[TURN_CYCLES])
+        pc = after
     if kind != FAULT_NONE:
         h[FAULT] = kind
         h[STOP] = STOP_FAULT

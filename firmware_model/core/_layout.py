@@ -11,7 +11,10 @@ from __future__ import annotations
 PINS = 256
 SFR_BASE = 256
 XRAM = 512
-BYTES = XRAM + 65536
+SNAPSHOT = XRAM + 65536
+"""Where the loop keeps what internal RAM, pins and registers held one turn of a waiting loop before."""
+
+BYTES = SNAPSHOT + 512
 
 P0, SP, DPL, DPH, PCON = 0x180, 0x181, 0x182, 0x183, 0x187
 TCON, TMOD, TL0, TL1, TH0, TH1 = 0x188, 0x189, 0x18A, 0x18B, 0x18C, 0x18D
@@ -23,8 +26,11 @@ NOT_PORT = 0x1CF
 PSW, ACC, B = 0x1D0, 0x1E0, 0x1F0
 
 # --- the decoded word of an address (int64) ---
-COST_AT, TAKEN_AT, LENGTH_AT, N_AT, SPECIAL_AT, X_AT, Y_AT, BIT_AT = 9, 14, 17, 19, 22, 24, 40, 49
+COST_AT, TAKEN_AT, LENGTH_AT, N_AT, SPECIAL_AT, X_AT, Y_AT, BIT_AT, BACK_AT = 9, 14, 17, 19, 22, 24, 40, 49, 52
 SPECIAL = 1 << SPECIAL_AT
+BACK = 1 << BACK_AT
+"""Set in the word of a branch that leads a few bytes back, as in a loop that waits."""
+
 OUTSIDE_IMAGE, UNMAPPED_SFR = 0x100, 0x101
 RESERVED = 0xA5
 
@@ -64,13 +70,20 @@ RESERVED = 0xA5
 ) = range(31)
 WATCHED = STAMP + 6  # four: the bits of each port whose change the loop must not miss
 INPUTS = WATCHED + 4  # four: the bits of each port that a timer or an interrupt looks at
-OTHERS = INPUTS + 4  # what DUE would be without changes of pins
-HIDDEN = OTHERS + 1
+OTHERS = INPUTS + 4  # what DUE would be without END and without changes of pins
+STOPPING = OTHERS + 1  # four: the bits of each port at whose change the run stops
+OUTPUT_AT = STOPPING + 4  # the cycle of that change
+BUS = OUTPUT_AT + 1  # 1: the run stops before each read of external memory; 2: the byte is there, go on
+BUS_AT = BUS + 1  # the address of that read
+TOUCHED = BUS_AT + 1  # 1: something has been read or written that a comparison of two snapshots does not show
+TURN_CYCLES = TOUCHED + 1  # when the snapshot was taken, and how many instructions had been executed then
+TURN_COUNT = TURN_CYCLES + 1
+HIDDEN = TURN_COUNT + 1
 
 # requests in polling order; their vector is 8 * index + 3
 EXTERNAL_0, TIMER_0, EXTERNAL_1, TIMER_1, SERIAL, TIMER_2 = range(6)
 
-RUNNING, STOP_FAULT, STOP_POWER_DOWN, STOP_LOG_FULL = 0, 1, 2, 3
+RUNNING, STOP_FAULT, STOP_POWER_DOWN, STOP_LOG_FULL, STOP_OUTPUT, STOP_BUS = range(6)
 FAULT_NONE, FAULT_RESERVED, FAULT_UNMAPPED, FAULT_OUTSIDE, FAULT_STACK, FAULT_INDIRECT = range(6)
 
 NEVER = 2**62

@@ -37,6 +37,7 @@ from firmware_model.core._layout import (
     LOGGED,
     NEVER,
     OTHERS,
+    OUTPUT_AT,
     OVERFLOWS_1,
     OVERFLOWS_2,
     P0,
@@ -65,7 +66,9 @@ from firmware_model.core._layout import (
     STOP,
     STOP_FAULT,
     STOP_LOG_FULL,
+    STOP_OUTPUT,
     STOP_POWER_DOWN,
+    STOPPING,
     SYNCED,
     T2CON,
     TCON,
@@ -81,6 +84,7 @@ from firmware_model.core._layout import (
     TL2,
     TMOD,
     TOP,
+    TOUCHED,
 )  # fmt: skip
 
 Bytes = NDArray[np.uint8]
@@ -328,16 +332,34 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
             request(m, h, T2CON, 0x40, TIMER_2, cycle)
 
 
+@step
+def unwatched(m: Bytes, timer: int, pin: int) -> int:
+    """Return the bit of the pin T0 or T1 where the timer does not count its edges."""
+    return 0 if m[TMOD] & (4 << (4 * timer)) != 0 else pin
+
+
+@step
+def inputs_of_port_3(m: Bytes) -> int:
+    """Return the pins of port 3 whose change cannot wait until somebody reads: interrupts enabled, gates, counters."""
+    mode, enabled = byte(m, TMOD), byte(m, IE)
+    watched = (mode & 8) >> 1 | (mode & 0x80) >> 4 | (mode & 4) << 2 | (mode & 0x40) >> 1
+    if enabled & 0x80 != 0:
+        watched |= (enabled & 1) << 2 | (enabled & 4) << 1
+    return watched
+
+
 @helper
 def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Take note of the levels at P1 and P3 from ``now`` on, after a latch or a pin has changed."""
     levels = (byte(m, P3) & byte(m, PINS + 3)) & 0x3C
+    # what a timer does not look at makes no edge of what it did meanwhile
+    unseen = unwatched(m, 0, 0x10) | unwatched(m, 1, 0x20)
     if h[HAS_TIMER2] != 0:
         levels |= (byte(m, P1) & byte(m, PINS + 1) & 3) << 8
         if m[T2CON] & 0x0A == 0:
-            # timer 2 looks at neither pin, so that no edge is made of what they did meanwhile
-            h[LEVELS] = (h[LEVELS] & 0x3C) | (levels & 0x300)
-            h[SEEN] = (h[SEEN] & 0x3C) | (levels & 0x300)
+            unseen |= 0x300
+    h[LEVELS] = (h[LEVELS] & ~unseen) | (levels & unseen)
+    h[SEEN] = (h[SEEN] & ~unseen) | (levels & unseen)
     if levels != h[LEVELS]:
         sample(m, h, log, now)
         advance(m, h, log, now)  # a gated timer has counted with the level until now
@@ -380,7 +402,10 @@ def latch(m: Bytes, h: Hidden, log: Log, place: int, now: int) -> int:
     if place in (IE, IP):
         h[HOLD] = 1
         h[DUE] = 0
-    elif place in (TCON, TL0, TL1, TH0, TH1, SCON, T2CON, TL2, TH2, RCAP2L, RCAP2H, SBUF):
+    elif place in (TCON, SCON, T2CON, RCAP2L, RCAP2H, SBUF):
+        refresh(m, h, log, now)
+    elif place in (TL0, TL1, TH0, TH1, TL2, TH2):
+        h[TOUCHED] = 1
         refresh(m, h, log, now)
     elif place == PSW:  # its bit P follows A at every moment
         return (byte(m, PSW) & 0xFE) | parity(m)
@@ -437,8 +462,13 @@ def write_port(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) 
     changed = byte(m, place) ^ value
     m[place] = value
     if changed != 0:
+        h[TOUCHED] = 1
         if h[LOG_ROOM] != 0:
             note(h, log, now, (place - P0) >> 4, value)
+        if changed & h[STOPPING + ((place - P0) >> 4)] != 0:
+            h[OUTPUT_AT] = now
+            h[STOP] = STOP_OUTPUT
+            h[DUE] = 0
         if (place == P3 and changed & 0x3C != 0) or (place == P1 and changed & 3 != 0 and h[HAS_TIMER2] != 0):
             relevel(m, h, log, now)
             if h[SEEN] != h[LEVELS]:
@@ -449,7 +479,8 @@ def write_port(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) 
 def write(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) -> None:
     """Write a register that does something, at the end ``now`` of its instruction."""
     h[DUE] = 0
-    if place == T2CON:
+    h[TOUCHED] = 1
+    if place in (T2CON, TMOD):
         relevel(m, h, log, now)
     refresh(m, h, log, now)
     before = byte(m, place)
@@ -516,9 +547,8 @@ def call(m: Bytes, h: Hidden, target: int) -> bool:
 
 
 @helper
-def next_timer_request(m: Bytes, h: Hidden) -> int:
-    """Return the earliest cycle at which a timer or the serial port will ask for an enabled interrupt."""
-    enabled = byte(m, IE)
+def next_timer_request(m: Bytes, h: Hidden, enabled: int) -> int:
+    """Return the earliest cycle at which a timer or the serial port will set the flag of an ``enabled`` interrupt."""
     due = NEVER
     if enabled & 0x80 == 0:
         return due
@@ -606,14 +636,34 @@ def move_pins(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: in
 
 
 @step
-def pins_alone(m: Bytes, h: Hidden, changes: NDArray[np.int64], now: int) -> bool:
+def set_pins(m: Bytes, h: Hidden, log: Log, port: int, levels: int, cycle: int) -> None:
+    """Set the pins of a port, sampled from ``cycle`` on; for a driver that runs the loop from one change to the next."""
+    m[PINS + port] = levels
+    relevel(m, h, log, cycle)
+    if h[SEEN] != h[LEVELS]:
+        h[OTHERS] = min(h[OTHERS], h[LEVELS_AT] + 1)
+        h[DUE] = min(h[DUE], h[OTHERS])
+
+
+@step
+def until(h: Hidden, changes: NDArray[np.int64], cycle: int) -> None:
+    """Set the end of a run that goes on where the last one ended, perhaps with other changes of pins in the queue."""
+    h[END] = cycle
+    if h[DUE] != 0:
+        h[DUE] = min(h[OTHERS], cycle)
+        if h[CHANGE] < h[CHANGES]:
+            h[DUE] = min(h[DUE], changes[h[CHANGE], 0])
+
+
+@step
+def pins_alone(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) -> bool:
     """Apply changes of pins that nothing but the program looks at; False where `attend` is needed."""
     i = h[CHANGE]
     n = h[CHANGES]
-    due = h[OTHERS]
     # a write has set DUE to 0 where it may have changed more than pins
-    if h[DUE] == 0 or now >= due:
+    if h[DUE] == 0 or now >= h[OTHERS]:
         return False
+    due = min(h[OTHERS], h[END])
     while i < n:
         if changes[i, 0] > now:
             due = min(due, changes[i, 0])
@@ -622,6 +672,12 @@ def pins_alone(m: Bytes, h: Hidden, changes: NDArray[np.int64], now: int) -> boo
         if (byte(m, PINS + port) ^ changes[i, 2]) & h[INPUTS + port] != 0:
             break
         m[PINS + port] = changes[i, 2]
+        if port == 3:  # INT0 and INT1 keep their edges until their flags are read
+            levels = (h[LEVELS] & ~0x0C) | (byte(m, P3) & changes[i, 2] & 0x0C)
+            if levels != h[LEVELS]:
+                sample(m, h, log, changes[i, 0])
+                h[LEVELS] = levels
+                h[LEVELS_AT] = changes[i, 0]
         i += 1
     h[CHANGE] = i
     if i < n and changes[i, 0] <= now:
@@ -646,7 +702,7 @@ def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) 
         if after != now or h[STOP] != 0:
             h[DUE] = 0
             return after
-    due = min(h[END], next_timer_request(m, h))
+    due = next_timer_request(m, h, byte(m, IE))
     if h[SEEN] != h[LEVELS]:
         due = min(due, h[LEVELS_AT] + 1)
     if held != 0 and asked != 0:
@@ -658,7 +714,8 @@ def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) 
                 due = min(due, ripe)
     h[OTHERS] = due
     h[INPUTS + 1] = 3 if h[HAS_TIMER2] != 0 and m[T2CON] & 0x0A != 0 else 0
-    h[INPUTS + 3] = 0x3C
+    h[INPUTS + 3] = inputs_of_port_3(m)
+    due = min(due, h[END])
     if h[CHANGE] < h[CHANGES]:
         due = min(due, changes[h[CHANGE], 0])
     if m[PCON] & 1 != 0:

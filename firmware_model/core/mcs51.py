@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from firmware_model._jit import address_of, config
 from firmware_model.core import _layout as at
 from firmware_model.core._execute_kernels import execute
 from firmware_model.core._peripheral_kernels import start_reception
@@ -55,6 +58,18 @@ def _memory_of(image: CodeImage | bytes) -> tuple[bytes, Sequence[tuple[int, int
             raise FirmwareError("image", f"{len(image)} bytes", f"1 to {CODE_BYTES} bytes of program memory")
         return bytes(image).ljust(CODE_BYTES, b"\xff"), [(0, len(image))]
     return image.code, image.used
+
+
+@functools.cache
+def loop() -> Any:
+    """Return `execute` as a value that other kernels can call by its address.
+
+    Called by its name, it would be compiled anew into each of them, which takes minutes.
+    """
+    if config.DISABLE_JIT:
+        return execute
+    byte, long, table = numba.uint8[::1], numba.int64[::1], numba.int64[:, ::1]
+    return address_of(execute, (long, byte, byte, long, table, table))
 
 
 class Mcs51:
@@ -155,7 +170,7 @@ class Mcs51:
     @property
     def xram(self) -> NDArray[np.uint8]:
         """External data memory, 65 536 bytes, live."""
-        return self._memory[at.XRAM :]
+        return self._memory[at.XRAM : at.SNAPSHOT]
 
     @property
     def pins(self) -> NDArray[np.uint8]:
@@ -174,6 +189,25 @@ class Mcs51:
         if kind == at.FAULT_NONE:
             return None
         return Fault(kind=_FAULTS[kind], pc=self.pc, opcode=int(self._code[self.pc]), cycle=self.cycles)
+
+    @property
+    def loop(self) -> tuple[Any, NDArray[np.int64], NDArray[np.uint8]]:
+        """The compiled loop as a value that a kernel can call, with decoded program and program memory."""
+        return loop(), self._words, self._code
+
+    @property
+    def arrays(self) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64]]:
+        """Bytes, hidden state and an empty log, live, for a compiled driver of the loop."""
+        return self._memory, self._hidden, self._log
+
+    def stop_at_outputs(self, masks: Sequence[int]) -> None:
+        """Let a compiled driver stop at each change of these bits of P0..P3 and before each read of external memory.
+
+        `run` is not for a processor so driven: it would end at the first of them.
+        """
+        self._hidden[at.STOPPING : at.STOPPING + 4] = masks
+        self._hidden[at.BUS] = 1
+        watch(self._hidden)
 
     def reset(self) -> None:
         """Pull and release RST: registers take their reset values; RAM, pins and the count of cycles stay."""

@@ -19,6 +19,9 @@ from firmware_model.isa.table import INSTRUCTIONS, Instruction, Operand
 _PLAIN_SFR = (at.SP, at.DPL, at.DPH, at.ACC, at.B)
 """Registers that hold a byte and do nothing; all others are read or written with side effects."""
 
+_WAITING_LOOP_BYTES = 32
+"""A branch back by fewer bytes may close a loop that waits for something, worth a second look while executing."""
+
 _BITS = (Operand.BIT, Operand.NOT_BIT)
 
 
@@ -72,6 +75,10 @@ def _one_opcode(
         special |= (place >= at.SFR_BASE) & ~np.isin(place, _PLAIN_SFR)
         unmapped |= ~mapped[place]
     one_clock = timing.clocks_per_cycle == 1
+    back = np.zeros(here.size, dtype=bool)
+    if Operand.REL in row.operands:
+        x = np.asarray(fields["x"])
+        back = (x <= here) & (here - x < _WAITING_LOOP_BYTES)
     cost = row.clocks if one_clock else row.cycles
     taken = row.clocks_taken - row.clocks if one_clock else 0
     word = (
@@ -81,6 +88,7 @@ def _one_opcode(
         | (row.length << at.LENGTH_AT)
         | ((row.opcode & 7 if Operand.RN in row.operands else row.opcode & 1) << at.N_AT)
         | (special.astype(np.int64) << at.SPECIAL_AT)
+        | (back.astype(np.int64) << at.BACK_AT)
     )
     shifts = (("x", at.X_AT), ("y", at.Y_AT), ("bit", at.BIT_AT))
     for name, shift in shifts:

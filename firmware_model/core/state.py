@@ -37,6 +37,7 @@ def watch(hidden: NDArray[np.int64]) -> None:
         hidden[at.WATCHED : at.WATCHED + 4] = 0xFF
     else:
         hidden[at.WATCHED : at.WATCHED + 4] = (0, 3 if hidden[at.HAS_TIMER2] else 0, 0, 0x3C)
+        hidden[at.WATCHED : at.WATCHED + 4] |= hidden[at.STOPPING : at.STOPPING + 4]
 
 
 def reset(memory: NDArray[np.uint8], hidden: NDArray[np.int64]) -> None:
@@ -47,7 +48,7 @@ def reset(memory: NDArray[np.uint8], hidden: NDArray[np.int64]) -> None:
     memory[0x180:0x200] = 0
     for place, value in _RESET.items():
         memory[place] = value
-    for index in (at.PC, at.SERVING, at.HOLD, at.STOP, at.FAULT, at.SEND_LEFT, at.RECEIVE_LEFT):
+    for index in (at.PC, at.SERVING, at.HOLD, at.STOP, at.FAULT, at.SEND_LEFT, at.RECEIVE_LEFT, at.OUTPUT_AT):
         hidden[index] = 0
     hidden[[at.SEND_AT, at.RECEIVE_AT]] = at.NEVER
     hidden[[at.OVERFLOWS_1, at.OVERFLOWS_2]] = 0

@@ -1,0 +1,364 @@
+"""Compiled circuit board of the box: the processor with everything that the report draws around it.
+
+The encoder's lines reach the gates, the decoder chip and, behind the hold latch, the processor's pins. The processor
+runs ahead to the next change of the lines or to its own next change of an output, whichever comes first; it is never
+stepped. Whoever drives the board calls :func:`board_run` up to the next event from outside, then :func:`board_fire`
+for the output that the processor has changed, or :func:`board_edge` for a transition, in the order of their times.
+Where many transitions are known beforehand, :func:`play` queues them, so that the processor takes them on its way.
+
+The processor's loop comes as an argument, ``cpu = (execute, words, code)``: called by its address, it is compiled once
+and not into every kernel of the board.
+
+Cycle k begins at ``origin_ps + k * cycle_num / cycle_den`` and samples its pins ``sample_ps`` later; a change of a latch
+comes to its pin at the beginning of a cycle.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_model.core._layout import (
+    BUS,
+    BUS_AT,
+    CHANGE,
+    CHANGES,
+    CYCLES,
+    DUE,
+    OUTPUT_AT,
+    P1,
+    P3,
+    PINS,
+    RUNNING,
+    STOP,
+    STOP_BUS,
+    STOP_OUTPUT,
+    XRAM,
+)
+from firmware_model.core._peripheral_kernels import set_pins, until
+from rtec._jit import Record, kernel, step
+from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
+from rtec.injector._kernels import ORIGINAL, B, C, observe
+from rtec.signal._kernels import NEVER
+
+Bytes = NDArray[np.uint8]
+Longs = NDArray[np.int64]
+
+# bits of port 1, outputs (docs/firmware.md, "Hardware map")
+DECODER_RST, HOLD = 0x40, 0x80
+# of port 3: inputs, and the output NOT_VALID
+ENABLE_N, NOT_VALID, CIRCUIT, TRIP_N, LINES = 0x01, 0x02, 0x04, 0x08, 0x30
+
+# words on the external bus
+DECODER_HIGH, DECODER_LOW = 0xFF00, 0xFF01
+REQUEST_LOW, REQUEST_HIGH, PC_STATUS = 0xFF10, 0xFF11, 0xFF12
+
+BOARD = np.dtype(
+    [
+        # parameters
+        ("design", np.int64),
+        ("cycle_num", np.int64),  # a cycle lasts cycle_num / cycle_den picoseconds
+        ("cycle_den", np.int64),
+        ("sample_ps", np.int64),
+        ("origin_ps", np.int64),
+        ("latched", np.int64),  # 1: P1.7 works the hold latch; 0: it is left open, real edges merge with the pulses
+        # state
+        ("now_ps", np.int64),
+        ("next_ps", np.int64),  # when the output that the processor has changed reaches its pin
+        ("ab_in", np.int64),
+        ("held", np.int64),
+        ("holding", np.int64),
+        ("port", np.int64),  # pins of port 1
+        ("enable_n", np.int64),
+        ("trip_n", np.int64),
+        ("valid", np.int64),  # Data Valid
+        ("decoder", RECEIVER),
+        ("decoder_latch", np.int64),
+        ("inhibited", np.int64),
+        ("ab_out", np.int64),
+        # observations
+        ("published", np.int64),  # how often Data Valid rose
+        ("published_ps", np.int64),
+        ("reads", np.int64),  # of the external bus
+        ("outputs", np.int64),  # changes of port 1
+        ("seen_in", np.int64),  # as of the behavioural box, so that one monitor serves both
+        ("seen_out", np.int64),
+        ("angle", np.int64),
+        ("ahead", np.int64),
+        ("illegal_out", np.int64),
+    ],
+    align=True,
+)
+
+
+@step
+def time_of(b: Record, cycle: int) -> int:
+    """Return when a cycle begins; whole multiples of ``cycle_den`` cycles are exact, so nothing drifts."""
+    return int(b.origin_ps + cycle // b.cycle_den * b.cycle_num + cycle % b.cycle_den * b.cycle_num // b.cycle_den)
+
+
+@step
+def cycle_that_sees(b: Record, t_ps: int) -> int:
+    """Return the first cycle that samples its pins at or after ``t_ps``."""
+    since_ps = t_ps - b.origin_ps - b.sample_ps
+    rest = since_ps % b.cycle_num * b.cycle_den
+    return int(since_ps // b.cycle_num * b.cycle_den + (rest + b.cycle_num - 1) // b.cycle_num)
+
+
+@step
+def gates(b: Record) -> int:
+    """Return the levels at the controller."""
+    line = b.held if b.holding == 1 else b.ab_in
+    low = ~b.port & 15
+    if b.design == C:
+        return int(line ^ (low & 3))
+    if b.design == B:
+        return int(b.port >> 4 & 3)
+    if b.design == ORIGINAL:
+        return int(line | (low & 3))
+    return int((line | (low & 3)) & ~(low >> 2))
+
+
+@step
+def pins(b: Record) -> int:
+    """Return the levels that the circuits put on port 3; an open line is high."""
+    return pins_at(b, b.held if b.holding == 1 else b.ab_in)
+
+
+@step
+def pins_at(b: Record, line: int) -> int:
+    """Return the levels on port 3 with the lines behind the hold latch at ``line``."""
+    circuit = (line | line >> 1) & 1 if b.design == ORIGINAL else (line ^ line >> 1) & 1
+    return int(0xC2 | b.enable_n | circuit << 2 | b.trip_n << 3 | line << 4)
+
+
+@step
+def board_pins(b: Record, m: Bytes, h: Longs, log: Longs, cycle: int) -> None:
+    """Let the processor sample the lines as they are from ``cycle`` on."""
+    levels = pins(b)
+    if levels != m[PINS + 3]:
+        set_pins(m, h, log, 3, levels, cycle)
+
+
+@step
+def read_ps(b: Record, h: Longs) -> int:
+    """Return when the read of the bus happens that the processor waits for: at the sampling of its first cycle."""
+    return time_of(b, h[CYCLES]) + int(b.sample_ps)
+
+
+@step
+def read_bus(b: Record, m: Bytes, h: Longs) -> None:
+    """Answer a read of the external bus, all transitions until then taken: the decoder's bytes; all else is memory."""
+    b.reads += 1
+    address = h[BUS_AT]
+    if address in (DECODER_HIGH, DECODER_LOW):
+        receiver_settle(b.decoder, read_ps(b, h))
+        if b.inhibited == 0:
+            b.decoder_latch = b.decoder.count & 0xFFF
+        m[XRAM + DECODER_HIGH] = b.decoder_latch >> 8
+        m[XRAM + DECODER_LOW] = b.decoder_latch & 255
+        b.inhibited = 1 if address == DECODER_HIGH else 0
+    h[BUS] = 2
+    h[STOP] = RUNNING
+
+
+@step
+def board_run(b: Record, cpu: Any, m: Bytes, h: Longs, log: Longs, queue: Longs, t_ps: int) -> bool:
+    """Run the processor until it changes an output, or until its next instruction would see the lines at ``t_ps``.
+
+    Returns True where it has stopped before a read of the bus, which :func:`read_bus` answers.
+    """
+    execute, words, code = cpu
+    end = cycle_that_sees(b, t_ps)
+    if b.next_ps == NEVER and h[CYCLES] < end and h[STOP] == RUNNING:
+        until(h, queue, end)
+        execute(words, code, m, h, log, queue)
+        if h[STOP] == STOP_OUTPUT:
+            b.next_ps = time_of(b, h[OUTPUT_AT])
+            h[STOP] = RUNNING
+        return bool(h[STOP] == STOP_BUS)
+    return False
+
+
+@step
+def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
+    """Let the output that the processor has changed act on the circuits."""
+    t_ps = b.next_ps
+    b.next_ps = NEVER
+    before, b.port = b.port, int(m[P1])
+    fell = before & ~b.port
+    b.outputs += 1 if before != b.port else 0
+    if (before ^ b.port) & DECODER_RST:
+        receiver_settle(b.decoder, t_ps)
+        b.decoder.count = 0
+    if b.latched == 1 and fell & HOLD:
+        b.held = b.ab_in
+        b.holding = 1
+    elif b.holding == 1 and b.port & HOLD:
+        b.holding = 0
+        board_pins(b, m, h, log, h[OUTPUT_AT])
+    valid = 0 if m[P3] & NOT_VALID else 1
+    if valid > b.valid:
+        b.published += 1
+        b.published_ps = t_ps
+    b.valid = valid
+    b.ab_out = gates(b)
+
+
+@step
+def pass_edge(b: Record, t_ps: int, ab: int) -> None:
+    """Take a transition of the encoder to ``ab`` at ``t_ps`` to the decoder chip and the gates."""
+    b.ab_in = ab
+    receiver_edge(b.decoder, t_ps, ab)
+    b.ab_out = gates(b)
+
+
+@step
+def board_edge(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
+    """Take a transition up to which the processor has run, and let it see it."""
+    pass_edge(b, t_ps, ab)
+    if b.holding == 0:
+        board_pins(b, m, h, log, cycle_that_sees(b, t_ps))
+
+
+@step
+def board_switch(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, enable_n: int, trip_n: int) -> None:
+    """Set the switch and the probe's line."""
+    b.enable_n = enable_n
+    b.trip_n = trip_n
+    board_pins(b, m, h, log, cycle_that_sees(b, t_ps))
+
+
+@step
+def board_ask(m: Bytes, total: int, flags: int) -> None:
+    """Let the PC put its words out: the total, two bytes, and its status."""
+    m[XRAM + REQUEST_LOW] = total & 255
+    m[XRAM + REQUEST_HIGH] = total >> 8 & 255
+    m[XRAM + PC_STATUS] = flags & 255
+
+
+@step
+def board_start(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
+    """Power up at ``t_ps`` with the lines at ``ab``: the processor comes out of reset, its latches are high."""
+    b.origin_ps = t_ps - time_of(b, h[CYCLES]) + b.origin_ps
+    b.now_ps = t_ps
+    b.next_ps = NEVER
+    b.holding = 0
+    b.port = 0xFF
+    b.valid = 0
+    b.inhibited = 0
+    b.ab_in = ab
+    h[BUS] = 1
+    h[DUE] = 0
+    board_pins(b, m, h, log, h[CYCLES])
+    b.ab_out = gates(b)
+
+
+@kernel
+def power_up(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
+    """Start from outside, the decoder at zero, nothing seen yet."""
+    receiver_reset(b.decoder, ab)
+    board_start(b, m, h, log, t_ps, ab)
+    b.seen_in = ab
+    b.seen_out = b.ab_out
+    # Design B has no lines out yet: its angle is whatever it comes to be, and counted from there
+    b.angle = ((b.ab_out ^ (b.ab_out >> 1)) - (ab ^ (ab >> 1))) & 3
+
+
+@kernel
+def reset(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
+    """Let the processor come out of a reset pulled at ``t_ps``; the decoder chip counts on."""
+    board_start(b, m, h, log, t_ps, b.ab_in)
+
+
+@kernel
+def ask(m: Bytes, total: int, flags: int) -> None:
+    """Let the PC put its words out, from outside."""
+    board_ask(m, total, flags)
+
+
+@kernel
+def switch(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, enable_n: int, trip_n: int) -> None:
+    """Set the switch and the probe's line from outside."""
+    board_switch(b, m, h, log, t_ps, enable_n, trip_n)
+
+
+@step
+def note_output(b: Record, t_ps: int, n: int, out_ps: Longs, out_levels: Bytes) -> int:
+    """Write down what the controller sees if it has changed; return the number of changes written."""
+    if observe(b):
+        out_ps[n] = t_ps
+        out_levels[n] = b.ab_out
+        return n + 1
+    return n
+
+
+@step
+def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, cycle: int) -> None:
+    """Apply the queued changes of pins that are sampled before ``cycle`` and that the processor has not met yet."""
+    while h[CHANGE] < h[CHANGES] and queue[h[CHANGE], 0] < cycle:
+        set_pins(m, h, log, 3, queue[h[CHANGE], 2], queue[h[CHANGE], 0])
+        h[CHANGE] += 1
+
+
+@kernel
+def play(
+    b: Record,
+    cpu: Any,
+    m: Bytes,
+    h: Longs,
+    log: Longs,
+    times_ps: Longs,
+    levels: Bytes,
+    until_ps: int,
+    queue: Longs,
+    out_ps: Longs,
+    out_levels: Bytes,
+) -> tuple[int, int]:
+    """Run the board over a chunk of real edges and on to just before ``until_ps``.
+
+    ``queue`` has a row for each edge. Returns the edges taken and the changes written; it ends early, at ``now_ps``,
+    where ``out_ps`` has no room for the edges left and a change of the box.
+    """
+    edges = times_ps.size
+    for i in range(edges):
+        queue[i, 0] = cycle_that_sees(b, times_ps[i])
+        queue[i, 1] = 3
+        queue[i, 2] = pins_at(b, int(levels[i]))
+    i = 0
+    h[CHANGE] = 0
+    h[CHANGES] = 0 if b.holding == 1 else edges
+    h[DUE] = 0
+    n = note_output(b, b.now_ps, 0, out_ps, out_levels)  # what a reset or a switch has changed since
+    while b.now_ps < until_ps and n + edges - i < out_ps.size:
+        waits = board_run(b, cpu, m, h, log, queue, until_ps)
+        stop_ps = read_ps(b, h) if waits else min(b.next_ps, until_ps)
+        while i < edges and (times_ps[i] < stop_ps or (waits and times_ps[i] == stop_ps)):
+            pass_edge(b, times_ps[i], int(levels[i]))
+            n = note_output(b, times_ps[i], n, out_ps, out_levels)
+            i += 1
+        b.now_ps = min(stop_ps, until_ps)
+        if waits:
+            read_bus(b, m, h)
+        elif b.next_ps < until_ps:
+            held = b.holding
+            board_fire(b, m, h, log)
+            if i < edges and times_ps[i] == stop_ps:
+                pass_edge(b, stop_ps, int(levels[i]))
+                i += 1
+            n = note_output(b, stop_ps, n, out_ps, out_levels)
+            if b.holding > held:  # the processor sees no edge until the latch opens ...
+                catch_up(m, h, log, queue, h[OUTPUT_AT])
+                h[CHANGES] = h[CHANGE]
+                board_pins(b, m, h, log, h[OUTPUT_AT])
+            elif b.holding < held:  # ... and from then on those to come
+                board_pins(b, m, h, log, h[OUTPUT_AT])
+                h[CHANGE] = i
+                h[CHANGES] = edges
+                h[DUE] = 0
+    if i == edges:
+        catch_up(m, h, log, queue, NEVER)
+    h[CHANGES] = h[CHANGE]
+    return i, n

@@ -1,0 +1,216 @@
+"""The box as a circuit board with a running processor, between encoder and controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware_model import Fault, Image, Mcs51, read_hex
+from rtec._jit import new_record
+from rtec.board import _board_kernels as kernels
+from rtec.board.microcontroller import Microcontroller
+from rtec.checks import whole_within
+from rtec.controller import ReceiverSettings
+from rtec.errors import ArgumentError
+from rtec.injector import Design
+from rtec.requester import Status
+from rtec.signal import NEVER, EdgeStream
+
+WORDS = slice(0xFF20, 0xFF2D)
+"""Addresses of the words to the PC."""
+
+READING_CYCLES = 12_000
+"""A reading of the PC's words comes within so many cycles: 1000 ticks of a timer, of one cycle or of twelve."""
+
+_ROOM = 1024
+"""Changes of the lines that a run leaves room for, beside two an edge; more are fetched in further turns."""
+
+DECODER_CHIP = ReceiverSettings(filter_samples=3, clock_hz=14_000_000, counter_bits=0)
+"""The HCTL-2000: a level counts once three clocks in a row have seen it; 14 MHz is its fastest clock (data sheet
+HCTL-2000/2016/2020, "Digital Noise Filter" and "Functional Pin Description", CLK)."""
+
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Words:
+    """The words to the PC as they stand; steps and counts."""
+
+    position: int
+    completed: int
+    accepted: int
+    status: Status
+    trip_position: int
+    trips: int
+    refused: int
+    """Insertions refused by the speed gate, modulo 256."""
+
+
+class Board:
+    """The box with a processor that runs an image, fed with edge streams.
+
+    Parameters
+    ----------
+    design
+        Whose circuits stand around the processor.
+    microcontroller
+        The processor and its clock.
+    image
+        Its program: Intel HEX file, `Image`, or the committed one of the design where there is None.
+    initial
+        Level code ``A + 2 * B`` at the start.
+    hold_latch
+        Whether P1.7 works a latch that holds real edges back during an insertion. The report's circuits have none.
+    start_ps
+        When the power comes on; the phase between encoder and program is set by it.
+
+    Raises
+    ------
+    FirmwareError
+        An image that cannot be read.
+
+    Examples
+    --------
+    Home, one step requested at rest, and Design C has added two counts within three milliseconds:
+
+    >>> from rtec.board import Microcontroller
+    >>> board = Board(Design.C, Microcontroller.named("8051-12mhz"))
+    >>> board.start_up().name
+    'OK'
+    >>> board.ask(1)
+    >>> board.idle(until_ps=board.now_ps + 3_000_000_000).counts()
+    Counts(net=2, illegal=0)
+    >>> board.words.completed, board.words.status.name
+    (1, 'OK')
+    """
+
+    def __init__(
+        self,
+        design: Design,
+        microcontroller: Microcontroller,
+        image: Path | Image | None = None,
+        *,
+        initial: int = 0,
+        hold_latch: bool = False,
+        start_ps: int = 0,
+    ) -> None:
+        self.design, self.microcontroller = design, microcontroller
+        if image is None:
+            image = microcontroller.image(design)
+        self.cpu = Mcs51(read_hex(image) if isinstance(image, Path) else image, microcontroller.part, microcontroller.timing)
+        self.cpu.stop_at_outputs((0, 0xFF, 0, kernels.NOT_VALID))
+        state = self._state = new_record(kernels.BOARD)
+        state.design = design.code
+        state.cycle_num, state.cycle_den = microcontroller.cycle_ps
+        state.sample_ps = microcontroller.sample_ps
+        state.latched = int(hold_latch)
+        state.trip_n = 1
+        DECODER_CHIP.fill(state.decoder)
+        self._inner: Any = self.cpu.arrays
+        kernels.power_up(state, *self._inner, start_ps, whole_within("initial", initial, 0, 3))
+        self._level = int(state.seen_out)
+
+    @property
+    def now_ps(self) -> int:
+        """Return the time up to which the board has run."""
+        return int(self._state.now_ps)
+
+    @property
+    def fault(self) -> Fault | None:
+        """Return why the processor stopped, or None."""
+        return self.cpu.fault
+
+    # --- the PC and the operator, at the present time ---
+    def ask(self, total: int, *, large: bool = False, probing: bool = False, home: bool = False) -> None:
+        """Put the PC's words out: the requested total of steps and its status."""
+        whole_within("total", total, -32768, 32767)
+        kernels.ask(self._inner[0], total, large | probing << 1 | home << 2)
+
+    def switch(self, on: bool) -> None:
+        """Throw the switch that allows corrections."""
+        self._outside(enable_n=int(not on))
+
+    def probe(self, tripped: bool) -> None:
+        """Let the probe trip (its line falls), or go back."""
+        self._outside(trip_n=int(not tripped))
+
+    def start_up(self) -> Status:
+        """Go through the start-up: home is taken here, then zero steps are requested; return what the box says.
+
+        It takes a few readings of the PC's words; a firmware that does not answer leaves `Status.NOT_HOMED` or what
+        its memory held.
+        """
+        reading_ps = READING_CYCLES * self._state.cycle_num // self._state.cycle_den
+        for home in (True, False):
+            self.ask(0, home=home)
+            self.idle(until_ps=self.now_ps + 3 * reading_ps)
+        return self.words.status
+
+    def _outside(self, *, enable_n: int | None = None, trip_n: int | None = None) -> None:
+        state = self._state
+        enable_n = int(state.enable_n) if enable_n is None else enable_n
+        trip_n = int(state.trip_n) if trip_n is None else trip_n
+        kernels.switch(state, *self._inner, self.now_ps, enable_n, trip_n)
+
+    def reset(self) -> None:
+        """Pull and release the processor's RST: all ports come up high at once."""
+        self.cpu.reset()
+        kernels.reset(self._state, *self._inner, self.now_ps)
+
+    @property
+    def words(self) -> Words:
+        """Return the words to the PC, whether they are valid or not."""
+        raw = self.cpu.xram[WORDS].tobytes()
+
+        def signed(begin: int, end: int) -> int:
+            return int.from_bytes(raw[begin:end], "little", signed=True)
+
+        return Words(
+            position=signed(0, 3),
+            completed=signed(3, 5),
+            accepted=signed(5, 7),
+            status=Status(raw[7]),
+            trip_position=signed(8, 11),
+            trips=raw[11],
+            refused=raw[12],
+        )
+
+    # --- running ---
+    def process(self, edges: EdgeStream, *, until_ps: int) -> EdgeStream:
+        """Return what the controller sees of ``edges`` and of the box's own changes before ``until_ps``.
+
+        Raises
+        ------
+        ArgumentError
+            Edges that do not join the last ones, or lie outside the present time and ``until_ps``.
+        """
+        state = self._state
+        until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
+        if edges.initial != state.ab_in:
+            raise ArgumentError("edges.initial", edges.initial, f"{int(state.ab_in)}, where the last stream ended")
+        if edges.times_ps.size and not self.now_ps <= edges.times_ps[0] <= edges.times_ps[-1] < until_ps:
+            raise ArgumentError(
+                "edges.times_ps",
+                f"{edges.times_ps[0]} to {edges.times_ps[-1]} ps",
+                f"times from {self.now_ps} ps to before {until_ps} ps",
+            )
+        times, levels, taken = [], [], 0
+        room = 2 * edges.times_ps.size + _ROOM
+        queue = np.empty((edges.times_ps.size, 3), np.int64)
+        while not times or self.now_ps < until_ps:
+            out_ps, out_levels = np.empty(room, np.int64), np.empty(room, np.uint8)
+            rest_ps, rest = edges.times_ps[taken:], edges.levels[taken:]
+            i, n = kernels.play(
+                state, self.cpu.loop, *self._inner, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
+            )
+            taken += i
+            times.append(out_ps[:n])
+            levels.append(out_levels[:n])
+        before, self._level = self._level, int(state.seen_out)
+        return EdgeStream(np.concatenate(times), np.concatenate(levels), initial=before)
+
+    def idle(self, *, until_ps: int) -> EdgeStream:
+        """Let the axis rest until then; return what the controller sees."""
+        return self.process(EdgeStream([], [], initial=int(self._state.ab_in)), until_ps=until_ps)
