@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model._jit import helper, kernel, step
+from firmware_model.core._interrupt_kernels import attend
 from firmware_model.core._layout import (
     ACC,
     BACK,
@@ -66,21 +67,10 @@ from firmware_model.core._layout import (
     Y_AT,
     B,
 )  # fmt: skip
-from firmware_model.core._peripheral_kernels import (
-    Bytes,
-    Hidden,
-    Log,
-    attend,
-    byte,
-    latch,
-    next_timer_request,
-    parity,
-    pins_alone,
-    read,
-    refresh,
-    write,
-    write_port,
-)
+from firmware_model.core._pin_kernels import pins_alone, refresh
+from firmware_model.core._register_kernels import latch, parity, read, write, write_port
+from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte
+from firmware_model.core._timer_kernels import next_timer_request
 
 
 @step

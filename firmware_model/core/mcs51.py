@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from firmware_model._jit import address_of, config
 from firmware_model.core import _layout as at
 from firmware_model.core._execute_kernels import execute
-from firmware_model.core._peripheral_kernels import start_reception
+from firmware_model.core._serial_kernels import start_reception
 from firmware_model.core.predecode import decode
 from firmware_model.core.results import Fault, FaultKind, PortChange, RunResult
 from firmware_model.core.state import new_hidden, reset, watch

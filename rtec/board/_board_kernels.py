@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_model.core._interrupt_kernels import until
 from firmware_model.core._layout import (
     BUS,
     BUS_AT,
@@ -37,7 +38,7 @@ from firmware_model.core._layout import (
     STOP_OUTPUT,
     XRAM,
 )
-from firmware_model.core._peripheral_kernels import set_pins, until
+from firmware_model.core._pin_kernels import set_pins
 from rtec._jit import Record, kernel, step
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
 from rtec.injector._kernels import ORIGINAL, B, C, observe
