@@ -55,6 +55,9 @@ ENABLE_N, NOT_VALID, CIRCUIT, TRIP_N, LINES = 0x01, 0x02, 0x04, 0x08, 0x30
 # words on the external bus
 DECODER_HIGH, DECODER_LOW = 0xFF00, 0xFF01
 REQUEST_LOW, REQUEST_HIGH, PC_STATUS = 0xFF10, 0xFF11, 0xFF12
+WORDS = 0xFF20
+# where in the words to the PC, after three bytes of position, something stands
+COMPLETED, STATUS, REFUSED = 3, 7, 12
 
 BOARD = np.dtype(
     [
@@ -64,6 +67,7 @@ BOARD = np.dtype(
         ("cycle_den", np.int64),
         ("sample_ps", np.int64),
         ("origin_ps", np.int64),
+        ("reading_ps", np.int64),  # a reading of the PC's words comes within so long
         ("latched", np.int64),  # 1: P1.7 works the hold latch; 0: it is left open, real edges merge with the pulses
         # state
         ("now_ps", np.int64),
@@ -266,6 +270,16 @@ def power_up(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> N
     b.seen_out = b.ab_out
     # Design B has no lines out yet: its angle is whatever it comes to be, and counted from there
     b.angle = ((b.ab_out ^ (b.ab_out >> 1)) - (ab ^ (ab >> 1))) & 3
+
+
+@kernel
+def begin_counting(b: Record) -> None:
+    """Forget what was seen at the controller's side so far: whoever counts there begins now."""
+    b.seen_in = b.ab_in
+    b.seen_out = b.ab_out
+    b.angle = ((b.ab_out ^ (b.ab_out >> 1)) - (b.ab_in ^ (b.ab_in >> 1))) & 3
+    b.ahead = 0
+    b.illegal_out = 0
 
 
 @kernel

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from firmware_model import Fault, Image, Mcs51, read_hex
-from rtec._jit import new_record
+from rtec._jit import Record, new_record
 from rtec.board import _board_kernels as kernels
 from rtec.board.microcontroller import Microcontroller
 from rtec.checks import whole_within
@@ -22,8 +22,8 @@ from rtec.signal import NEVER, EdgeStream
 WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
 
-READING_CYCLES = 12_000
-"""A reading of the PC's words comes within so many cycles: 1000 ticks of a timer, of one cycle or of twelve."""
+READING_PS, READING_CYCLES = 1_250_000_000, 1250
+"""A reading of the PC's words comes within so long, on a slow clock within so many cycles."""
 
 _ROOM = 1024
 """Changes of the lines that a run leaves room for, beside two an edge; more are fetched in further turns."""
@@ -105,6 +105,7 @@ class Board:
         state.design = design.code
         state.cycle_num, state.cycle_den = microcontroller.cycle_ps
         state.sample_ps = microcontroller.sample_ps
+        state.reading_ps = max(READING_PS, READING_CYCLES * state.cycle_num // state.cycle_den)
         state.latched = int(hold_latch)
         state.trip_n = 1
         DECODER_CHIP.fill(state.decoder)
@@ -142,10 +143,9 @@ class Board:
         It takes a few readings of the PC's words; a firmware that does not answer leaves `Status.NOT_HOMED` or what
         its memory held.
         """
-        reading_ps = READING_CYCLES * self._state.cycle_num // self._state.cycle_den
         for home in (True, False):
             self.ask(0, home=home)
-            self.idle(until_ps=self.now_ps + 3 * reading_ps)
+            self.idle(until_ps=self.now_ps + 3 * int(self._state.reading_ps))
         return self.words.status
 
     def _outside(self, *, enable_n: int | None = None, trip_n: int | None = None) -> None:
@@ -153,6 +153,21 @@ class Board:
         enable_n = int(state.enable_n) if enable_n is None else enable_n
         trip_n = int(state.trip_n) if trip_n is None else trip_n
         kernels.switch(state, *self._inner, self.now_ps, enable_n, trip_n)
+
+    def begin_counting(self) -> None:
+        """Let the monitor at the gates begin now, as a controller that is switched on after the box does."""
+        kernels.begin_counting(self._state)
+        self._level = int(self._state.seen_out)
+
+    def report_to(self, injector: Record) -> None:
+        """Copy what the monitor at the gates has seen into the record of the behavioural box."""
+        injector.ahead = self._state.ahead
+        injector.illegal_out = self._state.illegal_out
+
+    @property
+    def parts(self) -> Any:
+        """Return the board's record and its processor, live, for a kernel that drives them."""
+        return (self._state, self.cpu.loop, *self._inner)
 
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""

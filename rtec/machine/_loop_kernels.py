@@ -26,6 +26,7 @@ from rtec.axis._kernels import (
     set_piece,
     turning_points,
 )
+from rtec.board._board_kernels import board_edge, board_switch
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_index, receiver_reset, receiver_settle
 from rtec.injector._kernels import (
     INJECTOR,
@@ -37,6 +38,8 @@ from rtec.injector._kernels import (
     observe,
 )
 from rtec.link._kernels import MAILBOX, SLOTS, mailbox_reset
+from rtec.machine._firmware_kernels import IDLE, deliver_board, run_firmware, skip_rounds
+from rtec.machine._laser_kernels import PLAY, READER, follow_play, grown_mm, near_target, read_laser
 from rtec.predictors._kernels import predict_mm
 from rtec.requester._box_kernels import BOX, box_reset, box_tick
 from rtec.requester._pc_kernels import ACTIVE, HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start
@@ -77,29 +80,6 @@ SERVO = np.dtype(
     align=True,
 )
 
-PLAY = np.dtype(
-    [
-        ("y_mm", np.float64),  # true position
-        ("growth_mm", np.float64),  # thermal growth reached in the end, and its time constant
-        ("growth_tau_s", np.float64),
-    ],
-    align=True,
-)
-
-READER = np.dtype(
-    [
-        ("window_mm", np.float64),  # the laser's timer starts once the axis is so close to the target
-        ("half_ps", np.int64),  # its reading begins here
-        ("full_ps", np.int64),  # and ends here
-        ("next", np.int64),
-        ("begun_ps", np.int64),
-        ("first_mm", np.float64),  # of what it sees; the sum is of what differs from it, so that rest adds nothing
-        ("sum_mm", np.float64),
-        ("weight", np.int64),
-    ],
-    align=True,
-)
-
 MACHINE = np.dtype(
     [
         ("encoder", ENCODER),
@@ -123,36 +103,32 @@ MACHINE = np.dtype(
 
 
 @step
-def grown_mm(play: Record, t_ps: int) -> float:
-    """Return the thermal growth at ``t_ps``: a first-order approach."""
-    if play.growth_mm == 0.0:
-        return 0.0
-    return play.growth_mm * (1.0 - math.exp(-t_ps / 1e12 / play.growth_tau_s))
-
-
-@helper
-def follow_play(m: Record, error_kind: int, error: NDArray[np.float64]) -> None:
-    """Let the true position follow the encoder's within the play between the forward and the reverse curve."""
-    x_mm = m.servo.x * m.servo.count_mm
-    low = x_mm + predict_mm(error_kind, error, x_mm, 1)
-    high = x_mm + predict_mm(error_kind, error, x_mm, -1)
-    m.play.y_mm = min(max(m.play.y_mm, low), high)
-
-
-@step
 def deliver_lines(m: Record, t_ps: int) -> None:
-    """Let the receiver see what the box drives, once all events of this instant are carried out."""
+    """Let the receiver see what the behavioural box drives, once all events of this instant are carried out."""
     if observe(m.injector):
         receiver_edge(m.receiver, t_ps, m.injector.ab_out)
 
 
 @step
-def take_edge(m: Record, t_ps: int) -> None:
+def take_edge(m: Record, box: Any, t_ps: int) -> None:
     """Send a transition of the encoder through the box."""
-    while m.injector.next_ps <= t_ps:
-        injector_fire(m.injector)
-    injector_edge(m.injector, t_ps, encoder_level(m.encoder))
-    deliver_lines(m, t_ps)
+    if box is None:
+        while m.injector.next_ps <= t_ps:
+            injector_fire(m.injector)
+        injector_edge(m.injector, t_ps, encoder_level(m.encoder))
+        deliver_lines(m, t_ps)
+    else:
+        box[6].state = IDLE
+        board_edge(box[0], box[2], box[3], box[4], t_ps, encoder_level(m.encoder))
+        deliver_board(m, box[0], t_ps)
+
+
+@step
+def next_of_box(m: Record, box: Any) -> int:
+    """Return the time of the behavioural box's next event; that of a running firmware is not known beforehand."""
+    if box is None:
+        return min(m.injector.next_ps, m.box.next_ps) if m.correcting == 1 else m.injector.next_ps
+    return NEVER
 
 
 @helper
@@ -167,9 +143,12 @@ def converse_box(m: Record, t_ps: int) -> None:
 
 
 @helper
-def converse_pc(m: Record, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+def converse_pc(m: Record, box: Any, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
     """Let the PC look at the box's words and send its next request."""
     pc_start(m.pc, m.down, t_ps)
+    if box is not None and box[0].valid == 0:
+        pc_look(m.pc, t_ps, False)
+        return
     if pc_read(m.pc, m.up, t_ps):
         position_mm = m.pc.position * m.pc.count_mm
         deviation_mm = predict_mm(model_kind, model, position_mm, m.pc.direction)
@@ -187,22 +166,25 @@ def next_edge(m: Record, crossing_ps: int) -> int:
 
 
 @step
-def run_part(m: Record, end_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+def run_part(m: Record, box: Any, end_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
     """Carry out all events of one part of a tick, in which the motion does not turn."""
     e, s = m.encoder, m.injector
     crossing_ps = next_crossing(e, m.piece)
     edge_ps = next_edge(m, crossing_ps)
     while True:
-        other_ps = min(s.next_ps, e.glitch_next_ps)
+        other_ps = min(next_of_box(m, box), e.glitch_next_ps)
         if m.correcting == 1:
-            other_ps = min(other_ps, min(m.box.next_ps, m.pc.next_ps))
+            other_ps = min(other_ps, m.pc.next_ps)
+        if box is not None:
+            # an edge never lies before what the firmware has done already
+            run_firmware(m, box, min(min(edge_ps, other_ps), max(end_ps, m.event_ps)))
         if edge_ps <= other_ps:
             if edge_ps == NEVER:
                 return
             emit(e, crossing_ps, m.piece.sign)
             e.last_ps = edge_ps
             m.event_ps = edge_ps
-            take_edge(m, edge_ps)
+            take_edge(m, box, edge_ps)
             if e.index_every > 0 and e.count % e.index_every == 0:
                 receiver_index(m.receiver, edge_ps)
             crossing_ps = next_crossing(e, m.piece)
@@ -215,15 +197,15 @@ def run_part(m: Record, end_ps: int, model_kind: int, model: NDArray[np.float64]
             t_ps = max(glitch_toggle(e), e.last_ps + 1)
             e.last_ps = t_ps
             m.event_ps = t_ps
-            take_edge(m, t_ps)
-        elif other_ps == s.next_ps:
+            take_edge(m, box, t_ps)
+        elif other_ps == s.next_ps and box is None:
             injector_fire(s)
             if s.next_ps > other_ps:
                 deliver_lines(m, other_ps)
-        elif other_ps == m.box.next_ps:
+        elif other_ps == m.box.next_ps and box is None:
             converse_box(m, other_ps)
         else:
-            converse_pc(m, other_ps, model_kind, model)
+            converse_pc(m, box, other_ps, model_kind, model)
 
 
 @step
@@ -275,58 +257,24 @@ def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64])
     return (wanted - servo.v) * servo.lag_share / servo.period_s
 
 
-@helper
-def near_target(m: Record, targets_mm: NDArray[np.float64], error_kind: int, error: NDArray[np.float64]) -> bool:
-    """Return whether the axis is within the laser's window about the next target.
-
-    By the controller's position, which arrives whatever the error, or by the true one, where a table of the
-    controller's own leads it elsewhere.
-    """
-    target_mm = targets_mm[m.reader.next]
-    if abs(m.receiver.count * m.servo.counts_per_unit * m.servo.count_mm - target_mm) <= m.reader.window_mm:
-        return True
-    if abs(m.servo.command * m.servo.count_mm - target_mm) > m.reader.window_mm:
-        return False
-    follow_play(m, error_kind, error)
-    return abs(m.play.y_mm + grown_mm(m.play, m.servo.now_ps) - target_mm) <= m.reader.window_mm
-
-
 @step
-def read_laser(
-    m: Record,
-    ticks: int,
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    readings_mm: NDArray[np.float64],
-    error_kind: int,
-    error: NDArray[np.float64],
-) -> None:
-    """Let the laser system look at the axis for ``ticks`` servo ticks from now on, during which nothing moves."""
-    r = m.reader
-    t_ps = m.servo.now_ps
-    if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:
-        return
-    if r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
-        r.begun_ps = t_ps
-    if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
-        follow_play(m, error_kind, error)
-        seen_mm = m.play.y_mm + grown_mm(m.play, t_ps)
-        if r.weight == 0:
-            r.first_mm = seen_mm
-        r.sum_mm += (seen_mm - r.first_mm) * ticks
-        r.weight += ticks
-    if t_ps >= ends_ps[r.next] or (r.begun_ps < NEVER and t_ps >= r.begun_ps + r.full_ps):
-        readings_mm[r.next] = r.first_mm + r.sum_mm / r.weight if r.weight > 0 else np.nan
-        r.next += 1
-        r.begun_ps = NEVER
-        r.sum_mm = 0.0
-        r.weight = 0
+def box_rests(m: Record, box: Any) -> bool:
+    """Return whether box and PC have nothing left to do but to repeat themselves."""
+    if box is None and m.injector.next_ps != NEVER:
+        return False
+    if m.correcting == 0:
+        return True
+    s = m.injector
+    settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
+    goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
+    reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
+    return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0)
 
 
 @step
 def ticks_at_rest(
     m: Record,
+    box: Any,
     targets_mm: NDArray[np.float64],
     begins_ps: NDArray[np.int64],
     ends_ps: NDArray[np.int64],
@@ -338,18 +286,12 @@ def ticks_at_rest(
     error: NDArray[np.float64],
 ) -> int:
     """Return for how many ticks from now on nothing can change; at least 1."""
-    servo, s, r = m.servo, m.injector, m.reader
+    servo, r = m.servo, m.reader
     i = servo.segment
     if m.skipping == 0 or servo.dither != 0.0 or motion[1, i] != 0.0 or motion[2, i] != 0.0 or motion[3, i] != 0.0:
         return 1
-    if s.next_ps != NEVER or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
+    if not box_rests(m, box) or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
         return 1
-    if m.correcting == 1:
-        settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
-        goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
-        reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
-        if not settled or goal != m.pc.sent or not reported or m.play.growth_mm != 0.0:
-            return 1
     # one period of margin: what is due at a boundary is computed tick by tick
     bound_ps = min(start_ps[i] + duration_ps[i], until_ps)
     if r.next < begins_ps.size:
@@ -363,6 +305,14 @@ def ticks_at_rest(
         else:
             bound_ps = min(bound_ps, ends_ps[r.next])
     return max((bound_ps - servo.now_ps) // servo.period_ps, 1)
+
+
+@helper
+def carry_pc_to(m: Record, t_ps: int) -> None:
+    """Let the PC look at words that stand, before ``t_ps``."""
+    while m.pc.next_ps < t_ps:
+        pc_look(m.pc, m.pc.next_ps, True)
+        m.pc.requests += 1
 
 
 @helper
@@ -407,6 +357,12 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
 
 
 @kernel
+def switch_on_controller(m: Record, ab: int) -> None:
+    """Let the receiver begin with the levels that the box drives."""
+    receiver_reset(m.receiver, ab)
+
+
+@kernel
 def run(
     m: Record,
     until_ps: int,
@@ -424,10 +380,12 @@ def run(
     own_kind: int,
     own: NDArray[np.float64],
     trace: Any,
+    box: Any,
 ) -> None:
     """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
 
-    ``trace`` is None or (array (n, 8), every so many ticks, [rows used]).
+    ``trace`` is None or (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of
+    `rtec.machine._firmware_kernels`.
     """
     servo, piece = m.servo, m.piece
     while servo.now_ps < until_ps:
@@ -451,14 +409,22 @@ def run(
         ticks = 1
         if resting:
             ticks = ticks_at_rest(
-                m, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error_kind, error
+                m, box, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error_kind, error
             )
+        if box is not None:
+            if not (resting and box_rests(m, box)):
+                box[6].state = IDLE
+            elif ticks > 1 and not skip_rounds(m, box, servo.now_ps + ticks * servo.period_ps):
+                ticks = 1
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error_kind, error)
         if ticks > 1:
             servo.now_ps += ticks * servo.period_ps
             servo.skipped += ticks
             servo.ticks += ticks
-            carry_to(m, servo.now_ps)
+            if box is None:
+                carry_to(m, servo.now_ps)
+            else:
+                carry_pc_to(m, servo.now_ps)
             continue
         piece.start_ps = servo.now_ps
         piece.x0 = servo.x
@@ -473,7 +439,7 @@ def run(
             if piece.sign != 0 and piece.sign != servo.moving:
                 follow_play(m, error_kind, error)  # the axis turns here
                 servo.moving = piece.sign
-            run_part(m, servo.now_ps + int(to_s * 1e12 + 0.5), model_kind, model)
+            run_part(m, box, servo.now_ps + int(to_s * 1e12 + 0.5), model_kind, model)
             servo.x = piece.x0 + to_s * (piece.v0 + to_s * piece.a0 / 2.0)
             from_s = to_s
         servo.v += acceleration * servo.period_s
@@ -489,26 +455,46 @@ def run(
 
 
 @kernel
-def come_to_rest(m: Record) -> None:
+def come_to_rest(m: Record, box: Any) -> None:
     """Stop the axis where it is, let what is under way in the box come to its end and the filter see the last edge.
 
     After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
     """
     s, rx = m.injector, m.receiver
     t_ps = m.servo.now_ps
-    if s.enabled == 1:
+    if box is not None:
+        stop_firmware(m, box, t_ps)
+        t_ps = m.event_ps
+    elif s.enabled == 1:
         injector_enable(s, t_ps, 0)
-    while min(s.next_ps, m.encoder.glitch_next_ps) != NEVER:
-        if m.encoder.glitch_next_ps <= s.next_ps:
+    while min(next_change(m, box), m.encoder.glitch_next_ps) != NEVER:
+        if m.encoder.glitch_next_ps <= next_change(m, box):
             t_ps = max(glitch_toggle(m.encoder), m.encoder.last_ps + 1)
             m.encoder.last_ps = t_ps
-            take_edge(m, t_ps)
+            if box is not None:
+                run_firmware(m, box, t_ps)
+            take_edge(m, box, t_ps)
         else:
             t_ps = s.next_ps
             injector_fire(s)
             if s.next_ps > t_ps:
                 deliver_lines(m, t_ps)
     receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
+
+
+@step
+def next_change(m: Record, box: Any) -> int:
+    """Return when the behavioural box next changes a line."""
+    if box is None:
+        return int(m.injector.next_ps)
+    return NEVER
+
+
+@step
+def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Open the switch; what the firmware has begun is over, and said, some readings later."""
+    board_switch(box[0], box[2], box[3], box[4], t_ps, 1, box[0].trip_n)
+    run_firmware(m, box, t_ps + 4 * box[0].reading_ps)
 
 
 @kernel

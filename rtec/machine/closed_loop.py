@@ -5,21 +5,23 @@ from __future__ import annotations
 import enum
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, new_record
+from firmware_model import Fault
 from rtec.axis import Encoder, MotionSegments, Servo
+from rtec.board import Board, Microcontroller
 from rtec.checks import number_within
 from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
 from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
+from rtec.injector import Design, InjectorSettings, Insertions, Processor, RealEdges, Timing
 from rtec.injector.box import insertions_of
-from rtec.machine import _loop_kernels
+from rtec.machine import _firmware_kernels, _loop_kernels
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
 from rtec.machine.play import check_play
 from rtec.metrology import Readings
@@ -33,6 +35,10 @@ _SLICE_WORK = 20_000_000
 _MOST_EDGES = 1e11
 _BOX_FIRST_PS = 300_000_000
 _PC_FIRST_PS = 5_500_000_000
+_WARM_UP_PS = 2_000_000_000
+"""How long the box is on before the machine: Design B's lines are through by then."""
+FIRMWARE_WINDOW, FIRMWARE_GRACE = 3, 2
+"""WINDOW and GRACE in the sources of the images."""
 TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
 """What a row of a trace holds; the totals in steps."""
 
@@ -76,6 +82,9 @@ class Machine:
         True error of the axis, actual minus encoder's position; the play lies between its two directions.
     injector
         The box; None where the lines go straight to the controller.
+    microcontroller
+        A processor that runs the design's firmware in the box, in place of the behavioural model of it. Design and
+        hold latch are those of ``injector``; its times, and the box's windows and period, are the firmware's own.
     model
         The PC's idea of ``axis_error``.
     own_table
@@ -93,6 +102,7 @@ class Machine:
 
     axis_error: Predictor = field(default_factory=NoError)
     injector: InjectorSettings | None = None
+    microcontroller: Microcontroller | None = None
     model: Predictor = field(default_factory=NoError)
     own_table: Predictor = field(default_factory=NoError)
     encoder: Encoder = field(default_factory=Encoder)
@@ -104,8 +114,17 @@ class Machine:
     switch_on: bool = True
 
     def __post_init__(self) -> None:
-        """Check that the true error is one that a play between two flanks can have."""
+        """Check that the true error is one that a play between two flanks can have, and the firmware's windows."""
         check_play(self.axis_error)
+        if self.microcontroller is not None:
+            talk = self.conversation
+            if (talk.window_steps, talk.grace_readings) != (FIRMWARE_WINDOW, FIRMWARE_GRACE):
+                raise ArgumentError(
+                    "conversation",
+                    f"window {talk.window_steps}, grace {talk.grace_readings}",
+                    f"window {FIRMWARE_WINDOW} and grace {FIRMWARE_GRACE} with the firmware",
+                    "they stand in its source (rtec.inc)",
+                )
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""
@@ -133,6 +152,22 @@ class Machine:
         state.skipping = 1
         _loop_kernels.start(state, 0, _BOX_FIRST_PS, _PC_FIRST_PS)
         return state
+
+    def board(self) -> Board | None:
+        """Return the box with its firmware, powered up and with its lines through, before time 0."""
+        if self.injector is None or self.microcontroller is None:
+            return None
+        board = Board(
+            self.injector.design,
+            self.microcontroller,
+            initial=self.encoder.level_at_home,
+            hold_latch=self.injector.real_edges is RealEdges.HOLD,
+            start_ps=-_WARM_UP_PS,
+        )
+        board.switch(self.switch_on)
+        board.idle(until_ps=0)
+        board.begin_counting()
+        return board
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -168,6 +203,11 @@ class LoopResult:
     wall_s: float
     trace: NDArray[np.float64] | None
     """Rows of ``TRACE_COLUMNS``, where one was asked for."""
+    cycles: int = 0
+    """Cycles of the box's processor, where it runs its firmware."""
+    cycles_skipped: int = 0
+    """What of them was left out at rest, in whole rounds that change nothing."""
+    firmware_fault: Fault | None = None
 
     @property
     def audit(self) -> bool:
@@ -213,6 +253,8 @@ def run_machine(
         )
     motion = task.motion if isinstance(task, MeasuringRun) else task
     state = machine.state()
+    board = machine.board()
+    box = _box_of(state, board)
     state.skipping = int(skip_rest)
     total_ps = end_ps(motion)
     slices = _slices(machine, motion, total_ps)
@@ -227,16 +269,36 @@ def run_machine(
     begun = time.perf_counter()
     for part in range(1, slices + 1):
         until_ps = total_ps * part // slices
-        advance(state, until_ps, *arrays, *models, trace)
+        advance(state, until_ps, *arrays, *models, trace, box)
         if progress is not None:
             progress(part / slices)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
             break
     settle: Any = _loop_kernels.come_to_rest
-    settle(state)
+    settle(state, box)
+    if board is not None:
+        board.report_to(state.injector)
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
-    return _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
+    result = _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
+    if board is None:
+        return result
+    skipped = int(box[6].skipped_cycles)
+    return replace(
+        result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault
+    )
+
+
+def _box_of(state: Record, board: Board | None) -> Any:
+    """Return the box with its firmware as the kernel wants it, its lines where the controller begins to count."""
+    if board is None:
+        return None
+    rest = new_record(_firmware_kernels.REST)
+    snapshot = np.zeros(_firmware_kernels.STATE_BYTES, np.uint8)
+    box, cpu, memory, hidden, log = board.parts
+    _loop_kernels.switch_on_controller(state, box.ab_out)
+    state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
+    return box, cpu, memory, hidden, log, np.zeros((0, 3), np.int64), rest, snapshot
 
 
 def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:

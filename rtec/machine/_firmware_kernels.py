@@ -1,0 +1,158 @@
+"""Compiled seam between the machine and a box whose processor runs its firmware, in place of the behavioural box.
+
+The box is the tuple ``(board, cpu, bytes, hidden, log, queue, rest, snapshot)``. What it tells the PC is copied into the
+records of the behavioural box and injector, where the PC's part of the loop and the results look for it.
+
+At rest the firmware goes round in circles: once its registers and memory are what they were at an earlier reading,
+with the same words before it, it will do the same again, and whole rounds are left out (timers that run free make a
+round last as many readings as it takes for all of them to stand where they stood).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_model.core._layout import BUS_AT, COUNT, CYCLES, XRAM
+from rtec._jit import Record, helper, step
+from rtec.board._board_kernels import (
+    COMPLETED,
+    REFUSED,
+    REQUEST_LOW,
+    STATUS,
+    WORDS,
+    board_ask,
+    board_fire,
+    board_run,
+    read_bus,
+    read_ps,
+)
+from rtec.controller._kernels import receiver_edge
+from rtec.injector._kernels import observe
+from rtec.link._kernels import deliver, post
+from rtec.requester._box_kernels import STATUS_NOT_HOMED
+from rtec.signal._kernels import NEVER
+
+Bytes = NDArray[np.uint8]
+
+IDLE, WANTED, TAKEN, FOUND = 0, 1, 2, 3
+"""Of the search for a round: none, a snapshot is wanted, it is taken, the round is known."""
+STATE_BYTES = 512
+"""Internal RAM, pins and registers."""
+
+REST = np.dtype(
+    [
+        ("state", np.int64),
+        ("cycle", np.int64),  # of the snapshot
+        ("count", np.int64),  # instructions by then
+        ("round_cycles", np.int64),
+        ("round_count", np.int64),
+        # observations
+        ("skipped_cycles", np.int64),
+        ("skipped_count", np.int64),
+    ],
+    align=True,
+)
+
+
+@step
+def signed_word(mem: Bytes, at: int, size: int) -> int:
+    """Return a signed word of the box, low byte first."""
+    value = 0
+    for i in range(size):
+        value |= np.int64(mem[XRAM + at + i]) << (8 * i)
+    return int(value - ((value >> (8 * size - 1)) << (8 * size)))
+
+
+@helper
+def take_words(m: Record, box: Any, t_ps: int) -> None:
+    """Send the words on to the PC that have become valid at ``t_ps``, and note what they say."""
+    b, _, mem, h, _, _, rest, snapshot = box
+    position = signed_word(mem, WORDS, 3)
+    completed = signed_word(mem, WORDS + COMPLETED, 2)
+    s = m.injector
+    s.inserted += abs(completed - s.completed)
+    s.completed = completed
+    m.box.accepted = signed_word(mem, WORDS + COMPLETED + 2, 2)
+    s.requested = m.box.accepted
+    status = np.int64(mem[XRAM + WORDS + STATUS])
+    if m.box.status == STATUS_NOT_HOMED and status != STATUS_NOT_HOMED:
+        m.box.zero = m.encoder.count - position
+    m.box.status = status
+    refused = np.int64(mem[XRAM + WORDS + REFUSED])
+    s.refused += (refused - s.refused) & 255
+    m.box.readings += 1
+    post(m.up, t_ps, position, completed, m.box.accepted, status)
+    look_for_round(rest, mem, h, snapshot)
+
+
+@step
+def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Bytes) -> None:
+    """Compare the processor with what it was at the snapshot."""
+    if rest.state == WANTED:
+        snapshot[:] = mem[:STATE_BYTES]
+        rest.cycle = h[CYCLES]
+        rest.count = h[COUNT]
+        rest.state = TAKEN
+    elif rest.state == TAKEN:
+        for i in range(STATE_BYTES):
+            if mem[i] != snapshot[i]:
+                return
+        rest.round_cycles = h[CYCLES] - rest.cycle
+        rest.round_count = h[COUNT] - rest.count
+        rest.state = FOUND
+
+
+@step
+def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
+    """Leave out the whole rounds before ``t_ps``; False where none is known yet."""
+    b, _, _, h, _, _, rest, _ = box
+    if rest.state == IDLE:
+        rest.state = WANTED
+    if rest.state != FOUND:
+        return False
+    rounds = rest.round_cycles * b.cycle_num
+    if rounds % b.cycle_den != 0:  # a clock without whole picoseconds: so many rounds that they are whole
+        rounds *= b.cycle_den
+    round_ps = rounds // b.cycle_den
+    times = max(t_ps - b.origin_ps - h[CYCLES] * b.cycle_num // b.cycle_den, 0) // round_ps
+    b.origin_ps += times * round_ps
+    turns = times * round_ps // (rest.round_cycles * b.cycle_num // b.cycle_den)
+    rest.skipped_cycles += turns * rest.round_cycles
+    rest.skipped_count += turns * rest.round_count
+    deliver(m.up, t_ps)
+    deliver(m.down, t_ps)
+    return True
+
+
+@step
+def deliver_board(m: Record, b: Record, t_ps: int) -> None:
+    """Let the receiver see what the box drives, once all events of this instant are carried out."""
+    if observe(b):
+        receiver_edge(m.receiver, t_ps, b.ab_out)
+
+
+@step
+def run_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Let the firmware run up to ``t_ps`` and carry out what it changes until then."""
+    b, cpu, mem, h, log, queue, _, _ = box
+    while True:
+        if board_run(b, cpu, mem, h, log, queue, t_ps):
+            if h[BUS_AT] >= REQUEST_LOW:
+                deliver(m.down, read_ps(b, h))
+                if m.down.delivered > 0:
+                    board_ask(mem, m.down.word0, m.down.word1)
+            read_bus(b, mem, h)
+        elif b.next_ps <= t_ps:
+            own_ps = b.next_ps
+            published = b.published
+            board_fire(b, mem, h, log)
+            deliver_board(m, b, own_ps)
+            m.event_ps = max(m.event_ps, own_ps)
+            if b.published > published:
+                take_words(m, box, own_ps)
+        else:
+            m.event_ps = max(m.event_ps, min(t_ps, NEVER - 1))
+            return
