@@ -16,6 +16,7 @@ from firmware_model._jit import helper, step
 from firmware_model.core._layout import (
     CHANGE,
     CHANGES,
+    DROPPED,
     DUE,
     END,
     EXTERNAL_0,
@@ -122,7 +123,9 @@ def levels_request(m: Bytes, h: Hidden, now: int) -> None:
         if m[TCON] & (1 << (2 * i)) == 0:
             flag = 2 << (2 * i)
             if h[SEEN] & (4 << i) != 0:
-                m[TCON] &= 255 - flag
+                if m[TCON] & flag != 0:
+                    m[TCON] &= 255 - flag
+                    h[DROPPED + i] = h[LEVELS_AT] + 1
             else:
                 cycle = min(now, h[LEVELS_AT] + 1)
                 request(m, h, TCON, flag, 2 * i, cycle)

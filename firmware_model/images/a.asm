@@ -5,10 +5,9 @@
         .include "rtec.inc"
 
 WORD_TOTALS     = 0
-GATE            = 30            ; us from one transition to the next but one: 2 * (2 + 8 + 3) us, and 15 % more
-FAST_COUNTS     = 66            ; counts in a tick at that speed
-ARMING          = 6             ; cycles from the gate timer's end to the first look that may insert
-ONE_LATE        = 1
+GATE            = GATE_A
+FAST_COUNTS     = FAST_A
+ARMING          = ARMING_A
 
         .macro  PASS
         .endm
@@ -17,6 +16,100 @@ ONE_LATE        = 1
         .endm
         .include "common.asm"
 
+        .if ONE_CLOCK
+; Behind a table the first change would come after 16 clocks. The exclusive OR tells two of the four states, so one look
+; at A tells the rest. The lines are held in the pause after the first change.
+        .macro  BEFORE_SEARCH
+        .endm
+        .macro  PULSES  first,second
+        clr     first                   ; 11 clocks after the look's begin, or 10
+        PAUSE_AND_HOLD
+        clr     second
+        PAUSE
+        setb    first
+        PAUSE
+        setb    second
+        PAUSE
+        setb    HOLD_N
+        ajmp    inserted
+        .endm
+        .macro  INSERT_AFTER_FALL
+        jb      F_MINUS,same_arm_minus
+        jnb     DIFFER,same_late        ; it came just now: too late for this one
+        jb      IE0,same_lost           ; two transitions between two looks
+        jnb     DIFFER,same_late        ; ... or it came between
+same_armed_plus:
+        jb      DIFFER,same_armed_plus
+same_plus:
+        clr     EA                      ; neither tick nor probe from here on
+        jb      LINE_A_PIN,s3_plus
+        PULSES  DRIVE_A_N,DRIVE_B_N     ; 00 -> 10 11 01 00
+s3_plus:
+        PULSES  PULL_A_N,PULL_B_N       ; 11 -> 01 00 10 11
+same_lost:
+        ajmp    refused_fall
+same_late:
+        ajmp    late_fall
+same_arm_minus:
+        jnb     DIFFER,same_late
+        jb      IE0,same_lost
+        jnb     DIFFER,same_late
+same_armed_minus:
+        jb      DIFFER,same_armed_minus
+same_minus:
+        clr     EA
+        jb      LINE_A_PIN,s3_minus
+        PULSES  DRIVE_B_N,DRIVE_A_N     ; 00 -> 01 11 10 00
+s3_minus:
+        PULSES  PULL_B_N,PULL_A_N       ; 11 -> 10 00 01 11
+        .endm
+        .macro  INSERT_AFTER_RISE
+        jb      F_MINUS,differ_arm_minus
+        jb      DIFFER,differ_late
+        jb      IE0,differ_lost
+        jb      DIFFER,differ_late
+differ_armed_plus:
+        jnb     DIFFER,differ_armed_plus
+differ_plus:
+        clr     EA
+        jb      LINE_A_PIN,s2_plus
+        PULSES  PULL_B_N,DRIVE_A_N      ; 01 -> 00 10 11 01
+s2_plus:
+        PULSES  DRIVE_B_N,PULL_A_N      ; 10 -> 11 01 00 10
+differ_lost:
+        ajmp    refused_rise
+differ_late:
+        ajmp    late_rise
+differ_arm_minus:
+        jb      DIFFER,differ_late
+        jb      IE0,differ_lost
+        jb      DIFFER,differ_late
+differ_armed_minus:
+        jnb     DIFFER,differ_armed_minus
+differ_minus:
+        clr     EA
+        jb      LINE_A_PIN,s2_minus
+        PULSES  DRIVE_A_N,PULL_B_N      ; 01 -> 11 10 00 01
+s2_minus:
+        PULSES  PULL_A_N,DRIVE_B_N      ; 10 -> 00 01 11 10
+        .endm
+        .include "seek_xor.asm"
+
+at_rest:
+        clr     HOLD_N                  ; the latch closes before the state is read
+        mov     c,F_MINUS
+        jb      DIFFER,rest_differ
+        jc      rest_same_minus
+        ljmp    same_plus
+rest_same_minus:
+        ljmp    same_minus
+rest_differ:
+        jc      rest_differ_minus
+        ljmp    differ_plus
+rest_differ_minus:
+        ljmp    differ_minus
+
+        .else
         .macro  INSERT_NOW
         clr     HOLD_N                  ; cycle 3: the state stays what it is
         mov     a,P3                    ; cycle 4
@@ -32,20 +125,22 @@ chosen:
         .macro  INSERT_AFTER_FALL       ?armed,?late,?lost
         jnb     DIFFER,late             ; it came just now: too late for this one
         jb      IE0,lost                ; two transitions between two looks
+        jnb     DIFFER,late             ; ... or it came between
 armed:  jb      DIFFER,armed            ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
         INSERT_NOW
-lost:   ljmp    refused_fall
-late:   ljmp    late_fall
+lost:   ajmp    refused_fall
+late:   ajmp    late_fall
         .endm
         .macro  INSERT_AFTER_RISE       ?armed,?late,?lost
         jb      DIFFER,late
         jb      IE0,lost
+        jb      DIFFER,late
 armed:  jnb     DIFFER,armed            ; cycles 0, 1
         clr     EA                      ; cycle 2
         INSERT_NOW
-lost:   ljmp    refused_rise
-late:   ljmp    late_rise
+lost:   ajmp    refused_rise
+late:   ajmp    late_rise
         .endm
         .include "seek_xor.asm"
 
@@ -61,7 +156,7 @@ begin:  clr     first                   ; cycle 8
         setb    first                   ; cycle 10
         setb    second                  ; cycle 11
         setb    HOLD_N                  ; cycle 12
-        ljmp    inserted
+        ajmp    inserted
         .ds     16 - (. - begin)
         .endm
 
@@ -75,3 +170,4 @@ backward_cycles:
         CYCLE   PULL_A_N,DRIVE_B_N      ; 10 -> 00 01 11 10
         CYCLE   DRIVE_A_N,PULL_B_N      ; 01 -> 11 10 00 01
         CYCLE   PULL_B_N,PULL_A_N       ; 11 -> 10 00 01 11
+        .endif

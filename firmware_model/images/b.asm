@@ -6,12 +6,32 @@
         .include "rtec.inc"
 
 WORD_TOTALS     = 1
-GATE            = 51            ; us from one transition to the next but one: 2 * (6 + 8 + 8) us, and 15 % more
-FAST_COUNTS     = 39            ; counts in a tick at that speed
+GATE            = GATE_B
+FAST_COUNTS     = FAST_B
+ARMING          = ARMING_B
 
+        .if ONE_CLOCK
+; In the line, as a call and its return take as long as the copy. 8 clocks, or 21 with a change, which is out after 15.
+        .macro  PASS    ?same
+        mov     a,P3
+        anl     a,#LINES
+        xrl     a,r5                    ; SEEN
+        jz      same
+        xrl     a,r5
+        mov     r5,a
+        orl     a,r7                    ; OFFSET
+        movc    a,@a+dptr
+        mov     P1,a
+        setb    F_MOVED
+        clr     TR1
+        clr     TF1
+same:
+        .endm
+        .else
         .macro  PASS
         lcall   pass                    ; 2, and 6 without a change; A and the carry are lost
         .endm
+        .endif
         .macro  DESIGN_START
         mov     dptr,#levels            ; before all else: the controller waits for its lines
         mov     SEEN,#0xFF              ; no levels: the first look copies
@@ -26,8 +46,8 @@ pass:
         cjne    a,SEEN,passing          ; cycles 2, 3
         ret
 passing:
-        mov     SEEN,a                  ; cycle 4
-        orl     a,OFFSET                ; cycle 5
+        mov     r5,a                    ; cycle 4: SEEN
+        orl     a,r7                    ; cycle 5: OFFSET
         movc    a,@a+dptr               ; cycles 6, 7
         mov     P1,a                    ; cycle 8: out, 8 us after the look
         setb    F_MOVED
@@ -53,7 +73,7 @@ ahead:  add     a,OFFSET
         PASS
         jnb     F_REST,copy
         jb      F_MOVED,copy            ; it has just begun to move
-        mov     a,SEEN                  ; at rest there is no transition to wait for: the insertion just starts
+        mov     a,r5                    ; at rest there is no transition to wait for: the insertion just starts
         sjmp    insert
 
 copy:   mov     a,P3                    ; cycle 0; a turn without a change takes 6 cycles
@@ -62,8 +82,8 @@ copy:   mov     a,P3                    ; cycle 0; a turn without a change takes
         jnb     TF0,copy                ; cycles 4, 5
         ljmp    tick
 changed:
-        mov     SEEN,a                  ; cycle 4
-        orl     a,OFFSET                ; cycle 5
+        mov     r5,a                    ; cycle 4: SEEN
+        orl     a,r7                    ; cycle 5: OFFSET
         movc    a,@a+dptr               ; cycles 6, 7
         mov     P1,a                    ; cycle 8: out, 8 us after the look
         jb      TF1,insert_after        ; cycles 9, 10
@@ -76,18 +96,36 @@ changed:
 too_fast:
         inc     REFUSED
 time:   jb      F_FAST,copy
-        mov     TL1,#(256 - GATE + 16)  ; the transition is at least 16 cycles old
+        .if ONE_CLOCK
+        PASS                            ; a transition met here only makes the time longer
+        nop
+        nop
+        nop
+        nop
+        nop
+        .endif
+        mov     TL1,#(256 - GATE - ARMING)
         clr     F_HALF
         setb    TR1
         sjmp    copy
 
 insert_after:
+        .if ONE_CLOCK
+        mov     a,r5
+        orl     a,r6
+        movc    a,@a+dptr
+        mov     P1,a                    ; the step, 11 clocks after the copy
+        setb    F_MOVED
+        sjmp    stepped
+        .endif
         setb    F_MOVED                 ; cycle 11
-        mov     a,SEEN                  ; cycle 12
-insert: orl     a,NEXT_OFFSET           ; cycle 13
+        mov     a,r5                    ; cycle 12
+insert: orl     a,r6                    ; cycle 13: NEXT_OFFSET
         movc    a,@a+dptr               ; cycles 14, 15
         mov     P1,a                    ; cycle 16: the step, 8 us after the copy
+stepped:
         mov     OFFSET,NEXT_OFFSET
+        PASS_MORE
         clr     TR1
         clr     TF1
         clr     F_HALF

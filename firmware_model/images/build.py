@@ -2,9 +2,10 @@
 
 ::
 
-    python firmware_model/images/build.py                  the four designs of the report
+    python firmware_model/images/build.py                  the four designs of the report, for each processor
     python firmware_model/images/build.py --check          assemble again and compare with what is there
     python firmware_model/images/build.py PATH/mine.asm    an image of your own, with the shared parts at hand
+    python firmware_model/images/build.py PATH/mine.asm --processor one_clock_100mhz
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 DESIGNS = ("original", "a", "b", "c")
+PROCESSORS = ("8051", "one_clock_25mhz", "one_clock_100mhz")
+"""Files of the folder processors; what is of the first stands beside the sources, of the others in a folder each."""
 SHARED = ("rtec.inc", "common.asm", "seek_xor.asm")
 LONGEST_S = 60
 _LABEL = re.compile(r"^\s*\d+\s+(?P<name>\S+)\s+(?P<address>[0-9A-F]{6})\s+\S*R\S*\s*$", re.MULTILINE)
@@ -69,13 +72,15 @@ def symbols_of(table: str) -> str:
     return "".join(f"0x{address:04X} {name}\n" for address, name in labels)
 
 
-def assemble(source: Path) -> dict[str, str]:
+def assemble(source: Path, processor: str = PROCESSORS[0]) -> dict[str, str]:
     """Assemble one image in a temporary folder.
 
     Parameters
     ----------
     source
         The .asm file; it may include the shared parts by their bare names, and any file beside it.
+    processor
+        One of `PROCESSORS`: its include file is there as ``processor.inc``.
 
     Returns
     -------
@@ -92,8 +97,10 @@ def assemble(source: Path) -> dict[str, str]:
     with tempfile.TemporaryDirectory(prefix="rtec-image-") as name:
         folder = Path(name)
         beside = [path for path in source.parent.iterdir() if path.suffix in (".asm", ".inc")]
-        for path in [*(HERE / shared for shared in SHARED), *beside]:
+        processors = sorted((HERE / "processors").glob("*.inc"))
+        for path in [*(HERE / shared for shared in SHARED), *processors, *beside]:
             shutil.copyfile(path, folder / path.name)
+        shutil.copyfile(folder / f"{processor}.inc", folder / "processor.inc")
         run_tool(folder, "sdas8051", "-plosgffw", source.name)
         # "name.ihx" first: the linker names its output, and the listing with final addresses, after it
         run_tool(folder, "sdld", "-i", "-u", f"{source.stem}.ihx", f"{source.stem}.rel")
@@ -105,28 +112,43 @@ def assemble(source: Path) -> dict[str, str]:
         }
 
 
-def differences(source: Path, outputs: dict[str, str]) -> list[str]:
-    """Return what differs between fresh outputs and the files beside the source."""
+def output_of(source: Path, processor: str, suffix: str) -> Path:
+    """Return where an output goes: the designs' of other processors than the first into a folder of that name.
+
+    Examples
+    --------
+    >>> output_of(HERE / "a.asm", "one_clock_25mhz", ".ihx").relative_to(HERE).as_posix()
+    'one_clock_25mhz/a.ihx'
+    """
+    apart = source.parent.resolve() == HERE and processor != PROCESSORS[0]
+    return (source.parent / processor / source.name if apart else source).with_suffix(suffix)
+
+
+def differences(source: Path, processor: str, outputs: dict[str, str]) -> list[str]:
+    """Return what differs between fresh outputs and the files that are there."""
     found = []
     for suffix, fresh in outputs.items():
-        path = source.with_suffix(suffix)
+        path = output_of(source, processor, suffix)
+        name = path.relative_to(source.parent).as_posix()
         if not path.is_file():
-            found.append(f"{path.name}: missing")
+            found.append(f"{name}: missing")
         elif (kept := path.read_text(encoding="utf-8")) != fresh:
             pairs = zip(kept.splitlines(), fresh.splitlines(), strict=False)
             line = next((n for n, (old, new) in enumerate(pairs, 1) if old != new), None)
             where = f"line {line}" if line else "length"
-            found.append(f"{path.name}: differs from what {source.name} assembles to, first in {where}")
+            found.append(f"{name}: differs from what {source.name} assembles to, first in {where}")
     return found
 
 
-def build(source: Path, *, check: bool) -> list[str]:
+def build(source: Path, processor: str, *, check: bool) -> list[str]:
     """Assemble one image and write its outputs, or compare them; return the differences."""
-    outputs = assemble(source)
+    outputs = assemble(source, processor)
     if check:
-        return differences(source, outputs)
+        return differences(source, processor, outputs)
     for suffix, text in outputs.items():
-        source.with_suffix(suffix).write_text(text, encoding="utf-8", newline="\n")
+        path = output_of(source, processor, suffix)
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
     return []
 
 
@@ -135,10 +157,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sources", nargs="*", type=Path, metavar="SOURCE.asm", help="default: the four designs")
     parser.add_argument("--check", action="store_true", help="compare with the files there, write nothing")
+    parser.add_argument(
+        "--processor", choices=PROCESSORS, help=f"default: all for the four designs, {PROCESSORS[0]} for a SOURCE.asm"
+    )
     chosen = parser.parse_args(arguments)
     sources = chosen.sources or [HERE / f"{design}.asm" for design in DESIGNS]
+    processors = (chosen.processor,) if chosen.processor else PROCESSORS[:1] if chosen.sources else PROCESSORS
     try:
-        found = [line for source in sources for line in build(source, check=chosen.check)]
+        found = [
+            line
+            for processor in processors
+            for source in sources
+            for line in build(source, processor, check=chosen.check)
+        ]
     except (BuildError, OSError, subprocess.TimeoutExpired) as error:
         sys.stderr.write(f"{error}\n")
         return 2

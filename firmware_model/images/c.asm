@@ -5,11 +5,9 @@
         .include "rtec.inc"
 
 WORD_TOTALS     = 0
-GATE            = 19            ; us from one transition to the next but one: 2 * (2 + 4 + 1) us and 15 % more would be 17,
-                                ; but the timer needs two cycles after it is set
-FAST_COUNTS     = 105           ; counts in a tick at that speed
-ARMING          = 8             ; cycles from the gate timer's end to the first look that may insert
-ONE_LATE        = 0
+GATE            = GATE_C
+FAST_COUNTS     = FAST_C
+ARMING          = ARMING_C
 
         .macro  PASS
         .endm
@@ -22,39 +20,45 @@ ONE_LATE        = 0
         .macro  TOGGLE  first,second
         clr     HOLD_N                  ; cycle 3
         cpl     first                   ; cycle 4: 4 us after the look
+        PAUSE
         cpl     second                  ; cycle 5
+        PAUSE
         setb    HOLD_N                  ; cycle 6
-        ljmp    inserted
+        ajmp    inserted
         .endm
         .macro  INSERT_AFTER_FALL       ?plus,?minus,?late,?arm,?lost
         jb      F_MINUS,arm
         jnb     DIFFER,late             ; it came just now: too late for this one
         jb      IE0,lost                ; two transitions between two looks
+        jnb     DIFFER,late             ; ... or it came between
 plus:   jb      DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
         TOGGLE  INVERT_A_N,INVERT_B_N
 arm:    jnb     DIFFER,late
         jb      IE0,lost
+        jnb     DIFFER,late
 minus:  jb      DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_B_N,INVERT_A_N
-lost:   ljmp    refused_fall
-late:   ljmp    late_fall
+lost:   ajmp    refused_fall
+late:   ajmp    late_fall
         .endm
         .macro  INSERT_AFTER_RISE       ?plus,?minus,?late,?arm,?lost
         jb      F_MINUS,arm
         jb      DIFFER,late
         jb      IE0,lost
+        jb      DIFFER,late
 plus:   jnb     DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_B_N,INVERT_A_N
 arm:    jb      DIFFER,late
         jb      IE0,lost
+        jb      DIFFER,late
 minus:  jnb     DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
         TOGGLE  INVERT_A_N,INVERT_B_N
-lost:   ljmp    refused_rise
-late:   ljmp    late_rise
+lost:   ajmp    refused_rise
+late:   ajmp    late_rise
         .endm
         .macro  BEFORE_SEARCH
         .endm

@@ -2,6 +2,13 @@
 ; An image defines before it includes this file: the macro PASS, the macro DESIGN_START, WORD_TOTALS (1: totals of two
 ; bytes), GATE and FAST_COUNTS; and the label `work`, where its own part begins after each reading.
 ; PASS stands wherever A and the carry hold nothing: Design B copies its lines there, for the others it is empty.
+; PASS_MORE is a PASS of the one-clock parts alone, whose calls and branches weigh more; it has to keep the carry.
+
+        .macro  PASS_MORE
+        .if ONE_CLOCK
+        PASS
+        .endif
+        .endm
 
         .area   CODE (ABS)
         .org    0x0000
@@ -33,8 +40,8 @@ clear:  mov     @r0,#0                  ; all variables, the register banks with
 tick:
         clr     ET0
         clr     TR0
-        mov     TL0,#<(0x10000 - TICK + 7)  ; 7 cycles pass from here until it runs again
-        mov     TH0,#>(0x10000 - TICK + 7)
+        mov     TL0,#<(0x10000 - TICK + TICK_LOST)
+        mov     TH0,#>(0x10000 - TICK + TICK_LOST)
         clr     TF0
         setb    TR0
         PASS
@@ -61,6 +68,7 @@ tick:
 unseen: clr     F_TIMED                 ; a transition went by during this: what was timed before it is void
 settled:
         clr     F_MOVED
+        PASS_MORE
         ljmp    work
 
 ; Timer 0 ends a search: nothing has been decided there yet, so the place it came from is dropped.
@@ -112,6 +120,7 @@ forward:
         rlc     a
         subb    a,ACC                   ; sign: 0 or FFh
         mov     r4,a
+        PASS_MORE
         mov     a,DELTA_LOW
         add     a,POSITION
         mov     POSITION,a
@@ -122,23 +131,18 @@ forward:
         addc    a,POSITION+2
         mov     POSITION+2,a
         PASS
-        mov     a,r4                    ; |difference| beyond the gate's speed?
-        jz      positive
+        mov     a,r4                    ; |difference| beyond the gate's speed? The complement is one less than the
+        cpl     a                       ; magnitude, so only a positive difference borrows one
+        rlc     a
         mov     a,DELTA_LOW
-        cpl     a
-        inc     a
-        jz      fast                    ; -256
-        sjmp    magnitude
-positive:
-        mov     a,DELTA_LOW
-magnitude:
-        clr     F_FAST
-        add     a,#(255 - FAST_COUNTS)
-        jc      fast
+        xrl     a,r4
+        subb    a,#<FAST_COUNTS
+        PASS_MORE
         mov     a,DELTA_HIGH
-        cjne    a,0x04,fast             ; R4: more than 255 either way
-        ret
-fast:   setb    F_FAST
+        xrl     a,r4
+        subb    a,#>FAST_COUNTS
+        cpl     c
+        mov     F_FAST,c
         ret
 
 ; INT1: the first MOVX closes the decoder's inhibit latch, 8 cycles into this routine. Bank 1 belongs to it.
@@ -148,7 +152,10 @@ probe_trip:
         mov     PSW,#0x08               ; 2: bank 1 (a byte write: ucsim 0.6.4 does not see SETB RS0)
         movx    a,@r0                   ; 2
         mov     r2,a
-        PASS
+        .if ONE_CLOCK
+        .else
+        PASS                            ; a one-clock part is back before it would matter
+        .endif
         movx    a,@r1
         mov     r3,a
         setb    F_TRIPPED
@@ -203,6 +210,7 @@ read_request:
         mov     r0,#REQUEST_HIGH
         movx    a,@r0
         mov     r3,a
+        PASS_MORE
         mov     r0,#REQUEST_LOW
         movx    a,@r0
         xrl     a,r2
@@ -221,19 +229,26 @@ judge:
         mov     a,STATUS
         mov     c,ACC+PROBING
         mov     F_PROBING,c
+        .if ONE_CLOCK
+        PASS
+        mov     a,STATUS
+        .endif
         jb      F_FATAL,judged          ; for good: only a reset ends it
         jb      F_HOMED,homed
         jnb     ACC+GO_HOME,judged
         mov     a,REQUESTED_LOW
         orl     a,REQUESTED_HIGH
         jnz     judged                  ; home is taken with a request of zero alone
+        PASS_MORE
         lcall   zero_position
+        PASS_MORE
         setb    F_HOMED
         mov     ACCEPTED,COMPLETED
         mov     ACCEPTED+1,COMPLETED+1
         mov     MESSAGE,#OK
 judged: ret
 homed:  jb      ACC+GO_HOME,judged      ; a command, with no total to believe
+        PASS_MORE
         jnb     F_PROBING,not_probing
         mov     MESSAGE,#IN_PROBING
         ret
@@ -277,11 +292,13 @@ beyond: PASS
         jb      ACC+LARGE_CORRECTION,accept
         mov     MESSAGE,#I_DONT_BELIEVE_YOU
         inc     DOUBTS
+        PASS_MORE
         mov     a,DOUBTS
         add     a,#(255 - GRACE)
-        jnc     judged
+        jnc     doubted
         mov     MESSAGE,#I_STILL_DONT_BELIEVE_YOU
         setb    F_FATAL
+doubted:
         ret
 accept: mov     ACCEPTED,REQUESTED_LOW
         mov     ACCEPTED+1,REQUESTED_HIGH
@@ -304,6 +321,7 @@ owe:
         mov     a,ACCEPTED
         subb    a,COMPLETED
         mov     r2,a
+        PASS_MORE
         mov     a,ACCEPTED+1
         subb    a,COMPLETED+1
         mov     c,ACC+7
@@ -313,6 +331,7 @@ owe:
         setb    F_OWED
         PASS
 owed_none:
+        PASS_MORE
         ret
 
 ; Book the insertion just made and report it at once; then see what is owed still.
@@ -324,6 +343,7 @@ book:
         mov     r2,#0xFF
         mov     r3,#0xFF
 upwards:
+        PASS_MORE
         mov     a,r2
         add     a,COMPLETED
         mov     COMPLETED,a
@@ -332,6 +352,7 @@ upwards:
         mov     COMPLETED+1,a
         PASS
         setb    NOT_VALID
+        PASS_MORE
         mov     r0,#COMPLETED_LOW
         mov     a,COMPLETED
         movx    @r0,a
@@ -340,7 +361,7 @@ upwards:
         movx    @r0,a
         clr     NOT_VALID
         PASS
-        sjmp    owe
+        ljmp    owe
 
 ; All words to the PC, with Data Valid low while they change.
         .macro  PUT     word
@@ -351,6 +372,7 @@ upwards:
 publish:
         setb    NOT_VALID
         mov     r0,#POSITION_LOW
+        PASS_MORE
         PUT     POSITION
         PUT     POSITION+1
         PASS

@@ -5,9 +5,9 @@
         .include "rtec.inc"
 
 WORD_TOTALS     = 0
-GATE            = 42            ; us from one A&B low to the next: 4 * (2 + 4 + 3) us, and 15 % more
-FAST_COUNTS     = 96            ; counts in a tick at that speed
-ARMING          = 8             ; cycles from the gate timer's end to the first look that may insert
+GATE            = GATE_ORIGINAL
+FAST_COUNTS     = FAST_ORIGINAL
+ARMING          = ARMING_ORIGINAL
 
         .macro  PASS
         .endm
@@ -42,11 +42,11 @@ start_timing:
         clr     F_TIMED                 ; cycle 2: void until all of this is done, the tick may break in
         setb    F_MOVED                 ; cycle 3
         clr     IE0                     ; cycle 4: it remembers the next one
-        mov     TL1,#(256 - GATE + ARMING + 7)  ; cycles 5, 6: counts from cycle 7 on
-        clr     TF1
+        GATE_START                      ; cycles 5, 6
         setb    F_TIMED
-timed:  jnb     LOW_N,timed             ; still the same one
-gate:   jb      TF1,slow_enough
+timed:  GATE_TURN
+        jnb     LOW_N,timed             ; still the same one
+gate:   GATE_OVER slow_enough
         jb      LOW_N,gate
 too_fast:
         inc     REFUSED                 ; the next signal came before the timer ran out; time from this one
@@ -61,9 +61,13 @@ armed_plus:
 insert_plus:
         clr     HOLD_N                  ; cycle 3
         clr     DRIVE_A_N               ; cycle 4: A high, 4 us after the look
+        PAUSE
         clr     DRIVE_B_N               ; cycle 5: B high
+        PAUSE
         setb    DRIVE_A_N               ; cycle 6: A low, 2 us wide
+        PAUSE
         setb    DRIVE_B_N               ; cycle 7: B low, 3 us after the first change
+        PAUSE
         setb    HOLD_N                  ; cycle 8
         clr     ET0                     ; cycle 9: the 9 us are over; the tick waits until this one is booked
         sjmp    inserted
@@ -75,14 +79,17 @@ armed_minus:
 insert_minus:
         clr     HOLD_N                  ; cycle 3
         clr     DRIVE_B_N               ; cycle 4: B high, 4 us after the look
+        PAUSE
         clr     DRIVE_A_N               ; cycle 5
+        PAUSE
         setb    DRIVE_B_N               ; cycle 6
+        PAUSE
         setb    DRIVE_A_N               ; cycle 7
+        PAUSE
         setb    HOLD_N                  ; cycle 8
         clr     ET0                     ; cycle 9
 inserted:
-        mov     TL1,#(256 - GATE + ARMING + 7)  ; the signal just used is the first of the next pair; timed late: no harm
-        clr     TF1
+        GATE_START                      ; the signal just used is the first of the next pair; timed late: no harm
         clr     IE0
         setb    F_TIMED
         jb      F_REST,still            ; set only where the insertion did not follow a transition

@@ -1,7 +1,6 @@
 ; Designs A and C: search for a transition slow enough to insert behind, by the exclusive OR of A and B on P3.2.
-; An image defines before it includes this file: ARMING; ONE_LATE (0 where two rounds of arming
-; last as long as two worst insertions, so that what comes late again may still be waited out); the macro BEFORE_SEARCH; the macros INSERT_AFTER_FALL and
-; INSERT_AFTER_RISE, which wait for the transition in a loop of two cycles, insert and go on at `inserted`; and the
+; An image defines before it includes this file: ARMING; the macro BEFORE_SEARCH; the macros INSERT_AFTER_FALL and
+; INSERT_AFTER_RISE, which wait for the transition in a loop of one JB or JNB, insert and go on at `inserted`; and the
 ; label `at_rest`.
 
 ; A reading is over: insert, search, or wait for the next one.
@@ -22,6 +21,7 @@ seek:
         BEFORE_SEARCH
         setb    ET0
         jnb     F_TIMED,first
+        jb      IE0,first               ; transitions went by while the last insertion was booked
         mov     c,F_LEVEL
         jb      DIFFER,resume_high
         jc      first                   ; the level has changed since: one went by unseen
@@ -42,21 +42,20 @@ time_rise:
         clr     F_TIMED                 ; cycle 2: void until all of this is done, the tick may break in
         setb    F_MOVED                 ; cycle 3
         clr     IE0                     ; cycle 4: it remembers the next fall
-        mov     TL1,#(256 - GATE + ARMING + 7)  ; cycles 5, 6: counts from cycle 7 on
-        clr     TF1
+        GATE_START                      ; cycles 5, 6
         setb    F_LEVEL
         clr     F_HALF
         setb    F_TIMED
         jb      IE0,refused_fall        ; one came meanwhile
 high_gate:
-        jb      TF1,arm_fall
+        GATE_OVER_EARLY arm_fall
         jb      DIFFER,high_gate
         clr     F_TIMED                 ; one transition between: the period ends with the next
         setb    F_MOVED
         clr     IE0
         setb    F_HALF
 between_low:
-        jb      TF1,arm_rise
+        GATE_OVER arm_rise
         jnb     DIFFER,between_low
         sjmp    refused_rise            ; half a cycle in less than the gate's time
 
@@ -66,56 +65,52 @@ time_fall:
         clr     F_TIMED
         setb    F_MOVED
         clr     IE0
-        mov     TL1,#(256 - GATE + ARMING + 7)
-        clr     TF1
+        GATE_START
         clr     F_LEVEL
         clr     F_HALF
         setb    F_TIMED
+        GATE_EVEN
 low_gate:
-        jb      TF1,arm_rise
+        GATE_OVER_EARLY arm_rise
         jnb     DIFFER,low_gate
         clr     F_TIMED
         setb    F_MOVED
         setb    F_HALF
 between_high:
-        jb      TF1,arm_fall
+        GATE_OVER arm_fall
         jb      DIFFER,between_high
         sjmp    refused_fall
 
-; A first transition that came during the arming is the one between; the period, long enough, ends with the next.
+; What comes during the arming is the one between, and the period, long enough by then, ends with the next. Where it is
+; that next one, it is too fast.
 late_rise:
-        .if ONE_LATE
         jnb     F_HALF,rise_between
-        ljmp    refused_rise
+        ajmp    refused_rise
 rise_between:
-        setb    F_HALF
-        .endif
         clr     F_TIMED
         setb    F_MOVED
+        setb    F_HALF
 arm_fall:
         INSERT_AFTER_FALL
 late_fall:
-        .if ONE_LATE
         jnb     F_HALF,fall_between
-        ljmp    refused_fall
+        ajmp    refused_fall
 fall_between:
-        setb    F_HALF
-        .endif
         clr     F_TIMED
         setb    F_MOVED
         clr     IE0
+        setb    F_HALF
 arm_rise:
         INSERT_AFTER_RISE
 
 ; The insertion is over, interrupts are off.
 inserted:
         clr     ET0                     ; the tick waits until this one is booked
-        mov     TL1,#(256 - GATE + ARMING + 7)  ; the transition just used is the first of the next pair; timed late: no harm
-        clr     TF1
+        GATE_START                      ; the transition just used is the first of the next pair; timed late: no harm
+        clr     IE0                     ; before the level is read: a fall meanwhile is remembered
         mov     c,DIFFER
         mov     F_LEVEL,c
         clr     F_HALF
-        clr     IE0
         setb    F_TIMED
         jb      F_REST,still            ; set only where the insertion did not follow a transition
         setb    F_MOVED

@@ -43,7 +43,7 @@ def test_check_finds_an_output_that_is_not_of_its_source(build, tmp_path, capsys
         shutil.copyfile(IMAGES / name, tmp_path / name)
     source = tmp_path / "original.asm"
     assert build.main(["--check", str(source)]) == 0
-    text = source.read_text(encoding="utf-8").replace("GATE            = 42", "GATE            = 43")
+    text = source.read_text(encoding="utf-8").replace("= GATE_ORIGINAL", "= GATE_ORIGINAL + 1")
     source.write_text(text, encoding="utf-8")
     assert build.main(["--check", str(source)]) == 1
     assert "original.ihx: differs" in capsys.readouterr().err
