@@ -30,6 +30,12 @@ def run(
         str | None, typer.Option(help="Standard deviation of a reading, such as 1um; 0um for readings without noise.")
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the readings' noise.")] = None,
+    firmware: Annotated[
+        bool, typer.Option("--firmware", help="Run the box's real machine code in place of the behavioural model.")
+    ] = False,
+    processor: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Processor of --firmware: 8051-12mhz, or e.g. one-clock-100mhz.")
+    ] = None,
     write_study: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write the built-in study to FILE for you to change, and stop."),
@@ -40,6 +46,8 @@ def run(
 
     Exit code 1: a count at the controller is not accounted for, or a run was held.
 
+    With --firmware each design's box is an emulated 8051 that runs the images of `rtec firmware list`, pin by pin.
+
     Example: rtec run --repeatability 0um -o before-after
     """
     if write_study is not None:
@@ -47,6 +55,7 @@ def run(
         return
     from dataclasses import replace
 
+    from rtec.board import Microcontroller
     from rtec.report import study_document, write_report
     from rtec.report.destination import check_folder, report_folder
     from rtec.study import builtin_study, read_study, run_study
@@ -60,6 +69,10 @@ def run(
         what = replace(what, repeatability_mm=spread)
     if seed is not None:
         what = replace(what, seed=seed)
+    if firmware:
+        what = replace(what, firmware=Microcontroller.named(processor or "8051-12mhz"))
+    elif processor is not None:
+        raise ArgumentError("--processor", processor, "it together with --firmware", "add --firmware")
     if output is not None:
         check_folder(output, force=force)
     announce_compilation()

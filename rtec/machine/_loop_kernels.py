@@ -493,8 +493,10 @@ def next_change(m: Record, box: Any) -> int:
 @step
 def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
     """Open the switch; what the firmware has begun is over, and said, some readings later."""
+    status = m.box.status
     board_switch(box[0], box[2], box[3], box[4], t_ps, 1, box[0].trip_n)
     run_firmware(m, box, t_ps + 4 * box[0].reading_ps)
+    m.box.status = status  # before the switch was opened
 
 
 @kernel

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
+from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
@@ -76,11 +77,18 @@ class Study:
     feeds_mm_s: tuple[float, ...]
     span_mm: float
     growth: Growth
+    firmware: Microcontroller | None = None
+    """The processor that runs the real firmware in the box; None for the behavioural model of it."""
 
     @property
     def learns(self) -> bool:
         """Whether the PC's predictor is learned from a calibration."""
         return self.predictor == LEARNED
+
+    @property
+    def box_processor(self) -> str:
+        """What is at work in the box: a timing profile, or a processor with its firmware."""
+        return self.processor.value if self.firmware is None else f"{self.firmware.name} with its firmware"
 
     def timing(self, design: Design) -> Timing:
         """Return the timing of a design on the study's processor."""

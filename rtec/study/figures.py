@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.injector import Design, Injector
+from rtec.board import Board, Microcontroller
+from rtec.injector import Design, Injector, RealEdges
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
 from rtec.machine.measuring_run import HOME_DWELL_S, end_ps
 from rtec.predictors import NoError
@@ -24,6 +25,7 @@ _TIME, _COMMAND, _TRUE, _CONTROLLER = (
 )
 TRACE_ROWS = 200_000
 """Kept of a pass, however slow it is."""
+_READING_PS = 1_000_000_000
 SETTLE_S = 0.5
 """Left out at both ends of a pass: acceleration, and the slewing of the request after a reversal."""
 
@@ -105,6 +107,8 @@ def waveform(study: Study, design: Design) -> Waveform:
     """Insert one step into a steady forward motion, near the fastest that the speed gate lets through."""
     timing = study.timing(design)
     quarter_ps = round(1.2 * timing.worst_ps(design) * (1.0 + (timing.gate_margin or 0.0)))
+    if study.firmware is not None:
+        return _firmware_waveform(study, design, study.firmware, 2 * quarter_ps)
     states = np.arange(1, 17)
     times = quarter_ps * states.astype(np.int64)
     moving = EdgeStream.from_states(times, states % 4, 0)
@@ -115,18 +119,48 @@ def waveform(study: Study, design: Design) -> Waveform:
     box.request(1, at_ps=int(times[asked]))
     after = box.process(moving.part(asked, 16), until_ps=17 * quarter_ps)
     controller = EdgeStream.concatenate([before, after])
-    # whatever follows the first change behind a real edge is the box's own; B copies each edge some time after it
-    passed = np.searchsorted(times, controller.times_ps, side="right")
-    own = np.flatnonzero(np.diff(passed, prepend=0) == 0)
-    inserted = tuple(int(t) for t in controller.times_ps[own])
-    around = inserted or (int(times[asked]),)
+    return _around_insertion(study, design, moving, controller, quarter_ps, box.insertions.ahead_counts)
+
+
+def _firmware_waveform(study: Study, design: Design, microcontroller: Microcontroller, quarter_ps: int) -> Waveform:
+    """Insert one step by the real firmware, which looks for its moment a few readings after it is asked."""
+    board = Board(design, microcontroller, hold_latch=study.real_edges is RealEdges.HOLD)
+    board.start_up()
+    board.begin_counting()
+    begun_ps = board.now_ps
+    board.ask(1)
+    states = np.arange(1, 1 + 6 * _READING_PS // quarter_ps)
+    moving = EdgeStream.from_states(begun_ps + quarter_ps * states.astype(np.int64), states % 4, 0)
+    controller = board.process(moving, until_ps=int(moving.times_ps[-1]) + 1)
+    counts = controller.counts().net - moving.counts().net
+    own = _own_changes(moving, controller)
+    if own.size:  # sixteen edges are enough to look at
+        middle = int(np.searchsorted(moving.times_ps, controller.times_ps[own[0]]))
+        from_ps = int(moving.times_ps[max(middle - 8, 0)])
+        to_ps = int(moving.times_ps[min(middle + 8, len(moving) - 1)])
+        moving, controller = moving.window(from_ps, to_ps), controller.window(from_ps, to_ps)
+    return _around_insertion(study, design, moving, controller, quarter_ps, counts)
+
+
+def _own_changes(moving: EdgeStream, controller: EdgeStream) -> NDArray[np.int64]:
+    """Return the box's own changes: whatever follows the first change behind a real edge; B copies each some time later."""
+    passed = np.searchsorted(moving.times_ps, controller.times_ps, side="right")
+    return np.flatnonzero(np.diff(passed, prepend=0) == 0)
+
+
+def _around_insertion(
+    study: Study, design: Design, moving: EdgeStream, controller: EdgeStream, quarter_ps: int, counts: int
+) -> Waveform:
+    """Return what is drawn: two edges before the insertion to two after."""
+    inserted = tuple(int(t) for t in controller.times_ps[_own_changes(moving, controller)])
+    around = inserted or (int(moving.times_ps[len(moving) // 2]),)
     return Waveform(
         name=design.value,
-        processor=study.processor.value,
+        processor=study.processor.value if study.firmware is None else study.firmware.name,
         encoder=moving,
         controller=controller,
         from_ps=around[0] - 2 * quarter_ps,
         to_ps=around[-1] + 2 * quarter_ps,
         inserted_ps=inserted,
-        counts_added=box.insertions.ahead_counts,
+        counts_added=counts,
     )

@@ -130,7 +130,7 @@ def _result(
     return StudyResult(
         study=study.name,
         title=study.title,
-        command=f"rtec run {shlex.quote(study.file)}" if study.file else "rtec run",
+        command=_command(study),
         unit=study.unit,
         facts=_facts(study, task),
         repeatability_mm=study.repeatability_mm,
@@ -156,6 +156,14 @@ def _result(
     )
 
 
+def _command(study: Study) -> str:
+    """Return the command line that runs this study again."""
+    words = ["rtec", "run", *([study.file] if study.file else [])]
+    if study.firmware is not None:
+        words += ["--firmware", "--processor", study.firmware.name]
+    return shlex.join(words)
+
+
 def _machine(study: Study) -> Machine:
     """Return the axis without any correction."""
     return Machine(
@@ -170,7 +178,7 @@ def _machine(study: Study) -> Machine:
 
 
 def _with_box(study: Study, design: Design) -> Machine:
-    return replace(_machine(study), injector=study.injector(design))
+    return replace(_machine(study), injector=study.injector(design), microcontroller=study.firmware)
 
 
 def _corrected(study: Study) -> list[tuple[str, Machine]]:
@@ -204,6 +212,10 @@ def _row(
 ) -> StudyRow:
     """Measure one row."""
     result = run_machine(machine, task, progress=tell)
+    if result.firmware_fault is not None:
+        raise ArgumentError(
+            f"row {name}", f"the firmware stopped: {result.firmware_fault}", "an image that runs", "rtec firmware check"
+        )
     if not np.isfinite(result.deviation_mm).any():
         off = "audit holds" if result.audit else f"{result.audit_counts} counts off"
         raise ArgumentError(
@@ -259,6 +271,12 @@ def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     return tuple(seen)
 
 
+def _box_pace(study: Study) -> str:
+    if study.firmware is not None:
+        return "box at its firmware's pace"
+    return f"box every {study.conversation.box_period_ps / 1e9:g} ms"
+
+
 def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
     """Return the study in words."""
     plan, talk = study.plan, study.conversation
@@ -272,10 +290,10 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
         ("Repeatability", noise if study.repeatability_mm else "none: readings without noise"),
         ("Encoder", f"{study.encoder.count_mm * 1000:g} µm a count, angle state {study.encoder.home_state} at home"),
         ("Servo", f"Kv {study.servo.gain_per_s:.4g} 1/s, lag {study.servo.lag_s * 1000:g} ms"),
-        ("Box", f"processor {study.processor.value}, real edges inside an insertion: {study.real_edges.value}"),
+        ("Box", f"processor {study.box_processor}, real edges inside an insertion: {study.real_edges.value}"),
         (
             "Conversation",
-            f"window ±{talk.window_steps} steps, box every {talk.box_period_ps / 1e9:g} ms, "
+            f"window ±{talk.window_steps} steps, {_box_pace(study)}, "
             f"PC every {talk.pc_period_ps / 1e9:g} ms, latency {talk.latency_ps / 1e6:g} µs",
         ),
         ("Controller", f"filter of {study.receiver.delay_ps / 1000:g} ns, x4, {study.receiver.counter_bits} bits"),
