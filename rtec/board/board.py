@@ -33,7 +33,6 @@ DECODER_CHIP = ReceiverSettings(filter_samples=3, clock_hz=14_000_000, counter_b
 HCTL-2000/2016/2020, "Digital Noise Filter" and "Functional Pin Description", CLK)."""
 
 
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Words:
     """The words to the PC as they stand; steps and counts."""
@@ -99,7 +98,9 @@ class Board:
         self.design, self.microcontroller = design, microcontroller
         if image is None:
             image = microcontroller.image(design)
-        self.cpu = Mcs51(read_hex(image) if isinstance(image, Path) else image, microcontroller.part, microcontroller.timing)
+        self.cpu = Mcs51(
+            read_hex(image) if isinstance(image, Path) else image, microcontroller.part, microcontroller.timing
+        )
         self.cpu.stop_at_outputs((0, 0xFF, 0, kernels.NOT_VALID))
         state = self._state = new_record(kernels.BOARD)
         state.design = design.code

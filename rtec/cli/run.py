@@ -34,7 +34,8 @@ def run(
         bool, typer.Option("--firmware", help="Run the box's real machine code in place of the behavioural model.")
     ] = False,
     processor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Processor of --firmware: 8051-12mhz, or e.g. one-clock-100mhz.")
+        str | None,
+        typer.Option(metavar="NAME", help="Processor of --firmware: 8051-12mhz, or e.g. one-clock-100mhz."),
     ] = None,
     write_study: Annotated[
         Path | None,

@@ -62,7 +62,7 @@ def signed_word(mem: Bytes, at: int, size: int) -> int:
     """Return a signed word of the box, low byte first."""
     value = 0
     for i in range(size):
-        value |= np.int64(mem[XRAM + at + i]) << (8 * i)
+        value |= int(np.int64(mem[XRAM + at + i])) << (8 * i)
     return int(value - ((value >> (8 * size - 1)) << (8 * size)))
 
 
@@ -77,11 +77,11 @@ def take_words(m: Record, box: Any, t_ps: int) -> None:
     s.completed = completed
     m.box.accepted = signed_word(mem, WORDS + COMPLETED + 2, 2)
     s.requested = m.box.accepted
-    status = np.int64(mem[XRAM + WORDS + STATUS])
+    status = int(np.int64(mem[XRAM + WORDS + STATUS]))
     if m.box.status == STATUS_NOT_HOMED and status != STATUS_NOT_HOMED:
         m.box.zero = m.encoder.count - position
     m.box.status = status
-    refused = np.int64(mem[XRAM + WORDS + REFUSED])
+    refused = int(np.int64(mem[XRAM + WORDS + REFUSED]))
     s.refused += (refused - s.refused) & 255
     m.box.readings += 1
     post(m.up, t_ps, position, completed, m.box.accepted, status)

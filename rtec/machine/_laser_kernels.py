@@ -34,6 +34,7 @@ READER = np.dtype(
     align=True,
 )
 
+
 @step
 def grown_mm(play: Record, t_ps: int) -> float:
     """Return the thermal growth at ``t_ps``: a first-order approach."""

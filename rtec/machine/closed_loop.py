@@ -284,9 +284,7 @@ def run_machine(
     if board is None:
         return result
     skipped = int(box[6].skipped_cycles)
-    return replace(
-        result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault
-    )
+    return replace(result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault)
 
 
 def _box_of(state: Record, board: Board | None) -> Any:

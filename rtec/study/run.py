@@ -213,9 +213,8 @@ def _row(
     """Measure one row."""
     result = run_machine(machine, task, progress=tell)
     if result.firmware_fault is not None:
-        raise ArgumentError(
-            f"row {name}", f"the firmware stopped: {result.firmware_fault}", "an image that runs", "rtec firmware check"
-        )
+        found = f"the firmware stopped: {result.firmware_fault}"
+        raise ArgumentError(f"row {name}", found, "an image that runs", "rtec firmware check says where it fails")
     if not np.isfinite(result.deviation_mm).any():
         off = "audit holds" if result.audit else f"{result.audit_counts} counts off"
         raise ArgumentError(
