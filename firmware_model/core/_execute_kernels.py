@@ -67,7 +67,7 @@ from firmware_model.core._layout import (
     Y_AT,
     B,
 )  # fmt: skip
-from firmware_model.core._pin_kernels import pins_alone, refresh
+from firmware_model.core._pin_kernels import move_pins, pins_alone, refresh
 from firmware_model.core._register_kernels import latch, parity, read, write, write_port
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte
 from firmware_model.core._timer_kernels import next_timer_request
@@ -700,5 +700,6 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
         h[FAULT] = kind
         h[STOP] = STOP_FAULT
     h[PC], h[CYCLES], h[COUNT] = pc, cycles, executed
+    move_pins(m, h, log, changes, cycles - 1)  # what the last instruction has met counts where it came
     refresh(m, h, log, cycles)
     m[PSW] = (byte(m, PSW) & 0xFE) | parity(m)

@@ -98,6 +98,21 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
 
 
 @helper
+def levels_request(m: Bytes, h: Hidden, now: int) -> None:
+    """Let IE0 and IE1 follow the inverted pin where they are level-activated ("External Interrupts")."""
+    for i in range(2):
+        if m[TCON] & (1 << (2 * i)) == 0:
+            flag = 2 << (2 * i)
+            if h[SEEN] & (4 << i) != 0:
+                if m[TCON] & flag != 0:
+                    m[TCON] &= 255 - flag
+                    h[DROPPED + i] = h[LEVELS_AT] + 1
+            else:
+                cycle = min(now, h[LEVELS_AT] + 1)
+                request(m, h, TCON, flag, 2 * i, cycle)
+
+
+@helper
 def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Take note of the levels at P1 and P3 from ``now`` on, after a latch or a pin has changed."""
     levels = (byte(m, P3) & byte(m, PINS + 3)) & 0x3C
@@ -111,24 +126,10 @@ def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     h[SEEN] = (h[SEEN] & ~unseen) | (levels & unseen)
     if levels != h[LEVELS]:
         sample(m, h, log, now)
+        levels_request(m, h, now)
         advance(m, h, log, now)  # a gated timer has counted with the level until now
         h[LEVELS] = levels
         h[LEVELS_AT] = now
-
-
-@helper
-def levels_request(m: Bytes, h: Hidden, now: int) -> None:
-    """Let IE0 and IE1 follow the inverted pin where they are level-activated ("External Interrupts")."""
-    for i in range(2):
-        if m[TCON] & (1 << (2 * i)) == 0:
-            flag = 2 << (2 * i)
-            if h[SEEN] & (4 << i) != 0:
-                if m[TCON] & flag != 0:
-                    m[TCON] &= 255 - flag
-                    h[DROPPED + i] = h[LEVELS_AT] + 1
-            else:
-                cycle = min(now, h[LEVELS_AT] + 1)
-                request(m, h, TCON, flag, 2 * i, cycle)
 
 
 @helper
@@ -181,6 +182,7 @@ def pins_alone(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: i
             levels = (h[LEVELS] & ~0x0C) | (byte(m, P3) & changes[i, 2] & 0x0C)
             if levels != h[LEVELS]:
                 sample(m, h, log, changes[i, 0])
+                levels_request(m, h, changes[i, 0])
                 h[LEVELS] = levels
                 h[LEVELS_AT] = changes[i, 0]
         i += 1

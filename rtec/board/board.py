@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_model import Fault, Image, Mcs51, read_hex
 from rtec._jit import Record, new_record
@@ -18,6 +19,9 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.requester import Status
 from rtec.signal import NEVER, EdgeStream
+
+Snapshot: TypeAlias = tuple[Any, NDArray[np.uint8], NDArray[np.int64], int]
+"""What `Board.snapshot` keeps: circuits, memory, hidden state of the processor, levels that the controller saw last."""
 
 WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
@@ -148,6 +152,28 @@ class Board:
             self.ask(0, home=home)
             self.idle(until_ps=self.now_ps + 3 * int(self._state.reading_ps))
         return self.words.status
+
+    def snapshot(self) -> Snapshot:
+        """Return the whole state, to go on from it later as often as wanted.
+
+        Examples
+        --------
+        >>> from rtec.board import Microcontroller
+        >>> board = Board(Design.C, Microcontroller.named("8051-12mhz"))
+        >>> begin = board.snapshot()
+        >>> board.start_up().name, board.restore(begin), board.now_ps
+        ('OK', None, 0)
+        """
+        memory, hidden, _ = self._inner
+        return self._state.copy(), memory.copy(), hidden.copy(), self._level
+
+    def restore(self, kept: Snapshot) -> None:
+        """Go back to a snapshot of this board."""
+        state, memory, hidden, self._level = kept
+        for name in kernels.BOARD.names or ():
+            self._state[name] = state[name]
+        self._inner[0][:] = memory
+        self._inner[1][:] = hidden
 
     def _outside(self, *, enable_n: int | None = None, trip_n: int | None = None) -> None:
         state = self._state
