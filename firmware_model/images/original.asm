@@ -23,7 +23,13 @@ work:
         jnb     F_REST,seek
         jb      IE0,seek                ; it has just begun to move
         jb      LOW_N,seek              ; at rest, but not in state 1: nothing can be done
-        clr     EA                      ; at rest there is no transition to wait for: the insertion just starts
+        clr     EA                      ; at rest there is no transition to wait for: the insertion just starts,
+        clr     HOLD_N                  ; but an axis that creeps may leave state 1 at any moment: the latch closes first
+        jnb     LOW_N,rest_low
+        setb    HOLD_N
+        setb    EA
+        sjmp    seek
+rest_low:
         jb      F_MINUS,rest_minus
         sjmp    insert_plus
 rest_minus:
