@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
@@ -203,12 +203,13 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of firmware as one."""
+    from rtec.cli.firmware_build import build, copy
     from rtec.cli.firmware_check import check
 
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
-    verbs = {"run": run, "trace": trace, "check": check, "disassemble": disassemble, "list": images}
-    for name, verb in verbs.items():
+    verbs: dict[str, Callable[..., None]] = {"run": run, "trace": trace, "disassemble": disassemble, "list": images}
+    for name, verb in {**verbs, "copy": copy, "build": build, "check": check}.items():
         app.command(name)(verb)
     return app
 
