@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model import Fault, Image, Mcs51, read_hex
-from rtec._jit import new_record
+from rtec._jit import Record, new_record
 from rtec.board import _board_kernels as kernels
 from rtec.board.microcontroller import Microcontroller
 from rtec.checks import whole_within
@@ -153,6 +153,11 @@ class Board:
             self.ask(0, home=home)
             self.idle(until_ps=self.now_ps + 3 * reading_ps)
         return self.words.status
+
+    @property
+    def state(self) -> Record:
+        """Return the record of the circuits, live, for a compiled driver; `Mcs51.arrays` has the processor's."""
+        return self._state
 
     def snapshot(self) -> Snapshot:
         """Return the whole state, to go on from it later as often as wanted.
