@@ -26,9 +26,9 @@ Hex = Annotated[Path, typer.Argument(metavar="IMAGE.hex", help="Machine code as 
 
 
 def frame() -> None:
-    """Run and read firmware: any MCS-51 machine code in Intel HEX, no box needed.
+    """Run, read, build and check firmware: machine code of the MCS-51 in Intel HEX, alone or in the box.
 
-    Example: rtec firmware run blink.hex --cycles 1000000
+    Example: rtec firmware check mine.ihx --design original
     """
 
 
@@ -208,8 +208,16 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
 
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
-    verbs: dict[str, Callable[..., None]] = {"run": run, "trace": trace, "disassemble": disassemble, "list": images}
-    for name, verb in {**verbs, "copy": copy, "build": build, "check": check}.items():
+    verbs: dict[str, Callable[..., None]] = {
+        "run": run,
+        "trace": trace,
+        "disassemble": disassemble,
+        "list": images,
+        "copy": copy,
+        "build": build,
+        "check": check,
+    }
+    for name, verb in verbs.items():
         app.command(name)(verb)
     return app
 

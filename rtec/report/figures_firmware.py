@@ -107,6 +107,8 @@ def _steps(trace: Trace, times_ps: np.ndarray, levels: np.ndarray) -> tuple[np.n
 
 def _cycles_above(axes: Axes, trace: Trace) -> None:
     """Put a second scale above: cycles of the processor."""
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - as in figures_style
+
     per_us = _PS_PER_US / trace.cycle_ps
 
     def cycles(us: ArrayLike) -> ArrayLike:
@@ -116,6 +118,7 @@ def _cycles_above(axes: Axes, trace: Trace) -> None:
         return np.asarray(count, np.float64) / per_us
 
     above = axes.secondary_xaxis("top", functions=(cycles, microseconds))
+    above.xaxis.set_major_locator(MaxNLocator(integer=True))
     above.set_xlabel("cycles of the processor")
 
 
