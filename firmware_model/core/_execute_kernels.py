@@ -43,6 +43,7 @@ from firmware_model.core._layout import (
     PC,
     PINS,
     PSW,
+    QUIET,
     RESERVED,
     SERVING,
     SNAPSHOT,
@@ -52,6 +53,7 @@ from firmware_model.core._layout import (
     STOP_BUS,
     STOP_FAULT,
     TAKEN_AT,
+    TCON,
     TH1,
     TH2,
     TL0,
@@ -97,6 +99,8 @@ def get(m: Bytes, h: Hidden, log: Log, w: int, place: int, cycles: int) -> int:
     if w & SPECIAL != 0:
         if place & NOT_PORT == P0:  # the hot case of firmware that watches its pins
             return byte(m, place) & byte(m, PINS + ((place - P0) >> 4))
+        if place == TCON and cycles < h[QUIET]:
+            return byte(m, place)
         return read(m, h, log, place, cycles)
     return byte(m, place)
 

@@ -32,6 +32,7 @@ from firmware_model.core._layout import (
     OTHERS,
     PC,
     PCON,
+    QUIET,
     RECOGNISE,
     SCON,
     SEEN,
@@ -142,6 +143,7 @@ def until(h: Hidden, changes: NDArray[np.int64], cycle: int) -> None:
 @helper
 def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) -> int:
     """Look up at the boundary ``now``: pins, timers, interrupts, idle; set DUE; return the cycle to go on from."""
+    h[QUIET] = 0
     move_pins(m, h, log, changes, now)
     relevel(m, h, log, now)
     refresh(m, h, log, now)

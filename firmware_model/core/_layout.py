@@ -79,7 +79,8 @@ TOUCHED = BUS_AT + 1  # 1: something has been read or written that a comparison 
 TURN_CYCLES = TOUCHED + 1  # when the snapshot was taken, and how many instructions had been executed then
 TURN_COUNT = TURN_CYCLES + 1
 DROPPED = TURN_COUNT + 1  # two: the cycle at whose end the level of INT0 or INT1 was gone
-HIDDEN = DROPPED + 2
+QUIET = DROPPED + 2  # until this cycle no flag changes by itself
+HIDDEN = QUIET + 1
 
 # requests in polling order; their vector is 8 * index + 3
 EXTERNAL_0, TIMER_0, EXTERNAL_1, TIMER_1, SERIAL, TIMER_2 = range(6)

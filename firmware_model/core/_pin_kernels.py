@@ -30,6 +30,7 @@ from firmware_model.core._layout import (
     P1,
     P3,
     PINS,
+    QUIET,
     RCAP2H,
     RCAP2L,
     SEEN,
@@ -43,7 +44,7 @@ from firmware_model.core._layout import (
     TMOD,
 )  # fmt: skip
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, request
-from firmware_model.core._timer_kernels import advance, count, count_timer_2, on, timer_1_overflowed
+from firmware_model.core._timer_kernels import advance, count, count_timer_2, on, ticks_of, timer_1_overflowed
 
 
 @step
@@ -75,7 +76,7 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         request(m, h, TCON, 2, EXTERNAL_0, cycle)
     if fell & 0x08 != 0 and m[TCON] & 4 != 0:
         request(m, h, TCON, 8, EXTERNAL_1, cycle)
-    tick = (cycle + h[TICK] - 1) // h[TICK]
+    tick = ticks_of(h, cycle + h[TICK] - 1)
     if fell & 0x10 != 0 and m[TMOD] & 4 != 0 and on(m, h, 0):
         n, _, _ = count(m, 0, 1)
         if n > 0:
@@ -130,6 +131,7 @@ def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         advance(m, h, log, now)  # a gated timer has counted with the level until now
         h[LEVELS] = levels
         h[LEVELS_AT] = now
+        h[QUIET] = 0
 
 
 @helper
@@ -185,6 +187,7 @@ def pins_alone(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: i
                 levels_request(m, h, changes[i, 0])
                 h[LEVELS] = levels
                 h[LEVELS_AT] = changes[i, 0]
+                h[QUIET] = 0
         i += 1
     h[CHANGE] = i
     if i < n and changes[i, 0] <= now:

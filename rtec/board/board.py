@@ -21,7 +21,7 @@ from rtec.requester import Status
 from rtec.signal import NEVER, EdgeStream
 
 Snapshot: TypeAlias = tuple[Any, NDArray[np.uint8], NDArray[np.int64], int]
-"""What `Board.snapshot` keeps: circuits, memory, hidden state of the processor, levels that the controller saw last."""
+"""What `Board.snapshot` keeps: circuits, memory, hidden state of the processor, what the controller saw last."""
 
 WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
@@ -109,6 +109,7 @@ class Board:
         state = self._state = new_record(kernels.BOARD)
         state.design = design.code
         state.cycle_num, state.cycle_den = microcontroller.cycle_ps
+        state.cycles_per_ps = state.cycle_den / state.cycle_num
         state.sample_ps = microcontroller.sample_ps
         state.reading_ps = max(READING_PS, READING_CYCLES * state.cycle_num // state.cycle_den)
         state.latched = int(hold_latch)
@@ -153,6 +154,11 @@ class Board:
             self.idle(until_ps=self.now_ps + 3 * int(self._state.reading_ps))
         return self.words.status
 
+    @property
+    def state(self) -> Record:
+        """Return the record of the circuits, live, for a compiled driver; `Mcs51.arrays` has the processor's."""
+        return self._state
+
     def snapshot(self) -> Snapshot:
         """Return the whole state, to go on from it later as often as wanted.
 
@@ -179,7 +185,8 @@ class Board:
         state = self._state
         enable_n = int(state.enable_n) if enable_n is None else enable_n
         trip_n = int(state.trip_n) if trip_n is None else trip_n
-        kernels.switch(state, *self._inner, self.now_ps, enable_n, trip_n)
+        memory, hidden, log = self._inner
+        kernels.switch(state, memory, hidden, log, self.now_ps, enable_n, trip_n)
 
     def begin_counting(self) -> None:
         """Let the monitor at the gates begin now, as a controller that is switched on after the box does."""
@@ -199,7 +206,8 @@ class Board:
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
         self.cpu.reset()
-        kernels.reset(self._state, *self._inner, self.now_ps)
+        memory, hidden, log = self._inner
+        kernels.reset(self._state, memory, hidden, log, self.now_ps)
 
     @property
     def words(self) -> Words:
@@ -238,14 +246,17 @@ class Board:
                 f"{edges.times_ps[0]} to {edges.times_ps[-1]} ps",
                 f"times from {self.now_ps} ps to before {until_ps} ps",
             )
-        times, levels, taken = [], [], 0
+        times: list[NDArray[np.int64]] = []
+        levels: list[NDArray[np.uint8]] = []
+        taken = 0
+        memory, hidden, log = self._inner
         room = 2 * edges.times_ps.size + _ROOM
         queue = np.empty((edges.times_ps.size, 3), np.int64)
         while not times or self.now_ps < until_ps:
             out_ps, out_levels = np.empty(room, np.int64), np.empty(room, np.uint8)
             rest_ps, rest = edges.times_ps[taken:], edges.levels[taken:]
             i, n = kernels.play(
-                state, self.cpu.loop, *self._inner, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
+                state, self.cpu.loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
             )
             taken += i
             times.append(out_ps[:n])

@@ -1,4 +1,4 @@
-"""A board on the bench: an axis that moves in front of it, a controller that counts behind it, a probe on its pins."""
+"""A board on the bench: an axis that moves in front of it, a controller that counts behind it, eyes on its pins."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from firmware_model import Image
 from firmware_model.core import _layout as at
+from firmware_model.core.mcs51 import LOG_ROWS
 from firmware_model.isa import disassemble
 from rtec.board import Board, Microcontroller
 from rtec.board.board import WORDS, Snapshot
@@ -167,7 +168,7 @@ class Bench:
         self._controller: list[EdgeStream] = []
         self._rows: list[NDArray[np.int64]] = []
         self._first_levels = (self._level, self._seen_level)
-        self._first_latches = self.latches
+        self.first_latches = self.latches
         self._receiver = Receiver(ReceiverSettings(counter_bits=0), initial=self._seen_level)
 
     def keep(self) -> BenchState:
@@ -223,9 +224,13 @@ class Bench:
         """Run for so many readings of the PC's words."""
         self.run_for(round(readings * self.reading_ps))
 
+    def _edges_until(self, t_ps: int) -> EdgeStream:
+        if self.motion is None:
+            return EdgeStream([], [], initial=self._level)
+        return self.motion.edges(self.now_ps, t_ps)
+
     def _run_to(self, t_ps: int) -> None:
-        motion = self.motion
-        edges = EdgeStream([], [], initial=self._level) if motion is None else motion.edges(self.now_ps, t_ps)
+        edges = self._edges_until(t_ps)
         seen = self.board.process(edges, until_ps=t_ps)
         self._level, self._seen_level = edges.final, seen.final
         self._encoder.append(edges)
@@ -247,8 +252,18 @@ class Bench:
             raise Stopped("the program goes to power-down", self.time_of(self.board.cpu.cycles))
         if stop == at.STOP_LOG_FULL:
             raise Stopped(
-                f"the program changes its ports {at.LOG_ROWS} times on end", self.time_of(self.board.cpu.cycles)
+                f"the program changes its ports {LOG_ROWS} times on end", self.time_of(self.board.cpu.cycles)
             )
+
+    def quiet_for(self, duration_ps: int) -> bool:
+        """Return whether in so long a time neither a word nor Data Valid would change; time does not pass."""
+        kept, before = self.board.snapshot(), self.words
+        until_ps = self.now_ps + duration_ps
+        self.board.process(self._edges_until(until_ps), until_ps=until_ps)
+        _, hidden, log = self.board.cpu.arrays
+        same = self.words == before and not np.any(log[: int(hidden[at.LOGGED]), 1] == 3)
+        self.board.restore(kept)
+        return same
 
     def reset(self) -> None:
         """Pull and release the processor's RST."""
@@ -297,7 +312,7 @@ class Bench:
 
     def changes(self, port: int) -> Iterator[tuple[int, int, int]]:
         """Yield the changes of a port since `begin`: cycle, latch before, latch after."""
-        before = self._first_latches[port]
+        before = self.first_latches[port]
         for rows in self._rows:
             for cycle, _, latch in rows[rows[:, 1] == port].tolist():
                 yield cycle, before, latch

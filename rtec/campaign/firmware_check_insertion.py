@@ -24,7 +24,8 @@ _BUDGET_READINGS, _BUDGET_PERIODS = 12, 24
 _SAME_INSERTION_CYCLES = {"12-clock": 30, "one-clock": 60}
 """Changes of drive pins closer than this belong to one insertion; to book it takes longer."""
 
-_VIEW_PERIODS = 1.5
+_MARGIN = 0.6
+"""Of the span of an insertion, shown before and behind it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +135,7 @@ class Outcome:
             refused=refused,
             latency_ps=max((e.latency_ps for e in events if e.latency_ps is not None), default=None),
             received=received,
-            trace=_trace(trial, bench, events, wrong_ps if wrong else None),
+            trace=_trace(trial, bench, events, wrong, wrong_ps if wrong else None),
         )
 
 
@@ -186,28 +187,28 @@ def insertions(bench: Bench) -> list[Insertion]:
     return found
 
 
-def _trace(trial: Trial, bench: Bench, events: list[Insertion], mark_ps: int | None) -> Trace:
+def _trace(trial: Trial, bench: Bench, events: list[Insertion], wrong: str, mark_ps: int | None) -> Trace:
     """Return the lines around the first insertion, or around the moment that failed."""
-    period_ps = round(PS_PER_S / trial.frequency_hz) if trial.frequency_hz else bench.cycles_ps(60)
-    around = next((e for e in events if mark_ps is None or e.last_ps >= mark_ps - period_ps), None)
+    near_ps = bench.cycles_ps(200)
+    around = next((e for e in events if mark_ps is None or e.last_ps >= mark_ps - near_ps), None)
     first = around.first_ps if around else (bench.now_ps if mark_ps is None else mark_ps)
     last = around.last_ps if around else first
     edge = around.edge_ps if around else None
-    margin_ps = min(round(_VIEW_PERIODS * period_ps), bench.cycles_ps(120))
-    begin, end = min(first, mark_ps or first) - margin_ps, max(last, mark_ps or last) + margin_ps
-    if edge is not None:
-        begin = min(begin, edge - margin_ps // 4)
+    if edge is not None and first - edge > near_ps:
+        edge = None
+    begin, end = min(first, mark_ps or first, edge or first), max(last, mark_ps or last)
+    margin_ps = max(round(_MARGIN * (end - begin)), bench.cycles_ps(8))
     rows = [(bench.time_of(cycle), after) for cycle, _, after in bench.changes(1)]
     start = next(bench.changes(1), (0, bench.latches[1], 0))[1]
     return Trace(
-        title=str(trial),
+        title=f"{trial}: {wrong}" if wrong else str(trial),
         encoder=bench.encoder,
         controller=bench.controller,
         pin_times_ps=np.array([t for t, _ in rows], np.int64),
         pin_levels=np.array([level for _, level in rows], np.int64),
         initial_pins=start,
-        from_ps=max(begin, bench.begun_ps),
-        to_ps=min(end, bench.now_ps),
+        from_ps=max(begin - margin_ps, bench.begun_ps),
+        to_ps=min(end + margin_ps, bench.now_ps),
         zero_ps=edge if edge is not None else first,
         mark_ps=mark_ps,
         cycle_ps=bench.cycle_num / bench.cycle_den,

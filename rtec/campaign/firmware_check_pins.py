@@ -24,12 +24,10 @@ def pins(bench: Bench, home: BenchState) -> str:
     for trial in rest_trials():
         trial.play(bench, home)
         for port in range(4):
+            _own_alone(bench, port, ~bench.first_latches[port] & ~own[port] & 0xFF, bench.begun_ps)
             for cycle, before, latch in bench.changes(port):
                 driven |= before ^ latch if port == 1 else 0
-                foreign = ~latch & ~own[port] & 0xFF
-                if foreign:
-                    why = _OTHERS.get(port, f"design {bench.design.value} has nothing there")
-                    raise Failed(f"drives {pin_names(port, foreign)} low: {why}", bench.time_of(cycle))
+                _own_alone(bench, port, ~latch & ~own[port] & 0xFF, bench.time_of(cycle))
     missing = needed & ~driven
     if missing:
         raise Failed(
@@ -38,3 +36,10 @@ def pins(bench: Bench, home: BenchState) -> str:
             bench.now_ps,
         )
     return f"drives {pin_names(1, needed)}, and no pin that is not its own"
+
+
+def _own_alone(bench: Bench, port: int, foreign: int, t_ps: int) -> None:
+    """Refuse pins that are low and are not the design's own."""
+    if foreign:
+        why = _OTHERS.get(port, f"design {bench.design.value} has nothing there")
+        raise Failed(f"drives {pin_names(port, foreign)} low: {why}", t_ps)

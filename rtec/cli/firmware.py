@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
@@ -26,9 +26,9 @@ Hex = Annotated[Path, typer.Argument(metavar="IMAGE.hex", help="Machine code as 
 
 
 def frame() -> None:
-    """Run and read firmware: any MCS-51 machine code in Intel HEX, no box needed.
+    """Run, read, build and check firmware: machine code of the MCS-51 in Intel HEX, alone or in the box.
 
-    Example: rtec firmware run blink.hex --cycles 1000000
+    Example: rtec firmware check mine.ihx --design original
     """
 
 
@@ -203,11 +203,20 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of firmware as one."""
+    from rtec.cli.firmware_build import build, copy
     from rtec.cli.firmware_check import check
 
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
-    verbs = {"run": run, "trace": trace, "check": check, "disassemble": disassemble, "list": images}
+    verbs: dict[str, Callable[..., None]] = {
+        "run": run,
+        "trace": trace,
+        "disassemble": disassemble,
+        "list": images,
+        "copy": copy,
+        "build": build,
+        "check": check,
+    }
     for name, verb in verbs.items():
         app.command(name)(verb)
     return app

@@ -170,13 +170,13 @@ class _Labels:
         rows.sort()
         return cls([address for address, _ in rows], [name for _, name in rows])
 
-    def of(self, address: int) -> str:
-        """Return the address with the label before it."""
+    def name(self, address: int) -> str:
+        """Return the label at or before an address, with the distance."""
         index = bisect.bisect_right(self.addresses, address) - 1
         if index < 0:
-            return f"{address:04X}h"
+            return ""
         beyond = address - self.addresses[index]
-        return f"{address:04X}h, {self.names[index]}{f' + {beyond}' if beyond else ''}"
+        return f"{self.names[index]}{f' + {beyond}' if beyond else ''}"
 
 
 def _show(verdict: FirmwareVerdict, labels: _Labels) -> None:
@@ -190,20 +190,21 @@ def _show(verdict: FirmwareVerdict, labels: _Labels) -> None:
     title = (
         f"{verdict.image}: design {verdict.design.value}, {verdict.processor} ({verdict.part}), {latch} hold latch"
     )
-    table = Table(title=Text(title), title_justify="left", show_header=False)
+    table = Table(show_header=False)
     table.add_column(no_wrap=True)
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
     for point in verdict.checks:
         table.add_row(point.name, results[point.passed], Text(point.detail + _where(point, labels)))
     console = Console(highlight=False)
+    console.print(Text(title), soft_wrap=True)
     console.print(table)
     failed = next((point for point in verdict.checks if point.passed is False), None)
     if failed is not None and failed.executed:
         console.print(f"Executed before it ({failed.name}):")
         for row in failed.executed[-_LISTED:]:
-            line = f"{row.cycle:>10}  {row.address:04X}  {row.text:<28}P1={row.port_1:02X}  {labels.of(row.address)}"
-            console.print(Text(line.split(", ")[0] if not labels.names else line), soft_wrap=True)
+            at = f"{row.cycle:>10}  {row.address:04X}  {row.text:<28}P1={row.port_1:02X}  {labels.name(row.address)}"
+            console.print(Text(at.rstrip()), soft_wrap=True)
     for line in _measurements(verdict):
         console.print(Text(line), soft_wrap=True)
     count = sum(point.passed is False for point in verdict.checks)
@@ -218,7 +219,8 @@ def _where(point: Check, labels: _Labels) -> str:
     if point.moment is None:
         return ""
     moment = point.moment
-    pc = "" if moment.pc is None else f" at {labels.of(moment.pc)}"
+    label = "" if moment.pc is None or not labels.names else f" ({labels.name(moment.pc)})"
+    pc = "" if moment.pc is None else f" at {moment.pc:04X}h{label}"
     return f"\ncycle {moment.cycle}, {moment.time_ps / 1e6:.2f} µs{pc}"
 
 
@@ -237,6 +239,6 @@ def _measurements(verdict: FirmwareVerdict) -> list[str]:
     if seen.good_up_to_hz is not None and seen.fails_from_hz is not None:
         lines.append(
             f"all right up to {hertz(seen.good_up_to_hz)}; at {hertz(seen.fails_from_hz)} it {seen.failing} "
-            "(rtec envelope searches exhaustively)"
+            "(a few phases tried, to 6 %)"
         )
     return lines

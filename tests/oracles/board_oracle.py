@@ -1,8 +1,8 @@
-"""A slow, plain model of the box's circuit board: one instruction at a time, every circuit worked out from its drawing.
+"""A slow, plain model of the box's circuit board: one instruction at a time, every circuit from its drawing.
 
 Written from docs/firmware.md ("Hardware map", "Memory map") and NISTIR 4832; the processor is `Mcs51`, run for one
-instruction at a time, so nothing in it is skipped or run ahead. Everything that comes from outside is given beforehand
-as a script of ``(time in ps, what, value)``. Levels are pairs ``(A, B)``; pins are 0 or 1.
+instruction at a time, so nothing in it is skipped or run ahead. All that comes from outside is given beforehand as a
+script of ``(time in ps, what, value)``. Levels are pairs ``(A, B)``; pins are 0 or 1.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ class DecoderChip:
     latch: int = 0
     inhibited: bool = False
     next_tick: int = 0
+    in_reset: bool = False
 
     def __post_init__(self) -> None:
         self.raw = self.passed = self.levels
@@ -53,7 +54,9 @@ class DecoderChip:
         self.ticks_before(t_ps)
         self.raw = levels
 
-    def reset(self, t_ps: int) -> None:
+    def reset(self, t_ps: int, *, low: bool) -> None:
+        """Take a change of RST: it zeroes the counter and opens the latch, and holds both so while it is low."""
+        self.in_reset = low
         self.ticks_before(t_ps + 1)
         self.count = 0
         self.inhibited = False
@@ -62,7 +65,7 @@ class DecoderChip:
         """Return the bytes that a read at ``t_ps`` finds."""
         self.ticks_before(t_ps + 1)
         if not self.inhibited:
-            self.latch = self.count % 4096
+            self.latch = 0 if self.in_reset else self.count % 4096
         return self.latch // 256, self.latch % 256
 
 
@@ -164,7 +167,7 @@ class BoardOracle:
         self.pending = None
         self.outside(t_ps - 1)
         if p1[6] != self.p1[6]:
-            self.chip.reset(t_ps)
+            self.chip.reset(t_ps, low=not p1[6])
         fell, rose = self.p1[7] > p1[7], self.p1[7] < p1[7]
         self.p1 = p1
         if self.hold_latch and fell:
@@ -214,7 +217,7 @@ class BoardOracle:
 
     # running
     def run(self, until_ps: int) -> None:
-        """Go on until the next instruction would sample at or after ``until_ps``; resets on the way are carried out."""
+        """Go on until the next instruction would sample at or after ``until_ps``, resets on the way included."""
         while True:
             reset_ps = next((t for t, what, _ in self.script[self.done :] if what == "reset" and t < until_ps), None)
             self.run_freely(until_ps if reset_ps is None else reset_ps)
@@ -261,6 +264,8 @@ class BoardOracle:
         self.outside(t_ps)
         self.done += 1  # the reset itself
         self.pending = None
+        if not self.p1[6]:
+            self.chip.reset(t_ps, low=False)
         self.p1 = [1] * 8
         self.held = None
         self.outside(t_ps)

@@ -1,0 +1,260 @@
+"""How fast may the encoder go, for this design on this processor? Found by trials on the running firmware."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from firmware_model import FirmwareError, Image
+from rtec.board import MICROCONTROLLERS, Microcontroller
+from rtec.campaign import envelope_kernels as kernels
+from rtec.campaign.envelope_gate import Gate, gate_of
+from rtec.campaign.envelope_mechanism import Mechanism, mechanism_of
+from rtec.campaign.envelope_search import STEPS_PER_OCTAVE, Limit, halved, largest_safe
+from rtec.campaign.envelope_stand import PS_PER_S, Stand
+from rtec.campaign.envelope_trials import Bursts, Failure, Streams
+from rtec.checks import whole_within
+from rtec.errors import RtecError
+from rtec.injector import Design
+
+RAPID_HZ, MODERATE_HZ, GOAL_HZ = 30_000, 100_000, 500_000
+"""The demonstration machine's rapid traverse, "moderate by today's standards", and what was "on the horizon"."""
+
+_FIRST_CYCLES = 2000
+"""The first frequency tried has a period of so many cycles of the processor."""
+_SLOWEST_HZ = 20.0
+_TOP_HZ = 20.0e6
+_STRIDE = 61
+"""Clocks between the phases of a reading in the shorter sweep: prime, so that all cycles and their parts are met."""
+_PHASES, _PHASES_EXHAUSTIVE = 2, 16
+"""Phases between program and transitions from which ramps begin."""
+_WORDS = {
+    kernels.ILLEGAL: "an illegal transition at the controller",
+    kernels.WRONG_COUNT: "a wrong count at the controller",
+    kernels.NOT_COMPLETED: "what was asked for was not completed",
+    kernels.FAULT: "the processor stopped with a fault",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnvelopePlan:
+    """What is tried.
+
+    Parameters
+    ----------
+    designs, processors
+        All pairs of them.
+    image
+        A user's program in place of the committed ones.
+    hold_latch
+        Whether the boards have the latch that holds real transitions back during an insertion.
+    jitter_ps
+        Bound of the encoder's jitter, taken at its worst.
+    exhaustive
+        Whether the limit found is swept over a whole reading clock by clock.
+    nothing_owed
+        Whether nothing is asked for, so that only passing the lines on is tried.
+
+    Raises
+    ------
+    ArgumentError
+        A jitter below zero or above a millisecond.
+    """
+
+    designs: Sequence[Design] = tuple(Design)
+    processors: Sequence[Microcontroller] = tuple(MICROCONTROLLERS.values())
+    image: Path | Image | None = None
+    hold_latch: bool = False
+    jitter_ps: int = 0
+    exhaustive: bool = False
+    nothing_owed: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        whole_within("jitter_ps", self.jitter_ps, 0, 1_000_000_000, unit="ps")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailingTrial:
+    """The trial just above the limit that failed, so that it can be found again.
+
+    Parameters
+    ----------
+    frequency_hz
+        Of the encoder's square waves.
+    phase_clocks
+        Clocks of the processor from the beginning of the sweep to the first transition.
+    direction, sign
+        Of the motion, +1 or -1, and of the steps owed, 0 for none.
+    behind_state
+        State 1..4 of the report's table behind which the insertion was set off; None in a steady stream.
+    what
+        Went wrong.
+    """
+
+    frequency_hz: float
+    phase_clocks: int
+    direction: int
+    sign: int
+    behind_state: int | None
+    what: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnvelopeRow:
+    """The envelope of one design on one processor.
+
+    Parameters
+    ----------
+    design, processor, clock_hz
+        What was on the board.
+    max_safe_hz
+        Largest safe frequency of the encoder's square waves; 0.0 where there is none.
+    limited_by
+        What breaks first.
+    failing
+        The first trial that failed, or None.
+    gate
+        What the speed gate does.
+    loop_cycles
+        Period of the waiting loop; None for a program that passes the lines on.
+    trials
+        Made in all.
+    exhaustive
+        Whether a whole reading was swept clock by clock at the limit.
+    jitter_ps, hold_latch
+        As of the plan.
+    """
+
+    design: Design
+    processor: str
+    clock_hz: int
+    max_safe_hz: float
+    limited_by: Mechanism
+    failing: FailingTrial | None
+    gate: Gate | None
+    loop_cycles: int | None
+    trials: int
+    exhaustive: bool
+    jitter_ps: int
+    hold_latch: bool
+
+    @property
+    def reaches_500khz(self) -> bool:
+        """Return whether it is safe at the frequency that the report sees coming."""
+        return self.max_safe_hz >= GOAL_HZ
+
+
+def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda share: None) -> list[EnvelopeRow]:
+    """Carry out a plan; return a row for each processor and design.
+
+    Parameters
+    ----------
+    plan
+        What is tried.
+    progress
+        Called with the share done.
+
+    Raises
+    ------
+    RtecError
+        An image that cannot be read.
+
+    Examples
+    --------
+    Around "30 kHz is marginal" for the Original:
+
+    >>> plan = EnvelopePlan(designs=[Design.ORIGINAL], processors=[Microcontroller.named("8051-12mhz")])
+    >>> row = find_envelope(plan)[0]
+    >>> round(row.max_safe_hz / 1000), row.limited_by.value
+    (27, 'insertion window')
+    """
+    pairs = [(processor, design) for processor in plan.processors for design in plan.designs]
+    rows = []
+    for i, (processor, design) in enumerate(pairs):
+        rows.append(_row(plan, design, processor))
+        progress((i + 1) / len(pairs))
+    return rows
+
+
+def _row(plan: EnvelopePlan, design: Design, processor: Microcontroller) -> EnvelopeRow:
+    try:
+        stand = Stand(design, processor, plan.image, hold_latch=plan.hold_latch)
+    except FirmwareError as error:
+        raise RtecError(str(error)) from error
+    trials: Bursts | Streams
+    if design is Design.B:
+        trials = Streams(stand, plan.jitter_ps, owed=(0,)) if plan.nothing_owed else Streams(stand, plan.jitter_ps)
+    else:
+        trials = Bursts(stand, plan.jitter_ps)
+    answers = plan.nothing_owed or design is Design.B or bool(trials.armed)  # type: ignore[union-attr]
+    limit = _limit(stand, trials, plan.exhaustive) if answers else Limit[Failure](0.0, None)
+    limited_by = _mechanism(stand, trials, limit)
+    gate = None
+    if limit.safe and not plan.nothing_owed:
+        top_hz = limit.safe if isinstance(trials, Streams) else math.inf
+        phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
+        gate = gate_of(stand, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
+    return EnvelopeRow(
+        design=design,
+        processor=processor.name,
+        clock_hz=processor.clock_hz,
+        max_safe_hz=limit.safe,
+        limited_by=limited_by,
+        failing=None if limit.failure is None else _named(limit.failure),
+        gate=gate,
+        loop_cycles=trials.loop_cycles if isinstance(trials, Bursts) and trials.armed else None,
+        trials=stand.trials,
+        exhaustive=plan.exhaustive,
+        jitter_ps=plan.jitter_ps,
+        hold_latch=plan.hold_latch,
+    )
+
+
+def _limit(stand: Stand, trials: Bursts | Streams, exhaustive: bool) -> Limit[Failure]:
+    """Search the limit, then sweep it; phases that fail there are searched, too, until a sweep finds nothing."""
+    first_hz = PS_PER_S / stand.cycle_ps / _FIRST_CYCLES
+    limit = largest_safe(trials.fails, first_hz, _TOP_HZ)
+    while limit.safe == 0.0 and first_hz > _SLOWEST_HZ:
+        first_hz /= 8.0
+        limit = largest_safe(trials.fails, first_hz, 8.0 * first_hz)
+    stride = 1 if exhaustive or isinstance(trials, Streams) else _STRIDE
+    while limit.safe:
+        failure = trials.sweep(limit.safe, stride)
+        if failure is None:
+            break
+        trials.met.append(failure.phase_clocks)
+        limit = _below(trials, failure)
+    return limit
+
+
+def _below(trials: Bursts | Streams, failure: Failure) -> Limit[Failure]:
+    """Return the limit below a failing frequency, with the phases met since."""
+    ratio, failing_hz = 2.0 ** (1.0 / STEPS_PER_OCTAVE), failure.frequency_hz
+    while failing_hz > _SLOWEST_HZ:
+        safe_hz = failing_hz / ratio
+        found = trials.fails(safe_hz)
+        if found is None:
+            return halved(trials.fails, safe_hz, failing_hz, failure)
+        failing_hz, failure = safe_hz, found
+    return Limit(0.0, failure)
+
+
+def _mechanism(stand: Stand, trials: Bursts | Streams, limit: Limit[Failure]) -> Mechanism:
+    if limit.failure is None:
+        return Mechanism.NO_ANSWER if limit.safe == 0.0 else Mechanism.FILTER
+    found = mechanism_of(stand, limit.failure, trials)
+    return Mechanism.NO_ANSWER if found is Mechanism.GATE and limit.safe == 0.0 else found
+
+
+def _named(failure: Failure) -> FailingTrial:
+    return FailingTrial(
+        frequency_hz=failure.frequency_hz,
+        phase_clocks=failure.phase_clocks,
+        direction=failure.motion.direction,
+        sign=failure.sign,
+        behind_state=None if failure.into is None else failure.into + 1,
+        what=_WORDS[failure.verdict],
+    )

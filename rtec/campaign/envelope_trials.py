@@ -1,0 +1,173 @@
+"""What is tried at a frequency: a burst behind a slow transition, or a steady stream."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.campaign import envelope_kernels as kernels
+from rtec.campaign.envelope_moments import armed_moments, loop_cycles
+from rtec.campaign.envelope_stand import PS_PER_S, Moment, Motion, Stand, shaken
+
+Clocks = NDArray[np.int64]
+
+_BURST_CYCLES = 600
+"""A burst lasts at least as long as the work on a reading, so that a transition met by that has followers, too."""
+_BURST_EDGES = 8
+_LOOP_CYCLES = 64
+"""Swept where the waiting loop's period is not found."""
+_BEFORE_READINGS, _AFTER_READINGS = 1.0, 2.0
+"""Readings of a steady stream before the PC asks, and after."""
+_OWED = 3
+"""Steps that the window of the PC's request lets through at once."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Failure:
+    """A trial that failed.
+
+    Parameters
+    ----------
+    frequency_hz
+        Square waves a second of each line.
+    moment, motion, shift_ps
+        The trial.
+    phase_clocks
+        Clocks of the processor from the beginning of the sweep.
+    sign
+        Of the steps owed; 0 for none.
+    into
+        Angle state into which the transition led behind which the insertion was set off; None in a steady stream.
+    verdict
+        Of the kernel.
+    """
+
+    frequency_hz: float
+    moment: Moment
+    motion: Motion
+    shift_ps: int
+    phase_clocks: int
+    sign: int
+    into: int | None
+    verdict: int
+
+
+def quarter_ps(frequency_hz: float, count: int) -> NDArray[np.int64]:
+    """Return ``count`` times of transitions, from 0 on.
+
+    Examples
+    --------
+    >>> quarter_ps(25_000.0, 3).tolist()
+    [0, 10000000, 20000000]
+    """
+    return np.round(np.arange(count) * (PS_PER_S / (4.0 * frequency_hz))).astype(np.int64)
+
+
+class Bursts:
+    """The insertion window, whatever came before: the axis creeps, the firmware waits, then transitions at once.
+
+    Parameters
+    ----------
+    stand
+        The board.
+    jitter_ps
+        Bound of the encoder's jitter, taken at its worst.
+    """
+
+    def __init__(self, stand: Stand, jitter_ps: int = 0) -> None:
+        self.stand, self.jitter_ps = stand, jitter_ps
+        self.armed = armed_moments(stand)
+        clocks = stand.microcontroller.clock_hz * stand.cycle_ps / PS_PER_S
+        self.clocks_a_cycle = round(clocks)
+        found = loop_cycles(stand, self.armed[0]) if self.armed else None
+        self.loop_cycles = found or _LOOP_CYCLES
+        waiting = round(self.armed[0].waiting_ps / stand.clock_ps) if self.armed else 0
+        self._loop = waiting + np.arange(self.loop_cycles * self.clocks_a_cycle, dtype=np.int64)
+        self.met: list[int] = []
+        """Phases that have failed in a sweep of a whole reading."""
+
+    def fails(self, frequency_hz: float) -> Failure | None:
+        """Return the first trial that fails over a period of the waiting loop, and at the phases met before."""
+        return self._over(frequency_hz, np.concatenate([np.array(self.met, np.int64), self._loop]))
+
+    def sweep(self, frequency_hz: float, stride: int) -> Failure | None:
+        """Return the first trial that fails over a whole reading, in steps of ``stride`` clocks."""
+        reading = int(self.stand.reading_ps / self.stand.clock_ps)
+        return self._over(frequency_hz, np.arange(0, reading, stride, dtype=np.int64))
+
+    def _over(self, frequency_hz: float, clocks: Clocks) -> Failure | None:
+        edges = max(_BURST_EDGES, int(_BURST_CYCLES * self.stand.cycle_ps * 4.0 * frequency_hz / PS_PER_S))
+        for armed in self.armed:
+            shifts_ps = self.stand.shifts(armed.moment, clocks)
+            # the Original comes to rest in state 1 alone
+            count = edges + (-(armed.moment.state + armed.direction * edges) * armed.direction) % 4
+            times_ps = shaken(quarter_ps(frequency_hz, count), self.jitter_ps)
+            motion = Motion(times_ps=times_ps, direction=armed.direction, total=armed.sign)
+            verdicts, _ = self.stand.sweep(armed.moment, motion, shifts_ps)
+            if verdicts[-1] != kernels.SAFE:
+                i = verdicts.size - 1
+                return Failure(
+                    frequency_hz=frequency_hz, moment=armed.moment, motion=motion, shift_ps=int(shifts_ps[i]),
+                    phase_clocks=int(clocks[i]), sign=armed.sign, into=armed.into, verdict=int(verdicts[i]),
+                )  # fmt: skip
+        return None
+
+
+class Streams:
+    """A steady stream over several readings, with nothing owed and with steps owed.
+
+    Parameters
+    ----------
+    stand
+        The board.
+    jitter_ps
+        Bound of the encoder's jitter, taken at its worst.
+    owed
+        Totals that are asked for.
+    """
+
+    def __init__(self, stand: Stand, jitter_ps: int = 0, owed: tuple[int, ...] = (0, _OWED, -_OWED)) -> None:
+        self.stand, self.jitter_ps, self.owed = stand, jitter_ps, owed
+        self.met: list[int] = []
+        self._pieces = 8
+        """Phases of a quarter period while the limit is searched."""
+
+    def fails(self, frequency_hz: float) -> Failure | None:
+        """Return the first trial that fails at some phases of a quarter period, and at those met before."""
+        quarter = self._quarter_clocks(frequency_hz)
+        some = np.unique(np.linspace(0, quarter - 1, min(self._pieces, quarter)).round().astype(np.int64))
+        return self.over(frequency_hz, np.concatenate([np.array(self.met, np.int64), some]))
+
+    def sweep(self, frequency_hz: float, stride: int) -> Failure | None:
+        """Return the first trial that fails over a quarter period, in steps of ``stride`` clocks."""
+        return self.over(frequency_hz, np.arange(0, self._quarter_clocks(frequency_hz), stride, dtype=np.int64))
+
+    def _quarter_clocks(self, frequency_hz: float) -> int:
+        return max(1, int(np.ceil(PS_PER_S / (4.0 * frequency_hz) / self.stand.clock_ps)))
+
+    def over(self, frequency_hz: float, clocks: Clocks) -> Failure | None:
+        """Return the first trial that fails at these phases."""
+        shifts_ps = self.stand.shifts(self.stand.rested, clocks)
+        for motion in self.motions(frequency_hz):
+            verdicts, _ = self.stand.sweep(self.stand.rested, motion, shifts_ps)
+            if verdicts[-1] != kernels.SAFE:
+                i = verdicts.size - 1
+                return Failure(
+                    frequency_hz=frequency_hz, moment=self.stand.rested, motion=motion, shift_ps=int(shifts_ps[i]),
+                    phase_clocks=int(clocks[i]), sign=int(np.sign(motion.total)), into=None, verdict=int(verdicts[i]),
+                )  # fmt: skip
+        return None
+
+    def motions(self, frequency_hz: float) -> list[Motion]:
+        """Return the streams of a frequency: both directions, each total."""
+        per_reading = self.stand.reading_ps * 4.0 * frequency_hz / PS_PER_S
+        before = max(8, int(_BEFORE_READINGS * per_reading))
+        count = 4 * ((before + max(8, int(_AFTER_READINGS * per_reading))) // 4)  # back to state 1
+        times_ps = shaken(quarter_ps(frequency_hz, count), self.jitter_ps)
+        return [
+            Motion(times_ps=times_ps, direction=direction, total=total, ask_at=before)
+            for total in self.owed
+            for direction in (1, -1)
+        ]

@@ -1,0 +1,153 @@
+"""``rtec envelope``: how fast the encoder may go, for each design and processor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli import _console, _measured
+from rtec.errors import ArgumentError
+from rtec.units import parse_time_ps
+
+if TYPE_CHECKING:
+    from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow
+
+_FORMATS = (".png", ".svg")
+
+
+def envelope(
+    design: Annotated[
+        list[str] | None, typer.Option(metavar="original|a|b|c", help="Only this design; may be given again.")
+    ] = None,
+    processor: Annotated[
+        list[str] | None,
+        typer.Option(metavar="'one-clock 50MHz'", help="Only this processor, known or not; may be given again."),
+    ] = None,
+    image: Annotated[
+        Path | None, typer.Option(metavar="MINE.hex", help="Your program for the one --design, as Intel HEX.")
+    ] = None,
+    jitter: Annotated[
+        str, typer.Option(metavar="5ns", help="Bound of the encoder's jitter; its worst within that is tried.")
+    ] = "0ns",
+    hold_latch: Annotated[
+        bool,
+        typer.Option("--hold-latch", help="Hold real transitions back during an insertion, unlike the report."),
+    ] = False,
+    nothing_owed: Annotated[
+        bool, typer.Option("--nothing-owed", help="Ask for nothing: how fast --design b passes the lines on alone.")
+    ] = False,
+    exhaustive: Annotated[
+        bool, typer.Option("--exhaustive", help="Sweep the limits found over a whole reading, clock by clock.")
+    ] = False,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE.png|svg", help="Draw all safe frequencies into this file.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over a figure that exists.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """Find the largest safe encoder frequency of each design on each processor, and what breaks first.
+
+    The firmware runs on the box's circuits. The moment of each transition is moved past the program in steps of one
+    clock of the processor, until at some frequency a count is wrong or a transition illegal.
+
+    Example: rtec envelope --design c --processor 8051-12mhz --processor 'one-clock 50MHz'
+    """
+    _check_figure(figure, force)
+    plan = _plan(design, processor, image, jitter, hold_latch, nothing_owed, exhaustive)
+    from rtec.campaign.envelope import find_envelope
+
+    _console.announce_compilation()
+    with _console.progress("envelope") as progress:
+        rows = find_envelope(plan, progress)
+    if figure is not None:
+        from rtec.report.figures_envelope import write_envelope_figure
+
+        write_envelope_figure(rows, figure)
+    if json:
+        _console.print_json({"rows": [row_as_json(row) for row in rows], "figure": figure and str(figure)})
+        return
+    from rtec.cli._envelope_table import show
+
+    show(rows)
+    if figure is not None:
+        typer.echo(f"Figure: {figure}")
+
+
+def _check_figure(figure: Path | None, force: bool) -> None:
+    if figure is None:
+        return
+    if figure.suffix.lower() not in _FORMATS:
+        raise ArgumentError("--figure", repr(str(figure)), f"a file name that ends with {' or '.join(_FORMATS)}")
+    _measured.check_new_file("--figure", figure, force=force)
+
+
+def _plan(
+    design: list[str] | None, processor: list[str] | None, image: Path | None, jitter: str, hold_latch: bool,
+    nothing_owed: bool, exhaustive: bool,
+) -> EnvelopePlan:  # fmt: skip
+    """Return what the options say.
+
+    Raises
+    ------
+    RtecError
+        Options that are wrong, or an image that cannot be read.
+    """
+    jitter_ps = parse_time_ps(jitter, name="--jitter")
+    from firmware_model import FirmwareError, read_hex
+    from rtec.board import MICROCONTROLLERS, Microcontroller
+    from rtec.campaign.envelope import EnvelopePlan
+    from rtec.errors import RtecError
+    from rtec.injector import Design
+
+    designs = tuple(dict.fromkeys(Design.named(name) for name in design)) if design else tuple(Design)
+    processors = tuple(dict.fromkeys(Microcontroller.named(name) for name in processor or MICROCONTROLLERS))
+    if image is not None and (design is None or len(designs) != 1):
+        raise ArgumentError("--image", str(image), "a program beside exactly one --design", "say which one it is for")
+    if nothing_owed and designs != (Design.B,):
+        raise ArgumentError("--nothing-owed", "given", "beside --design b alone", "the others' lines pass the gates")
+    try:
+        program = None if image is None else read_hex(image)
+        return EnvelopePlan(
+            designs=designs, processors=processors, image=program, hold_latch=hold_latch, jitter_ps=jitter_ps,
+            exhaustive=exhaustive, nothing_owed=nothing_owed,
+        )  # fmt: skip
+    except FirmwareError as error:
+        raise RtecError(str(error)) from error
+    except ArgumentError as error:
+        raise ArgumentError("--jitter", jitter, "a time from 0 to 1 ms") from error
+
+
+def row_as_json(row: EnvelopeRow) -> dict[str, object]:
+    """Return a row with the keys that scripts rely on, and more."""
+    gate, failing = row.gate, row.failing
+    acceleration = None if gate is None else gate.max_acceleration_counts_s2
+    return {
+        "design": row.design.value,
+        "processor": row.processor,
+        "clock_hz": row.clock_hz,
+        "max_safe_hz": row.max_safe_hz,
+        "limited_by": row.limited_by.value,
+        "reaches_500khz": row.reaches_500khz,
+        "gate_hz": None if gate is None else gate.gate_hz,
+        "counts_right_above_gate": None if gate is None else gate.counts_right,
+        "checked_to_hz": None if gate is None else gate.checked_to_hz,
+        "max_acceleration_counts_s2": acceleration,
+        "max_acceleration_m_s2_at_1um": None if acceleration is None else acceleration * 1e-6,
+        "failing": None
+        if failing is None
+        else {
+            "frequency_hz": failing.frequency_hz,
+            "phase_clocks": failing.phase_clocks,
+            "direction": failing.direction,
+            "sign": failing.sign,
+            "behind_state": failing.behind_state,
+            "what": failing.what,
+        },
+        "waiting_loop_cycles": row.loop_cycles,
+        "trials": row.trials,
+        "sweep": "exhaustive" if row.exhaustive else "short",
+        "jitter_ps": row.jitter_ps,
+        "hold_latch": row.hold_latch,
+    }

@@ -1,0 +1,86 @@
+"""``rtec firmware copy`` and ``rtec firmware build``: a firmware of one's own, from a copy to an image."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rtec.cli import _measured
+from rtec.cli._arguments import choice
+from rtec.cli._console import print_json
+from rtec.errors import ArgumentError, OutputError, RtecError
+
+_INCLUDES = {
+    "8051-12mhz": "8051",
+    "8051-24mhz": "8051",
+    "one-clock-25mhz": "one_clock_25mhz",
+    "one-clock-100mhz": "one_clock_100mhz",
+}
+"""What a source includes as processor.inc."""
+
+
+def copy(
+    design: Annotated[str, typer.Argument(metavar="original|a|b|c", help="What to begin with.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
+    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """Copy the source of a design that comes with this package, as a beginning of your own.
+
+    Example: rtec firmware copy c mine.asm
+    """
+    from importlib.resources import files
+
+    from rtec.injector import Design
+    from rtec.whole_file import WholeFile
+
+    name = Design.named(design).value
+    if file.suffix != ".asm":
+        raise ArgumentError("MINE.asm", file.name, "a name that ends in .asm")
+    _measured.check_new_file("MINE.asm", file, force=force)
+    source = (files("firmware_model") / "images" / f"{name}.asm").read_bytes()
+    with WholeFile(file) as whole:
+        whole.write(source)
+    if json:
+        print_json({"source": str(file), "design": name})
+    else:
+        typer.echo(f"{file}: design {name}")
+
+
+def build(
+    source: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
+    processor: Annotated[
+        str, typer.Option(metavar="NAME", help=f"What processor.inc stands for: {', '.join(_INCLUDES)}.")
+    ] = "8051-12mhz",
+    json: _measured.Json = False,
+) -> None:
+    """Assemble a source with SDCC: MINE.ihx, the listing MINE.lst and the labels MINE.sym beside MINE.asm.
+
+    The shared parts of this package (rtec.inc, common.asm, ...) are there under their bare names; files of the same
+    name beside the source take their place.
+
+    Example: rtec firmware build mine.asm
+    """
+    from firmware_model.images.build import BuildError, assemble
+    from rtec.whole_file import WholeFile
+
+    include = _INCLUDES[choice(processor, _INCLUDES, name="--processor")]
+    try:
+        outputs = assemble(source, include)
+    except (BuildError, subprocess.TimeoutExpired) as error:
+        raise RtecError(str(error)) from error
+    except UnicodeDecodeError as error:
+        raise OutputError(f"{source}: the assembler's output is no text: {error}") from error
+    written = []
+    for suffix, text in outputs.items():
+        file = source.with_suffix(suffix)
+        with WholeFile(file) as whole:
+            whole.write(text.encode())
+        written.append(str(file))
+    if json:
+        print_json({"source": str(source), "processor": processor, "written": written})
+    else:
+        typer.echo(f"written: {', '.join(written)}")

@@ -1,0 +1,107 @@
+"""The envelope drawn: the largest safe encoder frequency of each design on each processor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
+from rtec.errors import OutputError
+from rtec.report.appearance import look_of
+from rtec.report.figures_style import INK, figure_style, guide, legend_above, new_figure, rendered
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_GUIDES = {
+    RAPID_HZ: "30 kHz: rapid traverse of\nthe demonstration machine",
+    MODERATE_HZ: "100 kHz: 'moderate'\nin the report",
+    GOAL_HZ: "500 kHz: 'on the\nhorizon' there",
+}
+_BACKGROUND = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+_APART = 0.19
+"""Between the designs of one processor, in rows of the figure."""
+
+
+def write_envelope_figure(rows: Sequence[EnvelopeRow], file: Path) -> None:
+    """Draw the rows into a file, PNG or SVG by its name.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
+    with figure_style():
+        svg, png = rendered(envelope_figure(rows))
+    try:
+        file.write_bytes(svg if file.suffix.lower() == ".svg" else png)
+    except OSError as error:
+        raise OutputError(f"--figure: {file}: {error.strerror}") from None
+
+
+def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
+    """Return a figure with a mark for each design and processor on a logarithmic axis of frequency."""
+    processors = list(dict.fromkeys(row.processor for row in rows))
+    figure = new_figure(1.7 + 1.25 * len(processors))
+    axes = figure.add_subplot()
+    axes.set_xscale("log")
+    for design in dict.fromkeys(row.design for row in rows):
+        _marks(axes, [row for row in rows if row.design is design], processors)
+    low, high = _span(rows)
+    axes.set_xlim(low, high)
+    axes.set_ylim(len(processors) - 0.45, -0.95)
+    axes.set_yticks(range(len(processors)), processors)
+    axes.grid(visible=False, axis="y")
+    for between in range(1, len(processors)):
+        axes.axhline(between - 0.5, color="#e4e4e4", linewidth=0.6)
+    for frequency_hz, words in _GUIDES.items():
+        if low < frequency_hz < high:
+            guide(axes, x=frequency_hz, colour=INK)
+            axes.annotate(words, (frequency_hz, -0.62), (4, 0), textcoords="offset points", va="bottom", fontsize=8.0)
+    axes.set_xlabel("encoder frequency, square waves a second of each line")
+    axes.xaxis.set_major_formatter(_label)
+    axes.plot([], [], color=INK, linewidth=3.0, alpha=0.35, label="inserts at steady speed up to here")
+    legend_above(figure, axes, 5)
+    return figure
+
+
+def _marks(axes: Axes, rows: Sequence[EnvelopeRow], processors: Sequence[str]) -> None:
+    """Draw a design: the safe frequency, what limits it, and a bar up to what its speed gate lets through."""
+    designs = ("original", "a", "b", "c")
+    look = look_of(rows[0].design.value)
+    label: str | None = look.label
+    for row in rows:
+        y = processors.index(row.processor) + _APART * (designs.index(row.design.value) - 1.5)
+        if row.gate is not None and row.gate.gate_hz is not None:
+            bar_hz = min(row.gate.gate_hz, row.max_safe_hz)
+            axes.plot([1.0, bar_hz], [y, y], color=look.colour, linewidth=3.0, alpha=0.35)
+        if row.max_safe_hz > 0.0:
+            axes.plot(row.max_safe_hz, y, color=look.colour, marker=look.marker, markersize=7.0, linestyle="none",
+                      label=label)  # fmt: skip
+            label = None
+            words = f"{_label(row.max_safe_hz, 0)}, {row.limited_by.value}"
+            axes.annotate(words, (row.max_safe_hz, y), (8, 0), textcoords="offset points", va="center", ha="left",
+                          fontsize=8.0, color=look.ink, bbox=_BACKGROUND)  # fmt: skip
+
+
+def _span(rows: Sequence[EnvelopeRow]) -> tuple[float, float]:
+    """Return the ends of the axis, with room at the right for the words."""
+    found = [row.max_safe_hz for row in rows if row.max_safe_hz > 0.0] or [float(GOAL_HZ)]
+    return min([*found, RAPID_HZ]) / 2.0, max([*found, GOAL_HZ]) * 4.0
+
+
+def _label(frequency_hz: float, _: object = None) -> str:
+    """Return a frequency for people.
+
+    Examples
+    --------
+    >>> _label(26_909.0), _label(1_107_128.0), _label(100_000.0)
+    ('26.9 kHz', '1.11 MHz', '100 kHz')
+    """
+    for factor, unit in ((1e6, "MHz"), (1e3, "kHz")):
+        if frequency_hz >= factor:
+            return f"{frequency_hz / factor:.3g} {unit}"
+    return f"{frequency_hz:.3g} Hz"
