@@ -14,7 +14,8 @@ from functools import partial
 from firmware_model import Image
 from rtec.board import Microcontroller
 from rtec.campaign import firmware_check_answers as conversation
-from rtec.campaign.firmware_check_bench import Bench, BenchState, Failed
+from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_contract import Failed
 from rtec.campaign.firmware_check_insertion import (
     Measured,
     Trial,
@@ -23,8 +24,8 @@ from rtec.campaign.firmware_check_insertion import (
     hold_to,
     motion_trials,
     rest_trials,
-    speed_limit,
 )
+from rtec.campaign.firmware_check_limit import speed_limit
 from rtec.campaign.firmware_check_pins import pins
 from rtec.campaign.firmware_check_reset import AfterReset, resets
 from rtec.campaign.firmware_check_results import Check, FirmwareVerdict, Seen, Trace
