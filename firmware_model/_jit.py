@@ -74,11 +74,12 @@ if FIRST_RUN and _writable(CACHE_FOLDER):
 
 
 def _compile(function: _F, **options: Any) -> _F:
-    # numba reads the folder when it decorates, and offers no argument for it
+    # numba reads the folder when it decorates, and offers no argument for it. No kernel here allocates: without
+    # numba's runtime an array handed on is not counted, which took half the time of an instruction
     before = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(error_model="numpy", fastmath=False, **options)(function)  # type: ignore[no-any-return]  # numba has no types
+        return numba.njit(error_model="numpy", fastmath=False, _nrt=False, **options)(function)  # type: ignore[no-any-return]  # numba has no types
     finally:
         config.CACHE_DIR = before
 
