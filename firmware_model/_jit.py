@@ -79,7 +79,9 @@ def _compile(function: _F, **options: Any) -> _F:
     before = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(error_model="numpy", fastmath=False, _nrt=False, **options)(function)  # type: ignore[no-any-return]  # numba has no types
+        njit: Any = numba.njit  # its types leave `_nrt` out
+        compiled: _F = njit(error_model="numpy", fastmath=False, _nrt=False, **options)(function)
+        return compiled
     finally:
         config.CACHE_DIR = before
 
@@ -99,7 +101,7 @@ def kernel(function: _F) -> _F:
     return _compile(function, cache=True, nogil=True)
 
 
-class _Address(numba.types.WrapperAddressProtocol):  # type: ignore[misc]  # numba has no types
+class _Address(numba.types.WrapperAddressProtocol):
     """A compiled function as a value that kernels call by its address."""
 
     def __init__(self, compiled: Any) -> None:
