@@ -25,7 +25,7 @@ def test_one_instruction_comes_between_two_routines_even_where_it_reads_the_bus(
     """After RETI one more instruction is executed before the next call (manual, "How Interrupts Are Handled")."""
     # the routine of INT0 asks for that of INT1, which notes A: by then MOVX has been executed, if RETI led to it
     image = program(
-        "78007455D288D28A75A885D289" + nops * "00" + "09E20980FE",
+        "78007455D288D28A75A885D289" + nops * "00" + "E20980FE",
         {0x03: b"\xd2\x8b\x0f\x32", 0x13: b"\xf5\x30\x32"},  # setb ie1; inc r7; reti - mov 30h,a; reti
     )
     board = Board(Design.C, MCU, image)
