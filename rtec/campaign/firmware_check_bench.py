@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model import Image
+from firmware_model import FaultKind, Image
 from firmware_model.core import _layout as at
 from firmware_model.core.mcs51 import LOG_ROWS
 from firmware_model.isa import disassemble
@@ -184,7 +184,9 @@ class Bench:
         hidden[at.LOGGED] = 0
         fault, stop = self.board.fault, int(hidden[at.STOP])
         if fault is not None:
-            raise Stopped(f"the processor stops: {fault}", self.time_of(fault.cycle))
+            lacking = fault.kind in (FaultKind.UNMAPPED_SFR, FaultKind.UNMAPPED_RAM)
+            hint = f"; is the image for another part than the {self.microcontroller.part}?" if lacking else ""
+            raise Stopped(f"the processor stops: {fault}{hint}", self.time_of(fault.cycle))
         if stop == at.STOP_POWER_DOWN:
             raise Stopped("the program goes to power-down", self.time_of(self.board.cpu.cycles))
         if stop == at.STOP_LOG_FULL:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
@@ -168,10 +170,11 @@ def insertions(bench: Bench) -> list[Insertion]:
     moving = edges.size > 8
     groups: list[list[int]] = []
     if bench.design is Design.B:
-        after = np.searchsorted(edges, changed, side="right")
-        for index in np.unique(after).tolist():
-            times = [t for t, i in zip(changed, after.tolist(), strict=True) if i == index]
-            if len(times) > 1 or index == 0 or (index == edges.size and times[0] - edges[-1] > bench.reading_ps):
+        after = np.searchsorted(edges, changed, side="right").tolist()
+        for index, pairs in groupby(zip(after, changed, strict=True), key=itemgetter(0)):
+            times = [t for _, t in pairs]
+            at_rest = index == 0 or (index == edges.size and times[0] - edges[-1] > bench.reading_ps)
+            if len(times) > 1 or at_rest:
                 groups.append(times)
     else:
         gap_ps = bench.cycles_ps(_SAME_INSERTION_CYCLES[bench.microcontroller.timing])
