@@ -37,6 +37,7 @@ _LISTED_CYCLES = 40
 """Executed instructions are kept for so many cycles before a failure."""
 
 _LIMIT_PHASES = 5
+"""At each speed of the search for the limit, at most."""
 
 
 def default_frequencies(design: Design, microcontroller: Microcontroller) -> tuple[float, ...]:
@@ -241,7 +242,7 @@ class _Campaign:
             trials += motion_trials(frequency, self.plan.phases)
         for trial in trials:
             hold_to(trial, bench, home, self.measured)
-        limit = speed_limit(bench, home, from_hz=self.plan.speeds_hz[-1], phases=_LIMIT_PHASES)
+        limit = speed_limit(bench, home, from_hz=self.plan.speeds_hz[-1], phases=min(self.plan.phases, _LIMIT_PHASES))
         self.seen = replace(self.seen, good_up_to_hz=limit.good_hz, fails_from_hz=limit.bad_hz, failing=limit.failing)
         speeds = ", ".join(hertz(frequency) for frequency in self.plan.speeds_hz)
         return f"{len(trials)} insertions at {speeds}, every count right"

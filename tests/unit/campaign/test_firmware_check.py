@@ -43,14 +43,15 @@ def with_mistake(design, old, new, *, every=False):
 
 
 def judged(image, design=Design.ORIGINAL, chip=CHIP, **settings):
-    plan = FirmwareCheckPlan(image=image, design=design, microcontroller=chip, phases=2, **settings)
+    plan = FirmwareCheckPlan(image=image, design=design, microcontroller=chip, phases=1, **settings)
     verdict = check_firmware(plan)
     assert [check.name for check in verdict.checks] == NAMES
     return verdict, {check.name: check for check in verdict.checks}
 
 
-@pytest.mark.parametrize("latch", [False, True])
-@pytest.mark.parametrize("design", list(Design))
+@pytest.mark.parametrize(
+    ("design", "latch"), [*((design, False) for design in Design), (Design.ORIGINAL, True), (Design.C, True)]
+)
 def test_the_shipped_images_pass(design, latch):
     verdict, points = judged(shipped(design), design, hold_latch=latch)
     assert verdict.passed, [(point.name, point.detail) for point in points.values() if not point.passed]
