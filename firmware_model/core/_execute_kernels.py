@@ -215,7 +215,8 @@ def external(m: Bytes, h: Hidden, log: Log, now: int) -> None:
 @helper
 def keep_turn(m: Bytes, h: Hidden, cycles: int, executed: int) -> None:
     """Take a snapshot at the end of one turn of a loop."""
-    m[SNAPSHOT : SNAPSHOT + 512] = m[:512]
+    for i in range(512):
+        m[SNAPSHOT + i] = m[i]
     h[TURN_CYCLES], h[TURN_COUNT] = cycles, executed
     h[TOUCHED] = 0
 

@@ -28,7 +28,7 @@ _SLOWEST_HZ = 20.0
 _TOP_HZ = 20.0e6
 _STRIDE = 61
 """Clocks between the phases of a reading in the shorter sweep: prime, so that all cycles and their parts are met."""
-_PHASES, _PHASES_EXHAUSTIVE = 2, 16
+_PHASES, _PHASES_EXHAUSTIVE = 2, 4
 """Phases between program and transitions from which ramps begin."""
 _WORDS = {
     kernels.ILLEGAL: "an illegal transition at the controller",

@@ -27,6 +27,9 @@ SAFE, ILLEGAL, WRONG_COUNT, NOT_COMPLETED, FAULT = 0, 1, 2, 3, 4
 READINGS = 6
 """So many readings the axis rests at most after a motion, until what was asked for is done."""
 
+BOOKINGS = 40
+"""Looks after that, 5 cycles apart, where an insertion may be under way still."""
+
 
 @step
 def completed_steps(m: Bytes) -> int:
@@ -124,12 +127,14 @@ def sweep(
         verdict = judge(b, m, h, receivers, spread_ps, net, total, step_counts)
         moving[i] = 1 if completed_steps(m) == total else 0
         rest = 0
-        while verdict in (WRONG_COUNT, NOT_COMPLETED) and rest < READINGS:
-            until_ps += reading_ps
+        while verdict in (WRONG_COUNT, NOT_COMPLETED) and rest < READINGS + BOOKINGS:
+            # with more owed than the rest lasts, the last look must not fall between an insertion and its booking
+            if rest >= READINGS and verdict == NOT_COMPLETED:
+                break
+            until_ps += reading_ps if rest < READINGS else tail_ps // 20
             rest += 1
-            run(
-                b, cpu, m, h, log, receivers, spread_ps, moved_ps[:0], levels[:0], until_ps, queue, out_ps, out_levels
-            )
+            run(b, cpu, m, h, log, receivers, spread_ps, moved_ps[:0], levels[:0], until_ps, queue, out_ps,
+                out_levels)  # fmt: skip
             verdict = judge(b, m, h, receivers, spread_ps, net, total, step_counts)
         verdicts[i] = verdict
         if stop and verdict != SAFE:

@@ -169,8 +169,8 @@ class Stand:
         state_bytes = np.asarray(board.state.base).view(np.uint8)
         made = kernels.sweep(
             board.state, state_bytes, np.frombuffer(state, np.uint8), board.cpu.loop, memory, kept_memory, hidden,
-            kept_hidden, log, receivers, raw, raw.copy(), _spread_ps(self.controller),
-            times_ps, levels(motion, moment), motion.direction * motion.times_ps.size, shifts_ps, motion.ask_at, motion.total,
+            kept_hidden, log, receivers, raw, raw.copy(), _spread_ps(self.controller), times_ps,
+            levels(motion, moment), motion.direction * motion.times_ps.size, shifts_ps, motion.ask_at, motion.total,
             int(motion.large), self._tail_ps, self.reading_ps, self.design.step_counts, stop, verdicts, moving,
         )  # fmt: skip
         self.trials += made

@@ -20,8 +20,8 @@ _LOOP_CYCLES = 64
 """Swept where the waiting loop's period is not found."""
 _BEFORE_READINGS, _AFTER_READINGS = 1.0, 2.0
 """Readings of a steady stream before the PC asks, and after."""
-_OWED = 3
-"""Steps that the window of the PC's request lets through at once."""
+_OWED = 12
+"""Steps asked for with Large Correction: so many follow one another while the stream lasts, the rest at rest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,7 +167,7 @@ class Streams:
         count = 4 * ((before + max(8, int(_AFTER_READINGS * per_reading))) // 4)  # back to state 1
         times_ps = shaken(quarter_ps(frequency_hz, count), self.jitter_ps)
         return [
-            Motion(times_ps=times_ps, direction=direction, total=total, ask_at=before)
+            Motion(times_ps=times_ps, direction=direction, total=total, ask_at=before, large=abs(total) > 1)
             for total in self.owed
             for direction in (1, -1)
         ]

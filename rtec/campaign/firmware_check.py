@@ -14,7 +14,8 @@ from functools import partial
 from firmware_model import Image
 from rtec.board import Microcontroller
 from rtec.campaign import firmware_check_answers as conversation
-from rtec.campaign.firmware_check_bench import Bench, BenchState, Failed
+from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_contract import Failed
 from rtec.campaign.firmware_check_insertion import (
     Measured,
     Trial,
@@ -23,8 +24,8 @@ from rtec.campaign.firmware_check_insertion import (
     hold_to,
     motion_trials,
     rest_trials,
-    speed_limit,
 )
+from rtec.campaign.firmware_check_limit import speed_limit
 from rtec.campaign.firmware_check_pins import pins
 from rtec.campaign.firmware_check_reset import AfterReset, resets
 from rtec.campaign.firmware_check_results import Check, FirmwareVerdict, Seen, Trace
@@ -36,6 +37,7 @@ _LISTED_CYCLES = 40
 """Executed instructions are kept for so many cycles before a failure."""
 
 _LIMIT_PHASES = 5
+"""At each speed of the search for the limit, at most."""
 
 
 def default_frequencies(design: Design, microcontroller: Microcontroller) -> tuple[float, ...]:
@@ -240,7 +242,7 @@ class _Campaign:
             trials += motion_trials(frequency, self.plan.phases)
         for trial in trials:
             hold_to(trial, bench, home, self.measured)
-        limit = speed_limit(bench, home, from_hz=self.plan.speeds_hz[-1], phases=_LIMIT_PHASES)
+        limit = speed_limit(bench, home, from_hz=self.plan.speeds_hz[-1], phases=min(self.plan.phases, _LIMIT_PHASES))
         self.seen = replace(self.seen, good_up_to_hz=limit.good_hz, fails_from_hz=limit.bad_hz, failing=limit.failing)
         speeds = ", ".join(hertz(frequency) for frequency in self.plan.speeds_hz)
         return f"{len(trials)} insertions at {speeds}, every count right"

@@ -4,19 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.campaign.firmware_check_bench import (
-    DISABLED,
-    DOUBT,
-    FATAL,
-    MESSAGES,
-    NOT_HOMED,
-    OK,
-    PROBING,
-    PS_PER_S,
-    Bench,
-    BenchState,
-    Failed,
-)
+from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_contract import DISABLED, DOUBT, FATAL, MESSAGES, NOT_HOMED, OK, PROBING, Failed
+from rtec.campaign.firmware_check_motion import PS_PER_S
 
 WINDOW_STEPS = 3
 """By which the total may change (NISTIR 4832, "General Considerations")."""

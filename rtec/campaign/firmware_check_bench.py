@@ -4,106 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model import Image
+from firmware_model import FaultKind, Image
 from firmware_model.core import _layout as at
 from firmware_model.core.mcs51 import LOG_ROWS
 from firmware_model.isa import disassemble
 from rtec.board import Board, Microcontroller
 from rtec.board.board import WORDS, Snapshot
+from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, RawWords, Stopped
+from rtec.campaign.firmware_check_motion import PS_PER_S, Motion
 from rtec.campaign.firmware_check_results import Executed, Moment
 from rtec.controller import Receiver, ReceiverResult, ReceiverSettings
 from rtec.injector import Design
-from rtec.signal import EdgeStream, states_of_levels
+from rtec.signal import EdgeStream
 
-NOT_HOMED, PROBING, DISABLED, DOUBT, FATAL, OK = 1, 2, 3, 4, 5, 0
-"""Message codes (docs/firmware.md, "Message codes")."""
-
-MESSAGES = {
-    OK: "OK",
-    NOT_HOMED: "NOT_HOMED",
-    PROBING: "PROBING",
-    DISABLED: "DISABLED",
-    DOUBT: "I Don't Believe You",
-    FATAL: "I Still Don't Believe You",
-}
-
-PS_PER_S = 1_000_000_000_000
-NOT_VALID = 0x02
-"""Bit of port 3: inverted, Data Valid."""
-
-DRIVES = {Design.ORIGINAL: 0x03, Design.A: 0x0F, Design.B: 0x30, Design.C: 0x03}
-"""Bits of port 1 that a design inserts with (docs/firmware.md, "Hardware map")."""
-
-DECODER_RST, HOLD = 0x40, 0x80
 _SLICE_CYCLES = {"12-clock": 4_000, "one-clock": 20_000}
 """What is recorded on the way holds 4096 changes of the ports."""
 
 _TAIL_CYCLES = 4
 """No MCS-51 instruction but MUL and DIV, which change no pin, takes longer."""
-
-
-class RawWords(NamedTuple):
-    """The words to the PC as they lie on the bus."""
-
-    position: int
-    completed: int
-    accepted: int
-    message: int
-    trip_position: int
-    trips: int
-    refused: int
-
-
-class Failed(Exception):  # noqa: N818 - it is no error of this program
-    """A point of the contract does not hold.
-
-    Parameters
-    ----------
-    detail
-        What was seen.
-    time_ps
-        When.
-    """
-
-    def __init__(self, detail: str, time_ps: int) -> None:
-        super().__init__(detail)
-        self.detail, self.time_ps = detail, time_ps
-
-
-class Stopped(Failed):
-    """The processor has stopped, or does nothing but change its pins."""
-
-
-class Paused(Exception):  # noqa: N818 - as above
-    """A replay has come to the time where it was to end."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Motion:
-    """Constant speed from a first edge on."""
-
-    first_ps: int
-    frequency_hz: float
-    direction: int
-    level: int
-    """Before the first edge."""
-
-    def edges(self, from_ps: int, to_ps: int) -> EdgeStream:
-        """Return the edges from one time to before another."""
-        period_ps = PS_PER_S / (4.0 * self.frequency_hz)
-        begin, end = (max(0, int((t - self.first_ps) / period_ps) - 1) for t in (from_ps, to_ps))
-        k = np.arange(begin, end + 4, dtype=np.int64)
-        times = self.first_ps + np.rint(k * period_ps).astype(np.int64)
-        gone = begin + int(np.count_nonzero(times < from_ps))
-        inside = (times >= from_ps) & (times < to_ps)
-        home = int(states_of_levels(np.array([self.level]))[0])
-        states = (home + self.direction * (k + 1)) & 3
-        return EdgeStream.from_states(times[inside], states[inside], (home + self.direction * gone) & 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +47,20 @@ class Bench:
     ----------
     design, microcontroller, image, hold_latch
         As of `rtec.board.Board`.
+
+    Examples
+    --------
+    Design C comes up and publishes its words; the axis moves by four counts, and the controller sees them:
+
+    >>> from firmware_model import read_hex
+    >>> chip = Microcontroller.named("8051-12mhz")
+    >>> bench = Bench(Design.C, chip, read_hex(chip.image(Design.C)), hold_latch=False)
+    >>> bench.run_readings(3.0)
+    >>> bench.valid, bench.words.message, len(bench.publications_ps())
+    (True, 1, 3)
+    >>> bench.travel(4, 1_000.0)
+    >>> bench.encoder_counts, bench.received().count
+    (4, 4)
     """
 
     def __init__(self, design: Design, microcontroller: Microcontroller, image: Image, *, hold_latch: bool) -> None:
@@ -247,7 +184,9 @@ class Bench:
         hidden[at.LOGGED] = 0
         fault, stop = self.board.fault, int(hidden[at.STOP])
         if fault is not None:
-            raise Stopped(f"the processor stops: {fault}", self.time_of(fault.cycle))
+            lacking = fault.kind in (FaultKind.UNMAPPED_SFR, FaultKind.UNMAPPED_RAM)
+            hint = f"; is the image for another part than the {self.microcontroller.part}?" if lacking else ""
+            raise Stopped(f"the processor stops: {fault}{hint}", self.time_of(fault.cycle))
         if stop == at.STOP_POWER_DOWN:
             raise Stopped("the program goes to power-down", self.time_of(self.board.cpu.cycles))
         if stop == at.STOP_LOG_FULL:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
-from rtec.campaign.firmware_check_bench import DRIVES, PS_PER_S, Bench, BenchState, Failed, Stopped
+from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_contract import DRIVES, Failed, Stopped
+from rtec.campaign.firmware_check_motion import PS_PER_S
 from rtec.campaign.firmware_check_results import Trace
 from rtec.controller import ReceiverResult
 from rtec.injector import Design
@@ -166,10 +170,11 @@ def insertions(bench: Bench) -> list[Insertion]:
     moving = edges.size > 8
     groups: list[list[int]] = []
     if bench.design is Design.B:
-        after = np.searchsorted(edges, changed, side="right")
-        for index in np.unique(after).tolist():
-            times = [t for t, i in zip(changed, after.tolist(), strict=True) if i == index]
-            if len(times) > 1 or index == 0 or (index == edges.size and times[0] - edges[-1] > bench.reading_ps):
+        after = np.searchsorted(edges, changed, side="right").tolist()
+        for index, pairs in groupby(zip(after, changed, strict=True), key=itemgetter(0)):
+            times = [t for _, t in pairs]
+            at_rest = index == 0 or (index == edges.size and times[0] - edges[-1] > bench.reading_ps)
+            if len(times) > 1 or at_rest:
                 groups.append(times)
     else:
         gap_ps = bench.cycles_ps(_SAME_INSERTION_CYCLES[bench.microcontroller.timing])
@@ -286,55 +291,3 @@ def hold_to(trial: Trial, bench: Bench, home: BenchState, measured: Measured) ->
         raise TrialFailed(detail, bench.now_ps, trial, home, outcome)
     measured.take(outcome)
     return outcome
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limit:
-    """How far up all was right, and what happened above."""
-
-    good_hz: float | None
-    bad_hz: float | None
-    failing: str | None
-
-
-def speed_limit(bench: Bench, home: BenchState, *, from_hz: float, phases: int, to_hz: float = 4e6) -> Limit:
-    """Look for the lowest speed at which the firmware refuses to insert, or breaks, to a few percent.
-
-    Parameters
-    ----------
-    bench, home
-        A box that has been homed.
-    from_hz
-        A speed that it is known to manage.
-    phases
-        Phases tried at each speed.
-    to_hz
-        The highest speed tried.
-    """
-    good, bad, failing = from_hz, None, None
-    speed = from_hz
-    while bad is None and speed < to_hz:
-        speed *= 1.5
-        failing = _failing(bench, home, speed, phases)
-        good, bad = (good, speed) if failing else (speed, None)
-    if bad is None:
-        return Limit(good_hz=good, bad_hz=None, failing=None)
-    while bad / good > 1.06:
-        middle = (good * bad) ** 0.5
-        found = _failing(bench, home, middle, phases)
-        good, bad, failing = (good, middle, found) if found else (middle, bad, failing)
-    return Limit(good_hz=good, bad_hz=bad, failing=failing)
-
-
-def _failing(bench: Bench, home: BenchState, frequency_hz: float, phases: int) -> str | None:
-    """Return how the firmware fails at a speed, or None."""
-    for trial in motion_trials(frequency_hz, phases, quiet_readings=1.5):
-        try:
-            outcome = trial.play(bench, home)
-        except Stopped:
-            return "breaks"
-        if outcome.wrong:
-            return "breaks"
-        if not outcome.inserted:
-            return "refuses"
-    return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.campaign.firmware_check_bench import DECODER_RST, DRIVES, HOLD, NOT_VALID, Bench, BenchState, Failed
+from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_contract import DECODER_RST, DRIVES, HOLD, NOT_VALID, Failed
 from rtec.campaign.firmware_check_insertion import rest_trials
 from rtec.campaign.firmware_check_reset import pin_names
 from rtec.injector import Design

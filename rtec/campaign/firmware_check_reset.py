@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rtec.campaign.firmware_check_bench import DRIVES, HOLD, NOT_HOMED, Bench, BenchState, Failed
+from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_contract import DRIVES, HOLD, NOT_HOMED, Failed
 from rtec.campaign.firmware_check_insertion import insertions
 from rtec.injector import Design
 

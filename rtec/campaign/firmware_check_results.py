@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,7 +134,7 @@ class Seen:
     """The highest speed tried at which all was right."""
     fails_from_hz: float | None = None
     """The next speed tried, at which it was not."""
-    failing: str | None = None
+    failing: Literal["refuses", "breaks"] | None = None
     """``"refuses"``: nothing wrong, and nothing inserted in motion; ``"breaks"``: counts or transitions are wrong."""
     reset_worst_counts_off: int | None = None
     reset_illegal: bool | None = None

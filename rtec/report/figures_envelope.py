@@ -60,7 +60,15 @@ def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
     for frequency_hz, words in _GUIDES.items():
         if low < frequency_hz < high:
             guide(axes, x=frequency_hz, colour=INK)
-            axes.annotate(words, (frequency_hz, -0.62), (4, 0), textcoords="offset points", va="bottom", fontsize=8.0)
+            axes.annotate(
+                words,
+                (frequency_hz, -0.62),
+                (-4, 0),
+                textcoords="offset points",
+                ha="right",
+                va="bottom",
+                fontsize=8.0,
+            )
     axes.set_xlabel("encoder frequency, square waves a second of each line")
     axes.xaxis.set_major_formatter(_label)
     axes.plot([], [], color=INK, linewidth=3.0, alpha=0.35, label="inserts at steady speed up to here")

@@ -1,16 +1,22 @@
-"""Figures of the firmware: instructions a second of our 8051 beside ucsim's, on the same image, checked to agree."""
+"""Figures of the firmware: our 8051 beside ucsim, the box with live pins, the first run and a later one."""
 
 from __future__ import annotations
 
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+from children import Child, measure, rtec
 from figures import Bar, Figure, Setting, Spread, number, skipped
 
 from firmware_model import Mcs51
 from firmware_model.hexfile import Image
+from rtec.board import Board, Microcontroller
+from rtec.injector import Design
+from rtec.signal import EdgeStream
 
 sys.path.append(str(Path(__file__).parents[1] / "differential"))  # measure.py runs without pytest's paths
 import ucsim
@@ -71,7 +77,101 @@ POLLING = Image.of(
 """What firmware does between two edges of an encoder."""
 
 
+_LIVE_BAR = Bar(value=50.0, unit="x real time")
+_FORWARD = np.array([1, 3, 2, 0], dtype=np.uint8)
+_PS_PER_S = 1e12
+
+
 def firmware(setting: Setting) -> Iterator[Figure]:
+    """Measure the processor beside ucsim, with live pins, and from an empty and a filled cache."""
+    yield from beside_ucsim(setting)
+    yield from live_pins(setting)
+    yield from starts()
+
+
+def live_pins(setting: Setting) -> Iterator[Figure]:
+    """Measure the Original at 12 MHz between encoder and controller, the axis in steady motion or at rest.
+
+    A loop of the program that only waits is counted in whole turns, which is how an 8051 can be so fast; the plain
+    processor on a program that never waits stands beside it.
+    """
+    run_s = setting.of(10, 2)
+    for frequency_hz, what in ((30_000, "the rapid of the report's machine"), (100_000, "beyond it"), (0, "at rest")):
+        seconds = []
+        for _ in range(setting.of(7, 3)):
+            board, edges = _moving(frequency_hz, run_s)
+            begun = time.perf_counter()
+            out = board.process(edges, until_ps=board.now_ps + int(run_s * _PS_PER_S))
+            seconds.append(time.perf_counter() - begun)
+            if len(out) != len(edges) or out.counts().illegal or board.fault is not None:
+                raise ArithmeticError(f"{len(out)} of {len(edges)} edges came through, {board.fault}")
+            if abs(board.words.position - len(edges)) > 4 * frequency_hz * 0.0011 + 1:  # a reading is a tick old
+                raise ArithmeticError(f"position {board.words.position} after {len(edges)} edges")
+        spread = Spread(tuple(seconds))
+        an_edge = f", {spread.best / len(edges) * 1e9:.0f} ns an edge" if len(edges) else ""
+        yield Figure(
+            what=f"Firmware with live pins: Original, 8051 at 12 MHz, {frequency_hz / 1000:g} kHz ({what})",
+            measured=spread.text(lambda taken: f"{run_s / taken:.1f} x real time") + an_edge,
+            value=run_s / spread.best,
+            bar=_LIVE_BAR if frequency_hz == 30_000 else None,
+            command=_COMMAND,
+        )
+    runs = [_carry_out(MIXED, setting.of(20_000_000, 4_000_000)) for _ in range(setting.of(7, 3))]
+    cpu, taken = min(runs, key=lambda run: run[1])
+    yield Figure(
+        what=f"The processor alone, no turn of a loop counted as a whole: {MIXED.source}",
+        measured=(
+            f"{number(cpu.instructions / taken)} instructions/s, {cpu.cycles / 1e6 / taken:.0f} x real time at 12 MHz"
+        ),
+        value=cpu.cycles / 1e6 / taken,
+        command=_COMMAND,
+    )
+
+
+def _moving(frequency_hz: int, run_s: float) -> tuple[Board, EdgeStream]:
+    """Return a board that has been started up, and the edges of an axis that moves on from there."""
+    board = Board(Design.ORIGINAL, Microcontroller.named("8051-12mhz"))
+    board.start_up()
+    count = int(4 * frequency_hz * run_s) - 4
+    if count < 0:
+        return board, EdgeStream([], [], initial=0)
+    times_ps = board.now_ps + np.rint((np.arange(count) + 1) * (_PS_PER_S / 4 / frequency_hz)).astype(np.int64)
+    return board, EdgeStream(times_ps, _FORWARD[np.arange(count) % 4], initial=0)
+
+
+_USE_FROM_PYTHON = "from firmware_model import Mcs51; Mcs51(bytes([0x80, 0xFE])).run(1000)"
+
+
+def starts() -> Iterator[Figure]:
+    """Measure the first use of the processor ever, which compiles it, and the next one."""
+    image = str(Microcontroller.named("8051-12mhz").image(Design.ORIGINAL))
+    commands = {
+        f'python -c "{_USE_FROM_PYTHON}"': [sys.executable, "-c", _USE_FROM_PYTHON],
+        "rtec firmware run original.ihx": [rtec(), "firmware", "run", image],
+    }
+    for text, command in commands.items():
+        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cache:
+            first = measure(command, Path(folder), NUMBA_CACHE_DIR=cache)
+            later = [measure(command, Path(folder), NUMBA_CACHE_DIR=cache) for _ in range(5)]
+        name = text.split(" ", maxsplit=1)[0]
+        yield _taken(
+            f"First compile of the simulator, by `{name}`", [first], 60.0, f"NUMBA_CACHE_DIR=$(mktemp -d) {text}"
+        )
+        yield _taken(f"Cached start of the simulator, by `{name}`", later, 1.0, text)
+
+
+def _taken(what: str, children: list[Child], bar_s: float, command: str) -> Figure:
+    best = min(child.wall_s for child in children)
+    return Figure(
+        what=what,
+        measured=f"{best:.2f} s (its processor time {min(child.cpu_s for child in children):.2f} s)",
+        value=best,
+        bar=Bar(value=bar_s, unit="s", at_most=True),
+        command=command,
+    )
+
+
+def beside_ucsim(setting: Setting) -> Iterator[Figure]:
     """Measure the 8051 beside ucsim by turns, the same instructions of the same image in each."""
     steps = setting.of(20_000_000, 2_000_000)
     for image in (MIXED, POLLING):

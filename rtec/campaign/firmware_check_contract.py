@@ -1,0 +1,63 @@
+"""What the box owes to its surroundings, in numbers, and how a point of it fails."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from rtec.injector import Design
+
+NOT_HOMED, PROBING, DISABLED, DOUBT, FATAL, OK = 1, 2, 3, 4, 5, 0
+"""Message codes (docs/firmware.md, "Message codes")."""
+
+MESSAGES = {
+    OK: "OK",
+    NOT_HOMED: "NOT_HOMED",
+    PROBING: "PROBING",
+    DISABLED: "DISABLED",
+    DOUBT: "I Don't Believe You",
+    FATAL: "I Still Don't Believe You",
+}
+
+NOT_VALID = 0x02
+"""Bit of port 3: inverted, Data Valid."""
+
+DRIVES = {Design.ORIGINAL: 0x03, Design.A: 0x0F, Design.B: 0x30, Design.C: 0x03}
+"""Bits of port 1 that a design inserts with (docs/firmware.md, "Hardware map")."""
+
+DECODER_RST, HOLD = 0x40, 0x80
+
+
+class RawWords(NamedTuple):
+    """The words to the PC as they lie on the bus."""
+
+    position: int
+    completed: int
+    accepted: int
+    message: int
+    trip_position: int
+    trips: int
+    refused: int
+
+
+class Failed(Exception):  # noqa: N818 - it is no error of this program
+    """A point of the contract does not hold.
+
+    Parameters
+    ----------
+    detail
+        What was seen.
+    time_ps
+        When.
+    """
+
+    def __init__(self, detail: str, time_ps: int) -> None:
+        super().__init__(detail)
+        self.detail, self.time_ps = detail, time_ps
+
+
+class Stopped(Failed):
+    """The processor has stopped, or does nothing but change its pins."""
+
+
+class Paused(Exception):  # noqa: N818 - as above
+    """A replay has come to the time where it was to end."""

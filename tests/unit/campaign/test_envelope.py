@@ -1,0 +1,203 @@
+"""The envelope of the firmware. Expected limits are cycles counted in the listings, by hand."""
+
+import numpy as np
+import pytest
+
+from firmware_model import Image
+from rtec.board import Board, Microcontroller
+from rtec.campaign.envelope import EnvelopePlan, find_envelope
+from rtec.campaign.envelope_gate import ramp
+from rtec.campaign.envelope_mechanism import Mechanism, own_changes
+from rtec.campaign.envelope_moments import armed_moments, loop_cycles
+from rtec.campaign.envelope_search import largest_safe
+from rtec.campaign.envelope_stand import Motion, Stand, shaken
+from rtec.campaign.envelope_trials import Bursts, Streams, quarter_ps
+from rtec.controller import Receiver, ReceiverSettings
+from rtec.errors import ArgumentError
+from rtec.injector import Design
+from rtec.signal import EdgeStream
+
+US = 1_000_000
+MHZ_12, MHZ_24 = (Microcontroller.named(name) for name in ("8051-12mhz", "8051-24mhz"))
+
+# Cycles of the 12-clock part from a transition that the look has just missed to the last change at the pins: the
+# waiting loop, the cycles to the last change, and a quarter of one from S5P2 of the look to S1P1 of the change.
+WINDOW_CYCLES = {Design.ORIGINAL: 2 + 7 + 0.25, Design.A: 2 + 11 + 0.25, Design.C: 2 + 5 + 0.25}
+
+
+def limit_of(trials):
+    return largest_safe(trials.fails, 5_000.0, 1e6)
+
+
+@pytest.fixture(scope="module")
+def original():
+    return Bursts(Stand(Design.ORIGINAL, MHZ_12))
+
+
+@pytest.mark.parametrize("design", WINDOW_CYCLES)
+@pytest.mark.parametrize("processor", [MHZ_12, MHZ_24], ids=lambda processor: processor.name)
+def test_the_limit_is_the_window_counted_in_cycles(design, processor):
+    # the next transition, a quarter period later, must not come before the last change
+    cycle_s = 12.0 / processor.clock_hz
+    expected_hz = 1.0 / (4.0 * WINDOW_CYCLES[design] * cycle_s)
+    found = limit_of(Bursts(Stand(design, processor)))
+    # the search resolves 1 %; the controller's filter wants 20 ns more, 0.4 % of the shortest window
+    assert 0.984 * expected_hz < found.safe <= expected_hz
+
+
+def test_the_original_is_consistent_with_the_report():
+    # "at 30 kHz A&B low lasts about 8 us", shorter than its 9 us: it may run into the next transition
+    [row] = find_envelope(EnvelopePlan(designs=[Design.ORIGINAL], processors=[MHZ_12]))
+    assert 20_000 < row.max_safe_hz < 30_000
+    assert row.limited_by is Mechanism.WINDOW
+    assert not row.reaches_500khz
+    assert row.loop_cycles == 2  # JB bit,rel
+    assert row.failing.behind_state == 1
+    assert row.max_safe_hz < row.failing.frequency_hz < 1.01 * row.max_safe_hz
+    # its gate: 42 cycles or more from one A&B low to the next, in a loop of 4 cycles and more
+    assert 1e6 / 50 < row.gate.gate_hz < 1e6 / 42
+    assert row.gate.counts_right
+    assert row.gate.checked_to_hz > 10 * row.gate.gate_hz
+
+
+def test_the_failing_trial_is_explained_by_its_times(original):
+    failure = limit_of(original).failure
+    shown = original.stand.show(failure.moment, failure.motion, failure.shift_ps)
+    own = own_changes(shown)
+    trigger_ps, next_ps = (int(time_ps) for time_ps in shown.sent.times_ps[:2])
+    # the look is in S5P2 of a cycle: the last before the first change, of which there are four, a cycle apart
+    assert np.diff(own[:3]).tolist() == [US, US]
+    look_ps = int(own[0]) - round(4.25 * US)
+    assert 0 <= look_ps - trigger_ps < 2 * US
+    # the last change would come 3 us behind the first; the next transition does not wait for it
+    assert next_ps - int(own[0]) < 3 * US + 20_000
+    assert failure.verdict != 0
+
+
+def test_a_safe_frequency_holds_under_a_slow_check(original):
+    # through the board's own face, with every stream kept, a receiver for each, and the counts of an ideal decoder
+    safe_hz = limit_of(original).safe
+    for armed in original.armed:
+        count = 20 + (-(armed.moment.state + 20 * armed.direction) * armed.direction) % 4
+        motion = Motion(times_ps=quarter_ps(safe_hz, count), direction=armed.direction, total=armed.sign)
+        for shift_ps in range(armed.waiting_ps, armed.waiting_ps + 2 * US, 130_000):
+            shown = original.stand.show(armed.moment, motion, shift_ps)
+            expected = armed.direction * count + 4 * armed.sign
+            assert shown.completed == armed.sign
+            assert shown.seen.counts() == (expected, 0)
+            receiver = Receiver(ReceiverSettings(), initial=shown.seen.initial)
+            receiver.process(shown.seen)
+            result = receiver.result(at_ps=int(shown.seen.times_ps[-1]) + US)
+            assert (result.count, result.illegal_transitions) == (expected, 0)
+
+
+def test_the_kernel_and_the_boards_face_agree_trial_by_trial():
+    # around the limit, where some phases fail and some do not
+    bursts = Bursts(Stand(Design.C, MHZ_12))
+    clocks = np.arange(8_000, 8_024)
+    verdicts = set()
+    for armed in bursts.armed[::5]:
+        motion = Motion(times_ps=quarter_ps(37_000.0, 8), direction=armed.direction, total=armed.sign)
+        shifts_ps = bursts.stand.shifts(armed.moment, clocks)
+        found, _ = bursts.stand.sweep(armed.moment, motion, shifts_ps, stop=False)
+        for verdict, shift_ps in zip(found, shifts_ps, strict=True):
+            shown = bursts.stand.show(armed.moment, motion, int(shift_ps))
+            expected = 8 * armed.direction + 2 * shown.completed
+            right = shown.received.illegal_transitions == 0 and shown.received.count == expected
+            assert (verdict == 0) == (right and shown.completed == armed.sign)
+            verdicts.add(int(verdict))
+    assert 0 in verdicts
+    assert len(verdicts) > 1
+
+
+def test_jitter_takes_its_share_of_the_window():
+    # at its worst the trigger is late and the next transition early: twice the bound of a quarter period is gone
+    stand = Stand(Design.ORIGINAL, MHZ_12)
+    shaken_hz = limit_of(Bursts(stand, jitter_ps=500_000)).safe
+    expected_hz = 1e12 / (4.0 * (9.25 + 1.0) * US)
+    assert 0.984 * expected_hz < shaken_hz <= expected_hz
+
+
+def test_shaken_times_stay_in_order_and_within_the_bound():
+    times_ps = np.arange(50) * 10_000
+    found = shaken(times_ps, 4_000)
+    assert np.all(np.diff(found) > 0)
+    assert np.abs(found - times_ps).max() == 4_000
+    assert np.all(np.diff(shaken(times_ps, 40_000)) > 0)
+
+
+def test_a_ramp_is_a_constant_acceleration():
+    times_s = ramp(50_000.0, 4e8, 5, 0.25, 100_000.0) / 1e12
+    # at the joint, a quarter of the way from the fifth transition to the next, 4.25 counts are done
+    begun_s = 4.25 / 50_000.0
+    since_s = times_s[5:] - begun_s
+    assert np.allclose(50_000.0 * since_s + 2e8 * since_s**2, np.arange(5, times_s.size) - 4.25, atol=1e-6)
+    assert np.allclose(times_s[:5], np.arange(5) / 50_000.0)
+
+
+def test_every_kind_of_transition_is_tried():
+    armed = armed_moments(Stand(Design.C, MHZ_12))
+    assert {(one.direction, one.sign, one.into) for one in armed} == {
+        (direction, sign, into) for direction in (1, -1) for sign in (1, -1) for into in range(4)
+    }
+    assert {one.into for one in armed_moments(Stand(Design.ORIGINAL, MHZ_12))} == {0}
+
+
+# --- programs of a user's own ---
+NOTHING = Image.of(bytes([0x80, 0xFE]))  # SJMP $
+
+
+def test_a_program_that_never_inserts_has_no_answer():
+    [row] = find_envelope(EnvelopePlan(designs=[Design.C], processors=[MHZ_12], image=NOTHING))
+    assert (row.max_safe_hz, row.limited_by, row.gate, row.failing) == (0.0, Mechanism.NO_ANSWER, None, None)
+
+
+def copy_image(copies):
+    """MOV P1,P3 over and over, two cycles each, and LJMP 0, two cycles."""
+    return Image.of(bytes([0x85, 0xB0, 0x90]) * copies + bytes([0x02, 0, 0]))
+
+
+@pytest.mark.parametrize(("copies", "look_cycles"), [(1, 4.0), (20_000, 2.0)])
+def test_the_bare_copy_passes_what_two_looks_tell_apart(copies, look_cycles):
+    # Two transitions between two looks are lost; with a jump behind each copy a look comes every four cycles.
+    # Unrolled, 20 000 copies take 40 ms, and the jump is met by none of these streams.
+    stand = Stand(Design.B, MHZ_12, copy_image(copies))
+    found = limit_of(Streams(stand, owed=(0,)))
+    expected_hz = 1e6 / (4.0 * look_cycles)
+    assert 0.984 * expected_hz < found.safe <= expected_hz
+    assert (found.safe > 100_000) == (copies > 1)
+
+
+def test_an_edge_every_two_and_a_half_microseconds_passes_the_bare_copy_alone():
+    # "A 100-kHz encoder signal has a transition in A or B every 2.5 us"
+    times_ps = quarter_ps(100_000.0, 400) + 10 * US
+    sent = EdgeStream(times_ps, np.tile([1, 3, 2, 0], 100).astype(np.uint8), initial=0)
+    counts = {}
+    for name, image in (("copy", copy_image(20_000)), ("firmware", None)):
+        board = Board(Design.B, MHZ_12, image)
+        board.start_up()
+        seen = board.process(sent.shift(board.now_ps), until_ps=board.now_ps + 1020 * US)
+        counts[name] = seen.counts()
+    assert counts["copy"] == (400, 0)
+    assert counts["firmware"].net != 400
+
+
+def test_design_b_is_safe_where_its_looks_are_dense_enough():
+    # no two looks are more than 36 cycles apart, and no fewer than 6: the limit lies between
+    [row] = find_envelope(EnvelopePlan(designs=[Design.B], processors=[MHZ_12]))
+    assert 1e6 / (4 * 36) < row.max_safe_hz < 1e6 / (4 * 6)
+    assert row.limited_by in (Mechanism.LATENCY, Mechanism.POLLING)
+    assert row.loop_cycles is None
+
+
+def test_the_waiting_loop_is_measured():
+    # JB bit,rel: two machine cycles, or four clocks of the one-clock part
+    for name, cycles in (("8051-12mhz", 2), ("one-clock-25mhz", 4)):
+        stand = Stand(Design.C, Microcontroller.named(name))
+        assert loop_cycles(stand, armed_moments(stand)[0]) == cycles
+
+
+@pytest.mark.parametrize("jitter_ps", [-1, 10**10])
+def test_a_jitter_out_of_range_is_refused(jitter_ps):
+    with pytest.raises(ArgumentError, match="jitter_ps"):
+        EnvelopePlan(jitter_ps=jitter_ps)

@@ -1,0 +1,70 @@
+"""The waveform file of a check holds what the trace holds, read back by hand."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from rtec.campaign import Trace
+from rtec.campaign.firmware_check_motion import Motion
+from rtec.campaign.firmware_check_vcd import write_trace
+from rtec.signal import EdgeStream
+
+
+def changes_of(text):
+    """Changes of each signal of a file: (time in ps, value)."""
+    names, now, found = {}, 0, {}
+    for line in text.splitlines():
+        words = line.split()
+        if line.startswith("$scope"):
+            scope = words[2]
+        elif line.startswith("$var"):
+            names[words[3]] = f"{scope}.{words[4]}"
+        elif line.startswith("#"):
+            now = int(line[1:])
+        elif line[:1] in "01" and line[1:] in names:
+            found.setdefault(names[line[1:]], []).append((now, int(line[0])))
+    return found
+
+
+def test_lines_and_pins_are_written(tmp_path):
+    trace = Trace(
+        title="",
+        encoder=EdgeStream([3_000], [1], initial=0),
+        controller=EdgeStream([3_000, 5_000, 6_000], [1, 3, 2], initial=0),
+        pin_times_ps=np.array([5_000, 6_000]),
+        pin_levels=np.array([0xFD, 0xFC]),
+        initial_pins=0xFF,
+        from_ps=1_000,
+        to_ps=9_000,
+        zero_ps=3_000,
+        mark_ps=6_000,
+        cycle_ps=1_000.0,
+    )
+    file = tmp_path / "a.vcd"
+    write_trace(trace, file)
+    text = file.read_text()
+    assert "$timescale 1 ps $end" in text
+    found = changes_of(text)
+    assert found["encoder.A"] == [(0, 0), (3_000, 1)]
+    assert found["encoder.B"] == [(0, 0)]
+    assert found["controller.A"] == [(0, 0), (3_000, 1), (6_000, 0)]  # 10 00 01: A falls with the third
+    assert found["controller.B"] == [(0, 0), (5_000, 1)]
+    assert found["P1.P1_1"] == [(0, 1), (5_000, 0)]
+    assert found["P1.P1_0"] == [(0, 1), (6_000, 0)]
+    assert found["P1.P1_7"] == [(0, 1)]
+    assert found["check.failed"] == [(0, 0), (6_000, 1)]
+
+
+def test_a_motion_cut_into_pieces_is_the_whole():
+    # 3 kHz: an edge every 83 333.3 ns, no whole number of picoseconds; the first at 10 ns, from 11 on backwards
+    motion = Motion(first_ps=10_000, frequency_hz=3_000.0, direction=-1, level=3)
+    whole = motion.edges(0, 10**9)
+    assert len(whole) == 12
+    assert whole.times_ps[:3].tolist() == [10_000, 83_343_333, 166_676_667]
+    assert whole.levels[:5].tolist() == [1, 0, 2, 3, 1]
+    cuts = [0, 9_999, 10_000, 10_001, 83_343_333, 83_343_334, 500_000_000, 10**9]
+    pieces = [motion.edges(begin, end) for begin, end in pairwise(cuts)]
+    assert np.concatenate([piece.times_ps for piece in pieces]).tolist() == whole.times_ps.tolist()
+    assert np.concatenate([piece.levels for piece in pieces]).tolist() == whole.levels.tolist()
+    for before, after in pairwise(pieces):
+        assert after.initial == before.final
