@@ -51,7 +51,10 @@ passing:
         movc    a,@a+dptr               ; cycles 6, 7
         mov     P1,a                    ; cycle 8: out, 8 us after the look
         setb    F_MOVED
-        clr     TR1                     ; no insertion after a transition met here: what was timed is void
+        jbc     F_HALF,void             ; no insertion after a transition met here: it is the one between,
+        setb    F_HALF
+        ret
+void:   clr     TR1                     ; and where there was one already, what was timed is void
         clr     TF1
         ret
 
