@@ -26,9 +26,7 @@ TWELVE_MHZ = Microcontroller.named("8051-12mhz")
 
 
 def machine(design, microcontroller=TWELVE_MHZ, **changes):
-    box = InjectorSettings(
-        design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD
-    )
+    box = InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD)
     return Machine(axis_error=ERROR, model=ERROR, injector=box, microcontroller=microcontroller, **changes)
 
 
