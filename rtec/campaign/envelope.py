@@ -174,12 +174,18 @@ def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda
     pairs = [(processor, design) for processor in plan.processors for design in plan.designs]
     rows = []
     for i, (processor, design) in enumerate(pairs):
-        rows.append(_row(plan, design, processor))
-        progress((i + 1) / len(pairs))
+
+        def told(share: float, i: int = i) -> None:
+            progress((i + share) / len(pairs))
+
+        rows.append(_row(plan, design, processor, told))
+        told(1.0)
     return rows
 
 
-def _row(plan: EnvelopePlan, design: Design, processor: Microcontroller) -> EnvelopeRow:
+def _row(
+    plan: EnvelopePlan, design: Design, processor: Microcontroller, progress: Callable[[float], None]
+) -> EnvelopeRow:
     try:
         stand = Stand(design, processor, plan.image, hold_latch=plan.hold_latch)
     except FirmwareError as error:
@@ -189,8 +195,10 @@ def _row(plan: EnvelopePlan, design: Design, processor: Microcontroller) -> Enve
         trials = Streams(stand, plan.jitter_ps, owed=(0,)) if plan.nothing_owed else Streams(stand, plan.jitter_ps)
     else:
         trials = Bursts(stand, plan.jitter_ps)
+    progress(0.1)
     answers = plan.nothing_owed or design is Design.B or bool(trials.armed)  # type: ignore[union-attr]
     limit = _limit(stand, trials, plan.exhaustive) if answers else Limit[Failure](0.0, None)
+    progress(0.5)
     limited_by = _mechanism(stand, trials, limit)
     gate = None
     if limit.safe and not plan.nothing_owed:

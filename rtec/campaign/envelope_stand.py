@@ -112,9 +112,11 @@ class Stand:
 
     Examples
     --------
+    Milliseconds between two readings of the PC's words, at rest:
+
     >>> stand = Stand(Design.C, Microcontroller.named("8051-12mhz"))
-    >>> stand.reading_ps
-    1000000000
+    >>> round(stand.reading_ps / 1e9, 2)
+    1.01
     """
 
     def __init__(
