@@ -44,11 +44,17 @@ class Words:
     position: int
     completed: int
     accepted: int
-    status: Status
+    message: int
+    """What the firmware says; `status` where it is one of the report's messages."""
     trip_position: int
     trips: int
     refused: int
     """Insertions refused by the speed gate, modulo 256."""
+
+    @property
+    def status(self) -> Status | None:
+        """Return the message as a status; None for a code that the report's box does not know."""
+        return Status(self.message) if self.message in list(Status) else None
 
 
 class Board:
@@ -116,6 +122,7 @@ class Board:
         state.trip_n = 1
         DECODER_CHIP.fill(state.decoder)
         self._inner: Any = self.cpu.arrays
+        self._loop = self.cpu.loop  # one tuple, whose type numba works out once
         kernels.power_up(state, *self._inner, start_ps, whole_within("initial", initial, 0, 3))
         self._level = int(state.seen_out)
 
@@ -143,11 +150,11 @@ class Board:
         """Let the probe trip (its line falls), or go back."""
         self._outside(trip_n=int(not tripped))
 
-    def start_up(self) -> Status:
+    def start_up(self) -> Status | None:
         """Go through the start-up: home is taken here, then zero steps are requested; return what the box says.
 
         It takes a few readings of the PC's words; a firmware that does not answer leaves `Status.NOT_HOMED` or what
-        its memory held.
+        its memory held, None where that is no message.
         """
         for home in (True, False):
             self.ask(0, home=home)
@@ -201,7 +208,7 @@ class Board:
     @property
     def parts(self) -> Any:
         """Return the board's record and its processor, live, for a kernel that drives them."""
-        return (self._state, self.cpu.loop, *self._inner)
+        return (self._state, self._loop, *self._inner)
 
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
@@ -221,7 +228,7 @@ class Board:
             position=signed(0, 3),
             completed=signed(3, 5),
             accepted=signed(5, 7),
-            status=Status(raw[7]),
+            message=raw[7],
             trip_position=signed(8, 11),
             trips=raw[11],
             refused=raw[12],

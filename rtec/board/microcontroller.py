@@ -12,7 +12,7 @@ from typing import Literal
 
 from firmware_model import TIMINGS
 from rtec.checks import whole_within
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError
 from rtec.injector import Design
 
 PS_PER_S = 1_000_000_000_000
@@ -81,7 +81,6 @@ class Microcontroller:
                 "processor",
                 repr(name),
                 f"{', '.join(MICROCONTROLLERS)}, or a timing and a clock as in '12-clock 16MHz'",
-                nearest(name.lower(), list(MICROCONTROLLERS)),
             )
         timing: Literal["12-clock", "one-clock"] = "12-clock" if said[1].lower() == "12-clock" else "one-clock"
         return cls(
