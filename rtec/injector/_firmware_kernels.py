@@ -266,8 +266,8 @@ def end_reading(s: Record, cycle: int) -> int:
     fast = s.fast_counts
     s.fast = 1 if s.delta > fast or s.delta < -fast else 0
     s.rest = 0
-    if remembered(s, cycle + 2):  # the instruction that tests and clears reads at its end
-        s.forgotten = cycle + 2
+    if remembered(s, cycle + 1):  # a test that also clears takes the pins of its own first cycle
+        s.forgotten = cycle + 1
         s.timed = 0
         settled = cycle + 3
     elif s.moved == 1:
@@ -291,9 +291,9 @@ def fire_reading(s: Record) -> None:
         request_in_reading(s)
         see_owed(s)
         late = s.judging + (s.owed if s.enabled == 1 else -12)
-        go(s, ENDING, s.at, s.at + 137 + late, 0)
+        go(s, ENDING, s.at, s.at + 136 + late, 0)
     else:
-        begin_work(s, end_reading(s, s.at - 1))
+        begin_work(s, end_reading(s, s.at))
 
 
 # --- the search of Original, A and C ---
@@ -652,7 +652,7 @@ def fire_pass(s: Record) -> None:
     elif i == 4:
         go(s, REQUESTING, look, look + 13, 0)
     elif i == 24:
-        go(s, ENDING, look, look + 8, 0)
+        go(s, ENDING, look, look + 7, 0)
     elif i in (13, 42):
         if s.enabled == 1:
             pass_next(s, i + 1, look + 19)
@@ -765,7 +765,7 @@ def fire_b(s: Record) -> int:
         request_in_reading(s)
         pass_next(s, 5, s.begin + 18)
     else:
-        begin_work_b(s, end_reading(s, s.at - 1))
+        begin_work_b(s, end_reading(s, s.at))
     return KEEP
 
 
