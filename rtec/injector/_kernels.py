@@ -18,6 +18,13 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
 from rtec.injector._firmware_kernels import (
+    firmware_edge,
+    firmware_fire,
+    firmware_off,
+    firmware_request,
+    firmware_start,
+)
+from rtec.injector._firmware_pins_kernels import (
     ADVANCE,
     KEEP,
     LATCHING,
@@ -28,11 +35,6 @@ from rtec.injector._firmware_kernels import (
     A,
     B,
     C,
-    firmware_edge,
-    firmware_fire,
-    firmware_off,
-    firmware_request,
-    firmware_start,
 )
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
 
@@ -143,6 +145,7 @@ INJECTOR = np.dtype(
         ("closing_cycle", np.int64),
         ("piece", np.int64),
         ("running", np.int64),
+        ("asked", np.int64),
     ],
     align=True,
 )

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 
 from rtec.checks import number_within, whole_within
-from rtec.injector import _firmware_kernels
+from rtec.injector import _firmware_pins_kernels
 from rtec.injector.design import Design
 
 US = 1_000_000
@@ -29,11 +29,11 @@ class Processor(enum.Enum):
 class Effect(enum.Flag):
     """What the firmware's timing has and the report's words have not; each can be left out, to show what it does."""
 
-    READINGS = _firmware_kernels.READINGS
+    READINGS = _firmware_pins_kernels.READINGS
     """A reading of the PC's words every 1000 cycles, during which the processor does not look at the lines."""
-    INTERRUPT = _firmware_kernels.INTERRUPT
-    """The timer's interrupt waits for the instruction's end, and the way from a search to the reading takes 12 cycles."""
-    ARMING = _firmware_kernels.ARMING
+    INTERRUPT = _firmware_pins_kernels.INTERRUPT
+    """The timer's interrupt waits for the end of an instruction; from there to the reading it takes 12 cycles."""
+    ARMING = _firmware_pins_kernels.ARMING
     """Once the gate's timer is over, the line and what came meanwhile are looked at, before the wait begins."""
 
 
@@ -159,7 +159,7 @@ class Timing:
 
         ``fast`` takes 100 ns for each of these steps, 125 ns for Design C.
 
-        ``firmware`` is what the firmware's trace shows (docs/behaviour.md): the pins are sampled in S5P2 of a cycle and
+        ``firmware`` is what the trace shows (docs/behaviour.md): the pins are sampled in S5P2 of a cycle and
         outputs change at the beginning of a later one, so each delay is a number of cycles and a quarter.
         """
         if processor is Processor.FAST:
