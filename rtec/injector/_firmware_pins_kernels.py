@@ -2,8 +2,8 @@
 
 A list of waiting loops and of the work between them, with the cycles that they take; no instruction is executed.
 The box's own next event is the next look that can tell something new, so a loop that waits costs nothing. Cycle k
-begins at ``origin_ps + k * cycle_ps`` and samples its pins ``sample_ps`` later; an output changes at the beginning of
-a cycle.
+begins at ``origin_ps + k * cycle_ps`` and samples its pins ``sample_ps`` later; an output changes at the beginning
+of a cycle.
 
 Letters: ``look`` or ``l`` is the cycle whose S5P2 sees the pin; a boundary is the cycle in which an instruction begins.
 Source: listings of `firmware_model/images`, docs/firmware.md.

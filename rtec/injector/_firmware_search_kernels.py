@@ -59,6 +59,7 @@ from rtec.injector._firmware_reading_kernels import (
 from rtec.signal._kernels import state_of_level
 
 
+@step
 def begin_reading(s: Record, cycle: int) -> None:
     """Read decoder and request, answer, and see what is owed."""
     s.alarm = cycle + READING_CYCLES
