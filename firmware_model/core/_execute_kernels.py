@@ -43,6 +43,7 @@ from firmware_model.core._layout import (
     PC,
     PINS,
     PSW,
+    QUIET,
     RESERVED,
     SERVING,
     SNAPSHOT,
@@ -52,6 +53,7 @@ from firmware_model.core._layout import (
     STOP_BUS,
     STOP_FAULT,
     TAKEN_AT,
+    TCON,
     TH1,
     TH2,
     TL0,
@@ -67,7 +69,7 @@ from firmware_model.core._layout import (
     Y_AT,
     B,
 )  # fmt: skip
-from firmware_model.core._pin_kernels import pins_alone, refresh
+from firmware_model.core._pin_kernels import move_pins, pins_alone, refresh
 from firmware_model.core._register_kernels import latch, parity, read, write, write_port
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte
 from firmware_model.core._timer_kernels import next_timer_request
@@ -97,6 +99,8 @@ def get(m: Bytes, h: Hidden, log: Log, w: int, place: int, cycles: int) -> int:
     if w & SPECIAL != 0:
         if place & NOT_PORT == P0:  # the hot case of firmware that watches its pins
             return byte(m, place) & byte(m, PINS + ((place - P0) >> 4))
+        if place == TCON and cycles < h[QUIET]:
+            return byte(m, place)
         return read(m, h, log, place, cycles)
     return byte(m, place)
 
@@ -700,5 +704,6 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
         h[FAULT] = kind
         h[STOP] = STOP_FAULT
     h[PC], h[CYCLES], h[COUNT] = pc, cycles, executed
+    move_pins(m, h, log, changes, cycles - 1)  # what the last instruction has met counts where it came
     refresh(m, h, log, cycles)
     m[PSW] = (byte(m, PSW) & 0xFE) | parity(m)

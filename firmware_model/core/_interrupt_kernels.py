@@ -15,6 +15,7 @@ from firmware_model.core._layout import (
     CALL,
     CHANGE,
     CHANGES,
+    DROPPED,
     DUE,
     END,
     EXTERNAL_0,
@@ -31,6 +32,7 @@ from firmware_model.core._layout import (
     OTHERS,
     PC,
     PCON,
+    QUIET,
     RECOGNISE,
     SCON,
     SEEN,
@@ -63,6 +65,18 @@ def pending(m: Bytes, h: Hidden) -> int:
     if h[HAS_TIMER2] != 0 and m[T2CON] & 0xC0 != 0:
         asked |= 0x20
     return asked & enabled & 0x3F
+
+
+@helper
+def polled(m: Bytes, h: Hidden, now: int) -> int:
+    """Return `pending` with the levels that were there a cycle ago, which is when the samples polled were taken."""
+    asked = pending(m, h)
+    enabled = byte(m, IE)
+    if h[RECOGNISE] != 0 and enabled & 0x80 != 0:
+        for i in range(2):
+            if h[DROPPED + i] == now and m[TCON] & (1 << (2 * i)) == 0:
+                asked |= enabled & (1 << (2 * i))
+    return asked
 
 
 @helper
@@ -129,6 +143,7 @@ def until(h: Hidden, changes: NDArray[np.int64], cycle: int) -> None:
 @helper
 def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) -> int:
     """Look up at the boundary ``now``: pins, timers, interrupts, idle; set DUE; return the cycle to go on from."""
+    h[QUIET] = 0
     move_pins(m, h, log, changes, now)
     relevel(m, h, log, now)
     refresh(m, h, log, now)
@@ -136,7 +151,7 @@ def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) 
         return now
     held = h[HOLD]
     h[HOLD] = 0
-    asked = pending(m, h)
+    asked = polled(m, h, now)
     if asked != 0 and held == 0:
         after = take_interrupt(m, h, asked, now)
         if after != now or h[STOP] != 0:

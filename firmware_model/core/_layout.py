@@ -78,7 +78,9 @@ BUS_AT = BUS + 1  # the address of that read
 TOUCHED = BUS_AT + 1  # 1: something has been read or written that a comparison of two snapshots does not show
 TURN_CYCLES = TOUCHED + 1  # when the snapshot was taken, and how many instructions had been executed then
 TURN_COUNT = TURN_CYCLES + 1
-HIDDEN = TURN_COUNT + 1
+DROPPED = TURN_COUNT + 1  # two: the cycle at whose end the level of INT0 or INT1 was gone
+QUIET = DROPPED + 2  # until this cycle no flag changes by itself
+HIDDEN = QUIET + 1
 
 # requests in polling order; their vector is 8 * index + 3
 EXTERNAL_0, TIMER_0, EXTERNAL_1, TIMER_1, SERIAL, TIMER_2 = range(6)

@@ -16,6 +16,7 @@ from firmware_model._jit import helper, step
 from firmware_model.core._layout import (
     CHANGE,
     CHANGES,
+    DROPPED,
     DUE,
     END,
     EXTERNAL_0,
@@ -29,6 +30,7 @@ from firmware_model.core._layout import (
     P1,
     P3,
     PINS,
+    QUIET,
     RCAP2H,
     RCAP2L,
     SEEN,
@@ -42,7 +44,7 @@ from firmware_model.core._layout import (
     TMOD,
 )  # fmt: skip
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, request
-from firmware_model.core._timer_kernels import advance, count, count_timer_2, on, timer_1_overflowed
+from firmware_model.core._timer_kernels import advance, count, count_timer_2, on, ticks_of, timer_1_overflowed
 
 
 @step
@@ -74,7 +76,7 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         request(m, h, TCON, 2, EXTERNAL_0, cycle)
     if fell & 0x08 != 0 and m[TCON] & 4 != 0:
         request(m, h, TCON, 8, EXTERNAL_1, cycle)
-    tick = (cycle + h[TICK] - 1) // h[TICK]
+    tick = ticks_of(h, cycle + h[TICK] - 1)
     if fell & 0x10 != 0 and m[TMOD] & 4 != 0 and on(m, h, 0):
         n, _, _ = count(m, 0, 1)
         if n > 0:
@@ -97,6 +99,21 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
 
 
 @helper
+def levels_request(m: Bytes, h: Hidden, now: int) -> None:
+    """Let IE0 and IE1 follow the inverted pin where they are level-activated ("External Interrupts")."""
+    for i in range(2):
+        if m[TCON] & (1 << (2 * i)) == 0:
+            flag = 2 << (2 * i)
+            if h[SEEN] & (4 << i) != 0:
+                if m[TCON] & flag != 0:
+                    m[TCON] &= 255 - flag
+                    h[DROPPED + i] = h[LEVELS_AT] + 1
+            else:
+                cycle = min(now, h[LEVELS_AT] + 1)
+                request(m, h, TCON, flag, 2 * i, cycle)
+
+
+@helper
 def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Take note of the levels at P1 and P3 from ``now`` on, after a latch or a pin has changed."""
     levels = (byte(m, P3) & byte(m, PINS + 3)) & 0x3C
@@ -110,22 +127,11 @@ def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     h[SEEN] = (h[SEEN] & ~unseen) | (levels & unseen)
     if levels != h[LEVELS]:
         sample(m, h, log, now)
+        levels_request(m, h, now)
         advance(m, h, log, now)  # a gated timer has counted with the level until now
         h[LEVELS] = levels
         h[LEVELS_AT] = now
-
-
-@helper
-def levels_request(m: Bytes, h: Hidden, now: int) -> None:
-    """Let IE0 and IE1 follow the inverted pin where they are level-activated ("External Interrupts")."""
-    for i in range(2):
-        if m[TCON] & (1 << (2 * i)) == 0:
-            flag = 2 << (2 * i)
-            if h[SEEN] & (4 << i) != 0:
-                m[TCON] &= 255 - flag
-            else:
-                cycle = min(now, h[LEVELS_AT] + 1)
-                request(m, h, TCON, flag, 2 * i, cycle)
+        h[QUIET] = 0
 
 
 @helper
@@ -178,8 +184,10 @@ def pins_alone(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: i
             levels = (h[LEVELS] & ~0x0C) | (byte(m, P3) & changes[i, 2] & 0x0C)
             if levels != h[LEVELS]:
                 sample(m, h, log, changes[i, 0])
+                levels_request(m, h, changes[i, 0])
                 h[LEVELS] = levels
                 h[LEVELS_AT] = changes[i, 0]
+                h[QUIET] = 0
         i += 1
     h[CHANGE] = i
     if i < n and changes[i, 0] <= now:

@@ -18,6 +18,7 @@ from firmware_model.core._layout import (
     P3,
     PCON,
     PSW,
+    QUIET,
     RCAP2H,
     RCAP2L,
     SBUF,
@@ -44,6 +45,7 @@ from firmware_model.core._layout import (
 from firmware_model.core._pin_kernels import refresh, relevel
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, note
 from firmware_model.core._serial_kernels import begin_sending
+from firmware_model.core._timer_kernels import next_timer_request
 
 
 @helper
@@ -61,7 +63,9 @@ def latch(m: Bytes, h: Hidden, log: Log, place: int, now: int) -> int:
         h[HOLD] = 1
         h[DUE] = 0
     elif place in (TCON, SCON, T2CON, RCAP2L, RCAP2H, SBUF):
-        refresh(m, h, log, now)
+        if now >= h[QUIET]:  # a flag is mostly polled in vain
+            refresh(m, h, log, now)
+            h[QUIET] = next_timer_request(m, h, 0xBF) if h[SEEN] == h[LEVELS] else 0
     elif place in (TL0, TL1, TH0, TH1, TL2, TH2):
         h[TOUCHED] = 1
         refresh(m, h, log, now)
@@ -101,6 +105,7 @@ def write_port(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) 
 def write(m: Bytes, h: Hidden, log: Log, place: int, value: int, now: int) -> None:
     """Write a register that does something, at the end ``now`` of its instruction."""
     h[DUE] = 0
+    h[QUIET] = 0
     h[TOUCHED] = 1
     if place in (T2CON, TMOD):
         relevel(m, h, log, now)

@@ -5,7 +5,7 @@ Sections named are those of the MCS-51 User's Manual (1994), chapter 3.
 
 from __future__ import annotations
 
-from firmware_model._jit import helper
+from firmware_model._jit import helper, step
 from firmware_model.core._layout import (
     HAS_TIMER2,
     LEVELS,
@@ -35,6 +35,12 @@ from firmware_model.core._layout import (
 )  # fmt: skip
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, request
 from firmware_model.core._serial_kernels import baud_timer, clock_serial, cycle_of, received, sent
+
+
+@step
+def ticks_of(h: Hidden, cycle: int) -> int:
+    """Return the increments of a timer up to ``cycle``: one a cycle, or one every twelve."""
+    return int(cycle if h[TICK] == 1 else cycle // 12)  # a division by what is not constant costs ten times as much
 
 
 @helper
@@ -132,8 +138,8 @@ def advance(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     if now <= since:
         return
     h[SYNCED] = now
-    before = since // h[TICK]
-    ticks = now // h[TICK] - before
+    before = ticks_of(h, since)
+    ticks = ticks_of(h, now) - before
     if ticks > 0:
         if m[TMOD] & 4 == 0 and on(m, h, 0):
             n, first, period = count(m, 0, ticks)
@@ -184,7 +190,7 @@ def overflow_cycle(m: Bytes, h: Hidden, timer: int, n: int) -> int:
         return NEVER
     mode = mode_of(m, 1)
     period = 8192 if mode == 0 else 65536 if mode == 1 else 256 - byte(m, TH1)
-    return int((h[SYNCED] // h[TICK] + until_overflow(m, 1) + (n - 1) * period) * h[TICK])
+    return int((ticks_of(h, h[SYNCED]) + until_overflow(m, 1) + (n - 1) * period) * h[TICK])
 
 
 @helper
@@ -194,7 +200,7 @@ def next_timer_request(m: Bytes, h: Hidden, enabled: int) -> int:
     if enabled & 0x80 == 0:
         return due
     tick = h[TICK]
-    base = h[SYNCED] // tick
+    base = ticks_of(h, h[SYNCED])
     split = mode_of(m, 0) == 3
     if enabled & 2 != 0 and m[TMOD] & 4 == 0 and m[TCON] & 0x20 == 0 and on(m, h, 0):
         due = min(due, (base + until_overflow(m, 0)) * tick)

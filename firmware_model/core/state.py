@@ -50,7 +50,7 @@ def reset(memory: NDArray[np.uint8], hidden: NDArray[np.int64]) -> None:
         memory[place] = value
     for index in (at.PC, at.SERVING, at.HOLD, at.STOP, at.FAULT, at.SEND_LEFT, at.RECEIVE_LEFT, at.OUTPUT_AT):
         hidden[index] = 0
-    hidden[[at.SEND_AT, at.RECEIVE_AT]] = at.NEVER
+    hidden[[at.SEND_AT, at.RECEIVE_AT, at.DROPPED, at.DROPPED + 1]] = at.NEVER
     hidden[[at.OVERFLOWS_1, at.OVERFLOWS_2]] = 0
     hidden[at.STAMP : at.STAMP + 6] = hidden[at.CYCLES]
     hidden[at.SYNCED] = hidden[at.CYCLES]

@@ -6,11 +6,11 @@ stepped. Whoever drives the board calls :func:`board_run` up to the next event f
 for the output that the processor has changed, or :func:`board_edge` for a transition, in the order of their times.
 Where many transitions are known beforehand, :func:`play` queues them, so that the processor takes them on its way.
 
-The processor's loop comes as an argument, ``cpu = (execute, words, code)``: called by its address, it is compiled once
-and not into every kernel of the board.
+The processor's loop comes as an argument, ``cpu = (execute, words, code)``: called by its address, it is compiled
+once and not into every kernel of the board.
 
-Cycle k begins at ``origin_ps + k * cycle_num / cycle_den`` and samples its pins ``sample_ps`` later; a change of a latch
-comes to its pin at the beginning of a cycle.
+Cycle k begins at ``origin_ps + k * cycle_num / cycle_den`` and samples its pins ``sample_ps`` later; a change of a
+latch comes to its pin at the beginning of a cycle.
 """
 
 from __future__ import annotations
@@ -62,6 +62,7 @@ BOARD = np.dtype(
         ("design", np.int64),
         ("cycle_num", np.int64),  # a cycle lasts cycle_num / cycle_den picoseconds
         ("cycle_den", np.int64),
+        ("cycles_per_ps", np.float64),
         ("sample_ps", np.int64),
         ("origin_ps", np.int64),
         ("latched", np.int64),  # 1: P1.7 works the hold latch; 0: it is left open, real edges merge with the pulses
@@ -104,8 +105,16 @@ def time_of(b: Record, cycle: int) -> int:
 def cycle_that_sees(b: Record, t_ps: int) -> int:
     """Return the first cycle that samples its pins at or after ``t_ps``."""
     since_ps = t_ps - b.origin_ps - b.sample_ps
-    rest = since_ps % b.cycle_num * b.cycle_den
-    return int(since_ps // b.cycle_num * b.cycle_den + (rest + b.cycle_num - 1) // b.cycle_num)
+    # the product in floating point is off by one or two at most, and the rest tells; a division would cost more
+    cycle = int(since_ps * b.cycles_per_ps)
+    rest = since_ps * b.cycle_den - cycle * b.cycle_num
+    while rest > 0:
+        cycle += 1
+        rest -= b.cycle_num
+    while rest <= -b.cycle_num:
+        cycle -= 1
+        rest += b.cycle_num
+    return int(cycle)
 
 
 @step
@@ -151,18 +160,20 @@ def read_ps(b: Record, h: Longs) -> int:
 
 @step
 def read_bus(b: Record, m: Bytes, h: Longs) -> None:
-    """Answer a read of the external bus, all transitions until then taken: the decoder's bytes; all else is memory."""
+    """Answer a read of the external bus, all transitions until then taken: the decoder's bytes, or memory."""
     b.reads += 1
     address = h[BUS_AT]
     if address in (DECODER_HIGH, DECODER_LOW):
         receiver_settle(b.decoder, read_ps(b, h))
         if b.inhibited == 0:
-            b.decoder_latch = b.decoder.count & 0xFFF
+            b.decoder_latch = b.decoder.count & 0xFFF if b.port & DECODER_RST else 0
         m[XRAM + DECODER_HIGH] = b.decoder_latch >> 8
         m[XRAM + DECODER_LOW] = b.decoder_latch & 255
         b.inhibited = 1 if address == DECODER_HIGH else 0
     h[BUS] = 2
     h[STOP] = RUNNING
+    # what was due at this boundary is decided: an instruction that no interrupt may precede stays that
+    h[DUE] = h[CYCLES] + 1
 
 
 @step
@@ -184,6 +195,14 @@ def board_run(b: Record, cpu: Any, m: Bytes, h: Longs, log: Longs, queue: Longs,
 
 
 @step
+def zero_decoder(b: Record, t_ps: int) -> None:
+    """Let the chip's RST, which goes low or high, zero the counter and open the inhibit latch."""
+    receiver_settle(b.decoder, t_ps)
+    b.decoder.count = 0
+    b.inhibited = 0
+
+
+@step
 def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     """Let the output that the processor has changed act on the circuits."""
     t_ps = b.next_ps
@@ -192,8 +211,7 @@ def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     fell = before & ~b.port
     b.outputs += 1 if before != b.port else 0
     if (before ^ b.port) & DECODER_RST:
-        receiver_settle(b.decoder, t_ps)
-        b.decoder.count = 0
+        zero_decoder(b, t_ps)
     if b.latched == 1 and fell & HOLD:
         b.held = b.ab_in
         b.holding = 1
@@ -247,9 +265,10 @@ def board_start(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -
     b.now_ps = t_ps
     b.next_ps = NEVER
     b.holding = 0
+    if b.port & DECODER_RST == 0:
+        zero_decoder(b, t_ps)
     b.port = 0xFF
     b.valid = 0
-    b.inhibited = 0
     b.ab_in = ab
     h[BUS] = 1
     h[DUE] = 0
@@ -297,9 +316,9 @@ def note_output(b: Record, t_ps: int, n: int, out_ps: Longs, out_levels: Bytes) 
 
 
 @step
-def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, cycle: int) -> None:
-    """Apply the queued changes of pins that are sampled before ``cycle`` and that the processor has not met yet."""
-    while h[CHANGE] < h[CHANGES] and queue[h[CHANGE], 0] < cycle:
+def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, rows: int, cycle: int) -> None:
+    """Apply those of the first queued changes of pins that are sampled before ``cycle`` and not met yet."""
+    while h[CHANGE] < min(rows, h[CHANGES]) and queue[h[CHANGE], 0] < cycle:
         set_pins(m, h, log, 3, queue[h[CHANGE], 2], queue[h[CHANGE], 0])
         h[CHANGE] += 1
 
@@ -329,6 +348,9 @@ def play(
         queue[i, 1] = 3
         queue[i, 2] = pins_at(b, int(levels[i]))
     i = 0
+    if b.ab_out != b.seen_out and edges > 0 and times_ps[0] == b.now_ps:
+        pass_edge(b, times_ps[0], int(levels[0]))  # at the moment of a reset: one change with it
+        i = 1
     h[CHANGE] = 0
     h[CHANGES] = 0 if b.holding == 1 else edges
     h[DUE] = 0
@@ -351,7 +373,7 @@ def play(
                 i += 1
             n = note_output(b, stop_ps, n, out_ps, out_levels)
             if b.holding > held:  # the processor sees no edge until the latch opens ...
-                catch_up(m, h, log, queue, h[OUTPUT_AT])
+                catch_up(m, h, log, queue, i, h[OUTPUT_AT])
                 h[CHANGES] = h[CHANGE]
                 board_pins(b, m, h, log, h[OUTPUT_AT])
             elif b.holding < held:  # ... and from then on those to come
@@ -359,7 +381,6 @@ def play(
                 h[CHANGE] = i
                 h[CHANGES] = edges
                 h[DUE] = 0
-    if i == edges:
-        catch_up(m, h, log, queue, NEVER)
+    catch_up(m, h, log, queue, i, NEVER)
     h[CHANGES] = h[CHANGE]
     return i, n

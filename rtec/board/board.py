@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_model import Fault, Image, Mcs51, read_hex
 from rtec._jit import new_record
@@ -18,6 +19,9 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.requester import Status
 from rtec.signal import NEVER, EdgeStream
+
+Snapshot: TypeAlias = tuple[Any, NDArray[np.uint8], NDArray[np.int64], int]
+"""What `Board.snapshot` keeps: circuits, memory, hidden state of the processor, what the controller saw last."""
 
 WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
@@ -31,7 +35,6 @@ _ROOM = 1024
 DECODER_CHIP = ReceiverSettings(filter_samples=3, clock_hz=14_000_000, counter_bits=0)
 """The HCTL-2000: a level counts once three clocks in a row have seen it; 14 MHz is its fastest clock (data sheet
 HCTL-2000/2016/2020, "Digital Noise Filter" and "Functional Pin Description", CLK)."""
-
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,11 +102,14 @@ class Board:
         self.design, self.microcontroller = design, microcontroller
         if image is None:
             image = microcontroller.image(design)
-        self.cpu = Mcs51(read_hex(image) if isinstance(image, Path) else image, microcontroller.part, microcontroller.timing)
+        self.cpu = Mcs51(
+            read_hex(image) if isinstance(image, Path) else image, microcontroller.part, microcontroller.timing
+        )
         self.cpu.stop_at_outputs((0, 0xFF, 0, kernels.NOT_VALID))
         state = self._state = new_record(kernels.BOARD)
         state.design = design.code
         state.cycle_num, state.cycle_den = microcontroller.cycle_ps
+        state.cycles_per_ps = state.cycle_den / state.cycle_num
         state.sample_ps = microcontroller.sample_ps
         state.latched = int(hold_latch)
         state.trip_n = 1
@@ -148,16 +154,40 @@ class Board:
             self.idle(until_ps=self.now_ps + 3 * reading_ps)
         return self.words.status
 
+    def snapshot(self) -> Snapshot:
+        """Return the whole state, to go on from it later as often as wanted.
+
+        Examples
+        --------
+        >>> from rtec.board import Microcontroller
+        >>> board = Board(Design.C, Microcontroller.named("8051-12mhz"))
+        >>> begin = board.snapshot()
+        >>> board.start_up().name, board.restore(begin), board.now_ps
+        ('OK', None, 0)
+        """
+        memory, hidden, _ = self._inner
+        return self._state.copy(), memory.copy(), hidden.copy(), self._level
+
+    def restore(self, kept: Snapshot) -> None:
+        """Go back to a snapshot of this board."""
+        state, memory, hidden, self._level = kept
+        for name in kernels.BOARD.names or ():
+            self._state[name] = state[name]
+        self._inner[0][:] = memory
+        self._inner[1][:] = hidden
+
     def _outside(self, *, enable_n: int | None = None, trip_n: int | None = None) -> None:
         state = self._state
         enable_n = int(state.enable_n) if enable_n is None else enable_n
         trip_n = int(state.trip_n) if trip_n is None else trip_n
-        kernels.switch(state, *self._inner, self.now_ps, enable_n, trip_n)
+        memory, hidden, log = self._inner
+        kernels.switch(state, memory, hidden, log, self.now_ps, enable_n, trip_n)
 
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
         self.cpu.reset()
-        kernels.reset(self._state, *self._inner, self.now_ps)
+        memory, hidden, log = self._inner
+        kernels.reset(self._state, memory, hidden, log, self.now_ps)
 
     @property
     def words(self) -> Words:
@@ -196,14 +226,17 @@ class Board:
                 f"{edges.times_ps[0]} to {edges.times_ps[-1]} ps",
                 f"times from {self.now_ps} ps to before {until_ps} ps",
             )
-        times, levels, taken = [], [], 0
+        times: list[NDArray[np.int64]] = []
+        levels: list[NDArray[np.uint8]] = []
+        taken = 0
+        memory, hidden, log = self._inner
         room = 2 * edges.times_ps.size + _ROOM
         queue = np.empty((edges.times_ps.size, 3), np.int64)
         while not times or self.now_ps < until_ps:
             out_ps, out_levels = np.empty(room, np.int64), np.empty(room, np.uint8)
             rest_ps, rest = edges.times_ps[taken:], edges.levels[taken:]
             i, n = kernels.play(
-                state, self.cpu.loop, *self._inner, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
+                state, self.cpu.loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
             )
             taken += i
             times.append(out_ps[:n])

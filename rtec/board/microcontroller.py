@@ -84,7 +84,9 @@ class Microcontroller:
                 nearest(name.lower(), list(MICROCONTROLLERS)),
             )
         timing: Literal["12-clock", "one-clock"] = "12-clock" if said[1].lower() == "12-clock" else "one-clock"
-        return cls(timing=timing, clock_hz=round(float(said[2]) * {"": 1, "k": 1e3, "m": 1e6, "g": 1e9}[said[3].lower()]))
+        return cls(
+            timing=timing, clock_hz=round(float(said[2]) * {"": 1, "k": 1e3, "m": 1e6, "g": 1e9}[said[3].lower()])
+        )
 
     @property
     def name(self) -> str:

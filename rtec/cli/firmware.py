@@ -156,7 +156,7 @@ def _write_vcd(file: Path, cpu: Mcs51, before: list[int], begun: int, *, ps_a_cy
 
 
 def images(json: _measured.Json = False) -> None:
-    """List the images of the four designs that come with this package, with the files that hold them.
+    """List the images of the four designs that come with this package, with processors and files.
 
     Example: rtec firmware list
     """
@@ -166,16 +166,18 @@ def images(json: _measured.Json = False) -> None:
 
     folder = Path(str(files("firmware_model") / "images"))
     found = []
-    for file in sorted(folder.glob("*.ihx")):
+    for file in [*sorted(folder.glob("*.ihx")), *sorted(folder.glob("*/*.ihx"))]:
         used = sum(end - begin for begin, end in read_hex(file).used)
+        processor = "8051-12mhz" if file.parent == folder else file.parent.name.replace("_", "-")
+        source = folder / f"{file.stem}.asm"
         found.append(
-            {"design": file.stem, "bytes": used, "image": str(file), "source": str(file.with_suffix(".asm"))}
+            {"design": file.stem, "processor": processor, "bytes": used, "image": str(file), "source": str(source)}
         )
     if json:
         print_json({"images": found})
         return
     for row in found:
-        typer.echo(f"{row['design']:<10}{row['bytes']:>6} bytes  {row['image']}")
+        typer.echo(f"{row['design']:<10}{row['processor']:<18}{row['bytes']:>6} bytes  {row['image']}")
 
 
 def disassemble(image: Hex, json: _measured.Json = False) -> None:
@@ -188,7 +190,7 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
     from firmware_model import read_hex
     from firmware_model.isa import disassemble_image
 
-    with _as_bad_input():
+    with as_bad_input():
         memory = read_hex(image)
     lines = list(disassemble_image(memory.code, memory.used))
     if json:
@@ -201,15 +203,18 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of firmware as one."""
+    from rtec.cli.firmware_check import check
+
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
-    for name, verb in (("run", run), ("trace", trace), ("disassemble", disassemble), ("list", images)):
+    verbs = {"run": run, "trace": trace, "check": check, "disassemble": disassemble, "list": images}
+    for name, verb in verbs.items():
         app.command(name)(verb)
     return app
 
 
 @contextmanager
-def _as_bad_input() -> Iterator[None]:
+def as_bad_input() -> Iterator[None]:
     """Say what the firmware model refuses as rtec says it."""
     from firmware_model import FirmwareError
 
@@ -226,7 +231,7 @@ def _processor(image: Path, part: str, timing: str) -> Mcs51:
 
     kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
     pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
-    with _as_bad_input():
+    with as_bad_input():
         memory = read_hex(image)
     cpu, other = (Mcs51(memory, part=kind, timing=pace) for _ in range(2))
     if _jit.FIRST_RUN and not _jit.config.DISABLE_JIT:

@@ -274,6 +274,26 @@ def test_level_asks_again_until_it_ends():
     assert cpu.iram[0x30] == calls
 
 
+@pytest.mark.parametrize(
+    ("instruction", "low_cycles", "served"),
+    [
+        ("00", 1, True),  # polled in the cycle behind, which is the last of a NOP
+        ("75 32 00", 1, False),  # polled in the first of two cycles, which calls nothing, and gone for the second
+        ("75 32 00", 2, True),
+        ("A4", 3, False), ("A4", 4, True),  # MUL AB
+        ("E5 A8", 1, False), ("E5 A8", 2, True),  # an access to IE lets one more instruction come
+    ],
+)  # fmt: skip
+def test_a_level_counts_as_it_was_a_cycle_before_the_call(instruction, low_cycles, served):
+    # "How Interrupts Are Handled": polled are the values of S5P2 of the previous machine cycle; what was not served
+    # is not remembered. The level is low from the cycle before the instruction on, cycle 20.
+    code = bytes.fromhex(instruction)
+    cpu = _cpu(_program(NOP * 19 + code + NOP * 20, at_0003=b"\x05\x30" + RETI), IE=0x81)
+    cpu.drive([20, 20 + low_cycles], [3, 3], [0xFB, 0xFF])
+    cpu.run(60)
+    assert cpu.iram[0x30] == served
+
+
 def test_one_instruction_runs_between_two_services():
     # main counts in R7 with INC R7 (1 cycle): exactly one per service while the line stays low
     code = _program(b"\x75\xa8\x81" + b"\x0f" * 200, at_0003=b"\x05\x30" + RETI)

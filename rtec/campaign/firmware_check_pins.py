@@ -1,0 +1,40 @@
+"""Which pins a firmware drives: all that its design needs, and none that is not its own."""
+
+from __future__ import annotations
+
+from rtec.campaign.firmware_check_bench import DECODER_RST, DRIVES, HOLD, NOT_VALID, Bench, BenchState, Failed
+from rtec.campaign.firmware_check_insertion import rest_trials
+from rtec.campaign.firmware_check_reset import pin_names
+from rtec.injector import Design
+
+_OTHERS = {0: "P0 is the bus", 2: "port 2 has to stay FFh for MOVX @Ri", 3: "inputs and bus of port 3 stay high"}
+
+
+def pins(bench: Bench, home: BenchState) -> str:
+    """Ask for insertions at rest in every state, and look at all latches.
+
+    Raises
+    ------
+    Failed
+        A pin of the design is never driven, or another one is.
+    """
+    needed = DRIVES[bench.design] | (HOLD if bench.hold_latch and bench.design is not Design.B else 0)
+    own = {0: 0, 1: DRIVES[bench.design] | DECODER_RST | HOLD, 2: 0, 3: NOT_VALID}
+    driven = 0
+    for trial in rest_trials():
+        trial.play(bench, home)
+        for port in range(4):
+            for cycle, before, latch in bench.changes(port):
+                driven |= before ^ latch if port == 1 else 0
+                foreign = ~latch & ~own[port] & 0xFF
+                if foreign:
+                    why = _OTHERS.get(port, f"design {bench.design.value} has nothing there")
+                    raise Failed(f"drives {pin_names(port, foreign)} low: {why}", bench.time_of(cycle))
+    missing = needed & ~driven
+    if missing:
+        raise Failed(
+            f"never drives {pin_names(1, missing)}, whatever is asked for; design {bench.design.value} inserts with "
+            f"{pin_names(1, needed)}",
+            bench.now_ps,
+        )
+    return f"drives {pin_names(1, needed)}, and no pin that is not its own"

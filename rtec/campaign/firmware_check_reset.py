@@ -1,0 +1,97 @@
+"""A reset at every cycle of an insertion: what stays driven, what the controller sees, does the box come back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtec.campaign.firmware_check_bench import DRIVES, HOLD, NOT_HOMED, Bench, BenchState, Failed
+from rtec.campaign.firmware_check_insertion import insertions
+from rtec.injector import Design
+
+_MARGIN_CYCLES = 16
+"""Before the first and behind the last change of the insertion."""
+
+_BACK_READINGS = 5.0
+
+
+@dataclass(slots=True)
+class AfterReset:
+    """The worst that a reset has done."""
+
+    tried: int = 0
+    worst_counts_off: int = 0
+    """What the controller counted, less nothing or a whole step, whichever is nearer."""
+    illegal: bool = False
+    illegal_cycle: int | None = None
+
+
+def resets(bench: Bench, home: BenchState, seen: AfterReset) -> None:
+    """Reset at every cycle of an insertion at rest, of either sign.
+
+    Raises
+    ------
+    Failed
+        A line is still driven afterwards, or the box does not come back.
+    """
+    for sign in (1, -1):
+        first_ps, last_ps = _span(bench, home, sign)
+        cycles = range(bench.cycle_at(first_ps) - _MARGIN_CYCLES, bench.cycle_at(last_ps) + _MARGIN_CYCLES + 1)
+        before = _asked(bench, home, sign, bench.time_of(cycles[0]))
+        for cycle in cycles:
+            _one(bench, before, sign, cycle, seen)
+
+
+def _span(bench: Bench, home: BenchState, sign: int) -> tuple[int, int]:
+    """Return begin and end of the insertion."""
+    bench.go_back(home)
+    bench.board.ask(sign)
+    bench.await_that(lambda: bench.words.completed == sign, readings=8.0)
+    found = insertions(bench)
+    if not found:
+        raise Failed(f"total {sign:+d} at rest: nothing inserted, so no reset could be tried", bench.now_ps)
+    return found[0].first_ps, found[0].last_ps
+
+
+def _asked(bench: Bench, home: BenchState, sign: int, until_ps: int) -> BenchState:
+    bench.go_back(home)
+    bench.board.ask(sign)
+    bench.run_for(until_ps - bench.now_ps)
+    return bench.keep()
+
+
+def _one(bench: Bench, before: BenchState, sign: int, cycle: int, seen: AfterReset) -> None:
+    bench.go_back(before)
+    if bench.time_of(cycle) > bench.now_ps:
+        bench.run_for(bench.time_of(cycle) - bench.now_ps)
+    bench.board.ask(0)
+    bench.reset()
+    when = f"reset in cycle {cycle}, total {sign:+d}"
+    rows = len(list(bench.changes(1)))
+    bench.run_readings(_BACK_READINGS)
+    driven = bench.design is not Design.B
+    mask = (DRIVES[bench.design] if driven else 0) | HOLD
+    for changed, _, latch in list(bench.changes(1))[rows:]:
+        if ~latch & mask:
+            pins = pin_names(1, ~latch & mask)
+            raise Failed(f"{when}: {pins} driven low afterwards", bench.time_of(changed))
+    if bench.words.message != NOT_HOMED or not bench.valid:
+        raise Failed(f"{when}: the box does not come back with NOT_HOMED", bench.now_ps)
+    received = bench.received()
+    seen.tried += 1
+    whole = sign * bench.design.step_counts
+    off = min(received.count, received.count - whole, key=abs)
+    if abs(off) > abs(seen.worst_counts_off):
+        seen.worst_counts_off = off
+    if received.illegal_transitions and not seen.illegal:
+        seen.illegal, seen.illegal_cycle = True, cycle
+
+
+def pin_names(port: int, bits: int) -> str:
+    """Return the names of some pins.
+
+    Examples
+    --------
+    >>> pin_names(1, 0x81)
+    'P1.0, P1.7'
+    """
+    return ", ".join(f"P{port}.{bit}" for bit in range(8) if bits >> bit & 1)

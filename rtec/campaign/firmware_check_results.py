@@ -1,0 +1,176 @@
+"""What a check of a firmware gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.injector import Design
+from rtec.signal import EdgeStream
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """When something happened, and where the program was.
+
+    Parameters
+    ----------
+    time_ps
+        Since power-up.
+    cycle
+        Of the processor, since power-up.
+    pc
+        Address of the instruction, or None where no instruction did it.
+    """
+
+    time_ps: int
+    cycle: int
+    pc: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Executed:
+    """An instruction as it was executed near a moment: its first cycle, address and text, and port 1 after it."""
+
+    cycle: int
+    address: int
+    text: str
+    port_1: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trace:
+    """The lines and pins around an insertion.
+
+    Parameters
+    ----------
+    title
+        What is seen.
+    encoder, controller
+        Edges on both sides of the box.
+    pin_times_ps, pin_levels
+        Changes of port 1: the time at the pin, the byte from then on.
+    initial_pins
+        Port 1 before the first change.
+    from_ps, to_ps
+        The part that matters.
+    zero_ps
+        The encoder's edge before the first change of a drive pin, or the change itself at rest.
+    mark_ps
+        The moment that failed, or None.
+    cycle_ps
+        Length of a cycle.
+    """
+
+    title: str
+    encoder: EdgeStream
+    controller: EdgeStream
+    pin_times_ps: NDArray[np.int64]
+    pin_levels: NDArray[np.int64]
+    initial_pins: int
+    from_ps: int
+    to_ps: int
+    zero_ps: int
+    mark_ps: int | None
+    cycle_ps: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One point of the contract.
+
+    Parameters
+    ----------
+    name
+        The point, in one or two words.
+    passed
+        None where it could not be tried, as the box does not answer.
+    detail
+        What was seen.
+    moment
+        Where it failed.
+    executed
+        The instructions up to there.
+    """
+
+    name: str
+    passed: bool | None
+    detail: str
+    moment: Moment | None = None
+    executed: tuple[Executed, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        moment = self.moment
+        return {
+            "name": self.name,
+            "passed": self.passed,
+            "detail": self.detail,
+            "cycle": None if moment is None else moment.cycle,
+            "time_us": None if moment is None else moment.time_ps / 1e6,
+            "pc": None if moment is None else moment.pc,
+            "instructions": [
+                {"cycle": row.cycle, "address": row.address, "text": row.text, "P1": row.port_1}
+                for row in self.executed
+            ],
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """What was measured on the way; None where it did not come to that."""
+
+    reading_us: float | None = None
+    """Between two readings of the PC's words, at rest."""
+    worst_insertion_cycles: float | None = None
+    """From the encoder's transition to the last change, over all trials that passed."""
+    worst_insertion_us: float | None = None
+    least_separation_us: float | None = None
+    """Between two changes at the controller."""
+    good_up_to_hz: float | None = None
+    """The highest speed tried at which all was right."""
+    fails_from_hz: float | None = None
+    """The next speed tried, at which it was not."""
+    failing: str | None = None
+    """``"refuses"``: nothing wrong, and nothing inserted in motion; ``"breaks"``: counts or transitions are wrong."""
+    reset_worst_counts_off: int | None = None
+    reset_illegal: bool | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirmwareVerdict:
+    """All points of the contract, and what was measured."""
+
+    image: str
+    design: Design
+    processor: str
+    part: str
+    hold_latch: bool
+    frequencies_hz: tuple[float, ...]
+    checks: tuple[Check, ...]
+    seen: Seen
+    trace: Trace | None
+    """The first insertion that failed, or else the slowest."""
+
+    @property
+    def passed(self) -> bool:
+        """Return whether every point was tried and holds."""
+        return all(check.passed is True for check in self.checks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict as plain data under the names that scripts rely on."""
+        seen = self.seen
+        return {
+            "image": self.image,
+            "design": self.design.value,
+            "processor": self.processor,
+            "part": self.part,
+            "hold_latch": self.hold_latch,
+            "frequencies_hz": list(self.frequencies_hz),
+            "passed": self.passed,
+            "checks": [check.to_dict() for check in self.checks],
+            **{name: getattr(seen, name) for name in Seen.__dataclass_fields__},
+        }

@@ -1,0 +1,242 @@
+"""``rtec firmware check``: a user's own image held to the contract of a design."""
+
+from __future__ import annotations
+
+import bisect
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, cast
+
+import typer
+
+from rtec.cli import _console, _measured
+from rtec.cli._arguments import choice
+from rtec.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from rtec.campaign import Check, FirmwareCheckPlan, FirmwareVerdict
+
+_OPTIONS = {"design": "--design", "processor": "--processor", "frequency": "--frequency", "phases": "--phases"}
+_LISTED = 12
+"""Instructions shown before a failure; --json holds more."""
+
+
+def check(
+    image: Annotated[
+        Path, typer.Argument(metavar="IMAGE.hex", help="Machine code as Intel HEX.", show_default=False)
+    ],
+    design: Annotated[
+        str,
+        typer.Option(metavar="original|a|b|c", help="Whose circuits stand around the processor.", show_default=False),
+    ],
+    processor: Annotated[
+        str, typer.Option(metavar="NAME", help="8051-12mhz, 8051-24mhz, one-clock-25mhz, ..., or '12-clock 16MHz'.")
+    ] = "8051-12mhz",
+    part: Annotated[
+        str | None,
+        typer.Option(
+            metavar="8051|8052",
+            help="128 bytes of RAM, or 256 and timer 2; 8051 on a 12-clock processor if not given, else 8052.",
+        ),
+    ] = None,
+    hold_latch: Annotated[
+        bool,
+        typer.Option(
+            "--hold-latch/--no-hold-latch", help="P1.7 holds real edges back; not in the report's circuits."
+        ),
+    ] = False,
+    frequency: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="5kHz", help="Speed tried, as often as wanted; two that suit the processor if not given."
+        ),
+    ] = None,
+    phases: Annotated[
+        int, typer.Option(min=1, max=10_000, metavar="N", help="Phases between edge and program, at each speed.")
+    ] = 24,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Draw the slowest insertion, or the first that fails.")
+    ] = None,
+    vcd: Annotated[Path | None, typer.Option(metavar="FILE.vcd", help="The same as waveforms.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """Hold an image to a design's contract by experiment: pins, counts, messages, position, reset.
+
+    Exits with 1 where a point fails, naming cycle, time and address. The contract stands in docs/firmware.md, a
+    walk through in docs/how-to-firmware.md.
+
+    Example: rtec firmware check mine.ihx --design c
+    """
+    from rtec.cli.firmware import as_bad_input
+
+    for option, file in (("--figure", figure), ("--vcd", vcd)):
+        if file is not None:
+            _measured.check_new_file(option, file, force=force)
+    if figure is not None and figure.suffix not in (".png", ".svg"):
+        raise ArgumentError("--figure", figure.name, "a name that ends in .png or .svg")
+    with as_bad_input():
+        plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases)
+    _console.announce_compilation()
+    from rtec.campaign import check_firmware
+
+    with _console.progress("check") as show:
+        verdict = check_firmware(plan, show)
+    written = _write(verdict, figure, vcd)
+    if json:
+        _console.print_json(verdict.to_dict() | written)
+    else:
+        _show(verdict, _Labels.beside(image))
+        for name, file_name in written.items():
+            typer.echo(f"{name}: {file_name}")
+    if not verdict.passed:
+        raise typer.Exit(1)
+
+
+def _plan(
+    image: Path,
+    design: str,
+    processor: str,
+    part: str | None,
+    hold_latch: bool,
+    frequencies: list[str],
+    phases: int,
+) -> FirmwareCheckPlan:
+    """Read everything that the user said."""
+    from firmware_model import read_hex
+    from firmware_model.isa.parts import PARTS
+    from rtec.board import Microcontroller
+    from rtec.campaign import FirmwareCheckPlan
+    from rtec.injector import Design
+    from rtec.units import FREQUENCY, parse_quantity
+
+    try:
+        chip = Microcontroller.named(processor)
+        known = "8051" if chip.timing == "12-clock" else "8052"
+        kind = known if part is None else choice(part, PARTS, name="--part")
+        return FirmwareCheckPlan(
+            image=read_hex(image),
+            design=Design.named(design),
+            microcontroller=dataclasses.replace(chip, part=cast("Literal['8051', '8052']", kind)),
+            hold_latch=hold_latch,
+            frequencies_hz=tuple(parse_quantity(text, FREQUENCY, name="--frequency") for text in frequencies),
+            phases=phases,
+        )
+    except ArgumentError as error:
+        name = _OPTIONS.get(error.name, error.name)
+        raise ArgumentError(name, error.value, error.allowed, error.hint) from error
+
+
+def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> dict[str, str]:
+    """Write the files that were asked for; return them by their names."""
+    written: dict[str, str] = {}
+    for name, file in (("figure", figure), ("vcd", vcd)):
+        if file is None:
+            continue
+        if verdict.trace is None:
+            _console.note(f"{file} not written: the program has not come to an insertion")
+            continue
+        if name == "figure":
+            from rtec.report.figures_firmware import write_insertion_figure
+
+            write_insertion_figure(verdict, file)
+        else:
+            from rtec.campaign.firmware_check_vcd import write_trace
+
+            write_trace(verdict.trace, file)
+        written[name] = str(file)
+    return written
+
+
+@dataclasses.dataclass(frozen=True)
+class _Labels:
+    """Addresses with names, as build.py writes them beside an image."""
+
+    addresses: list[int]
+    names: list[str]
+
+    @classmethod
+    def beside(cls, image: Path) -> _Labels:
+        """Read NAME.sym where there is one; what it does not hold goes without a name."""
+        rows = []
+        file = image.with_suffix(".sym")
+        if file.is_file():
+            for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
+                address, _, name = line.strip().partition(" ")
+                try:
+                    rows.append((int(address, 16), name.strip()))
+                except ValueError:
+                    return cls([], [])  # of another tool
+        rows.sort()
+        return cls([address for address, _ in rows], [name for _, name in rows])
+
+    def of(self, address: int) -> str:
+        """Return the address with the label before it."""
+        index = bisect.bisect_right(self.addresses, address) - 1
+        if index < 0:
+            return f"{address:04X}h"
+        beyond = address - self.addresses[index]
+        return f"{address:04X}h, {self.names[index]}{f' + {beyond}' if beyond else ''}"
+
+
+def _show(verdict: FirmwareVerdict, labels: _Labels) -> None:
+    """Print the verdict for people."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    results = {True: Text("passed", style="green"), False: Text("FAILED", style="bold red"), None: Text("not tried")}
+    latch = "with" if verdict.hold_latch else "without"
+    title = (
+        f"{verdict.image}: design {verdict.design.value}, {verdict.processor} ({verdict.part}), {latch} hold latch"
+    )
+    table = Table(title=Text(title), title_justify="left", show_header=False)
+    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    for point in verdict.checks:
+        table.add_row(point.name, results[point.passed], Text(point.detail + _where(point, labels)))
+    console = Console(highlight=False)
+    console.print(table)
+    failed = next((point for point in verdict.checks if point.passed is False), None)
+    if failed is not None and failed.executed:
+        console.print(f"Executed before it ({failed.name}):")
+        for row in failed.executed[-_LISTED:]:
+            line = f"{row.cycle:>10}  {row.address:04X}  {row.text:<28}P1={row.port_1:02X}  {labels.of(row.address)}"
+            console.print(Text(line.split(", ")[0] if not labels.names else line), soft_wrap=True)
+    for line in _measurements(verdict):
+        console.print(Text(line), soft_wrap=True)
+    count = sum(point.passed is False for point in verdict.checks)
+    style = "green" if verdict.passed else "bold red"
+    tried = (
+        f"{len(verdict.checks)} points hold" if verdict.passed else f"{count} of {len(verdict.checks)} points fail"
+    )
+    console.print(f"{'passed' if verdict.passed else 'FAILED'}: {tried}", style=style)
+
+
+def _where(point: Check, labels: _Labels) -> str:
+    if point.moment is None:
+        return ""
+    moment = point.moment
+    pc = "" if moment.pc is None else f" at {labels.of(moment.pc)}"
+    return f"\ncycle {moment.cycle}, {moment.time_ps / 1e6:.2f} µs{pc}"
+
+
+def _measurements(verdict: FirmwareVerdict) -> list[str]:
+    """Return what was measured, a line each."""
+    from rtec.campaign import hertz
+
+    seen, lines = verdict.seen, []
+    if seen.worst_insertion_us is not None:
+        lines.append(
+            f"worst insertion: {seen.worst_insertion_us:.4g} µs ({seen.worst_insertion_cycles:.4g} cycles) from the "
+            "transition to the last change"
+        )
+    if seen.least_separation_us is not None:
+        lines.append(f"least separation of changes at the controller: {seen.least_separation_us:.4g} µs")
+    if seen.good_up_to_hz is not None and seen.fails_from_hz is not None:
+        lines.append(
+            f"all right up to {hertz(seen.good_up_to_hz)}; at {hertz(seen.fails_from_hz)} it {seen.failing} "
+            "(rtec envelope searches exhaustively)"
+        )
+    return lines
