@@ -81,7 +81,11 @@ class Behaviour:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data under stable names."""
-        return {**dataclasses.asdict(self), "rungs": [dataclasses.asdict(rung) for rung in self.rungs], "good": self.good}
+        return {
+            **dataclasses.asdict(self),
+            "rungs": [dataclasses.asdict(rung) for rung in self.rungs],
+            "good": self.good,
+        }
 
 
 # --- the effects, one after the other ---
@@ -91,7 +95,11 @@ def _report(design: Design, _begin_ps: int) -> Timing:
 
 def _sampled(design: Design, begin_ps: int) -> Timing:
     timing = Timing.of(design, Processor.MCS51)
-    late = {"latency_ps": timing.latency_ps + _US // 4} if design is Design.B else {"decide_ps": timing.decide_ps + _US // 4}
+    late = (
+        {"latency_ps": timing.latency_ps + _US // 4}
+        if design is Design.B
+        else {"decide_ps": timing.decide_ps + _US // 4}
+    )
     return dataclasses.replace(timing, poll_offset_ps=(begin_ps + 3 * _US // 4) % timing.poll_ps, **late)
 
 
@@ -235,7 +243,9 @@ def _equal(one: EdgeStream, other: EdgeStream) -> bool:
 
 
 # --- insertions, read off the lines ---
-def insertions_of(design: Design, exercise: Exercise, lines: EdgeStream, timing: Timing) -> tuple[Longs, Longs, Longs]:
+def insertions_of(
+    design: Design, exercise: Exercise, lines: EdgeStream, timing: Timing
+) -> tuple[Longs, Longs, Longs]:
     """Return transition, stretch, and changes relative to the transition, of each insertion in motion.
 
     Changes of the lines that are no transitions of the encoder's, a step apart, are an insertion (Original, A, C); of

@@ -104,8 +104,11 @@ class Machine:
     switch_on: bool = True
 
     def __post_init__(self) -> None:
-        """Check that the true error is one that a play between two flanks can have."""
+        """Check that the true error is one that a play between two flanks can have, and the box one that rests."""
         check_play(self.axis_error)
+        if self.injector is not None and self.injector.timing.firmware is not None:
+            allowed = "a timing without a program: the loop has readings of its own"
+            raise ArgumentError("injector.timing", "that of the firmware", allowed, "take Processor.MCS51")
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""
