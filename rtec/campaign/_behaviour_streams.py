@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,8 @@ _LEVELS = np.array([0, 1, 3, 2], np.uint8)
 _SHARES = (0.1, 0.5, 0.9)
 """Speeds of the steady motion, as shares of the fastest that the gate lets through."""
 _STEADY_MS = 4
-_REST_MS = 3
+_TURNS_PS = 6 * _US
+"""Whole turns of the waiting loop of two cycles, and of Design B's of six."""
 _MOST_STEPS = 120
 
 Longs = NDArray[np.int64]
@@ -32,8 +34,6 @@ class Exercise:
     asked_ps: Longs
     totals: Longs
     end_ps: int
-    rest_ps: int
-    """Beyond so long after a transition, an insertion comes behind none."""
 
     def after(self, begin_ps: int) -> Exercise:
         """Return the same, from ``begin_ps`` on."""
@@ -51,31 +51,29 @@ def quarter_ps(design: Design) -> float:
     return gate_ps / (4 if design is Design.ORIGINAL else 2)
 
 
-def steady_motion(design: Design, phases: int) -> Exercise:
-    """Return bursts of three steps each: three speeds, both directions and signs, each phase a clock later."""
-    times, counts, asked, totals = [], [np.zeros(1, np.int64)], [], []
-    at_ps, total = _MS, 0
+def steady_motion(design: Design, phases: int) -> list[Exercise]:
+    """Return trials of three steps each: three speeds, both directions and signs, every phase a clock later.
+
+    The transitions are whole turns of the waiting loop apart, so that the phase is the same behind each of them. The
+    motion is under way by the time of the first reading that can see the request: nothing is inserted at rest.
+    """
+    trials = []
     for share in _SHARES:
-        interval_ps = round(quarter_ps(design) / share)
-        edges = max(int(_STEADY_MS * _MS / interval_ps), 16)
-        for direction in (1, -1):
-            for phase in range(phases):
-                for sign in (1, -1):
-                    total += 3 * sign
-                    asked.append(at_ps)
-                    totals.append(total)
-                    first_ps = at_ps + _US + round(phase * _US / _CLOCKS_PER_US)
-                    times.append(first_ps + interval_ps * np.arange(edges, dtype=np.int64))
-                    counts.append(counts[-1][-1] + direction * np.arange(1, edges + 1))
-                    at_ps = (int(times[-1][-1]) // _US + 1) * _US + _REST_MS * _MS
-    return Exercise(
-        times_ps=np.concatenate(times),
-        levels=_LEVELS[np.concatenate(counts[1:]) & 3],
-        asked_ps=np.asarray(asked, np.int64),
-        totals=np.asarray(totals, np.int64),
-        end_ps=at_ps,
-        rest_ps=900 * _US,
-    )
+        interval_ps = -round(-quarter_ps(design) / share // _TURNS_PS) * _TURNS_PS
+        edges = max(int(_STEADY_MS * _MS / interval_ps), 24) // 4 * 4
+        for direction, sign, phase in itertools.product((1, -1), (1, -1), range(phases)):
+            first_ps = 600 * _US + round(phase * _US / _CLOCKS_PER_US)
+            times = first_ps + interval_ps * np.arange(edges, dtype=np.int64)
+            trials.append(
+                Exercise(
+                    times_ps=times,
+                    levels=_LEVELS[direction * np.arange(1, edges + 1) & 3],
+                    asked_ps=np.array([850 * _US]),
+                    totals=np.array([3 * sign]),
+                    end_ps=int(times[-1]) // _US * _US + 900 * _US,
+                )
+            )
+    return trials
 
 
 def long_run(design: Design, edges: int, seed: int) -> Exercise:
@@ -100,5 +98,4 @@ def long_run(design: Design, edges: int, seed: int) -> Exercise:
         asked_ps=np.asarray(asked, np.int64),
         totals=np.asarray(totals, np.int64),
         end_ps=end_ps,
-        rest_ps=900 * _US,
     )

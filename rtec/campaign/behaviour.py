@@ -1,4 +1,4 @@
-"""The behavioural box against the firmware: one edge stream into both, and which effect makes how much of the difference.
+"""The behavioural box against the firmware: one edge stream into both, and what each effect makes of the difference.
 
 The firmware's trace on the board is the measurement. The model starts as the report's words have it and is given one
 effect after the other; after each, every insertion of the model is held against the one that the firmware made.
@@ -21,7 +21,8 @@ from rtec.signal import EdgeStream
 
 CLOCKS_PER_US = 12
 _US = 1_000_000
-_TICK = "tick"
+_REST_PS = 900 * _US
+"""An insertion so long after a transition comes behind none."""
 
 Longs = NDArray[np.int64]
 
@@ -95,12 +96,10 @@ def _report(design: Design, _begin_ps: int) -> Timing:
 
 def _sampled(design: Design, begin_ps: int) -> Timing:
     timing = Timing.of(design, Processor.MCS51)
-    late = (
-        {"latency_ps": timing.latency_ps + _US // 4}
-        if design is Design.B
-        else {"decide_ps": timing.decide_ps + _US // 4}
-    )
-    return dataclasses.replace(timing, poll_offset_ps=(begin_ps + 3 * _US // 4) % timing.poll_ps, **late)
+    looks_ps = (begin_ps + 3 * _US // 4) % timing.poll_ps
+    if design is Design.B:
+        return dataclasses.replace(timing, poll_offset_ps=looks_ps, latency_ps=timing.latency_ps + _US // 4)
+    return dataclasses.replace(timing, poll_offset_ps=looks_ps, decide_ps=timing.decide_ps + _US // 4)
 
 
 def _paths(design: Design, begin_ps: int) -> Timing:
@@ -125,10 +124,22 @@ STAIRCASE: tuple[tuple[str, str, Callable[[Design, int], Timing]], ...] = (
     ("S5P2", "pins are sampled in S5P2, outputs change in S1P1: a quarter of a cycle more", _sampled),
     ("decision", "cycles of the decision, and of a turn of the waiting loop", _paths),
     ("search", "the grid of looks begins anew with each search; the gate is a timer", timing_with(Effect(0))),
-    ("arming", "the processor looks twice before it waits, and the edge latch remembers", timing_with(Effect.ARMING)),
-    ("reading", "busy with a reading every 1000 cycles, which alone takes a request", timing_with(Effect.ARMING | Effect.READINGS)),
-    ("interrupt", "the tick breaks in at the end of an instruction, the way there takes cycles", timing_with(Effect.ARMING | Effect.READINGS | Effect.INTERRUPT)),
-)  # fmt: skip
+    (
+        "arming",
+        "two looks before the wait begins, and the edge latch remembers what came between",
+        timing_with(Effect.ARMING),
+    ),
+    (
+        "reading",
+        "busy with a reading every 1000 cycles, which alone takes a request",
+        timing_with(Effect.ARMING | Effect.READINGS),
+    ),
+    (
+        "interrupt",
+        "the tick breaks in at the end of an instruction, and the way from there takes cycles",
+        timing_with(Effect.READINGS | Effect.ARMING | Effect.INTERRUPT),
+    ),
+)
 """Name, cause and timing of each rung."""
 
 
@@ -172,44 +183,72 @@ def compare_behaviour(
     phases = whole_within("phases", phases, 1, 144)
     edges = whole_within("edges", edges, 100, 10_000_000)
     seed = whole_within("seed", seed, 0, 2**32 - 1)
-    measured = [
-        (exercise, *_of_firmware(design, exercise, hold_latch=hold_latch))
-        for exercise in (steady_motion(design, phases), long_run(design, edges, seed))
-    ]
+    steady = _of_firmware(design, steady_motion(design, phases), hold_latch=hold_latch)
+    long = _of_firmware(design, [long_run(design, edges, seed)], hold_latch=hold_latch)
     rungs = []
     for name, cause, timing_of in staircase:
-        found, same = [], []
-        for exercise, begin_ps, lines in measured:
-            timing = timing_of(design, begin_ps)
-            modelled = _of_model(design, exercise.after(begin_ps), timing, hold_latch=hold_latch)
-            found.append(_difference(design, exercise.after(begin_ps), lines, modelled, timing))
-            same.append(_equal(lines, modelled))
-        rungs.append(Rung(name=name, cause=cause, steady=found[0], long=found[1], identical=all(same)))
+        differences, same = [], True
+        for trials in (steady, long):
+            pairs = []
+            for trial in trials:
+                timing = timing_of(design, trial.begin_ps)
+                modelled = _of_model(design, trial.exercise, timing, hold_latch=hold_latch)
+                pairs.append((trial, modelled, timing))
+                same = same and np.array_equal(trial.lines.times_ps, modelled.times_ps)
+            differences.append(_difference(design, pairs))
+        rungs.append(Rung(name=name, cause=cause, steady=differences[0], long=differences[1], identical=same))
     return Behaviour(design=design.value, hold_latch=hold_latch, phases=phases, seed=seed, rungs=tuple(rungs))
 
 
 # --- both boxes ---
-def _tick_address(microcontroller: Microcontroller, design: Design) -> int:
-    """Return where a reading begins in the committed image."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """What the firmware made of an exercise."""
+
+    begin_ps: int
+    """When the reading began from which the exercise's times count."""
+    exercise: Exercise
+    lines: EdgeStream
+    """What the controller saw."""
+
+
+def _addresses(microcontroller: Microcontroller, design: Design) -> tuple[int, int]:
+    """Return where a reading begins in the committed image, and where it has ended."""
     rows = microcontroller.image(design).with_suffix(".sym").read_text(encoding="ascii").splitlines()
-    return next(int(row.split()[0], 16) for row in rows if row.split()[1:] == [_TICK])
+    places = {name: int(address, 16) for address, name in (row.split() for row in rows)}
+    return places["tick"], places["work"]
 
 
-def _of_firmware(design: Design, exercise: Exercise, *, hold_latch: bool) -> tuple[int, EdgeStream]:
-    """Return when a reading begins, and what the controller sees of the exercise from then on."""
+def _next_reading(board: Board, tick: int, work: int) -> int:
+    """Run a resting board to the beginning of a reading; return when that is."""
+    while board.cpu.pc < work:
+        board.idle(until_ps=board.now_ps + 100 * _US)
+    waiting_ps = board.now_ps
+    while board.cpu.pc >= work:
+        waiting_ps = board.now_ps
+        board.idle(until_ps=board.now_ps + 100 * _US)
+    board.idle(until_ps=waiting_ps + 1000 * _US)  # the next one begins no earlier after the one just seen
+    while board.cpu.pc != tick:
+        board.idle(until_ps=board.now_ps + _US)
+    return board.cpu.cycles * _US
+
+
+def _of_firmware(design: Design, exercises: list[Exercise], *, hold_latch: bool) -> list[Trial]:
+    """Return what the controller sees of each exercise, which begins with a reading of the firmware at rest."""
     microcontroller = Microcontroller.named("8051-12mhz")
     board = Board(design, microcontroller, hold_latch=hold_latch)
     board.start_up()
-    address = _tick_address(microcontroller, design)
-    while board.cpu.pc != address:
-        board.idle(until_ps=board.now_ps + _US)
-    begin_ps = board.cpu.cycles * _US
-
-    def ask(total: int, at_ps: int) -> None:
-        board.idle(until_ps=at_ps)
-        board.ask(total, large=True)
-
-    return begin_ps, _run(exercise.after(begin_ps), ask, board.process)
+    tick, work = _addresses(microcontroller, design)
+    trials, total = [], 0
+    for relative in exercises:
+        begin_ps = _next_reading(board, tick, work)
+        exercise = relative.after(begin_ps)
+        before = total
+        lines = _run(exercise, lambda more, _, was=before: board.ask(was + more, large=True), board.process)
+        total = before + int(exercise.totals[-1])
+        trials.append(Trial(begin_ps=begin_ps, exercise=exercise, lines=lines))
+        board.idle(until_ps=board.now_ps + 6000 * _US)
+    return trials
 
 
 def _of_model(design: Design, exercise: Exercise, timing: Timing, *, hold_latch: bool) -> EdgeStream:
@@ -219,27 +258,23 @@ def _of_model(design: Design, exercise: Exercise, timing: Timing, *, hold_latch:
     return _run(exercise, lambda total, at_ps: box.request(total, at_ps=at_ps), box.process)
 
 
-def _run(exercise: Exercise, ask: Callable[[int, int], None], process: Callable[..., EdgeStream]) -> EdgeStream:
-    """Send the exercise through a box, stretch by stretch, each with its request at the beginning."""
+def _run(exercise: Exercise, ask: Callable[..., None], process: Callable[..., EdgeStream]) -> EdgeStream:
+    """Send the exercise through a box, stretch by stretch, each but the first with a request at its beginning."""
     times, levels = [], []
-    initial, first = 0, None
-    bounds = np.searchsorted(exercise.times_ps, [*exercise.asked_ps[1:], exercise.end_ps])
-    done = 0
-    until_ps = [*exercise.asked_ps[1:].tolist(), exercise.end_ps]
-    for total, at_ps, stop, until in zip(exercise.totals, exercise.asked_ps, bounds, until_ps, strict=True):
-        ask(int(total), int(at_ps))
+    initial, first, done = 0, None, 0
+    ends_ps = [*exercise.asked_ps.tolist(), exercise.end_ps]
+    for number, until_ps in enumerate(ends_ps):
+        if number:
+            ask(int(exercise.totals[number - 1]), int(exercise.asked_ps[number - 1]))
+        stop = int(np.searchsorted(exercise.times_ps, until_ps))
         part = EdgeStream(exercise.times_ps[done:stop], exercise.levels[done:stop], initial=initial)
-        seen = process(part, until_ps=int(until))
+        seen = process(part, until_ps=until_ps)
         first = seen.initial if first is None else first
         times.append(seen.times_ps)
         levels.append(seen.levels)
         initial = int(exercise.levels[stop - 1]) if stop > done else initial
-        done = int(stop)
+        done = stop
     return EdgeStream(np.concatenate(times), np.concatenate(levels), initial=first or 0)
-
-
-def _equal(one: EdgeStream, other: EdgeStream) -> bool:
-    return np.array_equal(one.times_ps, other.times_ps) and np.array_equal(one.levels, other.levels)
 
 
 # --- insertions, read off the lines ---
@@ -267,29 +302,39 @@ def insertions_of(
         look_ps = changes[:, 0] - timing.decide_ps
     behind = np.searchsorted(exercise.times_ps, look_ps, side="right") - 1
     stretch = np.searchsorted(exercise.asked_ps, changes[:, 0], side="right") - 1
-    moving = (behind >= 0) & (look_ps - exercise.times_ps[np.maximum(behind, 0)] < exercise.rest_ps)
+    moving = (behind >= 0) & (look_ps - exercise.times_ps[np.maximum(behind, 0)] < _REST_PS)
     return behind[moving], stretch[moving], (changes - exercise.times_ps[np.maximum(behind, 0)][:, None])[moving]
 
 
-def _difference(
-    design: Design, exercise: Exercise, measured: EdgeStream, modelled: EdgeStream, timing: Timing
-) -> Difference:
-    """Pair the insertions of each stretch in their order."""
-    of_firmware = insertions_of(design, exercise, measured, Timing.of(design, Processor.FIRMWARE))
-    of_model = insertions_of(design, exercise, modelled, timing)
-    places = [_places(stretch) for _, stretch, _ in (of_firmware, of_model)]
-    _, one, other = np.intersect1d(*places, assume_unique=True, return_indices=True)
-    late_ps = of_firmware[2][one] - of_model[2][other]
+def _difference(design: Design, pairs: list[tuple[Trial, EdgeStream, Timing]]) -> Difference:
+    """Pair the insertions of each stretch of each trial in their order."""
+    profile = Timing.of(design, Processor.FIRMWARE)
+    late: list[Longs] = []
+    same = made = paired = modelled_too = 0
+    for trial, lines, timing in pairs:
+        measured = insertions_of(design, trial.exercise, trial.lines, profile)
+        modelled = insertions_of(design, trial.exercise, lines, timing)
+        one, other = _paired(_places(measured[1]), _places(modelled[1]))
+        late.append(measured[2][one] - modelled[2][other])
+        same += int(np.count_nonzero(measured[0][one] == modelled[0][other]))
+        made += int(measured[0].size)
+        modelled_too += int(modelled[0].size)
+        paired += int(one.size)
+    late_ps = np.concatenate(late)
     clocks = late_ps * (CLOCKS_PER_US / _US)
-    made = int(of_firmware[0].size)
     return Difference(
         insertions=made,
-        unmatched=made + int(of_model[0].size) - 2 * int(one.size),
+        unmatched=made + modelled_too - 2 * paired,
         worst_clocks=float(np.max(np.abs(clocks), initial=0.0)),
         rms_clocks=float(np.sqrt(np.mean(clocks**2))) if clocks.size else 0.0,
         share_zero=float(np.count_nonzero(np.all(late_ps == 0, axis=1))) / max(made, 1),
-        share_same=float(np.count_nonzero(of_firmware[0][one] == of_model[0][other])) / max(made, 1),
+        share_same=same / max(made, 1),
     )
+
+
+def _paired(one: Longs, other: Longs) -> tuple[Longs, Longs]:
+    """Return where the numbers that both have stand in each."""
+    return np.flatnonzero(np.isin(one, other)), np.flatnonzero(np.isin(other, one))
 
 
 def _places(stretch: Longs) -> Longs:

@@ -48,10 +48,10 @@ def compare(
     designs = list(Design) if design == "all" else [_named(design)]
     _console.announce_compilation()
     found: list[Behaviour] = []
-    for number, one in enumerate(designs):
-        with _console.progress(f"design {one.value}") as show:
+    for number, each in enumerate(designs):
+        with _console.progress(f"design {each.value}") as show:
             show(number / len(designs))
-            found.append(compare_behaviour(one, hold_latch=hold_latch, phases=phases, edges=edges, seed=seed))
+            found.append(compare_behaviour(each, hold_latch=hold_latch, phases=phases, edges=edges, seed=seed))
     if figure is not None:
         from rtec.report.figures_behaviour import write_behaviour_figure
 

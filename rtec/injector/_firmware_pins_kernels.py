@@ -5,7 +5,7 @@ The box's own next event is the next look that can tell something new, so a loop
 begins at ``origin_ps + k * cycle_ps`` and samples its pins ``sample_ps`` later; an output changes at the beginning
 of a cycle.
 
-Letters: ``look`` or ``l`` is the cycle whose S5P2 sees the pin; a boundary is the cycle in which an instruction begins.
+A look is the cycle whose S5P2 sees the pin; a boundary is a cycle in which an instruction begins.
 Source: listings of `firmware_model/images`, docs/firmware.md.
 """
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rtec.checks import number_within, whole_within
 from rtec.injector import _firmware_pins_kernels
@@ -166,14 +166,10 @@ class Timing:
             return cls(decide_ps=125 * NS, step_ps=125 * NS) if design is Design.C else cls()
         if processor is Processor.FIRMWARE:
             return _of_firmware(design)
-        common = {"step_ps": 1 * US, "recover_ps": 2 * US}
-        if design is Design.ORIGINAL:
-            return cls(poll_ps=2 * US, decide_ps=4 * US, **common)
-        if design is Design.A:
-            return cls(poll_ps=2 * US, decide_ps=8 * US, **common)
+        common = cls(poll_ps=2 * US, step_ps=1 * US, recover_ps=2 * US)
         if design is Design.B:
-            return cls(poll_ps=4 * US, latency_ps=5 * US, decide_ps=5 * US, **common)
-        return cls(poll_ps=2 * US, decide_ps=5 * US, **common)
+            return replace(common, poll_ps=4 * US, latency_ps=5 * US, decide_ps=5 * US)
+        return replace(common, decide_ps={Design.ORIGINAL: 4, Design.A: 8, Design.C: 5}[design] * US)
 
     def worst_ps(self, design: Design) -> int:
         """Return the time from a real transition to the last change of the insertion after it, at worst."""

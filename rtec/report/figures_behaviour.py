@@ -59,8 +59,8 @@ def _clocks(axes: Axes, rungs: Sequence[Rung]) -> None:
         ("long run", _LONG, "s", [rung.long for rung in rungs]),
     ):
         axes.plot([d.worst_clocks for d in values], color=colour, marker=marker, ms=4.5, label=f"{name}, worst")
-        axes.plot([d.rms_clocks for d in values], color=colour, marker=marker, ms=3.5, mfc="white", linestyle=(0, (3, 2)),
-                  label=f"{name}, rms")  # fmt: skip
+        rms = [d.rms_clocks for d in values]
+        axes.plot(rms, color=colour, marker=marker, ms=3.5, mfc="white", linestyle=(0, (3, 2)), label=f"{name}, rms")
     axes.set_yscale("symlog", linthresh=1.0, linscale=0.6)
     axes.set_yticks(_TICKS, [str(tick) for tick in _TICKS])
     axes.minorticks_off()

@@ -1,4 +1,4 @@
-"""The behavioural box with the firmware's timing against the firmware on the board: no difference, and what each effect is for.
+"""The behavioural box with the firmware's timing against the firmware on the board: no difference is left.
 
 The oracle is the program itself, executed instruction by instruction on the board.
 """
@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from rtec.board import Board, Microcontroller
-from rtec.campaign.behaviour import STAIRCASE, compare_behaviour, insertions_of, timing_with
 from rtec.campaign._behaviour_streams import long_run, steady_motion
+from rtec.campaign.behaviour import STAIRCASE, compare_behaviour, insertions_of, timing_with
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Effect, Injector, InjectorSettings, Processor, RealEdges, Timing
 from rtec.signal import EdgeStream
@@ -119,10 +119,12 @@ def test_insertions_are_read_off_the_lines():
 
 
 def test_steady_motion_has_every_phase_of_a_cycle():
-    exercise = steady_motion(Design.C, 144)
-    first = exercise.times_ps[np.searchsorted(exercise.times_ps, exercise.asked_ps)]
-    clocks = np.unique(np.round((first % 12_000_000) * 12 / 1e6).astype(int) % 144)
-    assert clocks.tolist() == list(range(144))
+    """A clock apart over twelve cycles, and the same behind each transition of a trial, for loops of 2 and 6 cycles."""
+    trials = steady_motion(Design.B, 144)
+    clocks = {round((trial.times_ps[0] % 12_000_000) * 12 / 1e6) % 144 for trial in trials}
+    assert clocks == set(range(144))
+    assert all(np.all(np.diff(trial.times_ps) % 6_000_000 == 0) for trial in trials)
+    assert len(trials) == 3 * 2 * 2 * 144
 
 
 @pytest.mark.parametrize(("name", "value"), [("phases", 0), ("phases", 145), ("edges", 99), ("seed", -1)])
