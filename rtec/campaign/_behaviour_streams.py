@@ -88,8 +88,8 @@ def long_run(design: Design, edges: int, seed: int) -> Exercise:
         made += size
     times = _MS + np.cumsum(np.concatenate(intervals)).astype(np.int64)
     end_ps = int(times[-1]) + _MS
-    asked, totals = [_MS], [5]
-    while (at_ps := asked[-1] + int(rng.integers(20 * _MS, 400 * _MS))) < end_ps:
+    asked, totals = [_MS], [100]
+    while (at_ps := asked[-1] + int(rng.integers(10 * _MS, 150 * _MS))) < end_ps:
         asked.append(at_ps)
         totals.append(int(rng.integers(-_MOST_STEPS, _MOST_STEPS + 1)))
     return Exercise(

@@ -119,7 +119,7 @@ def test_insertions_are_read_off_the_lines():
 
 
 def test_steady_motion_has_every_phase_of_a_cycle():
-    """A clock apart over twelve cycles, and the same behind each transition of a trial, for loops of 2 and 6 cycles."""
+    """A clock apart over twelve cycles, and the same behind each transition of a trial, in loops of 2 and 6 cycles."""
     trials = steady_motion(Design.B, 144)
     clocks = {round((trial.times_ps[0] % 12_000_000) * 12 / 1e6) % 144 for trial in trials}
     assert clocks == set(range(144))
@@ -153,5 +153,6 @@ def test_good_order_of_switching_off(design, real_edges):
     else:
         assert head.times_ps.size + tail.times_ps.size == design.step_counts
     other.power(True, at_ps=10**10)
+    other.enable(True, at_ps=10**10)
     other.request(1, at_ps=10**10)
     assert other.process(EdgeStream([], [], initial=0), until_ps=2 * 10**10).times_ps.size >= design.step_counts
