@@ -31,7 +31,9 @@ def behaviour_figure(found: Sequence[Behaviour]) -> Figure:
         _shares(lower, one.rungs)
         name = one.design if one.design == "original" else one.design.upper()
         upper.set_title(f"{name}{', lines held' if one.hold_latch else ''}")
-        lower.set_xticks(range(len(one.rungs)), [rung.name for rung in one.rungs], rotation=60, ha="right")
+        lower.set_xticks(
+            range(len(one.rungs)), [rung.name for rung in one.rungs], rotation=45, ha="right", rotation_mode="anchor"
+        )
     panels[0, 0].set_ylabel("firmware less model (clocks)")
     panels[1, 0].set_ylabel("behind the same\ntransition (%)")
     handles, labels = panels[0, 0].get_legend_handles_labels()

@@ -119,7 +119,7 @@ def test_insertions_are_read_off_the_lines():
 
 
 def test_steady_motion_has_every_phase_of_a_cycle():
-    """A clock apart over twelve cycles, and the same behind each transition of a trial, in loops of 2 and 6 cycles."""
+    """A clock apart over twelve cycles, and the same behind every transition, in loops of 2 and 6 cycles."""
     trials = steady_motion(Design.B, 144)
     clocks = {round((trial.times_ps[0] % 12_000_000) * 12 / 1e6) % 144 for trial in trials}
     assert clocks == set(range(144))
