@@ -61,7 +61,7 @@ def steady_motion(design: Design, phases: int) -> list[Exercise]:
     for share in _SHARES:
         interval_ps = -round(-quarter_ps(design) / share // _TURNS_PS) * _TURNS_PS
         edges = max(int(_STEADY_MS * _MS / interval_ps), 24) // 4 * 4
-        for direction, sign, phase in itertools.product((1, -1), (1, -1), range(phases)):
+        for direction, phase, sign in itertools.product((1, -1), range(phases), (1, -1)):  # a byte holds the total
             first_ps = 600 * _US + round(phase * _US / _CLOCKS_PER_US)
             times = first_ps + interval_ps * np.arange(edges, dtype=np.int64)
             trials.append(

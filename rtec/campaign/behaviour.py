@@ -147,7 +147,7 @@ def compare_behaviour(
     design: Design,
     *,
     hold_latch: bool = False,
-    phases: int = 144,
+    phases: int = 72,
     edges: int = 60_000,
     seed: int = 0,
     staircase: tuple[tuple[str, str, Callable[[Design, int], Timing]], ...] = STAIRCASE,
