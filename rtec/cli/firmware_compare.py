@@ -22,7 +22,7 @@ def compare(
     ] = False,
     phases: Annotated[
         int, typer.Option(min=1, max=144, metavar="N", help="Phases of the steady motion, 1/12 us apart.")
-    ] = 144,
+    ] = 72,
     edges: Annotated[int, typer.Option(min=100, max=10**7, metavar="N", help="Length of the long run.")] = 60_000,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, metavar="N", help="Of the long run.")] = 0,
     figure: Annotated[
