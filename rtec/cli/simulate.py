@@ -78,7 +78,7 @@ def simulate(
     frequency: Annotated[str, _option("--frequency", None, "500kHz", "Of the encoder's A (or B) square wave.")],
     cycles: Annotated[str, _option("--cycles", None, "N", "Length of the motion; a cycle is four counts.")],
     corrections: Annotated[str, _option("--corrections", None, "N", "Steps asked for, spread evenly.")],
-    timing: Annotated[str, _option("--timing", None, "8051|fast", "Processor of the box.")] = "fast",
+    timing: Annotated[str, _option("--timing", None, "8051|fast|firmware", "Processor of the box.")] = "fast",
     direction: Annotated[str, _option("--direction", None, "+|-", "Of the motion.")] = "+",
     sign: Annotated[str, _option("--sign", None, "+|-", "- takes counts away instead of adding them.")] = "+",
     seed: Annotated[str, _option("--seed", None, "N", "Of jitter and glitches.")] = "0",
@@ -134,7 +134,8 @@ def simulate(
     """Send an encoder's edges at constant speed through the box into the controller, and compare the counts.
 
     Exits with 1 where corrections are left over, a transition is illegal or a count is wrong. Times, frequencies and
-    angles carry their units. What is not given of the box is that of the --timing.
+    angles carry their units. What is not given of the box is that of the --timing: 8051 is the report's, firmware the
+    same processor as measured on its program's trace.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     """
@@ -145,7 +146,12 @@ def simulate(
 
     with _named_as_options():
         insertion = Design.named(design)
-        profile = Timing.of(insertion, member(timing, Processor, name="--timing"))
+        processor = member(timing, Processor, name="--timing")
+        if processor is Processor.FIRMWARE:
+            own = {"--poll": poll, "--poll-offset": poll_offset, "--decide": decide, "--step": step, "--rest": rest,
+                   "--recover": recover, "--latency": latency, "--gate-margin": gate_margin}  # fmt: skip
+            _refuse_times(own, no_gate)
+        profile = Timing.of(insertion, processor)
         box = InjectorSettings(
             design=insertion,
             timing=dataclasses.replace(
@@ -194,6 +200,14 @@ def simulate(
             direction=_sign(direction, "--direction"),
         )
         _carry_out(path, vcd, force, as_json)
+
+
+def _refuse_times(given: dict[str, str | None], no_gate: bool) -> None:
+    """Refuse times of the box where they are the firmware's own."""
+    names = [name for name, text in given.items() if text is not None] + (["--no-gate"] if no_gate else [])
+    if names:
+        hint = "what the program does is timed by its instructions; 8051 and fast can be changed"
+        raise ArgumentError(names[0], given.get(names[0]) or "given", "nothing with --timing firmware", hint)
 
 
 def _time(text: str | None, of_profile_ps: int, name: str) -> int:

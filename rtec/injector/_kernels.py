@@ -17,15 +17,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
+from rtec.injector._firmware_kernels import (
+    firmware_edge,
+    firmware_fire,
+    firmware_off,
+    firmware_request,
+    firmware_start,
+)
+from rtec.injector._firmware_pins_kernels import (
+    ADVANCE,
+    KEEP,
+    LATCHING,
+    ORIGINAL,
+    RELEASING,
+    START_UP_CYCLES,
+    STEPPING,
+    A,
+    B,
+    C,
+)
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
 
-ORIGINAL, A, B, C = 0, 1, 2, 3
 UNTIMED_PS = NEVER // 2
 """An interval longer than this began before the box was switched on: the speed gate has not timed any yet."""
 
-IDLE, ARMED, INSERTING, RELEASING, SAMPLING, WRITING = 0, 1, 2, 3, 4, 5
-"""What the next event of the box is: none, start of an insertion, its next change, end of holding, and for Design B
-the sampling and the writing of the lines."""
+IDLE, ARMED, INSERTING, LETTING_GO, SAMPLING, WRITING, RUNNING = 0, 1, 2, 3, 4, 5, 6
+"""What the next event of the box is: none, start of an insertion, its next change, end of holding, for Design B the
+sampling and the writing of the lines, and whatever the timing of the firmware says."""
 
 INJECTOR = np.dtype(
     [
@@ -41,6 +59,14 @@ INJECTOR = np.dtype(
         ("rest_ps", np.int64),  # without an edge for so long the axis counts as at rest
         ("holds", np.int64),  # 1: real transitions are held back during an insertion
         ("releases", np.int64),  # Design C, loss of power: 1 drops the inverters, 0 latches them
+        # the firmware's own timing (0: the times above)
+        ("program", np.int64),
+        ("effects", np.int64),
+        ("cycle_ps", np.int64),
+        ("sample_ps", np.int64),
+        ("start_ps", np.int64),  # when a reading begins
+        ("gate_counts", np.int64),  # of the gate's timer
+        ("fast_counts", np.int64),  # between two readings: beyond them, no search begins
         # state
         ("enabled", np.int64),
         ("powered", np.int64),
@@ -77,6 +103,49 @@ INJECTOR = np.dtype(
         ("angle", np.int64),  # between them, in states
         ("ahead", np.int64),  # counts by which the controller's side went ahead of the encoder's
         ("illegal_out", np.int64),  # changes of both lines at one instant
+        # where the firmware is (see `_firmware_kernels`); cycles where no other unit is said
+        ("origin_ps", np.int64),
+        ("place", np.int64),
+        ("begin", np.int64),
+        ("at", np.int64),
+        ("cuts", np.int64),
+        ("turn", np.int64),
+        ("awaited", np.int64),
+        ("exact", np.int64),
+        ("breakable", np.int64),
+        ("chores", np.int64),
+        ("noting", np.int64),
+        ("noted", np.int64),
+        ("refusing", np.int64),
+        ("event", np.int64),
+        ("event_cycle", np.int64),
+        ("pin", np.int64),
+        ("pin_before", np.int64),
+        ("pin_cycle", np.int64),
+        ("fell", np.int64),
+        ("fell_before", np.int64),
+        ("forgotten", np.int64),
+        ("over", np.int64),
+        ("over_before", np.int64),
+        ("alarm", np.int64),
+        ("timed", np.int64),
+        ("level", np.int64),
+        ("half", np.int64),
+        ("half_gate", np.int64),
+        ("moved", np.int64),
+        ("rest", np.int64),
+        ("fast", np.int64),
+        ("owed", np.int64),
+        ("minus", np.int64),
+        ("accepted", np.int64),
+        ("judging", np.int64),
+        ("count", np.int64),
+        ("read_count", np.int64),
+        ("delta", np.int64),
+        ("closing_cycle", np.int64),
+        ("piece", np.int64),
+        ("running", np.int64),
+        ("asked", np.int64),
     ],
     align=True,
 )
@@ -213,7 +282,13 @@ def note_edge(s: Record, t_ps: int, ab: int) -> None:
 @step
 def injector_edge(s: Record, t_ps: int, ab: int) -> None:
     """Take a real transition to ``ab`` at ``t_ps``."""
+    before = s.ab_in
     note_edge(s, t_ps, ab)
+    if s.program == 1:
+        firmware_edge(s, t_ps, before)
+        if s.design != B:
+            drive(s)
+        return
     if s.design == B:
         if s.powered == 1 and (s.phase == IDLE or (s.phase == ARMED and t_ps <= s.recognised_ps)):
             begin_sampling(s, t_ps)
@@ -287,7 +362,7 @@ def finish_holding(s: Record, t_ps: int) -> None:
     cancel(s)
     if s.holding == 1:
         s.next_ps = t_ps + s.step_ps
-        s.phase = RELEASING
+        s.phase = LETTING_GO
 
 
 @step
@@ -304,15 +379,36 @@ def finish_insertion(s: Record, t_ps: int) -> None:
         arm_at_rest(s, t_ps)
 
 
+@helper
+def fire_firmware(s: Record, t_ps: int) -> None:
+    """Carry out an event of the firmware's timing."""
+    order = firmware_fire(s)
+    if order == ADVANCE:
+        advance_insertion(s)
+    if order != KEEP:
+        drive(s)
+    if s.closing == 1:
+        close_firmware(s, t_ps)
+
+
+@step
+def close_firmware(s: Record, t_ps: int) -> None:
+    """Take the power away unless an insertion is under way."""
+    if not (LATCHING <= s.place <= RELEASING or s.place == STEPPING):
+        injector_power(s, t_ps, 0)
+
+
 @step
 def injector_fire(s: Record) -> None:
     """Carry out the box's own event at ``next_ps``."""
     t_ps = s.next_ps
-    if s.phase == SAMPLING:
+    if s.phase == RUNNING:
+        fire_firmware(s, t_ps)
+    elif s.phase == SAMPLING:
         sample(s, t_ps)
     elif s.phase == WRITING:
         write(s, t_ps)
-    elif s.phase == RELEASING:
+    elif s.phase == LETTING_GO:
         s.holding = 0
         cancel(s)
         drive(s)
@@ -341,6 +437,9 @@ def injector_fire(s: Record) -> None:
 def injector_request(s: Record, t_ps: int, total: int) -> None:
     """Take the total of steps over that the box is to have inserted."""
     s.requested = total
+    if s.program == 1:
+        firmware_request(s, t_ps)
+        return
     if total == s.completed and s.phase == ARMED and t_ps <= s.recognised_ps:
         cancel(s)
     arm_at_rest(s, t_ps)
@@ -350,6 +449,8 @@ def injector_request(s: Record, t_ps: int, total: int) -> None:
 def injector_enable(s: Record, t_ps: int, enabled: int) -> None:
     """Allow or forbid insertions; one that is recognised already is carried to its end."""
     s.enabled = enabled
+    if s.program == 1:
+        return
     if enabled == 0 and s.phase == ARMED and t_ps <= s.recognised_ps:
         cancel(s)
     arm_at_rest(s, t_ps)
@@ -360,7 +461,9 @@ def injector_shutdown(s: Record, t_ps: int) -> None:
     """Switch the box off in good order: what is under way is carried to its end, then the power goes."""
     injector_enable(s, t_ps, 0)
     s.closing = 1
-    if s.phase == IDLE:
+    if s.program == 1:
+        close_firmware(s, t_ps)
+    elif s.phase == IDLE:
         injector_power(s, t_ps, 0)
 
 
@@ -388,6 +491,13 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
         s.ready_ps = t_ps + s.recover_ps
         s.last_edge_ps = t_ps  # whether the axis rests, and how fast it moves, is still to be seen
         s.edge_before_ps = -NEVER
+    if s.program == 1:
+        s.phase = RUNNING
+        if powered == 0:
+            firmware_off(s)
+        else:
+            s.origin_ps = t_ps + START_UP_CYCLES * s.cycle_ps
+            firmware_start(s)
     drive(s)
 
 
@@ -406,6 +516,10 @@ def injector_reset(s: Record, ab: int) -> None:
     s.seen_out = ab
     s.last_edge_ps = -NEVER
     s.edge_before_ps = -NEVER
+    if s.program == 1:
+        s.phase = RUNNING
+        s.origin_ps = s.start_ps
+        firmware_start(s)
 
 
 @kernel

@@ -63,6 +63,15 @@ class InjectorSettings:
         state.rest_ps = timing.rest_ps
         state.holds = int(self.real_edges is RealEdges.HOLD)
         state.releases = int(self.power_loss is PowerLoss.RELEASE)
+        firmware = timing.firmware
+        if firmware is not None:
+            state.program = 1
+            state.effects = firmware.effects.value
+            state.cycle_ps = firmware.cycle_ps
+            state.sample_ps = firmware.sample_ps
+            state.start_ps = firmware.start_ps
+            state.gate_counts = firmware.gate_counts
+            state.fast_counts = firmware.fast_counts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,7 +187,8 @@ class Injector:
     def _run(self, edges: EdgeStream, until_ps: int) -> None:
         state, from_ps, before = self._state, self._now_ps, int(self._state.seen_out)
         most = (self._later(until_ps) - from_ps) // int(state.decide_ps) + 1
-        at_rest = min(most, abs(int(state.requested) - int(state.completed)))
+        requested, accepted, completed = int(state.requested), int(state.accepted), int(state.completed)
+        at_rest = min(most, abs(requested - completed) + abs(accepted - requested))
         room = 6 * edges.times_ps.size + 5 * at_rest + 8
         times = np.empty(room, dtype=np.int64)
         levels = np.empty(room, dtype=np.uint8)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 
 from rtec.errors import ArgumentError, nearest
-from rtec.injector import _kernels
+from rtec.injector import _firmware_pins_kernels as _codes
 
 
 class Design(enum.Enum):
@@ -45,10 +45,10 @@ class Design(enum.Enum):
     def code(self) -> int:
         """Return the number that the kernels use."""
         return {
-            Design.ORIGINAL: _kernels.ORIGINAL,
-            Design.A: _kernels.A,
-            Design.B: _kernels.B,
-            Design.C: _kernels.C,
+            Design.ORIGINAL: _codes.ORIGINAL,
+            Design.A: _codes.A,
+            Design.B: _codes.B,
+            Design.C: _codes.C,
         }[self]
 
     @property

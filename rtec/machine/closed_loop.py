@@ -114,7 +114,7 @@ class Machine:
     switch_on: bool = True
 
     def __post_init__(self) -> None:
-        """Check that the true error is one that a play between two flanks can have, and the firmware's windows."""
+        """Check that the true error is one that a play between two flanks can have, and the box one that the loop takes."""
         check_play(self.axis_error)
         if self.microcontroller is not None:
             talk = self.conversation
@@ -125,6 +125,9 @@ class Machine:
                     f"window {FIRMWARE_WINDOW} and grace {FIRMWARE_GRACE} with the firmware",
                     "they stand in its source (rtec.inc)",
                 )
+        if self.injector is not None and self.injector.timing.firmware is not None:
+            allowed = "a timing without a program: the loop has readings of its own"
+            raise ArgumentError("injector.timing", "that of the firmware", allowed, "take Processor.MCS51")
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""

@@ -61,7 +61,7 @@ def machines(draw):
     design = draw(st.sampled_from([None, *Design]))
     box = None
     if design is not None:
-        timing = Timing.of(design, draw(st.sampled_from(Processor)))
+        timing = Timing.of(design, draw(st.sampled_from([Processor.MCS51, Processor.FAST])))
         box = InjectorSettings(design=design, timing=timing, real_edges=draw(st.sampled_from(RealEdges)))
     box_ms, pc_ms = draw(st.sampled_from([(1.0, 10.0), (0.7, 10.0), (1.0, 9.7), (1.3, 3.9)]))
     return Machine(
