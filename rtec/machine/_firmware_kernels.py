@@ -1,7 +1,7 @@
 """Compiled seam between the machine and a box whose processor runs its firmware, in place of the behavioural box.
 
-The box is the tuple ``(board, cpu, bytes, hidden, log, queue, rest, snapshot)``. What it tells the PC is copied into the
-records of the behavioural box and injector, where the PC's part of the loop and the results look for it.
+The box is the tuple ``(board, cpu, bytes, hidden, log, queue, rest, snapshot)``. What it tells the PC is copied into
+the records of the behavioural box and injector, where the PC's part of the loop and the results look for it.
 
 At rest the firmware goes round in circles: once its registers and memory are what they were at an earlier reading,
 with the same words before it, it will do the same again, and whole rounds are left out (timers that run free make a
@@ -69,7 +69,7 @@ def signed_word(mem: Bytes, at: int, size: int) -> int:
 @helper
 def take_words(m: Record, box: Any, t_ps: int) -> None:
     """Send the words on to the PC that have become valid at ``t_ps``, and note what they say."""
-    b, _, mem, h, _, _, rest, snapshot = box
+    _, _, mem, h, _, _, rest, snapshot = box
     position = signed_word(mem, WORDS, 3)
     completed = signed_word(mem, WORDS + COMPLETED, 2)
     s = m.injector

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from rtec._jit import Record, kernel, step
 from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, jitter, steady_crossing
 from rtec.controller._kernels import RECEIVER, X4, receiver_edge, receiver_reset, receiver_settle
+from rtec.injector._firmware_pins_kernels import B
 from rtec.injector._kernels import (
     IDLE,
     INJECTOR,
     WRITING,
-    B,
     injector_edge,
     injector_fire,
     injector_request,

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, new_record
 from firmware_model import Fault
+from rtec._jit import Record, new_record
 from rtec.axis import Encoder, MotionSegments, Servo
 from rtec.board import Board, Microcontroller
 from rtec.checks import number_within
@@ -114,7 +114,7 @@ class Machine:
     switch_on: bool = True
 
     def __post_init__(self) -> None:
-        """Check that the true error is one that a play between two flanks can have, and the box one that the loop takes."""
+        """Check that the true error is one that a play between two flanks can have, and the box one for the loop."""
         check_play(self.axis_error)
         if self.microcontroller is not None:
             talk = self.conversation

@@ -143,7 +143,7 @@ def _firmware_waveform(study: Study, design: Design, microcontroller: Microcontr
 
 
 def _own_changes(moving: EdgeStream, controller: EdgeStream) -> NDArray[np.int64]:
-    """Return the box's own changes: whatever follows the first change behind a real edge; B copies each some time later."""
+    """Return the box's own changes: what follows the first change behind a real edge, which B copies late."""
     passed = np.searchsorted(moving.times_ps, controller.times_ps, side="right")
     return np.flatnonzero(np.diff(passed, prepend=0) == 0)
 

@@ -85,7 +85,7 @@ def test_the_pc_meets_data_valid_low_now_and_then():
 
 @pytest.mark.parametrize("other", [{"window_steps": 5}, {"grace_readings": 1}])
 def test_windows_other_than_the_firmwares_are_refused(other):
-    with pytest.raises(ArgumentError, match="rtec.inc"):
+    with pytest.raises(ArgumentError, match=r"rtec\.inc"):
         machine(Design.C, conversation=replace(Conversation(), **other))
 
 
