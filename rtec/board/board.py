@@ -200,16 +200,6 @@ class Board:
         kernels.begin_counting(self._state)
         self._level = int(self._state.seen_out)
 
-    def report_to(self, injector: Record) -> None:
-        """Copy what the monitor at the gates has seen into the record of the behavioural box."""
-        injector.ahead = self._state.ahead
-        injector.illegal_out = self._state.illegal_out
-
-    @property
-    def parts(self) -> Any:
-        """Return the board's record and its processor, live, for a kernel that drives them."""
-        return (self._state, self._loop, *self._inner)
-
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
         self.cpu.reset()
@@ -263,7 +253,7 @@ class Board:
             out_ps, out_levels = np.empty(room, np.int64), np.empty(room, np.uint8)
             rest_ps, rest = edges.times_ps[taken:], edges.levels[taken:]
             i, n = kernels.play(
-                state, self.cpu.loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
+                state, self._loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
             )
             taken += i
             times.append(out_ps[:n])

@@ -280,7 +280,8 @@ def run_machine(
     settle: Any = _loop_kernels.come_to_rest
     settle(state, box)
     if board is not None:
-        board.report_to(state.injector)
+        state.injector.ahead = board.state.ahead
+        state.injector.illegal_out = board.state.illegal_out
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
     result = _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
@@ -296,10 +297,10 @@ def _box_of(state: Record, board: Board | None) -> Any:
         return None
     rest = new_record(_firmware_kernels.REST)
     snapshot = np.zeros(_firmware_kernels.STATE_BYTES, np.uint8)
-    box, cpu, memory, hidden, log = board.parts
-    _loop_kernels.switch_on_controller(state, box.ab_out)
+    _loop_kernels.switch_on_controller(state, board.state.ab_out)
     state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
-    return box, cpu, memory, hidden, log, np.zeros((0, 3), np.int64), rest, snapshot
+    no_queue = np.zeros((0, 3), np.int64)
+    return board.state, board.cpu.loop, *board.cpu.arrays, no_queue, rest, snapshot
 
 
 def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:
