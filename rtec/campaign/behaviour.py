@@ -239,15 +239,14 @@ def _of_firmware(design: Design, exercises: list[Exercise], *, hold_latch: bool)
     board = Board(design, microcontroller, hold_latch=hold_latch)
     board.start_up()
     tick, work = _addresses(microcontroller, design)
-    trials, total = [], 0
+    begin_ps = _next_reading(board, tick, work)
+    begun = board.snapshot()  # each exercise alike: what one leaves in the memory does not reach the next
+    trials = []
     for relative in exercises:
-        begin_ps = _next_reading(board, tick, work)
+        board.restore(begun)
         exercise = relative.after(begin_ps)
-        before = total
-        lines = _run(exercise, lambda more, _, was=before: board.ask(was + more, large=True), board.process)
-        total = before + int(exercise.totals[-1])
+        lines = _run(exercise, lambda total, _: board.ask(total, large=True), board.process)
         trials.append(Trial(begin_ps=begin_ps, exercise=exercise, lines=lines))
-        board.idle(until_ps=board.now_ps + 6000 * _US)
     return trials
 
 

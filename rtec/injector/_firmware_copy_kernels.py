@@ -185,6 +185,19 @@ def copied(s: Record, look: int) -> None:
 
 
 @step
+def passed(s: Record, look: int) -> None:
+    """Take a transition met in a job as the one between; a second one makes void what was timed."""
+    s.moved = 1
+    if s.half == 0:
+        s.half = 1
+        s.at = look + 9
+    else:
+        s.half = 0
+        void_gate(s)
+        s.at = look + 10
+
+
+@step
 def fire_b(s: Record) -> int:
     """Go on in Design B; return what its lines are to do."""
     if s.place == COPYING:
@@ -206,9 +219,7 @@ def fire_b(s: Record) -> int:
         if s.piece < 0:
             copied(s, look)
         else:
-            s.moved = 1
-            void_gate(s)
-            s.at = look + 8
+            passed(s, look)
             fire_pass(s)
         return DRIVE
     elif s.place == STEPPING:

@@ -23,9 +23,9 @@ from rtec.injector._firmware_pins_kernels import (
     LATCHING,
     LEVELLING,
     OFF,
+    OPENING,
     READINGS,
     RESTING,
-    RESTING_LOW,
     B,
     circuit,
     go,
@@ -62,8 +62,8 @@ def firmware_fire(s: Record) -> int:
         fire_reading(s)
     elif LATCHING <= s.place <= LEVELLING:
         order = fire_insertion(s)
-    elif s.place == RESTING or s.place == RESTING_LOW:
-        fire_at_rest(s)
+    elif RESTING <= s.place <= OPENING:
+        order = fire_at_rest(s)
     else:
         write_down(s, s.event_cycle)
         fire_search(s)
@@ -115,7 +115,7 @@ def firmware_start(s: Record) -> None:
     s.pin_before = s.pin
     s.moved = 0
     s.timed = 0
-    s.half = 0
+    s.half = 1 if s.design == B else 0  # Design B's first copy, when switched on, is taken for a transition
     s.running = 0
     s.owed = 0
     s.rest = 0

@@ -13,6 +13,8 @@ from rtec.injector._firmware_pins_kernels import (
     BETWEEN,
     BETWEEN_FELL,
     CHANGING,
+    CLOSED,
+    CLOSING,
     COMPARING,
     COUNTING,
     DRIVE,
@@ -24,6 +26,7 @@ from rtec.injector._firmware_pins_kernels import (
     KEEP,
     LATCHING,
     LEVELLING,
+    OPENING,
     ORIGINAL,
     OVER,
     READING_CYCLES,
@@ -258,14 +261,14 @@ def break_in(s: Record, cycle: int) -> None:
 
 
 @step
-def fire_at_rest(s: Record) -> None:
-    """Insert while the axis rests, unless it has just begun to move (Original: in state 1 alone)."""
+def fire_at_rest(s: Record) -> int:
+    """Insert while the axis rests, unless it has just begun to move; return what the gates are to do."""
     look = s.at
     if s.place == RESTING:
         if remembered(s, look):
             begin_search(s, look + 2)
         elif s.design == ORIGINAL:
-            go(s, RESTING_LOW, look, look + 2, 0)
+            go(s, RESTING_LOW, look, look + 2, 0)  # in state 1 alone
         else:
             s.trigger_ps = s.next_ps
             if s.design == A:
@@ -273,11 +276,42 @@ def fire_at_rest(s: Record) -> None:
             else:
                 put(s, LATCHING, look + 6)
                 s.closing_cycle = look + 11
-    elif s.pin == 1:
-        begin_search(s, look + 2)
+    elif s.place == RESTING_LOW:
+        if s.pin == 1:
+            begin_search(s, look + 2)
+        else:
+            put(s, CLOSING, look + 4)
+    elif s.place == CLOSING:
+        hold(s)
+        go(s, CLOSED, look, look, 0)
+        return DRIVE
+    elif s.place == CLOSED:
+        if s.pin == 1:  # it left state 1 before the latch was closed
+            put(s, OPENING, look + 3)
+        else:
+            s.trigger_ps = s.next_ps
+            begin_changing(s, look + 6)
     else:
-        s.trigger_ps = s.next_ps
-        begin_insertion(s, look + 7, look + 8)
+        release(s)
+        begin_search(s, look + 3)
+        return DRIVE
+    return KEEP
+
+
+@step
+def hold(s: Record) -> None:
+    """Close the hold latch, if there is one."""
+    if s.holds == 1:
+        s.held = s.ab_in
+        s.holding = 1
+
+
+@step
+def release(s: Record) -> None:
+    """Open the hold latch at the beginning of the cycle ``at``."""
+    if s.holding == 1:
+        s.holding = 0
+        see(s, s.at)
 
 
 @step
@@ -290,13 +324,20 @@ def begin_insertion(s: Record, closing: int, latching: int) -> None:
 
 
 @step
+def begin_changing(s: Record, closing: int) -> None:
+    """Go on to the first change of the Original, whose latch is closed already."""
+    s.origin = 0
+    s.done = 0
+    s.sign = -1 if s.minus == 1 else 1
+    put(s, CHANGING, closing + 2)
+
+
+@step
 def fire_insertion(s: Record) -> int:
     """Go on in an insertion; return what the gates are to do."""
     closing = s.closing_cycle
     if s.place == LATCHING:
-        if s.holds == 1:
-            s.held = s.ab_in
-            s.holding = 1
+        hold(s)
         if s.design == A:
             go(s, READING_STATE, s.at, closing + 1, 0)
         elif s.design == C and s.rest == 1:
@@ -321,9 +362,7 @@ def fire_insertion(s: Record) -> int:
         return ADVANCE
     if s.place == RELEASING:
         released = s.at
-        if s.holding == 1:
-            s.holding = 0
-            see(s, released)
+        release(s)
         if s.design == ORIGINAL:
             inserted = released + (1 if s.minus == 1 else 3)
             s.over = inserted + 2 + s.gate_counts
