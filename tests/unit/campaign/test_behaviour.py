@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 
 from rtec.board import Board, Microcontroller
-from rtec.campaign._behaviour_streams import long_run, steady_motion
-from rtec.campaign.behaviour import STAIRCASE, compare_behaviour, insertions_of, timing_with
+from rtec.campaign._behaviour_streams import Exercise, long_run, steady_motion
+from rtec.campaign.behaviour import (
+    STAIRCASE,
+    _addresses,
+    _next_reading,
+    _run,
+    compare_behaviour,
+    insertions_of,
+    timing_with,
+)
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Effect, Injector, InjectorSettings, Processor, RealEdges, Timing
 from rtec.signal import EdgeStream
@@ -102,6 +110,45 @@ def test_at_rest_and_with_the_switch_open(design, switched_off):
         np.testing.assert_array_equal(of_box.levels, of_board.levels)
     assert box.insertions.completed == board.words.completed == 0
     assert box.insertions.inserted > 50
+
+
+@pytest.mark.parametrize("hold_latch", [False, True])
+@pytest.mark.parametrize("design", Design)
+def test_an_axis_that_leaves_its_rest_at_any_moment(design, hold_latch):
+    """Two transitions, the first at every third of a cycle from before the looks at rest to behind the insertion."""
+    if design is Design.B and hold_latch:
+        pytest.skip("the lines of Design B end at the processor: it has no latch")
+    board = Board(design, MCU, hold_latch=hold_latch)
+    board.start_up()
+    begin_ps = _next_reading(board, *_addresses(MCU, design))
+    begun = board.snapshot()
+    edges = RealEdges.HOLD if hold_latch else RealEdges.MERGE
+    settings = InjectorSettings(design=design, timing=timing_with(ALL)(design, begin_ps), real_edges=edges)
+
+    def both(times_ps):
+        exercise = Exercise(
+            times_ps=np.asarray(times_ps, np.int64),
+            levels=np.array([1, 3], np.uint8)[: len(times_ps)],
+            asked_ps=np.array([begin_ps + 1_500_000_000]),
+            totals=np.array([1]),
+            end_ps=begin_ps + 6_000_000_000,
+        )
+        board.restore(begun)
+        of_board = _run(exercise, lambda total, _: board.ask(total, large=True), board.process)
+        box = Injector(settings, initial=0)
+        of_box = _run(exercise, lambda total, at_ps: box.request(total, at_ps=at_ps), box.process)
+        np.testing.assert_array_equal(of_box.times_ps, of_board.times_ps)
+        np.testing.assert_array_equal(of_box.levels, of_board.levels)
+        assert box.insertions.completed == board.words.completed
+        return of_board, box.insertions.completed
+
+    first_ps = int(both([])[0].times_ps[0])
+    for thirds in range(-28 * 3, 12 * 3):
+        inserted = both([first_ps + thirds * 1_000_000 // 3, first_ps + 2_000_000_000])[1]
+        # the Original has its latch closed 8 cycles before the first change, and looks in S5P2 of the cycle that then
+        # begins; an axis that has left state 1 by that time does not come back to it
+        left = design is Design.ORIGINAL and thirds / 3 < (-8.0 if hold_latch else -7.25)
+        assert inserted == (0 if left else 1), thirds
 
 
 def test_insertions_are_read_off_the_lines():
