@@ -115,7 +115,7 @@ def test_at_rest_and_with_the_switch_open(design, switched_off):
 @pytest.mark.parametrize("hold_latch", [False, True])
 @pytest.mark.parametrize("design", Design)
 def test_an_axis_that_leaves_its_rest_at_any_moment(design, hold_latch):
-    """Two transitions, the first at every third of a cycle from before the looks at rest to behind the insertion."""
+    """The first transition at every third of a cycle from before the looks at rest to behind the insertion."""
     if design is Design.B and hold_latch:
         pytest.skip("the lines of Design B end at the processor: it has no latch")
     board = Board(design, MCU, hold_latch=hold_latch)
@@ -128,7 +128,7 @@ def test_an_axis_that_leaves_its_rest_at_any_moment(design, hold_latch):
     def both(times_ps):
         exercise = Exercise(
             times_ps=np.asarray(times_ps, np.int64),
-            levels=np.array([1, 3], np.uint8)[: len(times_ps)],
+            levels=np.array([1, 3, 2, 0] * 3, np.uint8)[: len(times_ps)],
             asked_ps=np.array([begin_ps + 1_500_000_000]),
             totals=np.array([1]),
             end_ps=begin_ps + 6_000_000_000,
@@ -144,11 +144,14 @@ def test_an_axis_that_leaves_its_rest_at_any_moment(design, hold_latch):
 
     first_ps = int(both([])[0].times_ps[0])
     for thirds in range(-28 * 3, 12 * 3):
-        inserted = both([first_ps + thirds * 1_000_000 // 3, first_ps + 2_000_000_000])[1]
+        leaves_ps = first_ps + thirds * 1_000_000 // 3
+        inserted = both([leaves_ps, first_ps + 2_000_000_000])[1]
         # the Original has its latch closed 8 cycles before the first change, and looks in S5P2 of the cycle that then
         # begins; an axis that has left state 1 by that time does not come back to it
         left = design is Design.ORIGINAL and thirds / 3 < (-8.0 if hold_latch else -7.25)
         assert inserted == (0 if left else 1), thirds
+        # a second one while the latch may still be closed, then a motion in which the next search inserts
+        both([leaves_ps, *(leaves_ps + 2_500_000 + 60_000_000 * np.arange(11)).tolist()])
 
 
 def test_insertions_are_read_off_the_lines():
