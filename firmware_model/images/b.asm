@@ -46,8 +46,8 @@ pass:
         cjne    a,SEEN,passing          ; cycles 2, 3
         ret
 passing:
-        mov     r5,a                    ; cycle 4: SEEN
-        orl     a,r7                    ; cycle 5: OFFSET
+        mov     SEEN,a                  ; cycle 4; by address, as the probe's routine calls this with a bank of its own
+        orl     a,OFFSET                ; cycle 5
         movc    a,@a+dptr               ; cycles 6, 7
         mov     P1,a                    ; cycle 8: out, 8 us after the look
         setb    F_MOVED
