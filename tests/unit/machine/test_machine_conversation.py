@@ -36,7 +36,7 @@ class Paused:
         )  # fmt: skip
 
     def run(self, until_ps):
-        _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, None)
+        _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, None, None)
         return self.state
 
 
