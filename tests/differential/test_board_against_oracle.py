@@ -161,7 +161,7 @@ def compare(design, name, hold_latch, seed, readings, monkeypatch=None):
 @pytest.mark.parametrize("name", PROCESSORS)
 @pytest.mark.parametrize("design", list(Design))
 def test_the_board_does_what_the_plain_model_does(design, name, hold_latch, monkeypatch):
-    for seed in range(2):
+    for seed in (0,):
         draw, processor, script, end_ps, whole, changes = compare(design, name, hold_latch, seed, 7)
         monkeypatch.setattr(board, "_ROOM", 1)  # as small as it can be: each change of the box ends a turn
         cut = Board(design, processor, hold_latch=hold_latch)
