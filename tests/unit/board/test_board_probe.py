@@ -1,4 +1,4 @@
-"""A probe trips at any moment of the program: the lines to the controller must not suffer from the routine that latches it."""
+"""A probe trips at any moment of the program: the lines to the controller must not suffer from its routine."""
 
 import numpy as np
 import pytest
