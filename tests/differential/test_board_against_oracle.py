@@ -158,7 +158,9 @@ def compare(design, name, hold_latch, seed, readings, monkeypatch=None):
 
 
 @pytest.mark.parametrize("hold_latch", [False, True])
-@pytest.mark.parametrize("name", PROCESSORS)
+@pytest.mark.parametrize(
+    "name", [*PROCESSORS[:3], *(pytest.param(n, marks=pytest.mark.sweep) for n in PROCESSORS[3:])]
+)
 @pytest.mark.parametrize("design", list(Design))
 def test_the_board_does_what_the_plain_model_does(design, name, hold_latch, monkeypatch):
     for seed in (0,):
