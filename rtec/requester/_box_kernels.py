@@ -24,6 +24,13 @@ STATUS_PROBING = 2
 STATUS_DISABLED = 3  # a nonzero request while the switch forbids corrections
 I_DONT_BELIEVE_YOU = 4
 I_STILL_DONT_BELIEVE_YOU = 5
+# what only a box on a bus has to say (`_box_node_kernels`)
+REFUSED_TOO_FAST = 6  # the speed gate refused, and something is still to be inserted
+LINK_LOST = 7
+HELD = 8
+AXIS_TAKEN = 9
+IMPLAUSIBLE = 10
+ENCODER_FAULT = 11
 
 # flags of the PC's status word
 LARGE_CORRECTION = 1
@@ -38,6 +45,10 @@ BOX = np.dtype(
         ("window", np.int64),
         ("grace", np.int64),  # unbelievable readings after the first that are still forgiven
         ("switch_on", np.int64),  # hardware switch: 0 forbids corrections
+        (
+            "framed",
+            np.int64,
+        ),  # 1: words come in frames, and each is judged once; 0: they stand, and each reading counts
         # state
         ("next_ps", np.int64),
         ("state", np.int64),
@@ -48,6 +59,7 @@ BOX = np.dtype(
         ("probing", np.int64),
         ("trip_position", np.int64),
         ("trips", np.int64),
+        ("judged", np.int64),  # messages of the PC judged so far
         # observations
         ("readings", np.int64),
         ("refused", np.int64),
@@ -101,8 +113,9 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
                 b.status = STATUS_PROBING
             elif b.switch_on == 0:
                 b.status = STATUS_DISABLED if total != 0 else OK
-            else:
+            elif b.framed == 0 or down.delivered != b.judged:
                 believe(b, total, flags)
+        b.judged = down.delivered
     post(up, t_ps, count - b.zero, completed, b.accepted, b.status)
     return b.accepted
 
@@ -125,6 +138,7 @@ def box_reset(b: Record, first_ps: int) -> None:
     b.doubts = 0
     b.probing = 0
     b.trips = 0
+    b.judged = 0
     b.readings = 0
     b.refused = 0
 

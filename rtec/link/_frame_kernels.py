@@ -1,0 +1,269 @@
+"""Compiled frames: how the words of the messages lie in eight bytes.
+
+A frame is its identifier and its eight bytes as one int64, byte 0 lowest. ``rtec.dbc`` says the same in the language of
+the field, and a test holds one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in every frame.
+"""
+
+from __future__ import annotations
+
+from rtec._jit import kernel, step
+from rtec.link._crc_kernels import sealed
+
+HOLD = 0x080
+STATUS = 0x180
+REQUEST = 0x200
+CORRECTIONS = 0x280
+POSITION = 0x300
+PROBE = 0x380
+"""Identifiers: a message of axis n has the number n added. The lower the identifier, the sooner the bus carries it."""
+
+MOST_AXES = 15
+AXIS_BITS = 0xF
+
+# flags of a request; the first three are those of the box's state machine
+LARGE_CORRECTION = 1
+PROBING = 2
+GO_HOME = 4
+ENABLE = 8
+RESET = 16
+REQUESTER_SHIFT = 5
+
+# flags of the status
+SWITCH_ON = 8
+IS_PROBING = 16
+HOLD_WANTED = 32
+AT_HOME = 64
+
+CHANGE_BITS = 15
+
+
+@step
+def unsigned(payload: int, bit: int, width: int) -> int:
+    """Return the unsigned field of ``width`` bits at ``bit``."""
+    return (payload >> bit) & ((1 << width) - 1)
+
+
+@step
+def signed(payload: int, bit: int, width: int) -> int:
+    """Return the two's complement field of ``width`` bits at ``bit``."""
+    value = unsigned(payload, bit, width)
+    return value - (1 << width) if value >> (width - 1) else value
+
+
+@step
+def sequence_of(payload: int) -> int:
+    """Return the sequence counter of any frame."""
+    return (payload >> 8) & 0xFF
+
+
+@step
+def pack_request(axis: int, sequence: int, total: int, flags: int, requester: int, session: int) -> int:
+    """Return the payload of a request: the total twice, the second time inverted."""
+    word = (sequence & 0xFF) << 8
+    word |= (total & 0xFFFF) << 16
+    word |= (~total & 0xFFFF) << 32
+    word |= (flags & 0x1F) << 48
+    word |= (requester & 7) << 53
+    word |= (session & 0xFF) << 56
+    return sealed(REQUEST + axis, word)
+
+
+@step
+def request_total(payload: int) -> int:
+    """Return the total that a request asks for."""
+    return signed(payload, 16, 16)
+
+
+@step
+def request_agrees(payload: int) -> bool:
+    """Return whether the total and its inverse say the same."""
+    return unsigned(payload, 16, 16) ^ unsigned(payload, 32, 16) == 0xFFFF
+
+
+@step
+def request_flags(payload: int) -> int:
+    """Return the five flags of a request."""
+    return unsigned(payload, 48, 5)
+
+
+@step
+def request_requester(payload: int) -> int:
+    """Return the number of the PC."""
+    return unsigned(payload, 53, 3)
+
+
+@step
+def session_of(payload: int) -> int:
+    """Return the session: in byte 7 of requests and probe latches."""
+    return unsigned(payload, 56, 8)
+
+
+@step
+def pack_status(
+    axis: int, sequence: int, code: int, flags: int, session: int, frames: int, requests: int, moments: int
+) -> int:
+    """Return the payload of a status: code, state and flags, and how many of each kind were refused so far."""
+    word = (sequence & 0xFF) << 8
+    word |= (code & 0xFF) << 16
+    word |= (flags & 0xFF) << 24
+    word |= (session & 0xFF) << 32
+    word |= (frames & 0xFF) << 40
+    word |= (requests & 0xFF) << 48
+    word |= (moments & 0xFF) << 56
+    return sealed(STATUS + axis, word)
+
+
+@step
+def status_code(payload: int) -> int:
+    """Return the status or error code."""
+    return unsigned(payload, 16, 8)
+
+
+@step
+def status_flags(payload: int) -> int:
+    """Return the state, in the lowest three bits, and the flags above it."""
+    return unsigned(payload, 24, 8)
+
+
+@step
+def status_session(payload: int) -> int:
+    """Return the number of the box's present session: another one after each start."""
+    return unsigned(payload, 32, 8)
+
+
+@step
+def pack_corrections(axis: int, sequence: int, completed: int, accepted: int, session: int, judged: int) -> int:
+    """Return the payload of the corrections: both totals, and the sequence counter of the last request judged."""
+    word = (sequence & 0xFF) << 8
+    word |= (completed & 0xFFFF) << 16
+    word |= (accepted & 0xFFFF) << 32
+    word |= (session & 0xFF) << 48
+    word |= (judged & 0xFF) << 56
+    return sealed(CORRECTIONS + axis, word)
+
+
+@step
+def corrections_completed(payload: int) -> int:
+    """Return the total inserted so far."""
+    return signed(payload, 16, 16)
+
+
+@step
+def corrections_accepted(payload: int) -> int:
+    """Return the total that the box has accepted."""
+    return signed(payload, 32, 16)
+
+
+@step
+def corrections_session(payload: int) -> int:
+    """Return the number of the box's session."""
+    return unsigned(payload, 48, 8)
+
+
+@step
+def corrections_judged(payload: int) -> int:
+    """Return the sequence counter of the request that the box judged last."""
+    return unsigned(payload, 56, 8)
+
+
+@step
+def pack_position(axis: int, sequence: int, position: int, valid: int, change: int) -> int:
+    """Return the payload of a position: the word, Data Valid, and the change since the last frame, modulo 2^15."""
+    word = (sequence & 0xFF) << 8
+    word |= (position & 0xFFFFFFFF) << 16
+    word |= (valid & 1) << 48
+    word |= (change & 0x7FFF) << 49
+    return sealed(POSITION + axis, word)
+
+
+@step
+def position_of(payload: int) -> int:
+    """Return the position in counts, of a position or a probe latch."""
+    return signed(payload, 16, 32)
+
+
+@step
+def position_valid(payload: int) -> int:
+    """Return Data Valid."""
+    return unsigned(payload, 48, 1)
+
+
+@step
+def position_change(payload: int) -> int:
+    """Return the change since the last position frame, as far as 15 bits hold it."""
+    return unsigned(payload, 49, CHANGE_BITS)
+
+
+@step
+def pack_probe(axis: int, sequence: int, position: int, trips: int, session: int) -> int:
+    """Return the payload of a probe latch."""
+    word = (sequence & 0xFF) << 8
+    word |= (position & 0xFFFFFFFF) << 16
+    word |= (trips & 0xFF) << 48
+    word |= (session & 0xFF) << 56
+    return sealed(PROBE + axis, word)
+
+
+@step
+def probe_trips(payload: int) -> int:
+    """Return the number of trips since the start, modulo 256."""
+    return unsigned(payload, 48, 8)
+
+
+@step
+def pack_hold(sequence: int, reason: int, axis: int) -> int:
+    """Return the payload of a hold: why, and for which axis."""
+    word = (sequence & 0xFF) << 8
+    word |= (reason & 0xFF) << 16
+    word |= (axis & 0xFF) << 24
+    return sealed(HOLD, word)
+
+
+@step
+def hold_reason(payload: int) -> int:
+    """Return why the PC holds the machine."""
+    return unsigned(payload, 16, 8)
+
+
+@step
+def hold_axis(payload: int) -> int:
+    """Return the axis that is the cause."""
+    return unsigned(payload, 24, 8)
+
+
+@kernel
+def request_frame(axis: int, sequence: int, total: int, flags: int, requester: int, session: int) -> int:
+    """Pack a request from outside."""
+    return pack_request(axis, sequence, total, flags, requester, session)
+
+
+@kernel
+def status_frame(
+    axis: int, sequence: int, code: int, flags: int, session: int, frames: int, requests: int, moments: int
+) -> int:
+    """Pack a status from outside."""
+    return pack_status(axis, sequence, code, flags, session, frames, requests, moments)
+
+
+@kernel
+def corrections_frame(axis: int, sequence: int, completed: int, accepted: int, session: int, judged: int) -> int:
+    """Pack corrections from outside."""
+    return pack_corrections(axis, sequence, completed, accepted, session, judged)
+
+
+@kernel
+def position_frame(axis: int, sequence: int, position: int, valid: int, change: int) -> int:
+    """Pack a position from outside."""
+    return pack_position(axis, sequence, position, valid, change)
+
+
+@kernel
+def probe_frame(axis: int, sequence: int, position: int, trips: int, session: int) -> int:
+    """Pack a probe latch from outside."""
+    return pack_probe(axis, sequence, position, trips, session)
+
+
+@kernel
+def hold_frame(sequence: int, reason: int, axis: int) -> int:
+    """Pack a hold from outside."""
+    return pack_hold(sequence, reason, axis)

@@ -1,0 +1,299 @@
+"""Compiled machine on a bus: several axes with their boxes, one PC, the bus between them, and every fault.
+
+Events are taken in the order of their times: deliveries of the bus, faults, readings of the boxes, turns of the PC. The
+stations run on their own between their readings. A fault beyond the bus has its place at an axis or at the PC; one of
+the bus strikes frames on their way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, helper, kernel, step
+from rtec.link._bus_kernels import (
+    BUS,
+    LAST_OF_BUS,
+    bus_next,
+    bus_reset,
+    bus_step,
+    bus_submit,
+    fire,
+    is_off,
+)
+from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
+from rtec.machine._station_kernels import (
+    CABLE_OPEN,
+    GLITCHES,
+    LINE_BROKEN,
+    LINES_SWAPPED,
+    NO_FAULT,
+    STALE_WORD,
+    TORN_WORD,
+    is_held,
+    mend,
+    station_advance,
+    station_settle,
+    station_turn,
+    strike,
+)
+from rtec.predictors._kernels import predict_mm
+from rtec.requester._box_node_kernels import box_receive
+from rtec.requester._pc_kernels import HOLD as HOLDING
+from rtec.requester._pc_node_kernels import (
+    BUS_OFF,
+    OTHER_AXIS,
+    pc_finish,
+    pc_hold,
+    pc_node_start,
+    pc_prepare,
+    pc_receive,
+)
+from rtec.signal._kernels import NEVER
+
+PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK = 40, 41, 42
+
+PC_PLACE = 0
+"""Node of the PC; the box of axis n is node n."""
+
+CELL = np.dtype(
+    [
+        ("bus", BUS),
+        ("now_ps", np.int64),
+        ("pc_runs", np.int64),
+        ("pc_offset_ps", np.int64),  # of the PC's clock
+        # observations
+        ("turns", np.int64),
+        ("readings", np.int64),
+        ("late_steps", np.int64, (16,)),  # largest difference between what is wanted and what is inserted, by axis
+        ("held_at_once_ps", np.int64),  # when the first axis was held
+    ],
+    align=True,
+)
+
+
+@helper
+def begin_fault(c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], f: Record, t_ps: int) -> None:
+    """Let a fault beyond the bus begin."""
+    if f.kind == PC_KILLED:
+        c.pc_runs = 0
+        fire(f, t_ps)
+    elif f.kind == CLOCK_JUMP_FORWARD:
+        c.pc_offset_ps += f.delay_ps
+        fire(f, t_ps)
+    elif f.kind == CLOCK_JUMP_BACK:
+        c.pc_offset_ps -= f.delay_ps
+        fire(f, t_ps)
+    else:
+        st = stations[f.place - 1]
+        if f.while_inserting == 1:
+            st.lurking = f.kind
+        else:
+            strike(st, t_ps, f.kind)
+            if f.kind not in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN, GLITCHES, STALE_WORD, TORN_WORD):
+                fire(f, t_ps)
+
+
+@helper
+def end_fault(c: Record, stations: NDArray[np.void], f: Record, t_ps: int) -> None:
+    """Let a fault beyond the bus end."""
+    if f.kind in (PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK):
+        return
+    st = stations[f.place - 1]
+    if st.lurking == f.kind:
+        st.lurking = NO_FAULT  # no insertion came by
+    else:
+        mend(st, t_ps, f.kind)
+
+
+@helper
+def note_effects(stations: NDArray[np.void], faults: NDArray[np.void], t_ps: int) -> None:
+    """Note which faults at the stations have taken effect."""
+    for i in range(faults.size):
+        f = faults[i]
+        if f.kind <= LAST_OF_BUS or f.kind >= PC_KILLED or f.place < 1:
+            continue
+        st = stations[f.place - 1]
+        struck = 0
+        if f.kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
+            struck = st.cable_struck
+        elif f.kind == GLITCHES:
+            struck = st.encoder.glitches
+        elif f.kind in (STALE_WORD, TORN_WORD):
+            struck = st.node.word_struck
+        elif f.while_inserting == 1 and st.struck_ps > 0:
+            struck = 1
+            t_ps = st.struck_ps
+        if struck > f.fired:
+            fire(f, t_ps)
+            f.fired = struck
+
+
+@step
+def next_of_faults(faults: NDArray[np.void]) -> int:
+    """Return when a fault beyond the bus next begins or ends."""
+    t_ps = NEVER
+    for i in range(faults.size):
+        f = faults[i]
+        if f.kind > LAST_OF_BUS:
+            if f.kept == 0:
+                t_ps = min(t_ps, f.from_ps)
+            elif f.ended == 0:
+                t_ps = min(t_ps, f.until_ps)
+    return t_ps
+
+
+@helper
+def deliver_frame(
+    c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], faults: NDArray[np.void], t_ps: int
+) -> None:
+    """Hand the frame that the bus has just delivered to every other node."""
+    bus = c.bus
+    axis = bus.identifier & AXIS_BITS
+    if is_off(faults, bus.node, t_ps):
+        return
+    if bus.identifier == HOLD or bus.identifier & ~AXIS_BITS == REQUEST:
+        for i in range(stations.size):
+            reached = bus.identifier == HOLD or axis == i + 1
+            if reached and stations[i].powered == 1 and not is_off(faults, i + 1, t_ps):
+                box_receive(stations[i].node, t_ps, bus.identifier, bus.payload)
+    elif 1 <= axis <= pcs.size and bus.node != PC_PLACE and c.pc_runs == 1 and not is_off(faults, PC_PLACE, t_ps):
+        pc_receive(pcs[axis - 1], t_ps + c.pc_offset_ps, bus.identifier, bus.payload)
+
+
+@helper
+def turn_pc(
+    c: Record,
+    stations: NDArray[np.void],
+    pcs: NDArray[np.void],
+    faults: NDArray[np.void],
+    i: int,
+    t_ps: int,
+    model_kind: int,
+    model: NDArray[np.float64],
+) -> None:
+    """Let the PC take its turn for axis ``i + 1``."""
+    n = pcs[i]
+    pc_ps = t_ps + c.pc_offset_ps
+    if is_off(faults, PC_PLACE, t_ps):
+        pc_hold(n, pc_ps, BUS_OFF)
+    if pc_prepare(n, pc_ps):
+        position_mm = n.pc.position * n.pc.count_mm
+        pc_finish(n, pc_ps, predict_mm(model_kind, model, position_mm, n.pc.direction))
+        late = abs(n.pc.target - stations[i].injector.completed)
+        c.late_steps[i] = max(c.late_steps[i], late)
+    for k in range(n.out.waiting):
+        bus_submit(c.bus, faults, PC_PLACE, t_ps, n.out.identifier[k], n.out.payload[k])
+    n.out.waiting = 0
+    c.turns += 1
+    if n.pc.state == HOLDING:
+        for j in range(pcs.size):
+            pc_hold(pcs[j], pc_ps, OTHER_AXIS)
+            stations[j].pc_holds = 1
+
+
+@helper
+def turn_box(
+    c: Record,
+    stations: NDArray[np.void],
+    faults: NDArray[np.void],
+    i: int,
+    t_ps: int,
+    targets: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    rests: NDArray[np.int64],
+) -> None:
+    """Run an axis to the reading of its box, and let the box take it."""
+    st = stations[i]
+    station_advance(st, t_ps, targets[i], speeds[i], rests[i])
+    station_turn(st, t_ps)
+    out = st.node.out
+    for k in range(out.waiting):
+        bus_submit(c.bus, faults, i + 1, t_ps, out.identifier[k], out.payload[k])
+    out.waiting = 0
+    c.readings += 1
+    if c.held_at_once_ps == NEVER and is_held(st):
+        c.held_at_once_ps = t_ps
+        for j in range(stations.size):
+            stations[j].pc_holds = 1  # the hold contacts of the boxes are in series
+
+
+@kernel
+def start(c: Record, pcs: NDArray[np.void], bit_ps: int, pc_first_ps: int, pc_gap_ps: int) -> None:
+    """Switch bus and PC on; the stations are started on their own."""
+    bus_reset(c.bus, bit_ps)
+    c.pc_runs = 1
+    c.held_at_once_ps = NEVER
+    for i in range(pcs.size):
+        pc_node_start(pcs[i], pc_first_ps + i * pc_gap_ps, 17 * (i + 1))
+
+
+@kernel
+def run(
+    c: Record,
+    stations: NDArray[np.void],
+    pcs: NDArray[np.void],
+    faults: NDArray[np.void],
+    until_ps: int,
+    targets: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    rests: NDArray[np.int64],
+    model_kind: int,
+    model: NDArray[np.float64],
+) -> None:
+    """Run the cell to ``until_ps``; the moves of axis ``i`` stand in row ``i``, padded with moves that stay."""
+    bus = c.bus
+    fault_ps = next_of_faults(faults)
+    while True:
+        bus_ps = bus_next(bus)
+        box_ps = NEVER
+        box = 0
+        for i in range(stations.size):
+            if stations[i].node.box.next_ps < box_ps:
+                box_ps = stations[i].node.box.next_ps
+                box = i
+        pc_ps = NEVER
+        pc = 0
+        if c.pc_runs == 1:
+            for i in range(pcs.size):
+                due_ps = pcs[i].pc.next_ps - c.pc_offset_ps
+                if due_ps < pc_ps:
+                    pc_ps = max(due_ps, c.now_ps)
+                    pc = i
+        t_ps = min(min(bus_ps, fault_ps), min(box_ps, pc_ps))
+        if t_ps >= until_ps:
+            c.now_ps = until_ps
+            break
+        c.now_ps = t_ps
+        if bus_ps == t_ps:
+            if bus_step(bus, faults):
+                deliver_frame(c, stations, pcs, faults, t_ps)
+        elif fault_ps == t_ps:
+            for i in range(faults.size):
+                f = faults[i]
+                if f.kind <= LAST_OF_BUS:
+                    continue
+                if f.place > PC_PLACE and (f.from_ps == t_ps or f.until_ps == t_ps):
+                    j = f.place - 1
+                    station_advance(stations[j], t_ps, targets[j], speeds[j], rests[j])
+                if f.from_ps == t_ps and f.kept == 0:
+                    f.kept = 1
+                    begin_fault(c, stations, pcs, f, t_ps)
+                elif f.until_ps == t_ps and f.kept == 1 and f.ended == 0:
+                    f.ended = 1
+                    end_fault(c, stations, f, t_ps)
+            fault_ps = next_of_faults(faults)
+        elif box_ps == t_ps:
+            turn_box(c, stations, faults, box, t_ps, targets, speeds, rests)
+        else:
+            turn_pc(c, stations, pcs, faults, pc, t_ps, model_kind, model)
+    for i in range(stations.size):
+        station_advance(stations[i], until_ps, targets[i], speeds[i], rests[i])
+    note_effects(stations, faults, until_ps)
+
+
+@kernel
+def settle(stations: NDArray[np.void]) -> None:
+    """Bring everything under way at every axis to its end."""
+    for i in range(stations.size):
+        station_settle(stations[i])

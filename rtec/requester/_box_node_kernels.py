@@ -1,0 +1,349 @@
+"""The box as a node of the bus: frames around its state machine, and the precautions that frames make possible.
+
+What comes in is refused, and counted, where its checksum, its order, its session or its contents are wrong; only
+what is left reaches the state machine of ``_box_kernels``, each request once. What goes out is the box's four words as
+frames, every ``cycle_ps`` and at once when the job is done or the code changes.
+
+A box that is homed and hears no request that it can believe in for ``watch_ps`` stops for good and opens its hold
+contact: without a PC the error of the axis is no longer known.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec._jit import Record, helper, step
+from rtec.link._crc_kernels import is_sealed
+from rtec.link._frame_kernels import (
+    AT_HOME,
+    AXIS_BITS,
+    CORRECTIONS,
+    ENABLE,
+    HOLD,
+    HOLD_WANTED,
+    IS_PROBING,
+    POSITION,
+    PROBE,
+    REQUEST,
+    RESET,
+    STATUS,
+    SWITCH_ON,
+    pack_corrections,
+    pack_position,
+    pack_probe,
+    pack_status,
+    request_agrees,
+    request_flags,
+    request_requester,
+    request_total,
+    sequence_of,
+    session_of,
+)
+from rtec.link._kernels import MAILBOX, mailbox_reset, post
+from rtec.link._outbox_kernels import DISORDERED, IN_ORDER, OUTBOX, REPEATED, order_of, put
+from rtec.requester._box_kernels import (
+    AXIS_TAKEN,
+    BOX,
+    ENCODER_FAULT,
+    FATAL,
+    GO_HOME,
+    HELD,
+    IMPLAUSIBLE,
+    LINK_LOST,
+    NOT_HOMED,
+    OK,
+    REFUSED_TOO_FAST,
+    RUNNING,
+    box_reset,
+    box_tick,
+    box_trip,
+)
+
+BOX_NODE = np.dtype(
+    [
+        # parameters
+        ("axis", np.int64),
+        ("cycle_ps", np.int64),  # between frames of one kind
+        ("watch_ps", np.int64),  # longest silence of the PC
+        ("limit_steps", np.int64),  # totals beyond this are never believed (0: no limit)
+        # parts
+        ("box", BOX),
+        ("down", MAILBOX),
+        ("up", MAILBOX),
+        ("out", OUTBOX),
+        # state
+        ("session", np.int64),
+        ("at_home", np.int64),  # the home switch
+        ("requester", np.int64),  # the PC that took the axis home
+        ("heard", np.int64),  # 1: a request has been believed in since the start
+        ("heard_ps", np.int64),
+        ("heard_sequence", np.int64),
+        ("judged", np.int64),
+        ("cycle_next_ps", np.int64),
+        ("sequence_status", np.int64),
+        ("sequence_corrections", np.int64),
+        ("sequence_position", np.int64),
+        ("sequence_probe", np.int64),
+        ("said_code", np.int64),
+        ("said_completed", np.int64),
+        ("said_trips", np.int64),
+        ("said_position", np.int64),
+        ("said_moments", np.int64),
+        ("code", np.int64),
+        ("position", np.int64),  # the word of the last frame
+        # faults of the position word: 0 none, 1 it stands still, 2 its upper bytes do
+        ("word_fault", np.int64),
+        ("word_kept", np.int64),
+        ("word_struck", np.int64),  # frames whose word was wrong
+        # observations
+        ("requests", np.int64),  # believed to come from the PC, in order
+        ("wrong_checksum", np.int64),
+        ("repeated", np.int64),
+        ("disordered", np.int64),
+        ("jumped", np.int64),
+        ("wrong_session", np.int64),
+        ("wrong_requester", np.int64),
+        ("contradictory", np.int64),  # total and inverted total
+        ("foreign", np.int64),  # frames of nobody known
+        ("resets", np.int64),
+    ],
+    align=True,
+)
+
+WORD_RIGHT, WORD_STALE, WORD_TORN = 0, 1, 2
+
+
+@step
+def box_fail(n: Record, code: int) -> None:
+    """Stop for good; the first reason stands."""
+    if n.box.state != FATAL:
+        n.box.state = FATAL
+        n.box.status = code
+
+
+@step
+def box_start(n: Record, t_ps: int, session: int) -> None:
+    """Switch the box's processor on: it has no home and knows no PC."""
+    box_reset(n.box, t_ps)
+    mailbox_reset(n.down)
+    mailbox_reset(n.up)
+    n.box.framed = 1
+    n.out.waiting = 0
+    n.session = session & 0xFF
+    n.heard = 0
+    n.heard_ps = t_ps
+    n.judged = 0
+    n.cycle_next_ps = t_ps
+    n.sequence_status = 0
+    n.sequence_corrections = 0
+    n.sequence_position = 0
+    n.sequence_probe = 0
+    n.said_code = -1
+    n.said_completed = 0
+    n.said_trips = 0
+    n.said_position = 0
+    n.said_moments = 0
+    n.code = n.box.status
+    n.word_fault = WORD_RIGHT
+
+
+@step
+def frames_refused(n: Record) -> int:
+    """Return how many frames were refused for what they are, not for what they ask."""
+    return int(
+        n.wrong_checksum
+        + n.repeated
+        + n.disordered
+        + n.jumped
+        + n.wrong_session
+        + n.wrong_requester
+        + n.contradictory
+    )
+
+
+@helper
+def take_request(n: Record, t_ps: int, payload: int) -> None:
+    """Take a request whose checksum is right."""
+    b = n.box
+    if session_of(payload) != n.session:
+        n.wrong_session += 1  # meant for the box before it started again
+        return
+    order = order_of(n.heard_sequence, sequence_of(payload)) if n.heard == 1 else IN_ORDER
+    if order != IN_ORDER and b.state == RUNNING:
+        if order == REPEATED:
+            n.repeated += 1
+        elif order == DISORDERED:
+            n.disordered += 1
+        else:
+            n.jumped += 1
+        return
+    if b.state == RUNNING and request_requester(payload) != n.requester:
+        n.wrong_requester += 1
+        return
+    if not request_agrees(payload):
+        n.contradictory += 1
+        return
+    flags = request_flags(payload)
+    total = request_total(payload)
+    n.heard = 1
+    n.heard_ps = t_ps
+    n.heard_sequence = sequence_of(payload)
+    n.judged = n.heard_sequence
+    n.requests += 1
+    if b.state == FATAL:
+        if flags & RESET and order == IN_ORDER:  # the second in a row: one frame that strayed is no operator
+            restart(n, t_ps)
+        return
+    if b.state == NOT_HOMED:
+        if flags & GO_HOME and n.at_home == 1:
+            n.requester = request_requester(payload)
+            post(n.down, t_ps, 0, GO_HOME, 0, 0)
+        return
+    if flags & GO_HOME or not flags & ENABLE:
+        return  # alive, and asks for nothing
+    if n.limit_steps > 0 and abs(total) > n.limit_steps:
+        b.refused += 1
+        box_fail(n, IMPLAUSIBLE)
+        return
+    post(n.down, t_ps, total, flags & 3, 0, 0)
+
+
+@step
+def restart(n: Record, t_ps: int) -> None:
+    """Wait for home again, at the operator's word: totals and doubts begin anew, the session goes on."""
+    refused, readings, next_ps = n.box.refused, n.box.readings, n.box.next_ps
+    box_reset(n.box, next_ps)
+    n.box.refused = refused
+    n.box.readings = readings
+    mailbox_reset(n.down)
+    n.resets += 1
+    n.heard_ps = t_ps
+
+
+@helper
+def box_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
+    """Take a frame from the bus."""
+    kind = identifier & ~AXIS_BITS
+    if identifier == HOLD:
+        if not is_sealed(identifier, payload):
+            n.wrong_checksum += 1
+        elif n.box.state == RUNNING:
+            box_fail(n, HELD)
+        return
+    if identifier & AXIS_BITS != n.axis:
+        return  # another axis
+    if kind == REQUEST:
+        if is_sealed(identifier, payload):
+            take_request(n, t_ps, payload)
+        else:
+            n.wrong_checksum += 1
+    elif kind in (STATUS, CORRECTIONS, POSITION, PROBE):
+        if is_sealed(identifier, payload):
+            box_fail(n, AXIS_TAKEN)  # somebody else says what only this box may say
+        else:
+            n.wrong_checksum += 1
+    else:
+        n.foreign += 1
+
+
+@step
+def say_status(n: Record, moments: int) -> None:
+    """Send the status."""
+    b = n.box
+    flags = b.state
+    flags |= SWITCH_ON if b.switch_on == 1 else 0
+    flags |= IS_PROBING if b.probing == 1 else 0
+    flags |= HOLD_WANTED if b.state == FATAL else 0
+    flags |= AT_HOME if n.at_home == 1 else 0
+    n.sequence_status += 1
+    frames = frames_refused(n)
+    payload = pack_status(n.axis, n.sequence_status, n.code, flags, n.session, frames, b.refused, moments)
+    put(n.out, STATUS + n.axis, payload)
+    n.said_code = n.code
+
+
+@step
+def say_corrections(n: Record, completed: int) -> None:
+    """Send what is completed and accepted."""
+    n.sequence_corrections += 1
+    payload = pack_corrections(n.axis, n.sequence_corrections, completed, n.box.accepted, n.session, n.judged)
+    put(n.out, CORRECTIONS + n.axis, payload)
+    n.said_completed = completed
+
+
+@step
+def say_position(n: Record, count: int) -> None:
+    """Send the position word, with the faults that it is made to have."""
+    right = count - n.box.zero
+    change = right - n.said_position
+    n.said_position = right
+    word = right
+    if n.word_fault == WORD_STALE:
+        word = n.word_kept
+    elif n.word_fault == WORD_TORN:
+        word = (n.word_kept & ~0xFF) | (right & 0xFF)  # the upper bytes are those of an earlier reading
+    if word != right:
+        n.word_struck += 1
+    n.position = word
+    valid = 1 if n.box.state != NOT_HOMED else 0
+    n.sequence_position += 1
+    put(n.out, POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, change))
+
+
+@step
+def say_trip(n: Record) -> None:
+    """Send the probe latch."""
+    n.sequence_probe += 1
+    payload = pack_probe(n.axis, n.sequence_probe, n.box.trip_position, n.box.trips, n.session)
+    put(n.out, PROBE + n.axis, payload)
+    n.said_trips = n.box.trips
+
+
+@step
+def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, illegal: int) -> int:
+    """Let the box sample at ``t_ps``, want to send what is due, and return the total that the injector is to reach.
+
+    ``moments`` counts those at which the speed gate refused to insert, ``illegal`` the changes of both lines at once
+    that the box's own decoder saw.
+    """
+    b = n.box
+    if b.state == RUNNING:
+        if t_ps - n.heard_ps > n.watch_ps:
+            box_fail(n, LINK_LOST)
+        elif illegal > 0:
+            box_fail(n, ENCODER_FAULT)
+    before = b.state
+    total = box_tick(b, n.down, n.up, t_ps, count, completed)
+    if b.state == RUNNING and before == NOT_HOMED:
+        n.said_position = 0
+        n.said_completed = completed
+    n.code = b.status
+    if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
+        n.code = REFUSED_TOO_FAST
+    due = t_ps >= n.cycle_next_ps
+    if due:
+        n.cycle_next_ps += n.cycle_ps
+        if n.cycle_next_ps <= t_ps:
+            n.cycle_next_ps = t_ps + n.cycle_ps
+        n.said_moments = moments
+    if due or (n.code != n.said_code and REFUSED_TOO_FAST not in (n.code, n.said_code)):
+        say_status(n, moments)
+    if due or (completed == b.accepted and completed != n.said_completed):
+        say_corrections(n, completed)
+    if b.trips != n.said_trips or (due and b.probing == 1):
+        say_trip(n)
+    if due:
+        say_position(n, count)
+    return total
+
+
+@step
+def holds_machine(n: Record) -> bool:
+    """Return whether the box's hold contact is open."""
+    return bool(n.box.state == FATAL)
+
+
+@step
+def node_trip(n: Record, count: int) -> None:
+    """Latch the axis position at a probe trip."""
+    box_trip(n.box, count)
