@@ -67,8 +67,9 @@ class Transport(Protocol):
     """A way to one bus, with a clock of its own in picoseconds that never goes back.
 
     Open it, ``send`` and ``receive`` in any order, ``close`` it, or use it in a ``with`` block. A transport never
-    hands its own frames back, keeps the order of each sender, and never waits for room to send: a frame that
-    finds none is dropped, counted in ``traffic.unsent``, and ``state`` is `BusState.WARNING` until one goes out again.
+    hands its own frames back, keeps the order of each sender, and never waits long for room to send: a frame
+    that finds none is dropped, counted in ``traffic.unsent``, and ``state`` is `BusState.WARNING` until one goes out
+    again.
     A bus that vanishes raises `rtec.errors.LinkError` in the call that notices it and in every later one.
     """
 
