@@ -23,7 +23,10 @@ if sys.platform != "win32":
     import fcntl
 
 SELECTABLE = frozenset({"slcan", "serial", "socketcan", "udp_multicast"})
-"""Interfaces that keep nothing back: what their file descriptor has is all there is."""
+"""Interfaces that keep nothing back: what their file descriptor and our own `ReadAhead` have is all there is."""
+
+SEND_WAIT_S = 0.01
+"""Longest wait for room to send a frame; once one was dropped, the next is not waited for at all."""
 
 _TERMINALS = frozenset({"slcan", "serial"})
 _DECODED_HERE = frozenset({"slcan", "serial", "udp_multicast"})
@@ -34,6 +37,8 @@ FIRST_WRITE_S = 1.0
 
 SERIAL_READ_S = 0.02
 """Longest pause inside a frame of `serial`: the latency timer of a USB adapter is 16 ms."""
+
+AHEAD_BYTES = 4096
 
 VIRTUAL_QUEUE = 4096
 """Frames that wait for a node of `virtual` that does not read; python-can's own queue has no end."""
@@ -55,6 +60,7 @@ class Adapter:
     channel: str
     bitrate: int | None
     _lock: int | None = field(default=None, init=False)
+    _ahead: ReadAhead | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         """Check the names and the rate."""
@@ -97,6 +103,10 @@ class Adapter:
         self._tune(bus)
         return bus
 
+    def has_more(self) -> bool:
+        """Tell whether there is input that the file descriptor does not show any more."""
+        return self._ahead is not None and self._ahead.in_waiting > 0
+
     def release(self) -> None:
         """Give the terminal back."""
         if self._lock is not None:
@@ -122,7 +132,7 @@ class Adapter:
             descriptor = os.open(device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
         except OSError as error:
             hint = {
-                errno.ENOENT: "does the program that offers it run? 'python -m serial.tools.list_ports' lists devices",
+                errno.ENOENT: "does the program that offers it run? 'python -m serial.tools.list_ports' lists all",
                 errno.EACCES: "on most systems the group 'dialout' may use it",
             }.get(error.errno or 0, "is it plugged in, and in use by nobody else?")
             raise LinkError(self.interface, self.channel, f"cannot be opened ({reason_of(error)})", hint) from None
@@ -149,8 +159,9 @@ class Adapter:
         if isinstance(bus, SerialBus):
             bus._ser.write_timeout = SERIAL_READ_S  # noqa: SLF001
         elif isinstance(bus, slcanBus):
-            # it waits until the last bit has left: 2 ms at 115200 bit/s, and for ever where nobody reads
-            bus.serialPortOrig.flush = _nothing
+            if sys.platform != "win32":
+                self._ahead = ReadAhead(bus.serialPortOrig)
+                bus.serialPortOrig = self._ahead
             if self.channel.startswith("socket://"):
                 # else the system holds small packets back for up to 40 ms
                 with socket.socket(fileno=os.dup(bus.fileno())) as same:
@@ -178,8 +189,53 @@ def _is_pseudo_terminal(channel: str) -> bool:
     return os.path.realpath(_device(channel)).startswith(("/dev/pts/", "/dev/ttys"))
 
 
-def _nothing() -> None:
-    """Do nothing."""
+class ReadAhead:
+    """The port of python-can's slcan, which reads byte by byte: one call of the system for all that is there.
+
+    Parameters
+    ----------
+    port
+        A port of pyserial that returns at once with what it has.
+    """
+
+    def __init__(self, port: serial.SerialBase) -> None:
+        self._port = port
+        self._data = b""
+        self._position = 0
+        self.write_timeout = port.write_timeout = SEND_WAIT_S
+
+    @property
+    def in_waiting(self) -> int:
+        """Return the bytes read ahead."""
+        return len(self._data) - self._position
+
+    def read(self, size: int = 1) -> bytes:
+        """Return up to ``size`` bytes, and none where there are none."""
+        if self._position == len(self._data):
+            self._data, self._position = self._port.read(AHEAD_BYTES), 0
+        piece = self._data[self._position : self._position + size]
+        self._position += len(piece)
+        return piece
+
+    def reset_input_buffer(self) -> None:
+        """Throw away what has arrived."""
+        self._data, self._position = b"", 0
+        self._port.reset_input_buffer()
+
+    def write(self, data: bytes) -> int:
+        """Write ``data`` within the time allowed."""
+        return int(self._port.write(data))
+
+    def flush(self) -> None:
+        """Do not wait until the last bit is out: that takes 2 ms at 115200 bit/s, and for ever where nobody reads."""
+
+    def fileno(self) -> int:
+        """Return the file descriptor."""
+        return int(self._port.fileno())
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:

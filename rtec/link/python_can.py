@@ -22,7 +22,7 @@ from typing import Self
 import can
 
 from rtec.errors import ArgumentError, LinkError
-from rtec.link._adapters import SELECTABLE, Adapter, is_full, is_garbled, reason_of
+from rtec.link._adapters import SELECTABLE, SEND_WAIT_S, Adapter, is_full, is_garbled, reason_of
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.transport import BusState, Received, Traffic
 
@@ -31,9 +31,6 @@ logging.getLogger("can").addHandler(logging.NullHandler())
 
 PS_PER_S = 10**12
 PS_PER_NS = 1000
-
-SEND_WAIT_S = 0.01
-"""Longest wait for room to send a frame; once one was dropped, the next is not waited for at all."""
 
 SLICE_S = 0.05
 """Longest wait inside a driver without a file descriptor; after it we look whether the transport was closed."""
@@ -108,7 +105,7 @@ class PythonCanTransport:
         except BaseException:
             self._close_sockets()
             raise
-        self._descriptor = self._bus.fileno() if adapter.interface in SELECTABLE else None
+        self._descriptor = self._descriptor_to_wait_on()
 
     @property
     def state(self) -> BusState:
@@ -193,6 +190,14 @@ class PythonCanTransport:
 
     # ------------------------------------------------------------------ inside
 
+    def _descriptor_to_wait_on(self) -> int | None:
+        if self._adapter.interface not in SELECTABLE:
+            return None
+        try:
+            return self._bus.fileno()
+        except NotImplementedError:  # a serial port of Windows
+            return None
+
     def _refuse_when_gone(self) -> None:
         if self._gone is not None:
             # a fresh one: a raised exception keeps the traceback of its first raise
@@ -210,9 +215,10 @@ class PythonCanTransport:
         try:
             if self._descriptor is None:
                 return self._bus.recv(min(left_s, SLICE_S))
-            ready, _, _ = select.select([self._descriptor, self._wake_in.fileno()], [], [], left_s)
-            if self._descriptor not in ready:
-                return None
+            if not self._adapter.has_more():
+                ready, _, _ = select.select([self._descriptor, self._wake_in.fileno()], [], [], left_s)
+                if self._descriptor not in ready:
+                    return None
             message = self._bus.recv(0.0)
         except Exception as error:  # drivers raise what they like
             if not is_garbled(self._adapter.interface, error):
