@@ -5,6 +5,7 @@
     RtecError
     ├── ArgumentError      a value given by the caller is outside what is allowed
     ├── FileFormatError    a file does not hold what its format promises
+    ├── LinkError          an interface to a bus does not exist, cannot be opened, or has vanished
     └── OutputError        a result could not be written
 
 Every message says what is wrong, where, the value found, what is allowed and what to do.
@@ -71,6 +72,31 @@ class FileFormatError(RtecError, ValueError):
         self.path, self.line, self.problem, self.allowed = str(path), line, problem, allowed
         where = f"{path}" if line is None else f"{path}, line {line}"
         super().__init__(f"{where}: {problem}; allowed: {allowed}")
+
+
+class LinkError(RtecError, OSError):
+    """An interface to a bus does not exist, its channel cannot be opened, or it vanished while in use.
+
+    Parameters
+    ----------
+    interface
+        Name of the interface, as the user wrote it.
+    channel
+        The channel on it, or an empty text where the interface as a whole is meant.
+    problem
+        What was found.
+    hint
+        What is allowed, or what to do.
+
+    Examples
+    --------
+    >>> str(LinkError("slcan", "/dev/ttyACM7", "there is no such device", "plug the adapter in"))
+    'slcan /dev/ttyACM7: there is no such device; plug the adapter in'
+    """
+
+    def __init__(self, interface: str, channel: str, problem: str, hint: str) -> None:
+        self.interface, self.channel, self.problem, self.hint = interface, channel, problem, hint
+        super().__init__(f"{interface}{' ' + channel if channel else ''}: {problem}; {hint}")
 
 
 class OutputError(RtecError, OSError):
