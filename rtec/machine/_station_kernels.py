@@ -31,9 +31,9 @@ from rtec.axis._kernels import (
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
 from rtec.injector._kernels import (
     ARMED,
-    B,
     INJECTOR,
     INSERTING,
+    B,
     injector_edge,
     injector_enable,
     injector_fire,
@@ -85,7 +85,7 @@ STATION = np.dtype(
         # parameters
         ("acceleration", np.float64),  # of the moves, counts/s^2
         ("ramp_s", np.float64),  # of the feed override between 0 and 1
-        ("following_limit", np.float64),  # counts, at which the controller stops the drive
+        ("following_limit", np.float64),  # counts beyond the lag of the feed, at which the controller stops the drive
         ("repeats", np.int64),  # 1: after the last move comes the first
         # motion
         ("event_ps", np.int64),
@@ -96,6 +96,7 @@ STATION = np.dtype(
         ("moving_to", np.int64),  # move of the program
         ("arrived_ps", np.int64),  # at its end; NEVER: still under way
         ("command_speed", np.float64),
+        ("lag", np.float64),  # counts that the axis may lag behind at the feed of the last while
         ("override", np.float64),
         ("going_home", np.int64),  # 1: back to the encoder's home, whatever the controller counts
         # cable between encoder and box
@@ -315,11 +316,13 @@ def open_tick(
     speed = next_command(st, targets, speeds, rests)
     if st.alarm == NO_ALARM:
         acceleration = servo_tick(st, speed, 0, targets)
-        lag = abs(servo.command - st.receiver.count * servo.counts_per_unit)
+        # a position loop answers the feed like a delay of 1 / Kv
+        st.lag += (speed * (1.0 - servo.feedforward) / servo.gain_per_s - st.lag) * servo.gain_per_s * servo.period_s
+        lag = servo.command - st.receiver.count * servo.counts_per_unit
         if st.receiver.fault == 1:
             st.alarm = ILLEGAL_LINES
             st.alarm_ps = servo.now_ps
-        elif lag > st.following_limit:
+        elif abs(lag - st.lag) > st.following_limit:
             st.alarm = FOLLOWING
             st.alarm_ps = servo.now_ps
     elif abs(servo.v) < servo.standstill + servo.period_s * st.acceleration:
@@ -448,6 +451,7 @@ def zero_counters(st: Record, t_ps: int) -> None:
     st.receiver.fault = 0
     st.servo.command = st.encoder.count
     st.command_speed = 0.0
+    st.lag = 0.0
     st.alarm = NO_ALARM
     st.going_home = 0
     st.moving_to = 0

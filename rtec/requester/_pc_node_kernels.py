@@ -7,9 +7,12 @@ it then asks for nothing any more and says so on the bus until somebody starts i
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from rtec._jit import Record, helper, step
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, helper, kernel, step
 from rtec.link._crc_kernels import is_sealed
 from rtec.link._frame_kernels import (
     AXIS_BITS,
@@ -40,11 +43,15 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import MAILBOX, deliver, mailbox_reset, post
 from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
+from rtec.predictors._kernels import predict_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
+)
+from rtec.requester._box_kernels import (
     ENCODER_FAULT as BOX_ENCODER_FAULT,
+)
+from rtec.requester._box_kernels import (
     FATAL,
-    HELD,
     I_STILL_DONT_BELIEVE_YOU,
     IMPLAUSIBLE,
     LINK_LOST,
@@ -53,17 +60,18 @@ from rtec.requester._box_kernels import (
     REFUSED_TOO_FAST,
     RUNNING,
     STATUS_DISABLED,
-    STATUS_NOT_HOMED,
 )
 from rtec.requester._pc_kernels import (
     ACTIVE,
-    HOLD as HOLDING,
     PC,
     WAITING,
     pc_look,
     pc_read,
     pc_request,
     pc_reset,
+)
+from rtec.requester._pc_kernels import (
+    HOLD as HOLDING,
 )
 from rtec.signal._kernels import NEVER
 
@@ -384,7 +392,8 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         put(n.out, HOLD, pack_hold(n.hold_sequence, n.reason, n.axis))
         say_request(n, p.sent, 0)
         return False
-    if n.has_status == 0 or (n.has_corrections == 0 or n.has_position == 0) and n.flags & 7 != NOT_HOMED:
+    incomplete = n.has_corrections == 0 or n.has_position == 0
+    if n.has_status == 0 or (incomplete and n.flags & 7 != NOT_HOMED):
         pc_look(p, t_ps, True)
         if n.has_status == 1:
             say_request(n, 0, 0)
@@ -412,7 +421,7 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
     # a deviation that is no number is beyond every limit
     if not (abs(deviation_mm) <= n.limit_mm or (n.limit_mm == 0.0 and abs(deviation_mm) < 1e3)):
         n.beyond_deviation_mm = deviation_mm
-        pc_hold(n, t_ps, DEVIATION_LIMIT if deviation_mm == deviation_mm else PREDICTOR_OUT_OF_RANGE)
+        pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE if math.isnan(deviation_mm) else DEVIATION_LIMIT)
         say_request(n, p.sent, 0)
         return
     n.last_total = p.sent
@@ -422,3 +431,28 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
     if p.sent != before:
         n.wanted_ps = t_ps
     say_request(n, p.sent, n.down.word1 | ENABLE)
+
+
+@kernel
+def start(n: Record, t_ps: int, sequence: int) -> None:
+    """Switch the PC on from outside."""
+    pc_node_start(n, t_ps, sequence)
+
+
+@kernel
+def receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
+    """Hand the PC a frame from outside."""
+    pc_receive(n, t_ps, identifier, payload)
+
+
+@kernel
+def turn(n: Record, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+    """Let the PC take the turn that is due, from outside."""
+    if pc_prepare(n, t_ps):
+        pc_finish(n, t_ps, predict_mm(model_kind, model, n.pc.position * n.pc.count_mm, n.pc.direction))
+
+
+@kernel
+def hold(n: Record, t_ps: int, reason: int) -> None:
+    """Hold the machine from outside."""
+    pc_hold(n, t_ps, reason)

@@ -24,6 +24,27 @@ class Status(enum.IntEnum):
     DISABLED = _box_kernels.STATUS_DISABLED
     I_DONT_BELIEVE_YOU = _box_kernels.I_DONT_BELIEVE_YOU
     I_STILL_DONT_BELIEVE_YOU = _box_kernels.I_STILL_DONT_BELIEVE_YOU
+    REFUSED_TOO_FAST = _box_kernels.REFUSED_TOO_FAST
+    """The speed gate refuses: the axis is too fast for what is still to be inserted."""
+    LINK_LOST = _box_kernels.LINK_LOST
+    """Nothing was heard from the PC for longer than the watch allows; fatal."""
+    HELD = _box_kernels.HELD
+    """The PC holds the machine; fatal."""
+    AXIS_TAKEN = _box_kernels.AXIS_TAKEN
+    """Another box has the same axis number; fatal."""
+    IMPLAUSIBLE = _box_kernels.IMPLAUSIBLE
+    """A total beyond the box's limit was asked for; fatal."""
+    ENCODER_FAULT = _box_kernels.ENCODER_FAULT
+    """Both lines of the encoder changed at once; fatal."""
+
+
+class BoxState(enum.IntEnum):
+    """What the box is doing."""
+
+    NOT_HOMED = _box_kernels.NOT_HOMED
+    RUNNING = _box_kernels.RUNNING
+    FATAL = _box_kernels.FATAL
+    """It has stopped for good, and its hold contact is open."""
 
 
 class PcState(enum.IntEnum):

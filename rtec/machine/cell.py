@@ -1,0 +1,213 @@
+"""A machine on a bus: several axes with their boxes, one PC and the faults between them, in simulated time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rtec._jit import new_record
+from rtec.checks import whole_within
+from rtec.errors import ArgumentError
+from rtec.machine import _cell_kernels, _station_kernels
+from rtec.machine.faults import Fault, fault_records
+from rtec.machine.station import Move, StationSettings, StationView, move_arrays, station_view
+from rtec.predictors import Predictor
+from rtec.requester import HoldReason, PcState, Status, _pc_node_kernels
+from rtec.signal import NEVER
+
+US = 1_000_000
+_PC_FIRST_PS = 350 * US
+_PC_GAP_PS = 120 * US
+_BOX_FIRST_PS = 300 * US
+_BOX_GAP_PS = 3_333 * US
+_MOST_CELL_AXES = 7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisOutcome:
+    """What came of one axis."""
+
+    view: StationView
+    pc_state: PcState
+    pc_reason: HoldReason
+    box_status: Status
+    target_steps: int
+    """Total that the prediction asks for where the PC believes the axis to be."""
+    off_counts: int
+    """Count at the controller, less the true count and the corrections that the prediction asks for."""
+    uninserted_counts: int
+    """Difference between what the box says it has completed and what its lines have gone ahead."""
+    late_steps: int
+    """Largest difference between what is wanted and what is inserted, at the PC's turns."""
+    travel_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fired:
+    """Proof of a fault: how often it took effect, and when it first did."""
+
+    fault: Fault
+    times: int
+    first_ps: int | None
+
+
+class Cell:
+    """Several axes, one PC and a bus, with faults.
+
+    Parameters
+    ----------
+    stations
+        The axes, numbered 1, 2, ... in order.
+    moves
+        The program of each, over and over.
+    predictor
+        What the PC knows of the axes' errors.
+    faults
+        What goes wrong.
+    bitrate
+        Of the bus, bit/s.
+
+    Raises
+    ------
+    ArgumentError
+        Axes that are not numbered in order, a program for each missing, a fault at an axis that is not there.
+
+    Examples
+    --------
+    >>> from rtec.predictors import NoError
+    >>> cell = Cell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0)]], NoError())
+    >>> cell.run(until_ps=10**12)
+    >>> cell.axes[0].pc_state.name, cell.held_ps is None
+    ('ACTIVE', True)
+    """
+
+    def __init__(
+        self,
+        stations: Sequence[StationSettings],
+        moves: Sequence[Sequence[Move]],
+        predictor: Predictor,
+        *,
+        faults: Sequence[Fault] = (),
+        bitrate: int = 500_000,
+    ) -> None:
+        count = whole_within("stations", len(stations), 1, _MOST_CELL_AXES)
+        if [station.axis for station in stations] != list(range(1, count + 1)):
+            raise ArgumentError("stations", [station.axis for station in stations], "axes 1, 2, ... in order")
+        if len(moves) != count or not all(moves):
+            raise ArgumentError("moves", f"{len(moves)} programs", f"{count}, one with a move at least for each axis")
+        for fault in faults:
+            if fault.place is not None and fault.place > count:
+                raise ArgumentError("place", fault.place, f"0 (the PC) to {count}")
+        self.settings = tuple(stations)
+        self.faults = tuple(faults)
+        self._cell = new_record(_cell_kernels.CELL)
+        self._stations = np.rec.array(np.zeros(count, dtype=_station_kernels.STATION))
+        self._pcs = np.rec.array(np.zeros(count, dtype=_pc_node_kernels.PC_NODE))
+        self._faults = fault_records(faults)
+        low_mm, high_mm = predictor.range_mm
+        for i, station in enumerate(stations):
+            state, pc = self._stations[i], self._pcs[i]
+            station.fill(state)
+            state.repeats = 1
+            _station_kernels.start(state, 0, _BOX_FIRST_PS + i * _BOX_GAP_PS, 1 + i)
+            design = station.injector.design
+            count_mm = station.encoder.count_mm
+            station.conversation.fill_pc(
+                pc.pc, count_mm=count_mm, step_counts=design.step_counts, word_limit=design.word_limit
+            )
+            station.precautions.fill_pc(pc, count_mm=count_mm)
+            pc.axis = i + 1
+            pc.requester = 1
+            pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
+        bit_ps = 10**12 // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
+        _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
+        self._program = _padded(stations, moves)
+        self._model = (predictor.kind, predictor.packed)
+
+    def run(self, *, until_ps: int) -> None:
+        """Run to ``until_ps``; time never runs back."""
+        until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
+        run: Any = _cell_kernels.run
+        run(self._cell, self._stations, self._pcs, self._faults, until_ps, *self._program, *self._model)
+
+    def settle(self) -> None:
+        """Let what is under way at every axis come to its end, so that the counts can be compared."""
+        _cell_kernels.settle(self._stations)
+
+    def probe(self, probing: bool) -> None:
+        """Let the PC enter or leave the probing mode on all axes."""
+        for pc in self._pcs:
+            pc.pc.probing = int(probing)
+
+    def mean_large(self) -> None:
+        """Let the PC's next requests exceed the window, once."""
+        for pc in self._pcs:
+            pc.pc.large_meant = 1
+
+    def predict_by(self, predictor: Predictor) -> None:
+        """Give the PC another predictor from now on."""
+        self._model = (predictor.kind, predictor.packed)
+
+    @property
+    def now_ps(self) -> int:
+        """Return the time reached."""
+        return int(self._cell.now_ps)
+
+    @property
+    def held_ps(self) -> int | None:
+        """Return when the machine was first held, None if it never was."""
+        return None if self._cell.held_at_once_ps == NEVER else int(self._cell.held_at_once_ps)
+
+    @property
+    def exchanges(self) -> int:
+        """Return the turns that the PC has taken, all axes together."""
+        return int(self._cell.turns)
+
+    @property
+    def bus_load(self) -> float:
+        """Return the share of time in which the bus was busy."""
+        return float(self._cell.bus.busy_ps / max(self.now_ps, 1))
+
+    @property
+    def fired(self) -> tuple[Fired, ...]:
+        """Return the proof of every fault."""
+        return tuple(
+            Fired(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
+            for fault, record in zip(self.faults, self._faults, strict=True)
+        )
+
+    @property
+    def axes(self) -> tuple[AxisOutcome, ...]:
+        """Return what came of each axis so far; after :meth:`settle` the counts can be compared."""
+        outcomes = []
+        for i, settings in enumerate(self.settings):
+            state, pc = self._stations[i], self._pcs[i]
+            step = settings.injector.design.step_counts
+            view = station_view(state, settings)
+            outcomes.append(
+                AxisOutcome(
+                    view=view,
+                    pc_state=PcState(int(pc.pc.state)),
+                    pc_reason=HoldReason(int(pc.reason)),
+                    box_status=Status(int(state.node.box.status)),
+                    target_steps=int(pc.pc.target),
+                    off_counts=view.controller_count - view.position - step * int(pc.pc.target),
+                    uninserted_counts=view.inserted_counts - step * view.completed,
+                    late_steps=int(self._cell.late_steps[i]),
+                    travel_mm=float(state.travel_mm),
+                )
+            )
+        return tuple(outcomes)
+
+
+def _padded(stations: Sequence[StationSettings], moves: Sequence[Sequence[Move]]) -> tuple[Any, Any, Any]:
+    """Return the programs as arrays of shape (axes, moves); a shorter one is repeated to its multiple or stays."""
+    longest = max(len(program) for program in moves)
+    rows = []
+    for station, program in zip(stations, moves, strict=True):
+        stay = Move(target_mm=program[-1].target_mm, speed_mm_s=program[-1].speed_mm_s)
+        rows.append(move_arrays([*program, *[stay] * (longest - len(program))], station.encoder.count_mm))
+    return tuple(np.array([row[k] for row in rows]) for k in range(3))  # type: ignore[return-value]

@@ -1,0 +1,200 @@
+"""Faults of box, bus, PC and encoder: what, where, when, with which seed, and the proof that they took effect."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec._jit import Record
+from rtec.checks import whole_within
+from rtec.errors import ArgumentError
+from rtec.link import _bus_kernels as _bus
+from rtec.link._frame_kernels import MOST_AXES
+from rtec.machine import _cell_kernels as _cell
+from rtec.machine import _station_kernels as _station
+from rtec.signal import NEVER
+
+MS = 1_000_000_000
+
+
+class FaultKind(enum.Enum):
+    """A class of faults."""
+
+    FRAME_LOST = "frame lost"
+    FRAME_LATE = "frame late"
+    FRAME_DUPLICATED = "frame duplicated"
+    FRAMES_REORDERED = "frames reordered"
+    FRAME_CORRUPTED = "frame corrupted, checksum wrong"
+    FRAME_FORGED = "frame corrupted, checksum right"
+    TOTAL_BIT_FLIPPED = "bit flipped in the total"
+    REQUEST_STUCK = "request stuck"
+    BABBLING_NODE = "babbling node"
+    BUS_OFF = "bus off"
+    STALE_DATA_VALID = "stale data valid"
+    TORN_POSITION = "torn position word"
+    PC_KILLED = "PC killed"
+    BOX_RESTARTED = "box restarted"
+    POWER_LOST = "power lost"
+    CLOCK_JUMP_FORWARD = "PC clock jumps forward"
+    CLOCK_JUMP_BACK = "PC clock jumps back"
+    CABLE_OPEN = "encoder cable open"
+    LINES_SWAPPED = "A and B swapped"
+    LINE_BROKEN = "one line of a pair broken"
+    GLITCHES = "glitches"
+    SWITCH_THROWN = "disable switch thrown"
+    PROBE_TRIPPED = "probe trip"
+
+    @property
+    def code(self) -> int:
+        """Return the number that the kernels use."""
+        return _CODES[self]
+
+    @property
+    def place(self) -> FaultPlace:
+        """Return where a fault of this class happens."""
+        if self.code <= _bus.LAST_OF_BUS:
+            return FaultPlace.BUS
+        return FaultPlace.PC if self.code >= _cell.PC_KILLED else FaultPlace.AXIS
+
+
+class FaultPlace(enum.Enum):
+    """Where a fault happens."""
+
+    BUS = "bus"
+    """To frames of one node or of all."""
+    PC = "PC"
+    AXIS = "axis"
+    """At the box of an axis, or at the encoder before it."""
+
+
+_CODES = {
+    FaultKind.FRAME_LOST: _bus.LOST,
+    FaultKind.FRAME_LATE: _bus.LATE,
+    FaultKind.FRAME_DUPLICATED: _bus.DUPLICATED,
+    FaultKind.FRAMES_REORDERED: _bus.REORDERED,
+    FaultKind.FRAME_CORRUPTED: _bus.CORRUPTED,
+    FaultKind.FRAME_FORGED: _bus.FORGED,
+    FaultKind.TOTAL_BIT_FLIPPED: _bus.FLIPPED,
+    FaultKind.REQUEST_STUCK: _bus.STUCK,
+    FaultKind.BABBLING_NODE: _bus.BABBLING,
+    FaultKind.BUS_OFF: _bus.OFF,
+    FaultKind.STALE_DATA_VALID: _station.STALE_WORD,
+    FaultKind.TORN_POSITION: _station.TORN_WORD,
+    FaultKind.PC_KILLED: _cell.PC_KILLED,
+    FaultKind.BOX_RESTARTED: _station.BOX_RESTART,
+    FaultKind.POWER_LOST: _station.POWER_OFF,
+    FaultKind.CLOCK_JUMP_FORWARD: _cell.CLOCK_JUMP_FORWARD,
+    FaultKind.CLOCK_JUMP_BACK: _cell.CLOCK_JUMP_BACK,
+    FaultKind.CABLE_OPEN: _station.CABLE_OPEN,
+    FaultKind.LINES_SWAPPED: _station.LINES_SWAPPED,
+    FaultKind.LINE_BROKEN: _station.LINE_BROKEN,
+    FaultKind.GLITCHES: _station.GLITCHES,
+    FaultKind.SWITCH_THROWN: _station.SWITCH_THROWN,
+    FaultKind.PROBE_TRIPPED: _station.PROBE_TRIP,
+}
+
+PC_NODE = _cell.PC_PLACE
+"""Node of the PC; the box of axis n is node n."""
+
+
+class Strikes(enum.Enum):
+    """When a fault at an axis begins."""
+
+    AT_ONCE = "at once"
+    WHILE_INSERTING = "while inserting"
+    """At the first moment from ``from_ps`` on at which an insertion is under way."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fault:
+    """One fault.
+
+    Parameters
+    ----------
+    kind
+        Its class.
+    place
+        On the bus, the node that sends the frames (0: the PC, n: the box of axis n; None: any); at an axis, its number;
+        None for the PC.
+    from_ps, until_ps
+        When it begins, and when it is over; None: it stays.
+    identifier
+        Of the frames that it strikes; None: all.
+    most
+        Frames that it strikes.
+    delay_ps
+        Delay of frames, or jump of the clock.
+    seed
+        Of the bits that it flips.
+    strikes
+        At once, or during an insertion.
+
+    Raises
+    ------
+    ArgumentError
+        A place, a time or a delay that the class cannot have.
+
+    Examples
+    --------
+    >>> Fault(kind=FaultKind.FRAME_LOST, place=PC_NODE, from_ps=10**12, most=3).kind.place.name
+    'BUS'
+    """
+
+    kind: FaultKind
+    place: int | None = None
+    from_ps: int
+    until_ps: int | None = None
+    identifier: int | None = None
+    most: int = 1
+    delay_ps: int = 0
+    seed: int = 0
+    strikes: Strikes = Strikes.AT_ONCE
+
+    def __post_init__(self) -> None:
+        """Check what the class needs."""
+        where = self.kind.place
+        whole_within("from_ps", self.from_ps, 0, NEVER - 1, unit="ps")
+        if self.until_ps is not None:
+            whole_within("until_ps", self.until_ps, self.from_ps + 1, NEVER, unit="ps (after from_ps)")
+        if self.identifier is not None:
+            whole_within("identifier", self.identifier, 0, 0x7FF)
+        whole_within("most", self.most, 1, 1 << 40)
+        whole_within("delay_ps", self.delay_ps, 0, NEVER - 1, unit="ps")
+        whole_within("seed", self.seed, 0, (1 << 62) - 1)
+        if where is FaultPlace.AXIS:
+            whole_within("place", self.place, 1, MOST_AXES)
+        elif self.place is not None:
+            whole_within("place", self.place, 0, _bus.NODES - 1)
+        delayed = {FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED}
+        jumps = {FaultKind.CLOCK_JUMP_FORWARD, FaultKind.CLOCK_JUMP_BACK}
+        if self.kind in delayed | jumps and self.delay_ps == 0:
+            raise ArgumentError("delay_ps", 0, "at least 1 ps", f"say how far: {self.kind.value}")
+        if self.kind is FaultKind.BUS_OFF and self.place is None:
+            raise ArgumentError("place", "None", "a node: 0 is the PC, n the box of axis n")
+        if self.strikes is Strikes.WHILE_INSERTING and where is not FaultPlace.AXIS:
+            raise ArgumentError("strikes", self.strikes.value, "at once", f"{self.kind.value} is none of an axis")
+
+    def fill(self, record: Record) -> None:
+        """Write the fault into a kernel's record."""
+        record.kind = self.kind.code
+        record.place = _bus.ANY if self.place is None else self.place
+        if self.kind.place is FaultPlace.PC:
+            record.place = PC_NODE
+        record.identifier = _bus.ANY if self.identifier is None else self.identifier
+        record.from_ps = self.from_ps
+        record.until_ps = NEVER if self.until_ps is None else self.until_ps
+        record.most = self.most
+        record.delay_ps = self.delay_ps
+        record.seed = self.seed
+        record.while_inserting = int(self.strikes is Strikes.WHILE_INSERTING)
+
+
+def fault_records(faults: Sequence[Fault]) -> Record:
+    """Return the faults as the kernels want them, shape (n,)."""
+    records = np.rec.array(np.zeros(len(faults), dtype=_bus.FAULT))
+    for record, fault in zip(records, faults, strict=True):
+        fault.fill(record)
+    return records

@@ -1,0 +1,189 @@
+"""The PC's side of one axis as a node of a bus, frame by frame, on whatever clock its owner has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtec._jit import new_record
+from rtec.checks import number_within, whole_within
+from rtec.link._frame_kernels import MOST_AXES
+from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.predictors import Predictor
+from rtec.requester import _pc_node_kernels
+from rtec.requester.precautions import HoldReason, Precautions
+from rtec.requester.settings import BoxState, Conversation, PcState, Status
+from rtec.signal import NEVER
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PcView:
+    """What the PC knows of one axis, and what it is doing about it."""
+
+    state: PcState
+    reason: HoldReason
+    held_ps: int | None
+    """Since when it holds the machine, on its clock."""
+    connected: bool
+    """Whether the box has been heard."""
+    box_state: BoxState | None
+    status: Status | None
+    """The box's status word; None before it is heard, or where it says what nobody knows."""
+    switch_on: bool
+    session: int
+    position: int
+    """Counts from home."""
+    direction: int
+    target: int
+    """Total of steps that the prediction asks for."""
+    requested: int
+    accepted: int
+    completed: int
+    trips: int
+    trip_position: int
+    frames_refused: int
+    """For their checksum or their order."""
+    implausible: int
+    """Positions not believed."""
+    answered: int
+    """Requests that the box has completed."""
+    answer_s: float
+    """How long the last of them took, from the request to the frame that says it is completed."""
+    turns: int
+
+
+class PcNode:
+    """The PC's side of one axis: hand it frames, let it take its turns, send what it returns.
+
+    Parameters
+    ----------
+    conversation
+        Windows and periods.
+    precautions
+        Watch and limits.
+    axis
+        Number of the axis, 1 to 15.
+    predictor
+        Deviation of the axis by position and direction.
+    count_mm
+        Travel of one count.
+    step_counts
+        Counts of one step of the box.
+    word_limit
+        Largest total of steps that the request's word holds.
+    requester
+        Number of this PC, 0 to 7.
+    start_ps
+        Time of its first turn.
+    first_sequence
+        Where its frames begin to count, so that a PC started again does not repeat itself.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+
+    Examples
+    --------
+    Before the box is heard, it has nothing to say:
+
+    >>> from rtec.predictors import NoError
+    >>> pc = PcNode(Conversation(), Precautions(), axis=1, predictor=NoError(), count_mm=0.001, step_counts=4,
+    ...             word_limit=127)
+    >>> pc.turn(at_ps=0), pc.due_ps, pc.view.state.name
+    ([], 10000000000, 'WAITING')
+    """
+
+    def __init__(
+        self,
+        conversation: Conversation,
+        precautions: Precautions,
+        *,
+        axis: int,
+        predictor: Predictor,
+        count_mm: float,
+        step_counts: int,
+        word_limit: int,
+        requester: int = 1,
+        start_ps: int = 0,
+        first_sequence: int = 0,
+    ) -> None:
+        self.axis = whole_within("axis", axis, 1, MOST_AXES)
+        number_within("count_mm", count_mm, 1e-9, 1e3, unit="mm")
+        whole_within("step_counts", step_counts, 1, 1 << 20)
+        whole_within("word_limit", word_limit, 0, 32767)
+        self._node = node = new_record(_pc_node_kernels.PC_NODE)
+        conversation.fill_pc(node.pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
+        precautions.fill_pc(node, count_mm=count_mm)
+        node.axis = axis
+        node.requester = whole_within("requester", requester, 0, 7)
+        self.predict_by(predictor)
+        _pc_node_kernels.start(node, start_ps, whole_within("first_sequence", first_sequence, 0, 255))
+
+    def predict_by(self, predictor: Predictor) -> None:
+        """Take another predictor from now on."""
+        low_mm, high_mm = predictor.range_mm
+        self._node.low_mm, self._node.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
+        self._model = (predictor.kind, predictor.packed)
+
+    @property
+    def due_ps(self) -> int:
+        """Return the time of the next turn."""
+        return int(self._node.pc.next_ps)
+
+    def receive(self, frame: Frame, *, at_ps: int) -> None:
+        """Take a frame from the bus; what is none of its messages is passed over."""
+        if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
+            _pc_node_kernels.receive(self._node, at_ps, frame.identifier, frame.payload)
+
+    def turn(self, *, at_ps: int) -> list[Frame]:
+        """Take a turn; return the frames to send."""
+        _pc_node_kernels.turn(self._node, at_ps, *self._model)
+        out = self._node.out
+        frames = [Frame.of_payload(int(out.identifier[k]), int(out.payload[k])) for k in range(int(out.waiting))]
+        out.waiting = 0
+        return frames
+
+    def hold(self, reason: HoldReason, *, at_ps: int) -> None:
+        """Hold the machine for a reason of one's own; the first reason stands."""
+        _pc_node_kernels.hold(self._node, at_ps, int(reason))
+
+    def mean_large(self) -> None:
+        """Let the next request exceed the window, once (restart with a hot machine)."""
+        self._node.pc.large_meant = 1
+
+    def probe(self, probing: bool) -> None:
+        """Enter or leave the probing mode: nothing is corrected in it."""
+        self._node.pc.probing = int(probing)
+
+    def acknowledge(self) -> None:
+        """Acknowledge the box's fatal error at the start: it is asked to wait for home again."""
+        self._node.reset_meant = 1
+
+    @property
+    def view(self) -> PcView:
+        """Return what it knows and does."""
+        n = self._node
+        heard = bool(n.has_status)
+        return PcView(
+            state=PcState(int(n.pc.state)),
+            reason=HoldReason(int(n.reason)),
+            held_ps=None if n.held_ps == NEVER else int(n.held_ps),
+            connected=heard,
+            box_state=BoxState(int(n.flags) & 7) if heard and int(n.flags) & 7 in set(BoxState) else None,
+            status=Status(int(n.code)) if heard and int(n.code) in set(Status) else None,
+            switch_on=bool(int(n.flags) & 8),
+            session=int(n.session),
+            position=int(n.position),
+            direction=int(n.pc.direction),
+            target=int(n.pc.target),
+            requested=int(n.pc.sent),
+            accepted=int(n.accepted),
+            completed=int(n.completed),
+            trips=int(n.trips),
+            trip_position=int(n.trip_position),
+            frames_refused=int(n.wrong_checksum + n.out_of_order),
+            implausible=int(n.implausible),
+            answered=int(n.answered),
+            answer_s=int(n.answer_ps) / 1e12,
+            turns=int(n.pc.requests),
+        )

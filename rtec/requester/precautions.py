@@ -1,0 +1,137 @@
+"""What box and PC do beyond the report's windows, so that a bus between them can do no harm; and why the PC holds."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from rtec._jit import Record
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError
+from rtec.requester import _pc_node_kernels as _codes
+from rtec.requester.settings import MS
+
+
+class HoldReason(enum.IntEnum):
+    """Why the PC holds the machine; the numbers are those of the message Hold."""
+
+    NONE = _codes.NONE
+    BOX_STILL_DOUBTS = _codes.BOX_STILL_DOUBTS
+    BOX_SILENT = _codes.BOX_SILENT
+    BOX_RESTARTED = _codes.BOX_RESTARTED
+    CORRECTIONS_DISABLED = _codes.CORRECTIONS_DISABLED
+    BOX_LOST_LINK = _codes.BOX_LOST_LINK
+    BOX_HELD = _codes.BOX_HELD
+    AXIS_TAKEN = _codes.AXIS_TAKEN
+    POSITION_IMPLAUSIBLE = _codes.POSITION_IMPLAUSIBLE
+    PREDICTOR_OUT_OF_RANGE = _codes.PREDICTOR_OUT_OF_RANGE
+    CLOCK_JUMP = _codes.CLOCK_JUMP
+    ANOTHER_PC = _codes.ANOTHER_PC
+    BUS_OFF = _codes.BUS_OFF
+    OTHER_AXIS = _codes.OTHER_AXIS
+    ENCODER_FAULT = _codes.ENCODER_FAULT
+    BOX_IMPLAUSIBLE = _codes.BOX_IMPLAUSIBLE
+    DEVIATION_LIMIT = _codes.DEVIATION_LIMIT
+    COMPLETED_WRONG = _codes.COMPLETED_WRONG
+    OPERATOR = _codes.OPERATOR
+    NOT_COMPLETED = _codes.NOT_COMPLETED
+
+    @property
+    def meaning(self) -> str:
+        """Return what happened and what to do, in a sentence for the operator.
+
+        Examples
+        --------
+        >>> HoldReason.BOX_SILENT.meaning
+        'nothing was heard from the box for longer than the watch allows: look at its power and the bus'
+        """
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    HoldReason.NONE: "the machine is not held",
+    HoldReason.BOX_STILL_DOUBTS: "the box says I Still Don't Believe You: look at the predictor, then home again",
+    HoldReason.BOX_SILENT: (
+        "nothing was heard from the box for longer than the watch allows: look at its power and the bus"
+    ),
+    HoldReason.BOX_RESTARTED: "the box has started again and lost its totals: home again",
+    HoldReason.CORRECTIONS_DISABLED: "the box's switch forbids corrections, and one was asked for: close the switch",
+    HoldReason.BOX_LOST_LINK: "the box has not heard this PC for longer than its watch allows: look at the bus",
+    HoldReason.BOX_HELD: "the box was told to hold by a message on the bus",
+    HoldReason.AXIS_TAKEN: "two boxes have the same axis number: give each axis its own",
+    HoldReason.POSITION_IMPLAUSIBLE: "the box's position jumps or stands still where its changes say otherwise",
+    HoldReason.PREDICTOR_OUT_OF_RANGE: "the axis has left the range that the predictor knows",
+    HoldReason.CLOCK_JUMP: "this PC stood still, or its clock jumped, for longer than the watch allows",
+    HoldReason.ANOTHER_PC: "another PC talks to this axis' box: only one may",
+    HoldReason.BUS_OFF: "this PC is off the bus",
+    HoldReason.OTHER_AXIS: "another axis of the machine is held",
+    HoldReason.ENCODER_FAULT: "the box saw both encoder lines change at once: look at the encoder's cable",
+    HoldReason.BOX_IMPLAUSIBLE: "the box was asked for a total beyond its limit",
+    HoldReason.DEVIATION_LIMIT: "the predictor asks for more than the limit of the deviation",
+    HoldReason.COMPLETED_WRONG: "the box has accepted a total that this PC never asked for",
+    HoldReason.OPERATOR: "the operator held the machine",
+    HoldReason.NOT_COMPLETED: "the box has not inserted what it accepted for longer than the patience allows",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Precautions:
+    """Times and limits that box and PC keep on a bus.
+
+    Parameters
+    ----------
+    cycle_ps
+        The box sends position, corrections and status this often.
+    watch_ps
+        Longest silence of the other side, a few periods of either; beyond it the machine is held.
+    patience_ps
+        Longest time that an accepted total may stay unfinished; 0 for ever. A long rapid beyond the speed gate needs
+        patience: nothing is inserted then.
+    limit_steps
+        Totals beyond it the box never believes; 0 for no limit.
+    limit_mm
+        Deviations beyond it the PC never asks for; 0 for no limit.
+    most_mm_s
+        Fastest that the axis can move: a position further away than that is not believed.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range; a watch shorter than three cycles.
+
+    Examples
+    --------
+    >>> Precautions().watch_ps // 10**9
+    50
+    """
+
+    cycle_ps: int = 10 * MS
+    watch_ps: int = 50 * MS
+    patience_ps: int = 0
+    limit_steps: int = 0
+    limit_mm: float = 0.0
+    most_mm_s: float = 1000.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        whole_within("cycle_ps", self.cycle_ps, MS, 1000 * MS, unit="ps")
+        whole_within("watch_ps", self.watch_ps, MS, 100_000 * MS, unit="ps")
+        whole_within("patience_ps", self.patience_ps, 0, 10**17, unit="ps")
+        whole_within("limit_steps", self.limit_steps, 0, 32767)
+        number_within("limit_mm", self.limit_mm, 0.0, 1e3, unit="mm")
+        number_within("most_mm_s", self.most_mm_s, 1e-3, 1e5, unit="mm/s")
+        if self.watch_ps < 3 * self.cycle_ps:
+            raise ArgumentError("watch_ps", self.watch_ps, f"at least three cycles, {3 * self.cycle_ps} ps")
+
+    def fill_box(self, node: Record) -> None:
+        """Write the box's share into its node's state."""
+        node.cycle_ps = self.cycle_ps
+        node.watch_ps = self.watch_ps
+        node.limit_steps = self.limit_steps
+
+    def fill_pc(self, node: Record, *, count_mm: float) -> None:
+        """Write the PC's share into its node's state."""
+        node.watch_ps = self.watch_ps
+        node.patience_ps = self.patience_ps
+        node.limit_mm = self.limit_mm
+        node.most_counts_per_s = self.most_mm_s / count_mm
