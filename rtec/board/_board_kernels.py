@@ -41,8 +41,8 @@ from firmware_model.core._layout import (
 from firmware_model.core._pin_kernels import set_pins
 from rtec._jit import Record, kernel, step
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._firmware_pins_kernels import ORIGINAL, B, C
-from rtec.injector._kernels import observe
+from rtec.injector._design_kernels import ORIGINAL, B, C
+from rtec.injector._monitor_kernels import observe
 from rtec.signal._kernels import NEVER
 
 Bytes = NDArray[np.uint8]

@@ -30,7 +30,7 @@ from rtec.board._board_kernels import (
     read_ps,
 )
 from rtec.controller._kernels import receiver_edge
-from rtec.injector._kernels import observe
+from rtec.injector._monitor_kernels import observe
 from rtec.link._kernels import deliver, post
 from rtec.requester._box_kernels import STATUS_NOT_HOMED
 from rtec.signal._kernels import NEVER

@@ -29,14 +29,14 @@ from rtec.axis._kernels import (
 from rtec.board._board_kernels import board_edge, board_switch
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_index, receiver_reset, receiver_settle
 from rtec.injector._kernels import (
-    INJECTOR,
     injector_edge,
     injector_enable,
     injector_fire,
     injector_request,
     injector_reset,
-    observe,
 )
+from rtec.injector._monitor_kernels import observe
+from rtec.injector._state_kernels import INJECTOR
 from rtec.link._kernels import MAILBOX, SLOTS, mailbox_reset
 from rtec.machine._firmware_kernels import IDLE, deliver_board, run_firmware, skip_rounds
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, grown_mm, near_target, read_laser
