@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model.core._layout import BUS_AT, COUNT, CYCLES, XRAM
+from firmware_model.core._layout import BUS_AT, CYCLES, XRAM
 from rtec._jit import Record, helper, step
 from rtec.board._board_kernels import (
     COMPLETED,
@@ -28,6 +28,7 @@ from rtec.board._board_kernels import (
     board_run,
     read_bus,
     read_ps,
+    signed_word,
 )
 from rtec.controller._kernels import receiver_edge
 from rtec.injector._monitor_kernels import observe
@@ -46,24 +47,12 @@ REST = np.dtype(
     [
         ("state", np.int64),
         ("cycle", np.int64),  # of the snapshot
-        ("count", np.int64),  # instructions by then
         ("round_cycles", np.int64),
-        ("round_count", np.int64),
-        # observations
+        # observation
         ("skipped_cycles", np.int64),
-        ("skipped_count", np.int64),
     ],
     align=True,
 )
-
-
-@step
-def signed_word(mem: Bytes, at: int, size: int) -> int:
-    """Return a signed word of the box, low byte first."""
-    value = 0
-    for i in range(size):
-        value |= int(np.int64(mem[XRAM + at + i])) << (8 * i)
-    return int(value - ((value >> (8 * size - 1)) << (8 * size)))
 
 
 @helper
@@ -94,14 +83,12 @@ def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Byt
     if rest.state == WANTED:
         snapshot[:] = mem[:STATE_BYTES]
         rest.cycle = h[CYCLES]
-        rest.count = h[COUNT]
         rest.state = TAKEN
     elif rest.state == TAKEN:
         for i in range(STATE_BYTES):
             if mem[i] != snapshot[i]:
                 return
         rest.round_cycles = h[CYCLES] - rest.cycle
-        rest.round_count = h[COUNT] - rest.count
         rest.state = FOUND
 
 
@@ -121,7 +108,6 @@ def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
     b.origin_ps += times * round_ps
     turns = times * round_ps // (rest.round_cycles * b.cycle_num // b.cycle_den)
     rest.skipped_cycles += turns * rest.round_cycles
-    rest.skipped_count += turns * rest.round_count
     deliver(m.up, t_ps)
     deliver(m.down, t_ps)
     return True
