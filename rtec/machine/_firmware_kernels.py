@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from firmware_model.core._layout import BUS_AT, CYCLES, XRAM
 from rtec._jit import Record, helper, step
+from rtec.axis._kernels import encoder_level
 from rtec.board._board_kernels import (
     COMPLETED,
     REFUSED,
@@ -24,8 +25,10 @@ from rtec.board._board_kernels import (
     STATUS,
     WORDS,
     board_ask,
+    board_edge,
     board_fire,
     board_run,
+    board_switch,
     read_bus,
     read_ps,
     signed_word,
@@ -93,6 +96,13 @@ def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Byt
 
 
 @step
+def forget_round(box: Any) -> None:
+    """Let the search for a round begin anew: something comes in between."""
+    _, _, _, _, _, _, rest, _ = box
+    rest.state = IDLE
+
+
+@step
 def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
     """Leave out the whole rounds before ``t_ps``; False where none is known yet."""
     b, _, _, h, _, _, rest, _ = box
@@ -142,3 +152,29 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> None:
         else:
             m.event_ps = max(m.event_ps, min(t_ps, NEVER - 1))
             return
+
+
+@step
+def firmware_edge(m: Record, box: Any, t_ps: int) -> None:
+    """Send a transition of the encoder, up to which the firmware has run, through the box."""
+    b, _, mem, h, log, _, _, _ = box
+    forget_round(box)
+    board_edge(b, mem, h, log, t_ps, encoder_level(m.encoder))
+    deliver_board(m, b, t_ps)
+
+
+@step
+def words_valid(box: Any) -> bool:
+    """Return whether Data Valid is high."""
+    b, _, _, _, _, _, _, _ = box
+    return bool(b.valid == 1)
+
+
+@step
+def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Open the switch; what the firmware has begun is over, and said, some readings later."""
+    b, _, mem, h, log, _, _, _ = box
+    status = m.box.status
+    board_switch(b, mem, h, log, t_ps, 1, b.trip_n)
+    run_firmware(m, box, t_ps + 4 * b.reading_ps)
+    m.box.status = status  # before the switch was opened

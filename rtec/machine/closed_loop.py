@@ -287,7 +287,8 @@ def run_machine(
     result = _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
     if board is None:
         return result
-    skipped = int(box[6].skipped_cycles)
+    *_, rest, _ = box
+    skipped = int(rest.skipped_cycles)
     return replace(result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault)
 
 
