@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import DISABLED, DOUBT, FATAL, MESSAGES, NOT_HOMED, OK, PROBING, Failed
 from rtec.units import PS_PER_S
-
-WINDOW_STEPS = 3
-"""By which the total may change (NISTIR 4832, "General Considerations")."""
-
-DOUBTS = 2
-"""Readings that say "I Don't Believe You" before the third is fatal."""
 
 ANSWER_CYCLES = 100_000
 """After reset the first words come within so many cycles."""
@@ -149,8 +144,8 @@ def disbelief(bench: Bench, home: BenchState) -> str:
         _expect(bench, FATAL, f"total {total:+d} for a third reading")
         # the reading that doubts first was published before
         doubted = len(bench.publications_ps())
-        if doubted != DOUBTS:
-            found = f"{says(FATAL)} at reading {doubted + 1} beyond the window instead of {DOUBTS + 1}"
+        if doubted != GRACE_READINGS:
+            found = f"{says(FATAL)} at reading {doubted + 1} beyond the window instead of {GRACE_READINGS + 1}"
             raise Failed(f"total {total:+d}: {found}", bench.now_ps)
         bench.board.ask(1)
         _stays(bench, f"after {says(FATAL)}, total +1", completed=0)
