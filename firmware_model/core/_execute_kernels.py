@@ -12,6 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model._jit import helper, kernel, step
+from firmware_model.core._arithmetic_kernels import (
+    add,
+    carry,
+    decimal_adjust,
+    divide,
+    multiply,
+    set_carry,
+    subtract,
+)
 from firmware_model.core._interrupt_kernels import attend
 from firmware_model.core._layout import (
     ACC,
@@ -46,7 +55,6 @@ from firmware_model.core._layout import (
     QUIET,
     RESERVED,
     SERVING,
-    SNAPSHOT,
     SP,
     SPECIAL,
     STOP,
@@ -54,10 +62,6 @@ from firmware_model.core._layout import (
     STOP_FAULT,
     TAKEN_AT,
     TCON,
-    TH1,
-    TH2,
-    TL0,
-    TL2,
     TOP,
     TOUCHED,
     TURN_COUNT,
@@ -67,30 +71,17 @@ from firmware_model.core._layout import (
     X_AT,
     XRAM,
     Y_AT,
-    B,
 )  # fmt: skip
 from firmware_model.core._pin_kernels import move_pins, pins_alone, refresh
 from firmware_model.core._register_kernels import latch, parity, read, write, write_port
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte
-from firmware_model.core._timer_kernels import next_timer_request
+from firmware_model.core._waiting_kernels import TURNS_BEFORE, TURNS_BETWEEN, keep_turn, turns_to_skip
 
 
 @step
 def bank(m: Bytes) -> int:
     """Return the address of R0 in the register bank selected by RS1 and RS0."""
     return byte(m, PSW) & 0x18
-
-
-@step
-def carry(m: Bytes) -> int:
-    """Return CY."""
-    return byte(m, PSW) >> 7
-
-
-@step
-def set_carry(m: Bytes, cy: int) -> None:
-    """Set CY alone."""
-    m[PSW] = (byte(m, PSW) & 0x7F) | (cy << 7)
 
 
 @step
@@ -128,62 +119,6 @@ def put(m: Bytes, h: Hidden, log: Log, w: int, place: int, value: int, now: int)
         m[place] = value
 
 
-@helper
-def add(m: Bytes, value: int, cy: int) -> None:
-    """Add to A with the three flags: OV is the carry into bit 7 against the carry out of it."""
-    a = byte(m, ACC)
-    total = a + value + cy
-    half = (a ^ value ^ total) & 0x10
-    over = ((a ^ total) & (value ^ total) & 0x80) >> 5
-    m[PSW] = (byte(m, PSW) & 0x3B) | ((total & 0x100) >> 1) | (half << 2) | over
-    m[ACC] = total & 255
-
-
-@helper
-def subtract(m: Bytes, value: int) -> None:
-    """Subtract from A with borrow; the flags are borrows."""
-    a = byte(m, ACC)
-    total = a - value - carry(m)
-    half = (a ^ value ^ total) & 0x10
-    over = ((a ^ value) & (a ^ total) & 0x80) >> 5
-    m[PSW] = (byte(m, PSW) & 0x3B) | ((total & 0x100) >> 1) | (half << 2) | over
-    m[ACC] = total & 255
-
-
-@helper
-def decimal_adjust(m: Bytes) -> None:
-    """Correct A after a decimal addition; CY can be set, never cleared ("DA A")."""
-    a = byte(m, ACC)
-    psw = byte(m, PSW)
-    if a & 15 > 9 or psw & 0x40 != 0:
-        a += 6
-    cy = (psw >> 7) | (a >> 8)
-    if (a & 255) > 0x9F or cy != 0:
-        a = (a & 255) + 0x60
-        cy |= a >> 8
-    m[ACC] = a & 255
-    m[PSW] = (psw & 0x7F) | (cy << 7)
-
-
-@helper
-def multiply(m: Bytes) -> None:
-    """Multiply A by B: OV where the product needs B, CY cleared."""
-    product = byte(m, ACC) * byte(m, B)
-    m[ACC] = product & 255
-    m[B] = product >> 8
-    m[PSW] = (byte(m, PSW) & 0x7B) | (4 if product > 255 else 0)
-
-
-@helper
-def divide(m: Bytes) -> None:
-    """Divide A by B: CY cleared, OV where B is 0; A and B, undefined then, are left as they are."""
-    a, b = byte(m, ACC), byte(m, B)
-    m[PSW] = (byte(m, PSW) & 0x7B) | (4 if b == 0 else 0)
-    if b != 0:
-        m[ACC] = a // b
-        m[B] = a % b
-
-
 @step
 def bus_waits(h: Hidden, address: int) -> bool:
     """Stop before a read of external memory where something answers it; the second time the byte is there."""
@@ -210,41 +145,6 @@ def external(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Leave 0FFH in the latch of P0, as every access to external memory does ("Accessing External Memory")."""
     if m[P0] != 255:
         write_port(m, h, log, P0, 255, now)
-
-
-@helper
-def keep_turn(m: Bytes, h: Hidden, cycles: int, executed: int) -> None:
-    """Take a snapshot at the end of one turn of a loop."""
-    for i in range(512):
-        m[SNAPSHOT + i] = m[i]
-    h[TURN_CYCLES], h[TURN_COUNT] = cycles, executed
-    h[TOUCHED] = 0
-
-
-@helper
-def turns_to_skip(m: Bytes, h: Hidden, cycles: int) -> int:
-    """Return how many more turns a loop would make like the one since the snapshot; 0 where it did something.
-
-    A loop that has changed nothing in a turn, all of whose inputs stand still, changes nothing in the next. Counts
-    of timers do not count: who reads them touches. Flags do; the next one to be set ends the waiting.
-    """
-    if h[TOUCHED] != 0:
-        return 0
-    differ = 0
-    for i in range(TL0):
-        differ |= m[i] ^ m[SNAPSHOT + i]
-    for i in range(TH1 + 1, TL2):
-        differ |= m[i] ^ m[SNAPSHOT + i]
-    for i in range(TH2 + 1, 512):
-        differ |= m[i] ^ m[SNAPSHOT + i]
-    if differ != 0:
-        return 0
-    limit = min(h[DUE], next_timer_request(m, h, 0xBF))
-    return max(int((limit - cycles) // (cycles - h[TURN_CYCLES])), 0)
-
-
-TURNS_BEFORE, TURNS_BETWEEN = 8, 64
-"""Turns of a loop before it is looked at as one that waits, and before the next look at one that does more."""
 
 
 @kernel
@@ -277,15 +177,11 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
         y = (w >> Y_AT) & 0x1FF
         if op == 0x00:  # NOP
             pass
-        elif op == 0x01:  # AJMP addr11
-            after = x
-        elif op == 0x02:  # LJMP addr16
-            after = x
-        elif op == 0x80:  # SJMP rel
+        elif op in (0x01, 0x02, 0x80):  # AJMP addr11, LJMP addr16, SJMP rel
             after = x
         elif op == 0x73:  # JMP @A+DPTR
             after = (byte(m, ACC) + dptr(m)) & 0xFFFF
-        elif op == 0x11:  # ACALL addr11
+        elif op in (0x11, 0x12):  # ACALL addr11, LCALL addr16
             p = byte(m, SP) + 2
             if p > top:
                 kind = FAULT_STACK
@@ -294,32 +190,17 @@ def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log
             m[p] = after >> 8
             m[SP] = p
             after = x
-        elif op == 0x12:  # LCALL addr16
-            p = byte(m, SP) + 2
-            if p > top:
-                kind = FAULT_STACK
-                break
-            m[p - 1] = after & 255
-            m[p] = after >> 8
-            m[SP] = p
-            after = x
-        elif op == 0x22:  # RET
+        elif op in (0x22, 0x32):  # RET, RETI
             p = byte(m, SP)
             if p > top or (p - 1) & 255 > top:
                 kind = FAULT_STACK
                 break
             after = (byte(m, p) << 8) | byte(m, (p - 1) & 255)
             m[SP] = (p - 2) & 255
-        elif op == 0x32:  # RETI
-            p = byte(m, SP)
-            if p > top or (p - 1) & 255 > top:
-                kind = FAULT_STACK
-                break
-            after = (byte(m, p) << 8) | byte(m, (p - 1) & 255)
-            m[SP] = (p - 2) & 255
-            h[SERVING] &= 1 if h[SERVING] & 2 != 0 else 0
-            h[HOLD] = 1
-            h[DUE] = 0
+            if op == 0x32:
+                h[SERVING] &= 1 if h[SERVING] & 2 != 0 else 0
+                h[HOLD] = 1
+                h[DUE] = 0
         elif op == 0x40:  # JC rel
             if carry(m) != 0:
                 after = x

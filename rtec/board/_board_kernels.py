@@ -41,8 +41,8 @@ from firmware_model.core._layout import (
 from firmware_model.core._pin_kernels import set_pins
 from rtec._jit import Record, kernel, step
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._firmware_pins_kernels import ORIGINAL, B, C
-from rtec.injector._kernels import observe
+from rtec.injector._design_kernels import ORIGINAL, B, C
+from rtec.injector._monitor_kernels import observe
 from rtec.signal._kernels import NEVER
 
 Bytes = NDArray[np.uint8]
@@ -88,8 +88,6 @@ BOARD = np.dtype(
         # observations
         ("published", np.int64),  # how often Data Valid rose
         ("published_ps", np.int64),
-        ("reads", np.int64),  # of the external bus
-        ("outputs", np.int64),  # changes of port 1
         ("seen_in", np.int64),  # as of the behavioural box, so that one monitor serves both
         ("seen_out", np.int64),
         ("angle", np.int64),
@@ -166,7 +164,6 @@ def read_ps(b: Record, h: Longs) -> int:
 @step
 def read_bus(b: Record, m: Bytes, h: Longs) -> None:
     """Answer a read of the external bus, all transitions until then taken: the decoder's bytes, or memory."""
-    b.reads += 1
     address = h[BUS_AT]
     if address in (DECODER_HIGH, DECODER_LOW):
         receiver_settle(b.decoder, read_ps(b, h))
@@ -214,7 +211,6 @@ def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     b.next_ps = NEVER
     before, b.port = b.port, int(m[P1])
     fell = before & ~b.port
-    b.outputs += 1 if before != b.port else 0
     if (before ^ b.port) & DECODER_RST:
         zero_decoder(b, t_ps)
     if b.latched == 1 and fell & HOLD:
@@ -261,6 +257,15 @@ def board_ask(m: Bytes, total: int, flags: int) -> None:
     m[XRAM + REQUEST_LOW] = total & 255
     m[XRAM + REQUEST_HIGH] = total >> 8 & 255
     m[XRAM + PC_STATUS] = flags & 255
+
+
+@step
+def signed_word(m: Bytes, at: int, size: int) -> int:
+    """Return a signed word of the box, low byte first."""
+    value = 0
+    for i in range(size):
+        value |= int(np.int64(m[XRAM + at + i])) << (8 * i)
+    return int(value - ((value >> (8 * size - 1)) << (8 * size)))
 
 
 @step

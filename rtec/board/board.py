@@ -26,6 +26,10 @@ Snapshot: TypeAlias = tuple[Any, NDArray[np.uint8], NDArray[np.int64], int]
 WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
 
+WINDOW_STEPS, GRACE_READINGS = 3, 2
+"""WINDOW and GRACE in the sources of the images (rtec.inc): by so many steps the total may change (NISTIR 4832,
+"General Considerations"); so many readings say "I Don't Believe You" before the next one is fatal."""
+
 READING_PS, READING_CYCLES = 1_250_000_000, 1250
 """A reading of the PC's words comes within so long, on a slow clock within so many cycles."""
 

@@ -14,8 +14,8 @@ from firmware_model import TIMINGS
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design
+from rtec.units import PS_PER_S
 
-PS_PER_S = 1_000_000_000_000
 _MOST_RATIO = 1 << 62
 
 

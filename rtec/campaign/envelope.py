@@ -13,11 +13,12 @@ from rtec.campaign import envelope_kernels as kernels
 from rtec.campaign.envelope_gate import Gate, gate_of
 from rtec.campaign.envelope_mechanism import Mechanism, mechanism_of
 from rtec.campaign.envelope_search import STEPS_PER_OCTAVE, Limit, halved, largest_safe
-from rtec.campaign.envelope_stand import PS_PER_S, Stand
+from rtec.campaign.envelope_stand import Stand
 from rtec.campaign.envelope_trials import Bursts, Failure, Streams
 from rtec.checks import whole_within
 from rtec.errors import RtecError
 from rtec.injector import Design
+from rtec.units import PS_PER_S
 
 RAPID_HZ, MODERATE_HZ, GOAL_HZ = 30_000, 100_000, 500_000
 """The demonstration machine's rapid traverse, "moderate by today's standards", and what was "on the horizon"."""
@@ -196,7 +197,7 @@ def _row(
     else:
         trials = Bursts(stand, plan.jitter_ps)
     progress(0.1)
-    answers = plan.nothing_owed or design is Design.B or bool(trials.armed)  # type: ignore[union-attr]
+    answers = plan.nothing_owed or isinstance(trials, Streams) or bool(trials.armed)
     limit = _limit(stand, trials, plan.exhaustive) if answers else Limit[Failure](0.0, None)
     progress(0.5)
     limited_by = _mechanism(stand, trials, limit)

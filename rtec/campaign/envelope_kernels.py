@@ -10,16 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model.core._layout import STOP, STOP_FAULT, XRAM
-from rtec._jit import Record, helper, kernel, step
-from rtec.board._board_kernels import board_ask, play
+from firmware_model.core._layout import STOP, STOP_FAULT
+from rtec._jit import Record, helper, kernel
+from rtec.board._board_kernels import COMPLETED, WORDS, board_ask, play, signed_word
 from rtec.controller._kernels import receiver_edge, receiver_settle
 
 Bytes = NDArray[np.uint8]
 Longs = NDArray[np.int64]
-
-COMPLETED = XRAM + 0xFF23
-"""Where the word "Correction Completed" lies, two bytes."""
 
 SAFE, ILLEGAL, WRONG_COUNT, NOT_COMPLETED, FAULT = 0, 1, 2, 3, 4
 """Verdicts of a trial."""
@@ -29,13 +26,6 @@ READINGS = 6
 
 BOOKINGS = 40
 """Looks after that, 5 cycles apart, where an insertion may be under way still."""
-
-
-@step
-def completed_steps(m: Bytes) -> int:
-    """Return the word "Correction Completed", signed."""
-    word = int(m[COMPLETED]) + 256 * int(m[COMPLETED + 1])
-    return word - 65536 if word >= 32768 else word
 
 
 @helper
@@ -61,7 +51,7 @@ def judge(
     if h[STOP] == STOP_FAULT:
         return FAULT
     verdict = SAFE
-    done = completed_steps(m)
+    done = signed_word(m, WORDS + COMPLETED, 2)
     for k in range(receivers.size):
         receiver_settle(receivers[k], b.now_ps + k * spread_ps)
         if receivers[k].simultaneous + receivers[k].unresolved > 0:
@@ -125,7 +115,7 @@ def sweep(
         run(b, cpu, m, h, log, receivers, spread_ps, moved_ps[first:], levels[first:], until_ps, queue, out_ps,
             out_levels)  # fmt: skip
         verdict = judge(b, m, h, receivers, spread_ps, net, total, step_counts)
-        moving[i] = 1 if completed_steps(m) == total else 0
+        moving[i] = 1 if signed_word(m, WORDS + COMPLETED, 2) == total else 0
         rest = 0
         while verdict in (WRONG_COUNT, NOT_COMPLETED) and rest < READINGS + BOOKINGS:
             # with more owed than the rest lasts, the last look must not fall between an insertion and its booking

@@ -7,9 +7,10 @@ import enum
 import numpy as np
 
 from rtec.campaign import envelope_kernels as kernels
-from rtec.campaign.envelope_stand import IDEAL, PS_PER_S, Longs, Shown, Stand
+from rtec.campaign.envelope_stand import IDEAL, Longs, Shown, Stand
 from rtec.campaign.envelope_trials import Bursts, Failure, Streams
 from rtec.signal import ILLEGAL, count_deltas
+from rtec.units import PS_PER_S
 
 _RAISED = 1.05
 """By so much faster a failing trial is tried with an ideal decoder, to tell the filter's share from the box's."""

@@ -19,10 +19,10 @@ from rtec.controller._kernels import RECEIVER
 from rtec.controller._kernels import reset as reset_receiver
 from rtec.injector import Design
 from rtec.signal import EdgeStream, levels_of_states
+from rtec.units import PS_PER_S
 
 Longs = NDArray[np.int64]
 
-PS_PER_S = 1_000_000_000_000
 CLOCKS_APART = 4
 """Receivers that see each trial, their clocks apart by equal shares of a period: none is tied to the processor's."""
 CONTROLLER = ReceiverSettings()

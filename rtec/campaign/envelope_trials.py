@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from rtec.campaign import envelope_kernels as kernels
 from rtec.campaign.envelope_moments import armed_moments, loop_cycles
-from rtec.campaign.envelope_stand import PS_PER_S, Moment, Motion, Stand, shaken
+from rtec.campaign.envelope_stand import Moment, Motion, Stand, shaken
+from rtec.units import PS_PER_S
 
 Clocks = NDArray[np.int64]
 

@@ -40,7 +40,7 @@ _LIMIT_PHASES = 5
 """At each speed of the search for the limit, at most."""
 
 
-def default_frequencies(design: Design, microcontroller: Microcontroller) -> tuple[float, ...]:
+def default_frequencies(microcontroller: Microcontroller) -> tuple[float, ...]:
     """Return the speeds that are tried where none is given, hertz.
 
     The lower one is four edges to a reading of the shipped images: below it an image may take the axis for neither
@@ -48,10 +48,9 @@ def default_frequencies(design: Design, microcontroller: Microcontroller) -> tup
 
     Examples
     --------
-    >>> default_frequencies(Design.B, Microcontroller.named("8051-24mhz"))
+    >>> default_frequencies(Microcontroller.named("8051-24mhz"))
     (2000.0, 10000.0)
     """
-    del design
     if microcontroller.timing == "one-clock":
         return 2_500.0, 50_000.0
     share = microcontroller.clock_hz / 12e6
@@ -103,7 +102,7 @@ class FirmwareCheckPlan:
     @property
     def speeds_hz(self) -> tuple[float, ...]:
         """Return the speeds that are tried."""
-        return tuple(sorted(self.frequencies_hz)) or default_frequencies(self.design, self.microcontroller)
+        return tuple(sorted(self.frequencies_hz)) or default_frequencies(self.microcontroller)
 
 
 def check_firmware(

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import DISABLED, DOUBT, FATAL, MESSAGES, NOT_HOMED, OK, PROBING, Failed
-from rtec.campaign.firmware_check_motion import PS_PER_S
-
-WINDOW_STEPS = 3
-"""By which the total may change (NISTIR 4832, "General Considerations")."""
-
-DOUBTS = 2
-"""Readings that say "I Don't Believe You" before the third is fatal."""
+from rtec.units import PS_PER_S
 
 ANSWER_CYCLES = 100_000
 """After reset the first words come within so many cycles."""
@@ -38,6 +33,11 @@ def _expect(bench: Bench, message: int, when: str) -> None:
     """Wait for a message that has to come."""
     if not bench.await_message(message, readings=_ANSWER_READINGS):
         raise Failed(f"{when}: {says(bench.words.message)} instead of {says(message)}", bench.now_ps)
+
+
+def _accepts(bench: Bench, total: int) -> bool:
+    """Return whether a total is accepted in time."""
+    return bench.await_that(lambda: bench.words.accepted == total, readings=_ANSWER_READINGS)
 
 
 def _stays(bench: Bench, when: str, *, completed: int, readings: float = 6.0) -> None:
@@ -120,7 +120,7 @@ def window(bench: Bench, home: BenchState) -> str:
     bench.go_back(home)
     for total in (3, 0, -3, 0, 1, 3):
         bench.board.ask(total)
-        if not bench.await_that(lambda total=total: bench.words.accepted == total, readings=_ANSWER_READINGS):  # type: ignore[misc]
+        if not _accepts(bench, total):
             said = f"accepted {bench.words.accepted:+d}, {says(bench.words.message)}"
             raise Failed(f"total {total:+d}, within the window: {said}", bench.now_ps)
         _expect(bench, OK, f"total {total:+d}, within the window")
@@ -144,11 +144,9 @@ def disbelief(bench: Bench, home: BenchState) -> str:
         _expect(bench, FATAL, f"total {total:+d} for a third reading")
         # the reading that doubts first was published before
         doubted = len(bench.publications_ps())
-        if doubted != DOUBTS:
-            raise Failed(
-                f"total {total:+d}: {says(FATAL)} at reading {doubted + 1} beyond the window instead of {DOUBTS + 1}",
-                bench.now_ps,
-            )
+        if doubted != GRACE_READINGS:
+            found = f"{says(FATAL)} at reading {doubted + 1} beyond the window instead of {GRACE_READINGS + 1}"
+            raise Failed(f"total {total:+d}: {found}", bench.now_ps)
         bench.board.ask(1)
         _stays(bench, f"after {says(FATAL)}, total +1", completed=0)
         if bench.words.message != FATAL:
@@ -161,7 +159,7 @@ def large_correction(bench: Bench, home: BenchState) -> str:
     for total in (20, -20):
         bench.go_back(home)
         bench.board.ask(total, large=True)
-        if not bench.await_that(lambda total=total: bench.words.accepted == total, readings=_ANSWER_READINGS):  # type: ignore[misc]
+        if not _accepts(bench, total):
             raise Failed(f"total {total:+d} with Large Correction: {says(bench.words.message)}", bench.now_ps)
         _expect(bench, OK, f"total {total:+d} with Large Correction")
         _inserted(bench, total, f"total {total:+d} with Large Correction")

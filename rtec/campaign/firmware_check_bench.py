@@ -16,11 +16,12 @@ from firmware_model.isa import disassemble
 from rtec.board import Board, Microcontroller
 from rtec.board.board import WORDS, Snapshot
 from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, RawWords, Stopped
-from rtec.campaign.firmware_check_motion import PS_PER_S, Motion
+from rtec.campaign.firmware_check_motion import Motion
 from rtec.campaign.firmware_check_results import Executed, Moment
 from rtec.controller import Receiver, ReceiverResult, ReceiverSettings
 from rtec.injector import Design
 from rtec.signal import EdgeStream
+from rtec.units import PS_PER_S
 
 _SLICE_CYCLES = {"12-clock": 4_000, "one-clock": 20_000}
 """What is recorded on the way holds 4096 changes of the ports."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import DRIVES, Failed, Stopped
-from rtec.campaign.firmware_check_motion import PS_PER_S
 from rtec.campaign.firmware_check_results import Trace
 from rtec.controller import ReceiverResult
 from rtec.injector import Design
+from rtec.units import PS_PER_S
 
 GOLDEN = 0.618_033_988_749_895
 """Multiples of it, modulo 1, fill an interval evenly however many there are."""

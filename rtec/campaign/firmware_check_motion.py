@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.signal import EdgeStream, states_of_levels
-
-PS_PER_S = 1_000_000_000_000
+from rtec.units import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rtec._jit import Record, helper
+from rtec.injector._design_kernels import B
 from rtec.injector._firmware_copy_kernels import (
     begin_reading_b,
     begin_work_b,
@@ -26,7 +27,6 @@ from rtec.injector._firmware_pins_kernels import (
     OPENING,
     READINGS,
     RESTING,
-    B,
     circuit,
     go,
     plan,

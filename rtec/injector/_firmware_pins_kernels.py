@@ -12,9 +12,9 @@ Source: listings of `firmware_model/images`, docs/firmware.md.
 from __future__ import annotations
 
 from rtec._jit import Record, helper, step
+from rtec.injector._design_kernels import ORIGINAL
 from rtec.signal._kernels import NEVER
 
-ORIGINAL, A, B, C = 0, 1, 2, 3
 READINGS, INTERRUPT, ARMING = 1, 2, 4
 """Effects that can be left out, to show what each of them does."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rtec._jit import Record, step
+from rtec.injector._design_kernels import ORIGINAL, A, C
 from rtec.injector._firmware_pins_kernels import (
     ADVANCE,
     ARMED,
@@ -27,7 +28,6 @@ from rtec.injector._firmware_pins_kernels import (
     LATCHING,
     LEVELLING,
     OPENING,
-    ORIGINAL,
     OVER,
     READING_CYCLES,
     READING_STATE,
@@ -41,8 +41,6 @@ from rtec.injector._firmware_pins_kernels import (
     TIMING_CUTS,
     TO_READING,
     WAITING,
-    A,
-    C,
     go,
     line,
     loop,

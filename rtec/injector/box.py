@@ -11,6 +11,7 @@ from rtec._jit import Record, new_record
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import _kernels
+from rtec.injector._state_kernels import INJECTOR
 from rtec.injector.design import Design
 from rtec.injector.timing import Timing
 from rtec.signal import NEVER, EdgeStream
@@ -122,7 +123,7 @@ class Injector:
 
     def __init__(self, settings: InjectorSettings, *, initial: int = 0) -> None:
         self.settings = settings
-        self._state = new_record(_kernels.INJECTOR)
+        self._state = new_record(INJECTOR)
         settings.fill(self._state)
         _kernels.reset(self._state, whole_within("initial", initial, 0, 3))
         self._now_ps = -NEVER

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 
 from rtec.errors import ArgumentError, nearest
-from rtec.injector import _firmware_pins_kernels as _codes
+from rtec.injector import _design_kernels as _codes
 
 
 class Design(enum.Enum):

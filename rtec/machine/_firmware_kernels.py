@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model.core._layout import BUS_AT, COUNT, CYCLES, XRAM
+from firmware_model.core._layout import BUS_AT, CYCLES, XRAM
 from rtec._jit import Record, helper, step
+from rtec.axis._kernels import encoder_level
 from rtec.board._board_kernels import (
     COMPLETED,
     REFUSED,
@@ -24,13 +25,16 @@ from rtec.board._board_kernels import (
     STATUS,
     WORDS,
     board_ask,
+    board_edge,
     board_fire,
     board_run,
+    board_switch,
     read_bus,
     read_ps,
+    signed_word,
 )
 from rtec.controller._kernels import receiver_edge
-from rtec.injector._kernels import observe
+from rtec.injector._monitor_kernels import observe
 from rtec.link._kernels import deliver, post
 from rtec.requester._box_kernels import STATUS_NOT_HOMED
 from rtec.signal._kernels import NEVER
@@ -46,24 +50,12 @@ REST = np.dtype(
     [
         ("state", np.int64),
         ("cycle", np.int64),  # of the snapshot
-        ("count", np.int64),  # instructions by then
         ("round_cycles", np.int64),
-        ("round_count", np.int64),
-        # observations
+        # observation
         ("skipped_cycles", np.int64),
-        ("skipped_count", np.int64),
     ],
     align=True,
 )
-
-
-@step
-def signed_word(mem: Bytes, at: int, size: int) -> int:
-    """Return a signed word of the box, low byte first."""
-    value = 0
-    for i in range(size):
-        value |= int(np.int64(mem[XRAM + at + i])) << (8 * i)
-    return int(value - ((value >> (8 * size - 1)) << (8 * size)))
 
 
 @helper
@@ -94,15 +86,20 @@ def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Byt
     if rest.state == WANTED:
         snapshot[:] = mem[:STATE_BYTES]
         rest.cycle = h[CYCLES]
-        rest.count = h[COUNT]
         rest.state = TAKEN
     elif rest.state == TAKEN:
         for i in range(STATE_BYTES):
             if mem[i] != snapshot[i]:
                 return
         rest.round_cycles = h[CYCLES] - rest.cycle
-        rest.round_count = h[COUNT] - rest.count
         rest.state = FOUND
+
+
+@step
+def forget_round(box: Any) -> None:
+    """Let the search for a round begin anew: something comes in between."""
+    _, _, _, _, _, _, rest, _ = box
+    rest.state = IDLE
 
 
 @step
@@ -121,7 +118,6 @@ def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
     b.origin_ps += times * round_ps
     turns = times * round_ps // (rest.round_cycles * b.cycle_num // b.cycle_den)
     rest.skipped_cycles += turns * rest.round_cycles
-    rest.skipped_count += turns * rest.round_count
     deliver(m.up, t_ps)
     deliver(m.down, t_ps)
     return True
@@ -156,3 +152,29 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> None:
         else:
             m.event_ps = max(m.event_ps, min(t_ps, NEVER - 1))
             return
+
+
+@step
+def firmware_edge(m: Record, box: Any, t_ps: int) -> None:
+    """Send a transition of the encoder, up to which the firmware has run, through the box."""
+    b, _, mem, h, log, _, _, _ = box
+    forget_round(box)
+    board_edge(b, mem, h, log, t_ps, encoder_level(m.encoder))
+    deliver_board(m, b, t_ps)
+
+
+@step
+def words_valid(box: Any) -> bool:
+    """Return whether Data Valid is high."""
+    b, _, _, _, _, _, _, _ = box
+    return bool(b.valid == 1)
+
+
+@step
+def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Open the switch; what the firmware has begun is over, and said, some readings later."""
+    b, _, mem, h, log, _, _, _ = box
+    status = m.box.status
+    board_switch(b, mem, h, log, t_ps, 1, b.trip_n)
+    run_firmware(m, box, t_ps + 4 * b.reading_ps)
+    m.box.status = status  # before the switch was opened

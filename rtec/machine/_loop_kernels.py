@@ -7,7 +7,6 @@ nothing left to do for box and PC, is carried to the next time at which anything
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -26,59 +25,34 @@ from rtec.axis._kernels import (
     set_piece,
     turning_points,
 )
-from rtec.board._board_kernels import board_edge, board_switch
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_index, receiver_reset, receiver_settle
 from rtec.injector._kernels import (
-    INJECTOR,
     injector_edge,
     injector_enable,
     injector_fire,
     injector_request,
     injector_reset,
-    observe,
 )
-from rtec.link._kernels import MAILBOX, SLOTS, mailbox_reset
-from rtec.machine._firmware_kernels import IDLE, deliver_board, run_firmware, skip_rounds
-from rtec.machine._laser_kernels import PLAY, READER, follow_play, grown_mm, near_target, read_laser
+from rtec.injector._monitor_kernels import observe
+from rtec.injector._state_kernels import INJECTOR
+from rtec.link._kernels import MAILBOX, mailbox_reset
+from rtec.machine._firmware_kernels import (
+    firmware_edge,
+    forget_round,
+    run_firmware,
+    skip_rounds,
+    stop_firmware,
+    words_valid,
+)
+from rtec.machine._laser_kernels import PLAY, READER, follow_play, grown_mm, read_laser
+from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
+from rtec.machine._servo_kernels import SERVO, command_at, servo_tick
 from rtec.predictors._kernels import predict_mm
 from rtec.requester._box_kernels import BOX, box_reset, box_tick
-from rtec.requester._pc_kernels import ACTIVE, HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start
+from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start
 from rtec.signal._kernels import NEVER
 
-PS_PER_S = 1_000_000_000_000
-
 RUNNING, FINISHED, HELD, FAULTED = 0, 1, 2, 3
-
-SERVO = np.dtype(
-    [
-        # parameters
-        ("period_ps", np.int64),
-        ("period_s", np.float64),
-        ("gain_per_s", np.float64),  # Kv
-        ("feedforward", np.float64),
-        ("lag_share", np.float64),  # 1 - exp(-period / lag): what the velocity gains of its error in one tick
-        ("max_speed", np.float64),  # counts/s
-        ("deadband", np.float64),  # counts
-        ("standstill", np.float64),  # counts/s below which friction holds the axis
-        ("dither", np.float64),  # counts
-        ("dither_hz", np.float64),
-        ("counts_per_unit", np.float64),  # encoder counts in one unit of the controller's counter
-        ("count_mm", np.float64),
-        # state
-        ("now_ps", np.int64),
-        ("x", np.float64),  # counts
-        ("v", np.float64),  # counts/s
-        ("command", np.float64),  # counts
-        ("segment", np.int64),
-        ("moving", np.int64),  # sign of the last motion
-        ("program", np.int64),  # sign of the last commanded motion
-        # observations
-        ("following_max", np.float64),
-        ("ticks", np.int64),
-        ("skipped", np.int64),
-    ],
-    align=True,
-)
 
 MACHINE = np.dtype(
     [
@@ -118,9 +92,7 @@ def take_edge(m: Record, box: Any, t_ps: int) -> None:
         injector_edge(m.injector, t_ps, encoder_level(m.encoder))
         deliver_lines(m, t_ps)
     else:
-        box[6].state = IDLE
-        board_edge(box[0], box[2], box[3], box[4], t_ps, encoder_level(m.encoder))
-        deliver_board(m, box[0], t_ps)
+        firmware_edge(m, box, t_ps)
 
 
 @step
@@ -146,7 +118,7 @@ def converse_box(m: Record, t_ps: int) -> None:
 def converse_pc(m: Record, box: Any, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
     """Let the PC look at the box's words and send its next request."""
     pc_start(m.pc, m.down, t_ps)
-    if box is not None and box[0].valid == 0:
+    if box is not None and not words_valid(box):
         pc_look(m.pc, t_ps, False)
         return
     if pc_read(m.pc, m.up, t_ps):
@@ -206,132 +178,6 @@ def run_part(m: Record, box: Any, end_ps: int, model_kind: int, model: NDArray[n
             converse_box(m, other_ps)
         else:
             converse_pc(m, box, other_ps, model_kind, model)
-
-
-@step
-def command_at(
-    servo: Record,
-    t_ps: int,
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-) -> float:
-    """Return the commanded velocity in counts/s and set the command, walking along the motion segments."""
-    last = start_ps.size - 1
-    while servo.segment < last and t_ps >= start_ps[servo.segment] + duration_ps[servo.segment]:
-        servo.segment += 1
-    i = servo.segment
-    s = min(t_ps - start_ps[i], duration_ps[i]) / 1e12
-    servo.command = motion[0, i] + s * (motion[1, i] + s * (motion[2, i] / 2.0 + s * motion[3, i] / 6.0))
-    return motion[1, i] + s * (motion[2, i] + s * motion[3, i] / 2.0)
-
-
-@step
-def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64]) -> float:
-    """Close the position loop once; return the acceleration of this tick in counts/s^2.
-
-    ``own`` is the controller's own compensation table; it moves the command.
-    """
-    servo = m.servo
-    receiver_settle(m.receiver, servo.now_ps)
-    if speed != 0.0:
-        servo.program = 1 if speed > 0.0 else -1
-    goal = servo.command
-    if own_kind != 0:
-        # where the axis is sent, its error brings it to the goal: the error there, not the one at the goal
-        sent = goal
-        for _ in range(3):
-            sent = goal - predict_mm(own_kind, own, sent * servo.count_mm, servo.program) / servo.count_mm
-        goal = sent
-    if servo.dither != 0.0:
-        goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / 1e12))
-    lag = goal - m.receiver.count * servo.counts_per_unit
-    servo.following_max = max(servo.following_max, abs(lag))
-    if abs(lag) <= servo.deadband:
-        lag = 0.0
-    wanted = servo.gain_per_s * lag + servo.feedforward * speed
-    wanted = min(max(wanted, -servo.max_speed), servo.max_speed)
-    if wanted == 0.0 and abs(servo.v) < servo.standstill:
-        servo.v = 0.0
-        return 0.0
-    return (wanted - servo.v) * servo.lag_share / servo.period_s
-
-
-@step
-def box_rests(m: Record, box: Any) -> bool:
-    """Return whether box and PC have nothing left to do but to repeat themselves."""
-    if box is None and m.injector.next_ps != NEVER:
-        return False
-    if m.correcting == 0:
-        return True
-    s = m.injector
-    settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
-    goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
-    reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
-    return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0)
-
-
-@step
-def ticks_at_rest(
-    m: Record,
-    box: Any,
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-    until_ps: int,
-    error_kind: int,
-    error: NDArray[np.float64],
-) -> int:
-    """Return for how many ticks from now on nothing can change; at least 1."""
-    servo, r = m.servo, m.reader
-    i = servo.segment
-    if m.skipping == 0 or servo.dither != 0.0 or motion[1, i] != 0.0 or motion[2, i] != 0.0 or motion[3, i] != 0.0:
-        return 1
-    if not box_rests(m, box) or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
-        return 1
-    # one period of margin: what is due at a boundary is computed tick by tick
-    bound_ps = min(start_ps[i] + duration_ps[i], until_ps)
-    if r.next < begins_ps.size:
-        if servo.now_ps < begins_ps[r.next]:
-            bound_ps = min(bound_ps, begins_ps[r.next])
-        elif r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
-            return 1  # the laser's timer starts now
-        elif r.begun_ps < NEVER:
-            half_ps = r.begun_ps + r.half_ps
-            bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
-        else:
-            bound_ps = min(bound_ps, ends_ps[r.next])
-    return max((bound_ps - servo.now_ps) // servo.period_ps, 1)
-
-
-@helper
-def carry_pc_to(m: Record, t_ps: int) -> None:
-    """Let the PC look at words that stand, before ``t_ps``."""
-    while m.pc.next_ps < t_ps:
-        pc_look(m.pc, m.pc.next_ps, True)
-        m.pc.requests += 1
-
-
-@helper
-def carry_to(m: Record, t_ps: int) -> None:
-    """Let box and PC repeat themselves before ``t_ps``: the words stand, only when they come has to be known."""
-    if m.correcting == 0:
-        return
-    box, pc = m.box, m.pc
-    while pc.next_ps < t_ps:
-        look_ps = pc.next_ps
-        since_ps = (look_ps - box.next_ps - m.up.latency_ps) % box.period_ps  # the last words have arrived
-        if pc_look(pc, look_ps, since_ps >= pc.valid_after_ps):
-            pc.requests += 1
-    turns = (t_ps - box.next_ps + box.period_ps - 1) // box.period_ps - SLOTS
-    if turns > 0:
-        box.next_ps += turns * box.period_ps
-        box.readings += turns
-    while box.next_ps < t_ps:
-        box_tick(box, m.down, m.up, box.next_ps, m.encoder.count, m.injector.completed)
 
 
 @kernel
@@ -413,7 +259,7 @@ def run(
             )
         if box is not None:
             if not (resting and box_rests(m, box)):
-                box[6].state = IDLE
+                forget_round(box)
             elif ticks > 1 and not skip_rounds(m, box, servo.now_ps + ticks * servo.period_ps):
                 ticks = 1
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error_kind, error)
@@ -488,15 +334,6 @@ def next_change(m: Record, box: Any) -> int:
     if box is None:
         return int(m.injector.next_ps)
     return NEVER
-
-
-@step
-def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
-    """Open the switch; what the firmware has begun is over, and said, some readings later."""
-    status = m.box.status
-    board_switch(box[0], box[2], box[3], box[4], t_ps, 1, box[0].trip_n)
-    run_firmware(m, box, t_ps + 4 * box[0].reading_ps)
-    m.box.status = status  # before the switch was opened
 
 
 @kernel

@@ -13,18 +13,16 @@ from numpy.typing import NDArray
 from rtec._jit import Record, kernel, step
 from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, jitter, steady_crossing
 from rtec.controller._kernels import RECEIVER, X4, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._firmware_pins_kernels import B
+from rtec.injector._design_kernels import B
 from rtec.injector._kernels import (
-    IDLE,
-    INJECTOR,
-    WRITING,
     injector_edge,
     injector_fire,
     injector_request,
     injector_reset,
     note_edge,
-    observe,
 )
+from rtec.injector._monitor_kernels import observe
+from rtec.injector._state_kernels import IDLE, INJECTOR, WRITING
 from rtec.signal._kernels import NEVER, count_delta, level_of_state
 
 BLOCK = 16

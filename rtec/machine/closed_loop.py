@@ -15,6 +15,7 @@ from firmware_model import Fault
 from rtec._jit import Record, new_record
 from rtec.axis import Encoder, MotionSegments, Servo
 from rtec.board import Board, Microcontroller
+from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
 from rtec.checks import number_within
 from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
 from rtec.controller.receiver import result_of
@@ -37,8 +38,6 @@ _BOX_FIRST_PS = 300_000_000
 _PC_FIRST_PS = 5_500_000_000
 _WARM_UP_PS = 2_000_000_000
 """How long the box is on before the machine: Design B's lines are through by then."""
-FIRMWARE_WINDOW, FIRMWARE_GRACE = 3, 2
-"""WINDOW and GRACE in the sources of the images."""
 TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
 """What a row of a trace holds; the totals in steps."""
 
@@ -118,11 +117,11 @@ class Machine:
         check_play(self.axis_error)
         if self.microcontroller is not None:
             talk = self.conversation
-            if (talk.window_steps, talk.grace_readings) != (FIRMWARE_WINDOW, FIRMWARE_GRACE):
+            if (talk.window_steps, talk.grace_readings) != (WINDOW_STEPS, GRACE_READINGS):
                 raise ArgumentError(
                     "conversation",
                     f"window {talk.window_steps}, grace {talk.grace_readings}",
-                    f"window {FIRMWARE_WINDOW} and grace {FIRMWARE_GRACE} with the firmware",
+                    f"window {WINDOW_STEPS} and grace {GRACE_READINGS} with the firmware",
                     "they stand in its source (rtec.inc)",
                 )
         if self.injector is not None and self.injector.timing.firmware is not None:
@@ -287,7 +286,8 @@ def run_machine(
     result = _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
     if board is None:
         return result
-    skipped = int(box[6].skipped_cycles)
+    *_, rest, _ = box
+    skipped = int(rest.skipped_cycles)
     return replace(result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault)
 
 

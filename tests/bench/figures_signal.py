@@ -25,6 +25,7 @@ from rtec.controller import ReceiverSettings
 from rtec.controller import _kernels as controller_kernels
 from rtec.injector import Design
 from rtec.injector import _kernels as injector_kernels
+from rtec.injector._state_kernels import INJECTOR
 from rtec.machine import OpenPath
 from rtec.signal import VcdSignal, VcdWriter
 
@@ -173,7 +174,7 @@ def stage_works(edges: int) -> dict[str, Callable[[], object]]:
 
     def inject(design: Design) -> Callable[[], None]:
         def work() -> None:
-            state = new_record(injector_kernels.INJECTOR)
+            state = new_record(INJECTOR)
             open_path_job.box(design).fill(state)
             injector_kernels.reset(state, 0)
             injector_kernels.inject(state, times, levels, -1, int(times[-1]) + 1, *room)

@@ -15,6 +15,7 @@ import pytest
 
 from rtec._jit import new_record
 from rtec.injector import Design, InjectorSettings, Processor, Timing, _kernels
+from rtec.injector._state_kernels import INJECTOR
 
 NS, US = 1_000, 1_000_000
 CLOCK_PS = {Processor.MCS51: US, Processor.FAST: 10 * NS}
@@ -58,10 +59,10 @@ def sweep(design, timing, frequency_hz, direction, sign, offsets_ps, shifts_ps):
     quarter_ps = 10**12 / (4 * frequency_hz)
     times = np.round(quarter_ps * (np.arange(EDGES) + 1)).astype(np.int64)
     levels = np.array([FORWARD[direction * (k + 1) % 4] for k in range(EDGES)], dtype=np.uint8)
-    fresh = new_record(_kernels.INJECTOR)
+    fresh = new_record(INJECTOR)
     InjectorSettings(design=design, timing=timing).fill(fresh)
     _kernels.reset(fresh, 0)
-    states = np.rec.array(np.full(offsets_ps.size, np.void(fresh), dtype=_kernels.INJECTOR))
+    states = np.rec.array(np.full(offsets_ps.size, np.void(fresh), dtype=INJECTOR))
     net, jumps = np.zeros(offsets_ps.size, np.int64), np.zeros(offsets_ps.size, np.int64)
     run_all(states, times, levels, offsets_ps, shifts_ps, sign, DECODE, net, jumps)
     return states, net - direction * EDGES, jumps

@@ -237,5 +237,5 @@ def test_plans_are_checked():
         FirmwareCheckPlan(**settings, frequencies_hz=(50.0,))
     with pytest.raises(ArgumentError, match="phases"):
         FirmwareCheckPlan(**settings, phases=0)
-    assert FirmwareCheckPlan(**settings).speeds_hz == default_frequencies(Design.C, CHIP) == (1_000.0, 5_000.0)
+    assert FirmwareCheckPlan(**settings).speeds_hz == default_frequencies(CHIP) == (1_000.0, 5_000.0)
     assert FirmwareCheckPlan(**settings, frequencies_hz=(3e3, 2e3)).speeds_hz == (2e3, 3e3)

@@ -1,0 +1,92 @@
+"""Compiled look at an axis at rest: for how long nothing can change, and what box and PC repeat meanwhile."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, helper, step
+from rtec.link._kernels import SLOTS
+from rtec.machine._laser_kernels import near_target
+from rtec.requester._box_kernels import box_tick
+from rtec.requester._pc_kernels import ACTIVE, pc_look
+from rtec.signal._kernels import NEVER
+
+
+@step
+def box_rests(m: Record, box: Any) -> bool:
+    """Return whether box and PC have nothing left to do but to repeat themselves."""
+    if box is None and m.injector.next_ps != NEVER:
+        return False
+    if m.correcting == 0:
+        return True
+    s = m.injector
+    settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
+    goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
+    reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
+    return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0)
+
+
+@step
+def ticks_at_rest(
+    m: Record,
+    box: Any,
+    targets_mm: NDArray[np.float64],
+    begins_ps: NDArray[np.int64],
+    ends_ps: NDArray[np.int64],
+    start_ps: NDArray[np.int64],
+    duration_ps: NDArray[np.int64],
+    motion: NDArray[np.float64],
+    until_ps: int,
+    error_kind: int,
+    error: NDArray[np.float64],
+) -> int:
+    """Return for how many ticks from now on nothing can change; at least 1."""
+    servo, r = m.servo, m.reader
+    i = servo.segment
+    if m.skipping == 0 or servo.dither != 0.0 or motion[1, i] != 0.0 or motion[2, i] != 0.0 or motion[3, i] != 0.0:
+        return 1
+    if not box_rests(m, box) or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
+        return 1
+    # one period of margin: what is due at a boundary is computed tick by tick
+    bound_ps = min(start_ps[i] + duration_ps[i], until_ps)
+    if r.next < begins_ps.size:
+        if servo.now_ps < begins_ps[r.next]:
+            bound_ps = min(bound_ps, begins_ps[r.next])
+        elif r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
+            return 1  # the laser's timer starts now
+        elif r.begun_ps < NEVER:
+            half_ps = r.begun_ps + r.half_ps
+            bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
+        else:
+            bound_ps = min(bound_ps, ends_ps[r.next])
+    return max((bound_ps - servo.now_ps) // servo.period_ps, 1)
+
+
+@helper
+def carry_pc_to(m: Record, t_ps: int) -> None:
+    """Let the PC look at words that stand, before ``t_ps``."""
+    while m.pc.next_ps < t_ps:
+        pc_look(m.pc, m.pc.next_ps, True)
+        m.pc.requests += 1
+
+
+@helper
+def carry_to(m: Record, t_ps: int) -> None:
+    """Let box and PC repeat themselves before ``t_ps``: the words stand, only when they come has to be known."""
+    if m.correcting == 0:
+        return
+    box, pc = m.box, m.pc
+    while pc.next_ps < t_ps:
+        look_ps = pc.next_ps
+        since_ps = (look_ps - box.next_ps - m.up.latency_ps) % box.period_ps  # the last words have arrived
+        if pc_look(pc, look_ps, since_ps >= pc.valid_after_ps):
+            pc.requests += 1
+    turns = (t_ps - box.next_ps + box.period_ps - 1) // box.period_ps - SLOTS
+    if turns > 0:
+        box.next_ps += turns * box.period_ps
+        box.readings += turns
+    while box.next_ps < t_ps:
+        box_tick(box, m.down, m.up, box.next_ps, m.encoder.count, m.injector.completed)
