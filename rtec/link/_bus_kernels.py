@@ -1,8 +1,9 @@
-"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, and what can go wrong on the way.
+"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, and what can go wrong on the
+way.
 
-A frame of eight bytes takes 135 bits at worst, stuff bits and the gap to the next one included; the model always takes
-that long. Frames of one node leave in the order in which it wants to send them; between nodes the lowest identifier
-wins. At the end of a frame every other node has it: :func:`bus_step` says which frame, from whom.
+A frame of eight bytes takes 135 bits at worst, stuff bits and the gap to the next one included; the model always
+takes that long. Frames of one node leave in the order in which it wants to send them; between nodes the lowest
+identifier wins. At the end of a frame every other node has it: :func:`bus_step` says which frame, from whom.
 """
 
 from __future__ import annotations

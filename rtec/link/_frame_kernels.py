@@ -1,7 +1,8 @@
 """Compiled frames: how the words of the messages lie in eight bytes.
 
-A frame is its identifier and its eight bytes as one int64, byte 0 lowest. ``rtec.dbc`` says the same in the language of
-the field, and a test holds one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in every frame.
+A frame is its identifier and its eight bytes as one int64, byte 0 lowest. ``rtec.dbc`` says the same in the language
+of the field, and a test holds one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in every
+frame.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Compiled machine on a bus: several axes with their boxes, one PC, the bus between them, and every fault.
 
-Events are taken in the order of their times: deliveries of the bus, faults, readings of the boxes, turns of the PC. The
-stations run on their own between their readings. A fault beyond the bus has its place at an axis or at the PC; one of
-the bus strikes frames on their way.
+Events are taken in the order of their times: deliveries of the bus, faults, readings of the boxes, turns of the PC.
+The stations run on their own between their readings. A fault beyond the bus has its place at an axis or at the PC;
+one of the bus strikes frames on their way.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Compiled axis with its box as one node of a bus: program, servo, encoder, cable, box, controller.
 
-The axis follows moves one after the other by speed and acceleration, under a feed override that goes to zero while the
-machine is held. Lines, box and controller are the step functions of the closed loop; between two readings of the box
-nothing of the bus can reach them, so a station runs on its own from one reading to the next.
+The axis follows moves one after the other by speed and acceleration, under a feed override that goes to zero while
+the machine is held. Lines, box and controller are the step functions of the closed loop; between two readings of the
+box nothing of the bus can reach them, so a station runs on its own from one reading to the next.
 
 ::
 
@@ -29,20 +29,19 @@ from rtec.axis._kernels import (
     turning_points,
 )
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
+from rtec.injector._design_kernels import B
 from rtec.injector._kernels import (
-    ARMED,
-    INJECTOR,
-    INSERTING,
-    B,
     injector_edge,
     injector_enable,
     injector_fire,
     injector_power,
     injector_request,
     injector_reset,
-    observe,
 )
-from rtec.machine._loop_kernels import SERVO, next_edge, servo_tick
+from rtec.injector._monitor_kernels import observe
+from rtec.injector._state_kernels import ARMED, INJECTOR, INSERTING
+from rtec.machine._loop_kernels import next_edge
+from rtec.machine._servo_kernels import SERVO, servo_tick
 from rtec.requester._box_kernels import NOT_HOMED, RUNNING
 from rtec.requester._box_node_kernels import (
     BOX_NODE,

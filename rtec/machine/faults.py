@@ -117,8 +117,8 @@ class Fault:
     kind
         Its class.
     place
-        On the bus, the node that sends the frames (0: the PC, n: the box of axis n; None: any); at an axis, its number;
-        None for the PC.
+        On the bus, the node that sends the frames (0: the PC, n: the box of axis n; None: any); at an axis, its
+        number; None for the PC.
     from_ps, until_ps
         When it begins, and when it is over; None: it stays.
     identifier

@@ -87,7 +87,8 @@ class StationSettings:
     hold_ramp_s
         Time in which the feed override goes from 1 to 0 when the machine is held.
     following_limit_mm
-        Lag beyond that of the feed (speed / Kv, as a position loop follows it) at which the controller stops the drive.
+        Lag beyond that of the feed (speed / Kv, as a position loop follows it) at which the controller stops the
+        drive.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The box as a node of the bus: frames around its state machine, and the precautions that frames make possible.
 
-What comes in is refused, and counted, where its checksum, its order, its session or its contents are wrong; only
-what is left reaches the state machine of ``_box_kernels``, each request once. What goes out is the box's four words as
+What comes in is refused, and counted, where its checksum, its order, its session or its contents are wrong; only what
+is left reaches the state machine of ``_box_kernels``, each request once. What goes out is the box's four words as
 frames, every ``cycle_ps`` and at once when the job is done or the code changes.
 
 A box that is homed and hears no request that it can believe in for ``watch_ps`` stops for good and opens its hold

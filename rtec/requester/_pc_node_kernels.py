@@ -1,4 +1,5 @@
-"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold the machine.
+"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold the
+machine.
 
 The box's frames are refused, and counted, where checksum or order are wrong; the latest good ones are the box's four
 words for the state machine of ``_pc_kernels``. Whatever the PC cannot believe or explain ends in HOLD, with a reason:
