@@ -5,6 +5,7 @@ Every frame is in the file before the next one, so that a crash leaves a log tha
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -167,6 +168,8 @@ class Log:
         try:
             writer.stop()
         except (OSError, ValueError) as error:
+            with contextlib.suppress(OSError):
+                writer.file.close()
             raise self._unwritable(error) from error
 
     def __enter__(self) -> Self:
@@ -178,14 +181,20 @@ class Log:
         self.close()
 
     def _create(self, mode: str) -> can.CanutilsLogWriter | can.ASCWriter | can.BLFWriter:
-        if self._suffix == ".blf":
-            writer = can.BLFWriter(cast(BinaryIO, open(self._path, mode + "b")))
-            writer.file.flush()
-            return writer
-        file = cast(TextIO, open(self._path, mode, encoding="utf-8", newline="\n"))
-        if self._suffix == ".asc":
-            return can.ASCWriter(file)
-        return can.CanutilsLogWriter(file, channel=self._channel)
+        if self._suffix != ".blf":
+            text = cast(TextIO, open(self._path, mode, encoding="utf-8", newline="\n"))
+            return (
+                can.ASCWriter(text) if self._suffix == ".asc" else can.CanutilsLogWriter(text, channel=self._channel)
+            )
+        file = cast(BinaryIO, open(self._path, mode + "b"))
+        try:
+            writer = can.BLFWriter(file)
+            file.flush()
+        except BaseException:
+            with contextlib.suppress(OSError):
+                file.close()
+            raise
+        return writer
 
     def _go_on(self, writer: can.BLFWriter) -> can.BLFWriter:
         """Put the first frame's date into the file's head, which python-can writes at the end only."""
