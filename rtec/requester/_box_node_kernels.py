@@ -313,10 +313,11 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         elif illegal > 0:
             box_fail(n, ENCODER_FAULT)
     before = b.state
-    total = box_tick(b, n.down, n.up, t_ps, count, completed)
+    box_tick(b, n.down, n.up, t_ps, count, completed)
     if b.state == RUNNING and before == NOT_HOMED:
-        n.said_position = 0
-        n.said_completed = completed
+        completed = 0  # home zeroes every counter, and whoever owns the injector does the same
+        b.accepted = 0
+        n.said_completed = 0
     n.code = b.status
     if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
         n.code = REFUSED_TOO_FAST
@@ -334,7 +335,7 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         say_trip(n)
     if due:
         say_position(n, count)
-    return total
+    return int(b.accepted)
 
 
 @step
