@@ -187,7 +187,8 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
     flags = request_flags(payload)
     total = request_total(payload)
     n.heard = 1
-    n.heard_ps = t_ps
+    if b.state != RUNNING or not flags & GO_HOME:  # who still asks for home does not hear this box
+        n.heard_ps = t_ps
     n.heard_sequence = sequence_of(payload)
     n.judged = n.heard_sequence
     n.requests += 1

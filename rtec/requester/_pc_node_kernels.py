@@ -355,6 +355,8 @@ def check_before_turn(n: Record, t_ps: int) -> None:
         position_mm = n.position * p.count_mm
         if not n.low_mm <= position_mm <= n.high_mm:
             pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE)
+    elif p.state == WAITING and t_ps - n.status_ps > n.watch_ps:
+        n.has_status = 0  # what was heard long ago is no box any more
     n.turn_ps = t_ps
 
 
@@ -367,7 +369,11 @@ def say_request(n: Record, total: int, flags: int) -> None:
 
 @helper
 def turn_waiting(n: Record, t_ps: int) -> None:
-    """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position."""
+    """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position.
+
+    A box that runs but was not sent home by this PC hears nothing: it corrects by totals that nobody knows any more,
+    and its watch is to stop it.
+    """
     state = n.flags & 7
     if state == FATAL and n.reset_meant == 1:
         say_request(n, 0, RESET)
@@ -375,7 +381,7 @@ def turn_waiting(n: Record, t_ps: int) -> None:
         n.homing = 1
         n.reset_meant = 0
         say_request(n, 0, GO_HOME)
-    else:
+    elif state != RUNNING or n.homing == 1:
         say_request(n, 0, 0)
 
 
@@ -397,7 +403,7 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
     if n.has_status == 0 or (incomplete and n.flags & 7 != NOT_HOMED):
         pc_look(p, t_ps, True)
         if n.has_status == 1:
-            say_request(n, 0, 0)
+            turn_waiting(n, t_ps)
         return False
     if p.state == WAITING and (n.homing == 0 or n.flags & 7 != RUNNING or n.valid == 0):
         pc_look(p, t_ps, True)
@@ -409,10 +415,8 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         pc_look(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
-    if pc_read(p, n.up, t_ps):
-        return True
-    say_request(n, p.sent, 0)  # not at home yet
-    return False
+    # where the box is not at home it hears nothing: the home position was missed, and its watch is to stop it
+    return bool(pc_read(p, n.up, t_ps))
 
 
 @helper
