@@ -409,6 +409,11 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         pc_look(p, t_ps, True)
         turn_waiting(n, t_ps)
         return False
+    if n.code == I_STILL_DONT_BELIEVE_YOU:
+        pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it says that it runs
+        pc_look(p, t_ps, True)
+        say_request(n, p.sent, 0)
+        return False
     code = n.code if n.code != REFUSED_TOO_FAST else OK  # what is late is not doubted
     post(n.up, t_ps, n.position, n.completed, n.accepted, code)
     if n.valid == 0:
