@@ -21,8 +21,13 @@ FRAME_BITS = 135
 NODES = 8
 DELAYED = 16
 
-BABBLER = NODES - 1
+BABBLER = NODES
 """A node that is none of ours."""
+
+SHORT_SHIFT = 32
+"""A frame of fewer than 8 bytes carries in its identifier, from this bit on, how many are missing."""
+EXTENDED = 1 << 36
+"""Set in the identifier of a frame in the extended format."""
 
 # what can happen to a frame; the node that sent it, or all nodes, is the place
 LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, FORGED, FLIPPED, STUCK, BABBLING, OFF = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
@@ -206,9 +211,9 @@ def delay(bus: Record, due_ps: int, node: int, identifier: int, payload: int) ->
 def corrupted(f: Record, payload: int) -> int:
     """Return the payload with one to three bits flipped, the checksum as it was."""
     bits = bits_of(f.seed, f.fired)
-    flips = 1 + bits % 3
-    for k in range(flips):
-        payload ^= 1 << ((bits >> (8 + 6 * k)) & 63)
+    first = (bits >> 8) & 63
+    for k in range(1 + bits % 3):
+        payload ^= 1 << ((first + k * (1 + ((bits >> 14) & 15))) & 63)  # three different bits
     return payload
 
 
