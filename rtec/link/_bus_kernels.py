@@ -97,6 +97,14 @@ def bits_of(seed: int, serial: int) -> int:
 
 
 @step
+def rank(identifier: int) -> int:
+    """Return by what number a frame competes for the bus: of equal first 11 bits, the base format wins."""
+    if identifier & EXTENDED:
+        return 2 * (identifier & 0x1FFFFFFF) + 1
+    return (identifier & 0x7FF) << 19
+
+
+@step
 def fire(f: Record, t_ps: int) -> None:
     """Note that a fault took effect."""
     if f.fired == 0:
@@ -133,21 +141,21 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
         f = faults[i]
         if f.kind == BABBLING and f.from_ps <= t_ps < f.until_ps:
             winner = BABBLER
-            lowest = 0
             fire(f, t_ps)
     if winner != BABBLER:
         for node in range(NODES):
             queue = bus.queues[node]
-            if queue.waiting > 0 and queue.identifier[0] < lowest:
+            if queue.waiting > 0 and rank(queue.identifier[0]) < lowest:
                 winner = node
-                lowest = queue.identifier[0]
+                lowest = rank(queue.identifier[0])
     if winner == -1:
         return
     bus.sending = winner
-    bus.sending_identifier = lowest
+    bus.sending_identifier = 0
     bus.sending_payload = 0
     if winner != BABBLER:
         queue = bus.queues[winner]
+        bus.sending_identifier = queue.identifier[0]
         bus.sending_payload = queue.payload[0]
         queue.waiting -= 1
         for k in range(queue.waiting):
@@ -261,6 +269,8 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
                 f.kept_identifier = identifier
                 f.kept_payload = payload
                 delivered = False
+        elif identifier >> SHORT_SHIFT:
+            continue  # no word of ours to spoil
         elif f.kind == CORRUPTED:
             payload = corrupted(f, payload)
             fire(f, t_ps)
