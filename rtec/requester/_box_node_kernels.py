@@ -323,10 +323,10 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
     n.code = b.status
     if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
         n.code = REFUSED_TOO_FAST
-    due = t_ps >= n.cycle_next_ps
     kept_back = completed != b.accepted or n.down.word0 != b.accepted
     if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
         n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
+    due = t_ps >= n.cycle_next_ps
     if due:
         n.cycle_next_ps += n.cycle_ps
         if n.cycle_next_ps <= t_ps:
