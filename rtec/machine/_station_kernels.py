@@ -361,7 +361,7 @@ def close_tick(st: Record) -> None:
 
 @helper
 def run_lines(st: Record, until_ps: int, closing: bool) -> None:
-    """Carry out what happens on the lines before ``until_ps``; closing, every crossing of this part, jitter or not."""
+    """Carry out what the lines do before ``until_ps``; closing, every crossing of this part, jitter or not."""
     e, s = st.encoder, st.injector
     crossing_ps = next_crossing(e, st.piece)
     edge_ps = next_edge(st, crossing_ps)
@@ -459,7 +459,7 @@ def zero_counters(st: Record, t_ps: int) -> None:
 
 @helper
 def station_settle(st: Record) -> None:
-    """Let what is under way in the box come to its end and the filter see the last edge, so that counts can be audited."""
+    """Let what is under way in the box end and the filter see the last edge, so that counts can be audited."""
     s, rx, e = st.injector, st.receiver, st.encoder
     t_ps = max(st.servo.now_ps, st.event_ps)
     if s.enabled == 1:

@@ -1,5 +1,4 @@
-"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold the
-machine.
+"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold.
 
 The box's frames are refused, and counted, where checksum or order are wrong; the latest good ones are the box's four
 words for the state machine of ``_pc_kernels``. Whatever the PC cannot believe or explain ends in HOLD, with a reason:
@@ -47,11 +46,7 @@ from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
 from rtec.predictors._kernels import predict_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
-)
-from rtec.requester._box_kernels import (
     ENCODER_FAULT as BOX_ENCODER_FAULT,
-)
-from rtec.requester._box_kernels import (
     FATAL,
     I_STILL_DONT_BELIEVE_YOU,
     IMPLAUSIBLE,
@@ -64,15 +59,13 @@ from rtec.requester._box_kernels import (
 )
 from rtec.requester._pc_kernels import (
     ACTIVE,
+    HOLD as HOLDING,
     PC,
     WAITING,
     pc_look,
     pc_read,
     pc_request,
     pc_reset,
-)
-from rtec.requester._pc_kernels import (
-    HOLD as HOLDING,
 )
 from rtec.signal._kernels import NEVER
 
