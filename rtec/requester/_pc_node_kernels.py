@@ -127,7 +127,7 @@ PC_NODE = np.dtype(
         ("position_sequence", np.int64),
         ("probe_sequence", np.int64),
         ("code", np.int64),
-        ("flags", np.int64),
+        ("box_flags", np.int64),
         ("completed", np.int64),
         ("accepted", np.int64),
         ("position", np.int64),
@@ -219,7 +219,7 @@ def take_status(n: Record, t_ps: int, payload: int) -> None:
     n.status_ps = t_ps
     n.status_sequence = sequence_of(payload)
     n.code = status_code(payload)
-    n.flags = status_flags(payload)
+    n.box_flags = status_flags(payload)
 
 
 @helper
@@ -308,7 +308,7 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
 @step
 def reason_in_status(n: Record) -> int:
     """Return why the box's status makes the PC hold, if it does."""
-    state = n.flags & 7
+    state = n.box_flags & 7
     if state == NOT_HOMED:
         return BOX_RESTARTED
     if state == FATAL:
@@ -361,7 +361,7 @@ def say_request(n: Record, total: int, flags: int) -> None:
 @helper
 def turn_waiting(n: Record, t_ps: int) -> None:
     """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position."""
-    state = n.flags & 7
+    state = n.box_flags & 7
     if state == FATAL and n.reset_meant == 1:
         say_request(n, 0, RESET)
     elif state == NOT_HOMED:
@@ -387,12 +387,12 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         say_request(n, p.sent, 0)
         return False
     incomplete = n.has_corrections == 0 or n.has_position == 0
-    if n.has_status == 0 or (incomplete and n.flags & 7 != NOT_HOMED):
+    if n.has_status == 0 or (incomplete and n.box_flags & 7 != NOT_HOMED):
         pc_look(p, t_ps, True)
         if n.has_status == 1:
             say_request(n, 0, 0)
         return False
-    if p.state == WAITING and (n.homing == 0 or n.flags & 7 != RUNNING or n.valid == 0):
+    if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0):
         pc_look(p, t_ps, True)
         turn_waiting(n, t_ps)
         return False
