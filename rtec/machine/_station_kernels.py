@@ -427,7 +427,6 @@ def station_turn(st: Record, t_ps: int) -> None:
     total = box_turn(n, t_ps, st.box_count, s.completed, s.refused, st.illegal_in)
     if before == NOT_HOMED and n.box.state == RUNNING:
         zero_counters(st, t_ps)
-        total = 0
     allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
     if s.enabled != allowed:
         injector_enable(s, t_ps, allowed)
@@ -443,7 +442,6 @@ def zero_counters(st: Record, t_ps: int) -> None:
     s.completed = 0
     s.requested = 0
     s.ahead = 0
-    st.node.box.accepted = 0
     st.illegal_in = 0
     receiver_settle(st.receiver, t_ps)
     st.receiver.count = st.encoder.count

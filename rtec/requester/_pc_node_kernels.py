@@ -28,6 +28,7 @@ from rtec.link._frame_kernels import (
     STATUS,
     corrections_accepted,
     corrections_completed,
+    corrections_judged,
     corrections_session,
     pack_hold,
     pack_request,
@@ -90,6 +91,7 @@ DEVIATION_LIMIT = 16
 COMPLETED_WRONG = 17
 OPERATOR = 18
 NOT_COMPLETED = 19
+ANSWER_LATE = 20
 
 MOST_DOUBTS = 2
 """Positions in a row that are forgiven although they cannot be: as many as the box forgives unbelievable totals."""
@@ -130,6 +132,7 @@ PC_NODE = np.dtype(
         ("box_flags", np.int64),
         ("completed", np.int64),
         ("accepted", np.int64),
+        ("judged", np.int64),  # the request that the box has judged last
         ("position", np.int64),
         ("valid", np.int64),
         ("reckoned", np.int64),  # position by adding up the changes, modulo 2^15
@@ -236,6 +239,7 @@ def take_corrections(n: Record, t_ps: int, payload: int) -> None:
     n.corrections_sequence = sequence_of(payload)
     n.completed = corrections_completed(payload)
     n.accepted = corrections_accepted(payload)
+    n.judged = corrections_judged(payload)
     p = n.pc
     if p.state == ACTIVE and n.accepted != p.sent and n.accepted != p.accepted and n.accepted != n.last_total:
         pc_hold(n, t_ps, COMPLETED_WRONG)  # a total that this PC has not asked for
@@ -340,6 +344,10 @@ def check_before_turn(n: Record, t_ps: int) -> None:
         oldest_ps = min(min(n.status_ps, n.corrections_ps), n.position_ps)
         if t_ps - oldest_ps > n.watch_ps:
             pc_hold(n, t_ps, BOX_SILENT)
+        # a bus that delays everything alike breaks neither order nor watch
+        behind_ps = ((n.sequence - n.judged) & 0xFF) * p.period_ps
+        if behind_ps > n.watch_ps + 2 * p.period_ps:
+            pc_hold(n, t_ps, ANSWER_LATE)
         reason = reason_in_status(n)
         if reason != NONE:
             pc_hold(n, t_ps, reason)
