@@ -436,8 +436,10 @@ def test_a_replay_keeps_the_pace_of_the_log(tmp_path, speed):
 
 def test_a_replay_of_one_direction_and_on_a_babbling_bus(tmp_path):
     path = record(tmp_path / "z.asc", numbered(10))
-    bus = Simulated([(0, FRAMES[0][0])] * 1000)
-    assert replay(read_log(path), bus, only=Direction.SENT) == 5
+    bus = Simulated([(k * 100 * US, FRAMES[0][0]) for k in range(10_000)])
+    heard = []
+    assert replay(read_log(path), bus, only=Direction.SENT, on_received=heard.append) == 5
+    assert len(heard) < 1000  # 90 ms of the log, and a frame each 0.1 ms
     assert [frame for _, frame in bus.sent] == [frame for frame, _, way in numbered(10) if way is Direction.SENT]
 
 
