@@ -20,8 +20,13 @@ FRAME_BITS = 135
 NODES = 8
 DELAYED = 16
 
-BABBLER = NODES - 1
+BABBLER = NODES
 """A node that is none of ours."""
+
+SHORT_SHIFT = 32
+"""A frame of fewer than 8 bytes carries in its identifier, from this bit on, how many are missing."""
+EXTENDED = 1 << 36
+"""Set in the identifier of a frame in the extended format."""
 
 # what can happen to a frame; the node that sent it, or all nodes, is the place
 LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, FORGED, FLIPPED, STUCK, BABBLING, OFF = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
@@ -91,6 +96,14 @@ def bits_of(seed: int, serial: int) -> int:
 
 
 @step
+def rank(identifier: int) -> int:
+    """Return by what number a frame competes for the bus: of equal first 11 bits, the base format wins."""
+    if identifier & EXTENDED:
+        return 2 * (identifier & 0x1FFFFFFF) + 1
+    return (identifier & 0x7FF) << 19
+
+
+@step
 def fire(f: Record, t_ps: int) -> None:
     """Note that a fault took effect."""
     if f.fired == 0:
@@ -127,21 +140,21 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
         f = faults[i]
         if f.kind == BABBLING and f.from_ps <= t_ps < f.until_ps:
             winner = BABBLER
-            lowest = 0
             fire(f, t_ps)
     if winner != BABBLER:
         for node in range(NODES):
             queue = bus.queues[node]
-            if queue.waiting > 0 and queue.identifier[0] < lowest:
+            if queue.waiting > 0 and rank(queue.identifier[0]) < lowest:
                 winner = node
-                lowest = queue.identifier[0]
+                lowest = rank(queue.identifier[0])
     if winner == -1:
         return
     bus.sending = winner
-    bus.sending_identifier = lowest
+    bus.sending_identifier = 0
     bus.sending_payload = 0
     if winner != BABBLER:
         queue = bus.queues[winner]
+        bus.sending_identifier = queue.identifier[0]
         bus.sending_payload = queue.payload[0]
         queue.waiting -= 1
         for k in range(queue.waiting):
@@ -205,9 +218,9 @@ def delay(bus: Record, due_ps: int, node: int, identifier: int, payload: int) ->
 def corrupted(f: Record, payload: int) -> int:
     """Return the payload with one to three bits flipped, the checksum as it was."""
     bits = bits_of(f.seed, f.fired)
-    flips = 1 + bits % 3
-    for k in range(flips):
-        payload ^= 1 << ((bits >> (8 + 6 * k)) & 63)
+    first = (bits >> 8) & 63
+    for k in range(1 + bits % 3):
+        payload ^= 1 << ((first + k * (1 + ((bits >> 14) & 15))) & 63)  # three different bits
     return payload
 
 
@@ -255,6 +268,8 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
                 f.kept_identifier = identifier
                 f.kept_payload = payload
                 delivered = False
+        elif identifier >> SHORT_SHIFT:
+            continue  # no word of ours to spoil
         elif f.kind == CORRUPTED:
             payload = corrupted(f, payload)
             fire(f, t_ps)
