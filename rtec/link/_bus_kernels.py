@@ -1,8 +1,9 @@
-"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, and what can go wrong on the way.
+"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, what can go wrong on the way.
 
-A frame of eight bytes takes 135 bits at worst, stuff bits and the gap to the next one included; the model always takes
-that long. Frames of one node leave in the order in which it wants to send them; between nodes the lowest identifier
-wins. At the end of a frame every other node has it: :func:`bus_step` says which frame, from whom.
+A frame of eight bytes takes up to 135 bits by the usual bound: 111 with the gap to the next one, and a stuff bit
+after each four of 97 (no frame reaches more than 133). The model always takes that long. Frames of a node leave in
+the order in which it wants to send them; between nodes the lowest identifier wins. At the end of a frame every other
+node has it: :func:`bus_step` says which frame, from whom.
 """
 
 from __future__ import annotations
@@ -129,6 +130,11 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
             winner = BABBLER
             lowest = 0
             fire(f, t_ps)
+        elif f.kind == OFF and 0 <= f.place < NODES and f.from_ps <= t_ps < f.until_ps:
+            queue = bus.queues[f.place]
+            if queue.waiting > 0:  # what a node that goes off wanted to send is not sent later
+                queue.waiting = 0
+                fire(f, t_ps)
     if winner != BABBLER:
         for node in range(NODES):
             queue = bus.queues[node]
@@ -164,8 +170,9 @@ def bus_submit(bus: Record, faults: NDArray[np.void], node: int, t_ps: int, iden
             # the sender's buffer is not written any more: the first frame goes out again and again
             if f.kept == 0:
                 f.kept = 1
+                f.kept_identifier = identifier
                 f.kept_payload = payload
-            else:
+            elif identifier == f.kept_identifier:
                 fire(f, t_ps)
                 payload = f.kept_payload
     queue = bus.queues[node]
@@ -205,10 +212,13 @@ def delay(bus: Record, due_ps: int, node: int, identifier: int, payload: int) ->
 def corrupted(f: Record, payload: int) -> int:
     """Return the payload with one to three bits flipped, the checksum as it was."""
     bits = bits_of(f.seed, f.fired)
-    flips = 1 + bits % 3
-    for k in range(flips):
-        payload ^= 1 << ((bits >> (8 + 6 * k)) & 63)
-    return payload
+    flipped = np.int64(0)
+    for k in range(1 + bits % 3):
+        place = np.int64((bits >> (8 + 6 * k)) & 63)
+        while (flipped >> place) & 1:  # a bit that is flipped twice is right again
+            place = (place + 1) & 63
+        flipped |= np.int64(1) << place
+    return payload ^ flipped
 
 
 @helper
@@ -227,6 +237,8 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
     node, identifier, payload = bus.sending, bus.sending_identifier, bus.sending_payload
     bus.sending = -1
     bus.ends_ps = NEVER
+    if node == BABBLER:
+        return False  # nobody asks for its frames, and no fault of another kind proves itself on them
     delivered = True
     for i in range(faults.size):
         f = faults[i]
@@ -264,12 +276,12 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
     bus.node = node
     bus.identifier = identifier
     bus.payload = payload
-    return delivered and node != BABBLER
+    return delivered
 
 
 @helper
 def bus_step(bus: Record, faults: NDArray[np.void]) -> bool:
-    """Carry out the bus's next event; return whether ``node``, ``identifier`` and ``payload`` tell a frame delivered."""
+    """Carry out the next event; return whether ``node``, ``identifier`` and ``payload`` tell a frame delivered."""
     t_ps = bus_next(bus)
     if bus.ends_ps == t_ps:
         delivered = take_off(bus, faults, t_ps)

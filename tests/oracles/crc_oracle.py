@@ -25,7 +25,7 @@ def remainder(bits: Iterable[int], width: int, polynomial: int, start: int) -> i
 
 
 def crc8h2f(data: bytes) -> int:
-    """Return CRC8H2F: x^8 + x^5 + x^3 + x^2 + x + 1, start 0xFF, inverted at the end (AUTOSAR, Specification of CRC)."""
+    """Return CRC8H2F: x^8 + x^5 + x^3 + x^2 + x + 1, start 0xFF, inverted at the end (AUTOSAR, CRC Routines)."""
     return remainder(bits_of(data), 8, 0x2F, 0xFF) ^ 0xFF
 
 
