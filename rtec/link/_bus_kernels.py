@@ -104,7 +104,7 @@ def strikes(f: Record, t_ps: int, node: int, identifier: int) -> bool:
     """Return whether a fault strikes this frame."""
     if not f.from_ps <= t_ps < f.until_ps or f.fired >= f.most:
         return False
-    return (f.place == ANY or f.place == node) and (f.identifier == ANY or f.identifier == identifier)
+    return bool((f.place == ANY or f.place == node) and (f.identifier == ANY or f.identifier == identifier))
 
 
 @step
@@ -191,7 +191,7 @@ def bus_next(bus: Record) -> int:
     t_ps = bus.ends_ps
     for k in range(bus.delayed):
         t_ps = min(t_ps, bus.delayed_ps[k])
-    return t_ps
+    return int(t_ps)
 
 
 @step
@@ -218,7 +218,7 @@ def corrupted(f: Record, payload: int) -> int:
         while (flipped >> place) & 1:  # a bit that is flipped twice is right again
             place = (place + 1) & 63
         flipped |= np.int64(1) << place
-    return payload ^ flipped
+    return int(payload ^ flipped)
 
 
 @helper

@@ -38,7 +38,7 @@ def checksum(identifier: int, payload: int) -> int:
     crc = TABLE[crc ^ ((identifier >> 8) & 0xFF)]
     for shift in range(8, 64, 8):
         crc = TABLE[crc ^ ((payload >> shift) & 0xFF)]
-    return crc ^ 0xFF
+    return int(crc ^ 0xFF)
 
 
 @step

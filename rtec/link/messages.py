@@ -8,6 +8,7 @@ messages, with the axis number added to the base identifier (:class:`Kind`).
 from __future__ import annotations
 
 import enum
+import functools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -142,7 +143,7 @@ class MessageSet:
         Traceback (most recent call last):
         rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read: No such file or directory; allowed: a DBC file
         """
-        ours = _parsed(PACKAGED, (files("rtec.link") / PACKAGED).read_text(encoding="utf-8"))
+        ours = _packaged()
         if path is not None:
             theirs = _parsed(path, _text_of(Path(path)))
             for problem, allowed in _differences(ours, theirs):
@@ -309,6 +310,11 @@ def _parsed(path: str | Path, text: str) -> Database:
     if not isinstance(database, CanDatabase):
         raise FileFormatError(path, None, "describes no messages", "a DBC file")
     return database
+
+
+@functools.cache
+def _packaged() -> Database:
+    return _parsed(PACKAGED, (files("rtec.link") / PACKAGED).read_text(encoding="utf-8"))
 
 
 def _differences(ours: Database, theirs: Database) -> Iterator[tuple[str, str]]:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from importlib.resources import files
+from pathlib import Path
 
 import cantools
 import pytest
@@ -150,7 +151,7 @@ def test_hold_names_its_axis(messages):
 @pytest.mark.parametrize(
     ("name", "axis", "values", "words"),
     [
-        ("Requst", 1, {}, "message: Requst is not allowed; .*did you mean 'Request'"),
+        ("Bequest", 1, {}, "message: Bequest is not allowed; .*did you mean 'Request'"),
         ("Request_1", 1, {}, "did you mean 'Request'"),
         ("Request", 0, {}, "axis: 0 .* from 1 to 15"),
         ("Request", 16, {}, "axis: 16"),
@@ -312,3 +313,59 @@ def test_path_that_is_no_file(tmp_path):
 def test_cantools_is_loaded_only_when_messages_are():
     code = "import rtec.link.messages, sys; sys.exit('cantools' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+# the page
+
+
+PAGE = (Path(__file__).parents[3] / "docs" / "messages.md").read_text(encoding="utf-8")
+
+
+def rows(heading):
+    section = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("| ") or line.startswith("||")]
+    return [[cell.strip().strip("`") for cell in line.strip("|").split("|")] for line in lines[1:]]
+
+
+def signals_of(kind):
+    return DBC.get_message_by_name("Hold" if kind == "Hold" else f"{kind}_1").signals
+
+
+def test_page_lists_every_field():
+    table = rows("Fields")
+    for kind in KINDS:
+        shown = {
+            (name, int(bit), int(bits), sign) for owner, name, bit, bits, sign, _ in table if owner in ("every", kind)
+        }
+        assert shown == {
+            (s.name, s.start, s.length, "signed" if s.is_signed else "unsigned") for s in signals_of(kind)
+        }
+
+
+def test_page_lists_every_identifier_and_label():
+    assert {name: int(number.split(" ")[0], 16) for name, number, *_ in rows("Identifiers")} == KINDS
+    for heading, kind, field in (("Codes of the box", "Status", "Code"), ("Reasons of a hold", "Hold", "Reason")):
+        choices = next(signal for signal in signals_of(kind) if signal.name == field).choices
+        assert {int(number): label for number, label, *_ in rows(heading)} == {n: str(c) for n, c in choices.items()}
+
+
+def test_loads_of_the_page_are_those_of_its_frames():
+    # 135 bits a frame, 5000 bits in 10 ms; 2 us a bit
+    for _, frames, load, through in rows("Bus load"):
+        assert load == f"{int(frames) * 135 / 50:.1f} %"
+        assert through == f"{int(frames) * 135 * 0.002:.2f} ms"
+
+
+def test_program_of_the_page_talks_to_the_nodes(messages):
+    code = re.search(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)[1]
+    program = {}
+    exec(compile(code, "messages.md", "exec"), program)  # noqa: S102 - it is our own page
+    identifier, data = program["request"](sequence=7, total=-3, session=200)
+    assert (identifier, data) == (0x201, bytes_of(request_frame(1, 7, -3, 8, 0, 200)))
+    frame = bytes_of(status_frame(1, 3, 4, 1, 9, 1, 2, 3))
+    assert str(program["status"](frame)["Code"]) == "I_DONT_BELIEVE_YOU"
+    with pytest.raises(ValueError, match="not to be believed"):
+        program["status"](frame[:-1] + b"\x00")
+    line = re.search(r'^    python -c "(.*)"$', PAGE, re.MULTILINE)[1]
+    found = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True).stdout.strip()
+    assert Path(found).read_text() == TEXT
