@@ -43,6 +43,7 @@ FAULT = np.dtype(
         ("seed", np.int64),
         ("while_inserting", np.int64),  # 1: it waits for an insertion to be under way
         # state
+        ("kept_node", np.int64),
         ("kept_identifier", np.int64),
         ("kept_payload", np.int64),
         ("kept", np.int64),
@@ -244,7 +245,7 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
         f = faults[i]
         if not LOST <= f.kind <= FLIPPED:
             continue
-        if f.kept == 1 and identifier == f.kept_identifier and f.kind == REORDERED:
+        if f.kind == REORDERED and f.kept == 1 and node == f.kept_node and identifier == f.kept_identifier:
             delay(bus, t_ps + 1, node, f.kept_identifier, f.kept_payload)  # right behind the frame it should precede
             f.kept = 0
             fire(f, t_ps)
@@ -264,6 +265,7 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
         elif f.kind == REORDERED:
             if f.kept == 0:
                 f.kept = 1
+                f.kept_node = node
                 f.kept_identifier = identifier
                 f.kept_payload = payload
                 delivered = False

@@ -101,7 +101,7 @@ class Bus:
         if node == BABBLER:
             return
         for fault in self.faults:
-            if fault.kind == "REORDERED" and fault.kept and fault.kept[1] == identifier:
+            if fault.kind == "REORDERED" and fault.kept and fault.kept[:2] == (node, identifier):
                 # the one held back comes right behind this one
                 self.late.append((t_ps + 1, *fault.kept))
                 fault.kept = None

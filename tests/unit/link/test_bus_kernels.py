@@ -166,6 +166,14 @@ def test_reordered():
     assert f.fired == 1
 
 
+def test_reordered_frames_are_of_one_node():
+    # two boxes with one axis number
+    frames = [(0, 1, 0x181, 1), (MS, 2, 0x181, 2), (2 * MS, 1, 0x181, 3)]
+    found, _, (f,) = drive(frames, fault("REORDERED", node=1, most=1))
+    assert [(node, payload) for _, node, _, payload in found] == [(2, 2), (1, 3), (1, 1)]
+    assert f.fired == 1
+
+
 def test_stuck_request_is_sent_again_and_again():
     frames = sorted(cycles(5) + cycles(5, identifier=0x080, first=MS))
     found, _, (f,) = drive(frames, fault("STUCK", node=PC, begin=20 * MS))
