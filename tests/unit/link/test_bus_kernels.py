@@ -154,6 +154,18 @@ def test_late():
     assert f.fired == 1
 
 
+def test_late_frames_arrive_when_each_is_due():
+    delays = [
+        fault("LATE", begin=k * 10 * MS, end=(k + 1) * 10 * MS, delay=d * MS) for k, d in enumerate((40, 15, 2))
+    ]
+    found, _, struck = drive(cycles(5), *delays)
+    # due at 40, 25 and 22 ms, and a frame's time later
+    assert [(t_ps - FRAME_PS, payload) for t_ps, *_, payload in found] == [
+        (22 * MS, 102), (25 * MS, 101), (30 * MS, 103), (40 * MS, 104), (40 * MS, 100)
+    ]  # fmt: skip
+    assert [int(f.fired) for f in struck] == [1, 1, 1]
+
+
 def test_duplicated():
     found, _, (f,) = drive(cycles(3), fault("DUPLICATED", begin=10 * MS, delay=MS))
     assert payloads(found) == [100, 101, 101, 102, 102]
