@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import select
@@ -40,6 +41,9 @@ SERIAL_READ_S = 0.02
 
 AHEAD_BYTES = 4096
 
+_ASCII = bytes(range(128)) + b"?" * 128
+"""What is no text becomes a question mark: python-can would stumble over the line again with each byte."""
+
 VIRTUAL_QUEUE = 4096
 """Frames that wait for a node of `virtual` that does not read; python-can's own queue has no end."""
 
@@ -60,6 +64,7 @@ class Adapter:
     channel: str
     bitrate: int | None
     _lock: int | None = field(default=None, init=False)
+    _port: serial.SerialBase | None = field(default=None, init=False)
     _ahead: ReadAhead | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
@@ -109,6 +114,11 @@ class Adapter:
 
     def release(self) -> None:
         """Give the terminal back."""
+        if self._port is not None:
+            # slcan says goodbye before it closes, and closes nothing where that fails
+            with contextlib.suppress(OSError):
+                self._port.close()
+            self._port = None
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
@@ -159,8 +169,9 @@ class Adapter:
         if isinstance(bus, SerialBus):
             bus._ser.write_timeout = SERIAL_READ_S  # noqa: SLF001
         elif isinstance(bus, slcanBus):
+            self._port = bus.serialPortOrig
             if sys.platform != "win32":
-                self._ahead = ReadAhead(bus.serialPortOrig)
+                self._ahead = ReadAhead(self._port)
                 bus.serialPortOrig = self._ahead
             if self.channel.startswith("socket://"):
                 # else the system holds small packets back for up to 40 ms
@@ -212,7 +223,7 @@ class ReadAhead:
     def read(self, size: int = 1) -> bytes:
         """Return up to ``size`` bytes, and none where there are none."""
         if self._position == len(self._data):
-            self._data, self._position = self._port.read(AHEAD_BYTES), 0
+            self._data, self._position = self._port.read(AHEAD_BYTES).translate(_ASCII), 0
         piece = self._data[self._position : self._position + size]
         self._position += len(piece)
         return piece

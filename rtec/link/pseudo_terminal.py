@@ -233,6 +233,12 @@ class _End:
         self.pending_bytes = 0
         with contextlib.suppress(OSError, termios.error):
             termios.tcflush(self.master, termios.TCIOFLUSH)
+            # what lies on the reader's side can be thrown away from there only
+            slave = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            try:
+                termios.tcflush(slave, termios.TCIOFLUSH)
+            finally:
+                os.close(slave)
 
 
 def well_known(name: str) -> Path:

@@ -223,7 +223,7 @@ class PythonCanTransport:
         except Exception as error:  # drivers raise what they like
             if not is_garbled(self._adapter.interface, error):
                 raise self._vanish(error) from error
-            self._throw_away()
+            self._traffic.garbled += 1
             return None
         self._fruitless = 0 if message is not None else self._fruitless + 1
         if self._fruitless > FRUITLESS_READS:
@@ -234,7 +234,7 @@ class PythonCanTransport:
         self._traffic.garbled += 1
         self._fruitless = 0
         flush: Callable[[], None] | None = getattr(self._bus, "flush", None)
-        if flush is not None:  # slcan keeps the start of a line, and what it cannot decode it would keep for ever
+        if flush is not None:  # slcan keeps the start of a line until its end
             self._quietly(flush)
 
     def _judge(self, message: can.Message) -> Frame | None:

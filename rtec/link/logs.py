@@ -1,0 +1,397 @@
+"""Logs of the bus written, read and replayed: candump (`.log`), ASC (`.asc`, absolute times) and BLF (`.blf`).
+
+Every frame is in the file before the next one, so that a crash leaves a log that can be read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Self, TextIO, cast
+
+import can
+
+from rtec.checks import number_within
+from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
+from rtec.link._log_formats import Direction, Line, read_asc, read_blf, read_candump
+from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.transport import BusState, Received, Traffic, Transport
+
+PS_PER_S = 10**12
+PS_PER_NS = 1000
+
+SIMULATED_ZERO_UNIX_S = 946_684_800.0
+"""1 January 2000: where simulated time begins in a log, since BLF holds no date before 1990."""
+
+_BLF_FRAME_BYTES = 48
+"""Of one classic frame as an object of BLF: so large a container is written as soon as it holds one."""
+
+_LONGEST_PS = 9 * 10**18
+
+_READERS = {".log": read_candump, ".asc": read_asc, ".blf": read_blf}
+
+
+class Existing(enum.Enum):
+    """What happens to a file that is there already."""
+
+    REFUSE = "refuse"
+    REPLACE = "replace"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Logged:
+    """A frame of a log.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    time_ps
+        Since the first frame of the log.
+    direction
+        Which way it went for whoever recorded it.
+    """
+
+    frame: Frame
+    time_ps: int
+    direction: Direction
+
+
+def wall_zero_unix_s(transport: Transport) -> float:
+    """Return the Unix time at which the transport's clock was zero, for logs of live buses."""
+    return time.time() - transport.now_ps() / PS_PER_S
+
+
+def _suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in _READERS:
+        hint = nearest(suffix, _READERS)
+        raise ArgumentError("log", path, "a name that ends in .log (candump), .asc or .blf", hint)
+    return suffix
+
+
+class Log:
+    r"""A log that is being written.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix chooses the format.
+    zero_unix_s
+        Unix time at which the clock of the frames is zero: `wall_zero_unix_s` for a live bus.
+    channel
+        Name of the bus in a candump log.
+    existing
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    ArgumentError
+        An unknown suffix.
+    OutputError
+        The file exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "trip.log"
+    >>> with Log(file) as log:
+    ...     log.record(Frame(identifier=0x120, data=b"\x01"), 5 * PS_PER_S, Direction.SENT)
+    >>> file.read_text()
+    '(946684805.000000) can0 120#01 T\n'
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        zero_unix_s: float = SIMULATED_ZERO_UNIX_S,
+        channel: str = "can0",
+        existing: Existing = Existing.REFUSE,
+    ) -> None:
+        self._path = Path(path)
+        self._suffix = _suffix(self._path)
+        self._zero_unix_s = zero_unix_s
+        self._channel = channel
+        self._begun = False
+        self._writer: can.CanutilsLogWriter | can.ASCWriter | can.BLFWriter | None = None
+        try:
+            self._writer = self._create("w" if existing is Existing.REPLACE else "x")
+        except FileExistsError:
+            raise OutputError(
+                f"{path}: there is a file already; name another one, or ask for it to be replaced"
+            ) from None
+        except (OSError, ValueError) as error:
+            raise self._unwritable(error) from error
+
+    def record(self, frame: Frame, time_ps: int, direction: Direction) -> None:
+        """Write a frame.
+
+        Raises
+        ------
+        OutputError
+            The disk is full, or the log is closed.
+        """
+        if self._writer is None:
+            raise OutputError(f"{self._path}: the log is closed; open another one")
+        message = can.Message(
+            timestamp=self._zero_unix_s + time_ps / PS_PER_S,
+            arbitration_id=frame.identifier,
+            data=frame.data,
+            is_extended_id=frame.identifier_format is IdentifierFormat.EXTENDED,
+            is_rx=direction is Direction.RECEIVED,
+        )
+        try:
+            self._writer.on_message_received(message)
+            if isinstance(self._writer, can.BLFWriter):
+                self._writer = self._go_on(self._writer)
+            self._writer.file.flush()
+        except (OSError, ValueError) as error:
+            raise self._unwritable(error) from error
+
+    def close(self) -> None:
+        """Finish the log; closing twice does nothing.
+
+        Raises
+        ------
+        OutputError
+            The end could not be written.
+        """
+        writer, self._writer = self._writer, None
+        if writer is None:
+            return
+        try:
+            writer.stop()
+        except (OSError, ValueError) as error:
+            with contextlib.suppress(OSError):
+                writer.file.close()
+            raise self._unwritable(error) from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _create(self, mode: str) -> can.CanutilsLogWriter | can.ASCWriter | can.BLFWriter:
+        if self._suffix != ".blf":
+            text = cast(TextIO, open(self._path, mode, encoding="utf-8", newline="\n"))
+            return (
+                can.ASCWriter(text) if self._suffix == ".asc" else can.CanutilsLogWriter(text, channel=self._channel)
+            )
+        file = cast(BinaryIO, open(self._path, mode + "b"))
+        try:
+            writer = can.BLFWriter(file)
+            file.flush()
+        except BaseException:
+            with contextlib.suppress(OSError):
+                file.close()
+            raise
+        return writer
+
+    def _go_on(self, writer: can.BLFWriter) -> can.BLFWriter:
+        """Put the first frame's date into the file's head, which python-can writes at the end only."""
+        if self._begun:
+            return writer
+        self._begun = True
+        writer.stop()
+        following = can.BLFWriter(self._path, append=True, compression_level=0)
+        following.max_container_size = _BLF_FRAME_BYTES
+        return following
+
+    def _unwritable(self, error: Exception) -> OutputError:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        return OutputError(
+            f"{self._path}: the log cannot be written: {reason}; free some space or choose another folder"
+        )
+
+
+class Recorded:
+    """A transport whose frames, sent and received, are written to a log.
+
+    Parameters
+    ----------
+    transport
+        The way to the bus; closing this closes it and the log.
+    log
+        Where it is written.
+    """
+
+    def __init__(self, transport: Transport, log: Log) -> None:
+        self._transport, self._log = transport, log
+
+    @property
+    def state(self) -> BusState:
+        """Return how the bus is."""
+        return self._transport.state
+
+    @property
+    def traffic(self) -> Traffic:
+        """Return what has been counted."""
+        return self._transport.traffic
+
+    def now_ps(self) -> int:
+        """Return the time on the transport's clock."""
+        return self._transport.now_ps()
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame and, where it found room, write it down; errors as those of the transport and the log."""
+        unsent = self._transport.traffic.unsent
+        now_ps = self._transport.now_ps()
+        self._transport.send(frame)
+        if self._transport.traffic.unsent == unsent:
+            self._log.record(frame, now_ps, Direction.SENT)
+
+    def receive(self, until_ps: int) -> Received | None:
+        """Return the next frame as the transport does, written down; errors as those of the transport and the log."""
+        received = self._transport.receive(until_ps)
+        if received is not None:
+            self._log.record(received.frame, received.arrival_ps, Direction.RECEIVED)
+        return received
+
+    def close(self) -> None:
+        """Leave the bus and finish the log."""
+        try:
+            self._transport.close()
+        finally:
+            self._log.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class LogReader:
+    """An iterator over the classic data frames of a log; `read_log` makes it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.frames = 0
+        """Frames read so far."""
+        self.passed_over = 0
+        """Remote, error and CAN FD frames, which are not ours."""
+        self._lines = _READERS[_suffix(path)](path)
+        self._first_ns: int | None = None
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Logged:
+        while True:
+            line = self._next_line()
+            if line.frame is None:
+                self.passed_over += 1
+                continue
+            self._first_ns = line.time_ns if self._first_ns is None else self._first_ns
+            time_ps = (line.time_ns - self._first_ns) * PS_PER_NS
+            if abs(time_ps) > _LONGEST_PS:
+                raise self._told(
+                    FileFormatError(self.path, None, "a frame lies 104 days off the first", "a shorter log")
+                )
+            self.frames += 1
+            return Logged(frame=line.frame, time_ps=time_ps, direction=line.direction)
+
+    def _next_line(self) -> Line:
+        try:
+            return next(self._lines)
+        except FileFormatError as error:
+            raise self._told(error) from None
+        except OSError as error:
+            raise FileFormatError(self.path, None, f"cannot be read ({error.strerror})", "a readable log") from None
+
+    def _told(self, error: FileFormatError) -> FileFormatError:
+        """Add what was read up to the error."""
+        whole = f"{self.frames} frame{'' if self.frames == 1 else 's'} before it read well"
+        return FileFormatError(self.path, error.line, f"{error.problem}; {whole}", error.allowed)
+
+
+def read_log(path: str | Path) -> LogReader:
+    r"""Read a log frame by frame, in bounded memory.
+
+    Parameters
+    ----------
+    path
+        A file that ends in .log (candump -L), .asc or .blf.
+
+    Raises
+    ------
+    ArgumentError
+        An unknown suffix.
+    FileFormatError
+        While reading: the file cannot be read, is of another format, or is cut off; the frames before come first.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "trip.log"
+    >>> _ = file.write_text("(1.000000) can0 120#01\n(1.010000) can0 121#")
+    >>> frames = list(read_log(file))  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    rtec.errors.FileFormatError: ...trip.log, line 2: the log is cut off: '(1.010000) can0 121#' has no end; 1 ...
+    """
+    log = Path(path)
+    reader = LogReader(log)
+    if log.exists() and not log.is_file():  # a pipe would keep us waiting
+        raise FileFormatError(path, None, "this is no regular file", "a log")
+    return reader
+
+
+def replay(
+    log: Iterable[Logged],
+    transport: Transport,
+    *,
+    speed: float = 1.0,
+    only: Direction | None = None,
+    on_received: Callable[[Received], None] | None = None,
+) -> int:
+    """Send the frames of a log at their times, on the clock of the transport, and return how many were sent.
+
+    Parameters
+    ----------
+    log
+        What `read_log` yields.
+    transport
+        Where to; on a simulated one this takes simulated time.
+    speed
+        2 sends twice as fast.
+    only
+        Send the frames of one direction only, such as what a PC has sent.
+    on_received
+        Called with each frame that arrives meanwhile.
+
+    Raises
+    ------
+    FileFormatError, LinkError
+        As `read_log` and the transport.
+    ArgumentError
+        A speed outside its range.
+    """
+    number_within("speed", speed, 1e-3, 1e6)
+    begin_ps = transport.now_ps()
+    sent = 0
+    for logged in _chosen(log, only):
+        due_ps = begin_ps + round(logged.time_ps / speed)
+        while (received := transport.receive(due_ps)) is not None:
+            if on_received is not None:
+                on_received(received)
+            if transport.now_ps() >= due_ps:  # a bus that babbles never falls silent
+                break
+        transport.send(logged.frame)
+        sent += 1
+    return sent
+
+
+def _chosen(log: Iterable[Logged], only: Direction | None) -> Iterator[Logged]:
+    return (logged for logged in log if only is None or logged.direction is only)
