@@ -1,5 +1,4 @@
-"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, and what can go wrong on the
-way.
+"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, and what can go wrong.
 
 A frame of eight bytes takes 135 bits at worst, stuff bits and the gap to the next one included; the model always
 takes that long. Frames of one node leave in the order in which it wants to send them; between nodes the lowest
@@ -270,7 +269,7 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
 
 @helper
 def bus_step(bus: Record, faults: NDArray[np.void]) -> bool:
-    """Carry out the bus's next event; return whether ``node``, ``identifier`` and ``payload`` tell a frame delivered."""
+    """Carry out the bus's next event; return whether ``node``, ``identifier``, ``payload`` tell a frame delivered."""
     t_ps = bus_next(bus)
     if bus.ends_ps == t_ps:
         delivered = take_off(bus, faults, t_ps)

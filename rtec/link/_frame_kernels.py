@@ -16,7 +16,7 @@ REQUEST = 0x200
 CORRECTIONS = 0x280
 POSITION = 0x300
 PROBE = 0x380
-"""Identifiers: a message of axis n has the number n added. The lower the identifier, the sooner the bus carries it."""
+"""Identifiers: a message of axis n has the number n added. The lowest identifier wins the bus."""
 
 MOST_AXES = 15
 AXIS_BITS = 0xF

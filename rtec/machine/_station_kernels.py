@@ -361,7 +361,7 @@ def close_tick(st: Record) -> None:
 
 @helper
 def run_lines(st: Record, until_ps: int, closing: bool) -> None:
-    """Carry out what happens on the lines before ``until_ps``; closing, every crossing of this part, jitter or not."""
+    """Carry out what the lines do before ``until_ps``; closing, every crossing of this part, jitter or not."""
     e, s = st.encoder, st.injector
     crossing_ps = next_crossing(e, st.piece)
     edge_ps = next_edge(st, crossing_ps)
@@ -427,7 +427,6 @@ def station_turn(st: Record, t_ps: int) -> None:
     total = box_turn(n, t_ps, st.box_count, s.completed, s.refused, st.illegal_in)
     if before == NOT_HOMED and n.box.state == RUNNING:
         zero_counters(st, t_ps)
-        total = 0
     allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
     if s.enabled != allowed:
         injector_enable(s, t_ps, allowed)
@@ -443,7 +442,6 @@ def zero_counters(st: Record, t_ps: int) -> None:
     s.completed = 0
     s.requested = 0
     s.ahead = 0
-    st.node.box.accepted = 0
     st.illegal_in = 0
     receiver_settle(st.receiver, t_ps)
     st.receiver.count = st.encoder.count
@@ -459,7 +457,7 @@ def zero_counters(st: Record, t_ps: int) -> None:
 
 @helper
 def station_settle(st: Record) -> None:
-    """Let what is under way in the box come to its end and the filter see the last edge, so that counts can be audited."""
+    """Let what is under way in the box end and the filter see the last edge, so that counts can be audited."""
     s, rx, e = st.injector, st.receiver, st.encoder
     t_ps = max(st.servo.now_ps, st.event_ps)
     if s.enabled == 1:

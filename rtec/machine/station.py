@@ -1,4 +1,4 @@
-"""One axis with its box as a node of a bus, on simulated time: moves in, frames in and out, counts at the controller."""
+"""One axis with its box as a node of a bus, on simulated time: moves and frames in, frames and counts out."""
 
 from __future__ import annotations
 

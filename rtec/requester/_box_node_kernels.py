@@ -315,8 +315,11 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
     before = b.state
     total = box_tick(b, n.down, n.up, t_ps, count, completed)
     if b.state == RUNNING and before == NOT_HOMED:
+        b.accepted = 0  # home zeroes every count, and nothing older is said any more
+        completed = 0
+        total = 0
         n.said_position = 0
-        n.said_completed = completed
+        n.said_completed = 0
     n.code = b.status
     if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
         n.code = REFUSED_TOO_FAST
