@@ -179,12 +179,33 @@ def surprise(st: Record, t_ps: int) -> None:
     kind = st.lurking
     st.lurking = NO_FAULT
     st.struck_ps = t_ps
-    strike(st, t_ps, kind)
+    begin_fault(st, t_ps, kind)
+
+
+@helper
+def fire_between_edges(st: Record) -> None:
+    """Carry out the box's own next event; the lines change at once where a fault of the cable strikes with it."""
+    t_ps = st.injector.next_ps
+    before = st.lurking
+    fire_box(st)
+    if st.lurking != before:
+        take_lines(st, t_ps)
 
 
 @helper
 def strike(st: Record, t_ps: int, kind: int) -> None:
     """Let a fault begin at the station, which has been run up to ``t_ps``."""
+    begin_fault(st, t_ps, kind)
+    if kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
+        take_lines(st, t_ps)
+
+
+@helper
+def begin_fault(st: Record, t_ps: int, kind: int) -> None:
+    """Let a fault begin, but leave the lines behind a broken cable to the caller.
+
+    Functions that call each other in a circle crash when numba loads them from its cache.
+    """
     s, n = st.injector, st.node
     if kind == BOX_RESTART:
         switch_power(st, t_ps, 0)
@@ -205,7 +226,6 @@ def strike(st: Record, t_ps: int, kind: int) -> None:
     elif kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
         st.cable_level = st.lines
         st.cable = OPEN if kind == CABLE_OPEN else SWAPPED if kind == LINES_SWAPPED else BROKEN
-        take_lines(st, t_ps)
     elif kind == GLITCHES:
         st.encoder.glitch_level = GLITCH_LEVEL
         st.encoder.glitch_ps = GLITCH_PS
@@ -384,7 +404,7 @@ def run_lines(st: Record, until_ps: int, closing: bool) -> None:
             take_lines(st, t_ps)
             edge_ps = next_edge(st, crossing_ps)
         else:
-            fire_box(st)
+            fire_between_edges(st)
 
 
 @helper
@@ -469,7 +489,7 @@ def station_settle(st: Record) -> None:
             take_lines(st, t_ps)
         else:
             t_ps = s.next_ps
-            fire_box(st)
+            fire_between_edges(st)
     receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
 
 
