@@ -1,9 +1,9 @@
-"""What ``rtec box`` and ``rtec pc`` have in common: the options of the bus, numbers of axes, and how they tell things."""
+"""What ``rtec box`` and ``rtec pc`` have in common: options of the bus, numbers of axes, how they tell things."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,8 @@ from rtec.units import LENGTH, TIME, parse_quantity, parse_time_ps
 
 if TYPE_CHECKING:
     from rtec.link.transport import Transport
-    from rtec.live.events import Event
+    from rtec.live.events import Event, Events
+    from rtec.live.screen import Screen
 
 LINE = "rtec"
 """Name of the line between box and PC where no interface is named."""
@@ -41,7 +42,9 @@ class BusWords:
     def __post_init__(self) -> None:
         """Refuse what only an interface has."""
         if self.interface is None and self.bitrate is not None:
-            raise ArgumentError("--bitrate", self.bitrate, "it together with --interface", "the built-in line has none")
+            raise ArgumentError(
+                "--bitrate", self.bitrate, "it together with --interface", "the built-in line has none"
+            )
         if self.interface is not None and self.channel is None:
             raise ArgumentError("--interface", self.interface, "it together with --channel", "such as --channel can0")
 
@@ -55,9 +58,7 @@ class BusWords:
         """Return the bitrate in bit/s."""
         if self.bitrate is None:
             return None
-        if self.bitrate.strip().isdigit():
-            return whole(self.bitrate, name="--bitrate")
-        return round(parse_quantity(self.bitrate.replace("bit/s", "Hz"), _RATE, name="--bitrate"))
+        return whole(self.bitrate, name="--bitrate")
 
     def open(self, channel: str | None = None) -> Transport:
         """Open the bus; on the built-in line, its end ``channel``."""
@@ -70,19 +71,14 @@ class BusWords:
     def words(self) -> list[str]:
         """Return the options that name the same bus for the other side."""
         found = []
-        for name, value in (("--interface", self.interface), ("--channel", self.channel), ("--bitrate", self.bitrate)):
+        for name, value in (
+            ("--interface", self.interface),
+            ("--channel", self.channel),
+            ("--bitrate", self.bitrate),
+        ):
             if value is not None and not (name == "--channel" and self.interface is None and value == LINE):
                 found += [name, value]
         return found
-
-
-def _rate() -> Any:
-    from rtec.units import Kind
-
-    return Kind("bitrate", "Hz", "500000, 500 kHz")
-
-
-_RATE = _rate()
 
 
 @contextmanager
@@ -132,7 +128,7 @@ def picoseconds(text: str, name: str) -> int:
     return parse_time_ps(text, name=name)
 
 
-def teller(as_json: bool) -> Any:
+def teller(as_json: bool) -> Callable[[Event], None]:
     """Return what writes events: lines on stdout, or on stderr where stdout is for the JSON document."""
     stream = sys.stderr if as_json else sys.stdout
 
@@ -141,3 +137,20 @@ def teller(as_json: bool) -> Any:
         stream.flush()
 
     return tell
+
+
+@contextmanager
+def screen(wanted: bool, events: Events, *, takes_keys: bool) -> Iterator[Screen | None]:
+    """Draw a view where there is a terminal for it; the events are then told in it, and no longer line by line."""
+    from rtec.live.screen import Screen, can_show
+
+    if not wanted or not can_show():
+        yield None
+        return
+    view = Screen(takes_keys=takes_keys)
+    lines, events.tell = events.tell, lambda event: None
+    try:
+        yield view
+    finally:
+        view.close()
+        events.tell = lines

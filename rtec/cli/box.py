@@ -24,6 +24,7 @@ from rtec.cli._live import (
     logged,
     option,
     picoseconds,
+    screen,
     seconds,
     teller,
 )
@@ -80,6 +81,8 @@ def box(
     from rtec.live.box_loop import BoxLoop
     from rtec.live.box_run import BoxRun, box_document
     from rtec.live.events import Events
+    from rtec.live.quiet import quiet_collector
+    from rtec.live.shown import box_screen
     from rtec.live.stopping import StopWish
     from rtec.live.typed import TypedLines
     from rtec.machine.station import Station
@@ -94,6 +97,8 @@ def box(
     announce_compilation()
     # compiled before the bus is there: nobody waits for it
     stations = [Station(each, moves, session=(first + k) & 0xFF) for k, each in enumerate(settings)]
+    for station in stations:
+        station.keep_insertions()
     _warm_up(settings[0])
     events = Events(teller(as_json))
     with ExitStack() as stack:
@@ -103,12 +108,24 @@ def box(
 
             near = stack.enter_context(Line(name=bus.line)).near
         transport = stack.enter_context(logged(bus.open(near), log, force))
+        command = _pc_command(bus, axis, axes, design, count, window)
+        note(f"in another terminal: {command}")
         stop = stack.enter_context(StopWish())
-        note(f"in another terminal: {_pc_command(bus, axis, axes, design, count, window)}")
+        view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=True))
+        stack.enter_context(quiet_collector())
         loop = BoxLoop(stations, transport, speed=pace)
-        run = BoxRun(loop, events=events, stop=stop, typed=TypedLines(sys.stdin.fileno()), until_s=until_s)
+
+        def show(at_s: float) -> None:
+            if view is not None and view.wants(at_s):
+                title = f"rtec box, design {design}; the other side: {command}"
+                view.show(at_s, box_screen(loop, events, title=title, at_s=at_s, keys=view.has_keys))
+
+        typed = TypedLines(sys.stdin.fileno() if view is None else view.typed_from)
+        run = BoxRun(loop, events=events, stop=stop, typed=typed, until_s=until_s, show=show)
         ended = run.run()
         events.happen(run.at_s, f"ended: {ended}")
+        if view is not None:
+            view.show(run.at_s, box_screen(loop, events, title=f"rtec box, {ended}", at_s=run.at_s, keys=False))
         report = box_document(loop, events, ended=ended, run_s=run.at_s)
     if as_json:
         print_json(report)
@@ -139,7 +156,9 @@ def _settings(
     insertion = Design.named(design)
     processor = member(timing, Processor, name="--timing")
     if processor is Processor.FIRMWARE:
-        raise ArgumentError("--timing", timing, "8051 or fast", "the firmware's program runs in 'rtec run --firmware'")
+        raise ArgumentError(
+            "--timing", timing, "8051 or fast", "the firmware's program runs in 'rtec run --firmware'"
+        )
     try:
         conversation = Conversation(window_steps=whole(window, name="--window"))
         conversation = dataclasses.replace(conversation, box_period_ps=round(conversation.box_period_ps * speed))
@@ -194,6 +213,8 @@ def _warm_up(settings: StationSettings) -> None:
     from rtec.machine.station import Station
 
     station = Station(settings)
+    station.keep_insertions()
+    station.last_insertion()
     station.advance(until_ps=3 * settings.precautions.cycle_ps)
     station.receive(Frame(identifier=0x200 + settings.axis, data=bytes(8)))
     station.go_home()

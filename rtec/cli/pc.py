@@ -22,12 +22,15 @@ from rtec.cli._live import (
     logged,
     option,
     picoseconds,
+    screen,
     seconds,
     teller,
 )
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, LinkError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rtec.predictors import Predictor
     from rtec.requester import PcNode
 
@@ -71,9 +74,7 @@ def pc(
     ] = False,
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request at a time.")] = "3",
     watch: Annotated[str, option("--watch", TIMES, "50ms", "Longest silence of the box.")] = "50ms",
-    deviation_limit: Annotated[
-        str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")
-    ] = None,
+    deviation_limit: Annotated[str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")] = None,
     patience: Annotated[
         str | None, option("--patience", TIMES, "2s", "Longest time that an accepted total may take.")
     ] = None,
@@ -86,7 +87,7 @@ def pc(
         bool, typer.Option("--json", help="One JSON document on stdout at the end.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
-    """Correct axes on a live bus: ask their boxes for what a predictor says, and hold the machine where it must be held.
+    """Correct axes on a live bus by what a predictor says, and hold the machine where it must be held.
 
     Exits with 0 where it ended as asked, with 1 where the machine is held or no box was ready in time.
 
@@ -95,6 +96,8 @@ def pc(
     from rtec.live.events import Events
     from rtec.live.pc_loop import PcLoop
     from rtec.live.pc_run import PcRun, pc_document
+    from rtec.live.quiet import quiet_collector
+    from rtec.live.shown import pc_screen
     from rtec.live.stopping import StopWish
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
@@ -102,7 +105,9 @@ def pc(
     predictor = _predictor(table, table_unit, model, home, length(travel, "--travel"))
     until_s = None if duration is None else seconds(duration, "--duration")
     limit_s = seconds(start_up, "--start-up")
-    words = _NodeWords(design=design, count=count, window=window, watch=watch, patience=patience, limit=deviation_limit)
+    words = _NodeWords(
+        design=design, count=count, window=window, watch=watch, patience=patience, limit=deviation_limit
+    )
     announce_compilation()
     for node in _nodes([1], predictor, words, at_ps=0):
         _warm_up(node)
@@ -112,9 +117,11 @@ def pc(
         if interface is None:
             from rtec.link.pseudo_terminal import find_line
 
-            far = find_line(bus.line)
+            far = _line_of_box(find_line, bus.line)
         transport = stack.enter_context(logged(bus.open(far), log, force))
         stop = stack.enter_context(StopWish())
+        view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=False))
+        stack.enter_context(quiet_collector())
         nodes = _nodes(numbers, predictor, words, at_ps=transport.now_ps())
         for node in nodes:
             node.probe(probe)
@@ -123,6 +130,11 @@ def pc(
             if reset:
                 node.acknowledge()
         loop = PcLoop(nodes, transport)
+
+        def show(at_s: float) -> None:
+            if view is not None and view.wants(at_s):
+                view.show(at_s, pc_screen(loop, events, count_mm=words.count_mm, title="rtec pc", at_s=at_s))
+
         run = PcRun(
             loop,
             events=events,
@@ -131,9 +143,15 @@ def pc(
             start_up_s=limit_s,
             acknowledged=reset,
             line_of_box=interface is None,
+            show=show,
         )
         ending = run.run()
         events.happen(run.at_s, f"ended: {ending.why}")
+        if view is not None:
+            view.show(
+                run.at_s,
+                pc_screen(loop, events, count_mm=words.count_mm, title=f"rtec pc, {ending.why}", at_s=run.at_s),
+            )
         report = pc_document(loop, events, ending=ending, run_s=run.at_s)
     if as_json:
         print_json(report)
@@ -142,12 +160,21 @@ def pc(
         raise typer.Exit(_FAILS)
 
 
+def _line_of_box(find_line: Callable[[str], str], name: str) -> str:
+    """Return the device of the box's line, or say how to get one."""
+    try:
+        return find_line(name)
+    except LinkError as error:
+        hint = f"start 'rtec box' in another terminal, or name an --interface; it would be {error.channel}"
+        raise LinkError("line", name, "no box offers it", hint) from None
+
+
 def _predictor(
     table: Path | None, table_unit: str | None, model: Path | None, home: str | None, travel_mm: float
 ) -> Predictor:
     """Return what the PC knows of the axes' errors, over positions from home."""
     from rtec.live.placed import placed
-    from rtec.predictors import LatheNetwork, LengthUnit, Predictor, read_linuxcnc_table, read_table
+    from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
     if table is not None and model is not None:
         raise ArgumentError("--model", model, "--table or --model", "leave one of them out")
@@ -176,9 +203,7 @@ def _of_model(model: Path, home_mm: float, travel_mm: float) -> Predictor:
     from rtec.study.model_predictor import predictor_of_model
     from rtec.twin.model_file import read_model
 
-    predictor, left_out = predictor_of_model(
-        read_model(model, Units("mm", "mm", "s")), home_mm, home_mm + travel_mm
-    )
+    predictor, left_out = predictor_of_model(read_model(model, Units("mm", "mm", "s")), home_mm, home_mm + travel_mm)
     for effect in left_out:
         note(f"warning: {effect.effect} is left out: {effect.why}")
     return predictor

@@ -1,6 +1,4 @@
-"""Box and PC on a live bus: the machines of simulated time, moved by a clock that nobody can stop."""
+"""Box and PC on a live bus: the machines of simulated time, moved by a clock that nobody can stop.
 
-from rtec.live.box_loop import BoxLoop
-from rtec.live.pc_loop import PcLoop
-
-__all__ = ["BoxLoop", "PcLoop"]
+The modules are imported one by one: the process that shows the view needs no compiled code.
+"""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from rtec.errors import RtecError
 from rtec.live.box_loop import BoxLoop
 from rtec.live.events import Events
 from rtec.live.orders import HELP, Word, carry_out, parse_order
-from rtec.live.quiet import collect_young, quiet_collector
+from rtec.live.quiet import collect_young
 from rtec.live.stopping import StopWish
 from rtec.live.typed import TypedLines
 from rtec.live.words import box_words
@@ -21,14 +20,6 @@ LOOK_PS = 20 * 10**9
 """Orders are taken, and changes looked for, this often."""
 
 TIDY_PS = PS_PER_S
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoxMoment:
-    """What there is to show of the boxes at a moment."""
-
-    at_s: float
-    views: tuple[StationView, ...]
 
 
 class BoxRun:
@@ -47,7 +38,7 @@ class BoxRun:
     until_s
         When it ends by itself; None: never.
     show
-        Called now and then with what there is to show.
+        Called now and then with the time since the start, to show what there is to see.
     """
 
     def __init__(
@@ -58,7 +49,7 @@ class BoxRun:
         stop: StopWish,
         typed: TypedLines | None = None,
         until_s: float | None = None,
-        show: Callable[[BoxMoment], None] = lambda moment: None,
+        show: Callable[[float], None] = lambda at_s: None,
     ) -> None:
         self._loop, self._events, self._stop, self._typed, self._show = loop, events, stop, typed, show
         self._until_s = until_s
@@ -76,28 +67,27 @@ class BoxRun:
     def run(self) -> str:
         """Run; return why it ended: `quit`, `Ctrl-C`, `SIGTERM`, `duration` or `bus lost`."""
         next_look_ps = next_tidy_ps = self._begin_ps
-        with quiet_collector():
-            while self._ended is None:
-                self._loop.step()
-                now_ps = self._loop.transport.now_ps() if self._loop.lost is None else next_look_ps
-                if now_ps >= next_look_ps:
-                    next_look_ps = now_ps + LOOK_PS
-                    self._look()
-                if now_ps >= next_tidy_ps:
-                    next_tidy_ps = now_ps + TIDY_PS
-                    collect_young()
+        while self._ended is None:
+            self._loop.step()
+            now_ps = self._loop.transport.now_ps() if self._loop.lost is None else next_look_ps
+            if now_ps >= next_look_ps:
+                next_look_ps = now_ps + LOOK_PS
+                self._look()
+            if now_ps >= next_tidy_ps:
+                next_tidy_ps = now_ps + TIDY_PS
+                collect_young()
         return self._ended
 
     def _look(self) -> None:
         at_s = self.at_s
         self._take_orders(at_s)
-        moment = BoxMoment(at_s=at_s, views=tuple(station.view for station in self._loop.stations))
         self._events.compare(at_s, {s.settings.axis: box_words(s.view) for s in self._loop.stations})
-        self._show(moment)
+        self._show(at_s)
         if self._loop.stalls != self._stalls:
             self._stalls = self._loop.stalls
             self._events.happen(
-                at_s, f"this process was not let run; its clock has stood still, {self._loop.stalled_ps / 1e9:.0f} ms so far"
+                at_s,
+                f"this process was not let run: its clock stood still, {self._loop.stalled_ps / 1e9:.0f} ms so far",
             )
         if self._ended is not None:
             return

@@ -45,7 +45,7 @@ class Events:
     """
 
     def __init__(self, tell: Callable[[Event], None]) -> None:
-        self._tell = tell
+        self.tell = tell
         self._said: dict[int, str] = {}
         self.all: deque[Event] = deque(maxlen=MOST_EVENTS)
 
@@ -53,7 +53,7 @@ class Events:
         """Tell an event."""
         event = Event(at_s=at_s, axis=axis, text=text)
         self.all.append(event)
-        self._tell(event)
+        self.tell(event)
 
     def compare(self, at_s: float, words: Mapping[int, str]) -> None:
         """Tell each axis whose words are others than before."""
@@ -61,6 +61,10 @@ class Events:
             if self._said.get(axis) != text:
                 self._said[axis] = text
                 self.happen(at_s, text, axis)
+
+    def latest(self, number: int) -> list[Event]:
+        """Return the last few."""
+        return list(self.all)[-number:]
 
     def to_list(self) -> list[dict[str, object]]:
         """Return the events for a report."""

@@ -15,9 +15,7 @@ from rtec.units import LENGTH, SPEED, TIME, parse_quantity
 FEED_MM_S = 10.0
 """Of a move without a feed: 600 mm/min."""
 
-FAULTS = {
-    kind.name.lower().replace("_", "-"): kind for kind in FaultKind if kind.place is FaultPlace.AXIS
-}
+FAULTS = {kind.name.lower().replace("_", "-"): kind for kind in FaultKind if kind.place is FaultPlace.AXIS}
 """Faults of an axis by the words that are typed."""
 
 

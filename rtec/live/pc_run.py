@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from rtec.live.events import Events
 from rtec.live.figures import PS_PER_MS, spread_ms
 from rtec.live.pc_loop import PcLoop
-from rtec.live.quiet import collect_young, quiet_collector
+from rtec.live.quiet import collect_young
 from rtec.live.stopping import StopWish
 from rtec.live.words import hold_words, pc_words, waiting_words
 from rtec.requester import BoxState, HoldReason, PcState, PcView
@@ -23,15 +23,6 @@ GOODBYE_S = 0.1
 """So long it says so when the operator ends it."""
 FATAL_S = 0.5
 """A box that has stopped for good is waited for so long, in case it is being started again."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PcMoment:
-    """What there is to show of the PC at a moment."""
-
-    at_s: float
-    axes: tuple[int, ...]
-    views: tuple[PcView, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +64,7 @@ class PcRun:
     line_of_box
         Whether the bus is the box's own line, which goes when the box's program does.
     show
-        Called now and then with what there is to show.
+        Called now and then with the time since the start, to show what there is to see.
     """
 
     def __init__(
@@ -86,7 +77,7 @@ class PcRun:
         start_up_s: float = 60.0,
         acknowledged: bool = False,
         line_of_box: bool = False,
-        show: Callable[[PcMoment], None] = lambda moment: None,
+        show: Callable[[float], None] = lambda at_s: None,
     ) -> None:
         self._loop, self._events, self._stop, self._show = loop, events, stop, show
         self._until_s, self._start_up_s = until_s, start_up_s
@@ -107,18 +98,17 @@ class PcRun:
     def run(self) -> PcEnding:
         """Run; return how it ended."""
         next_look_ps = next_tidy_ps = self._begin_ps
-        with quiet_collector():
-            while True:
-                self._loop.step()
-                now_ps = self._loop.transport.now_ps()
-                if now_ps >= next_look_ps or self._loop.lost is not None:
-                    next_look_ps = now_ps + LOOK_PS
-                    ending = self._look()
-                    if ending is not None:
-                        return ending
-                if now_ps >= next_tidy_ps:
-                    next_tidy_ps = now_ps + TIDY_PS
-                    collect_young()
+        while True:
+            self._loop.step()
+            now_ps = self._loop.transport.now_ps()
+            if now_ps >= next_look_ps or self._loop.lost is not None:
+                next_look_ps = now_ps + LOOK_PS
+                ending = self._look()
+                if ending is not None:
+                    return ending
+            if now_ps >= next_tidy_ps:
+                next_tidy_ps = now_ps + TIDY_PS
+                collect_young()
 
     def _look(self) -> PcEnding | None:
         at_s = self.at_s
@@ -128,7 +118,7 @@ class PcRun:
         views = [node.view for node in nodes]
         words = {node.axis: pc_words(view) for node, view in zip(nodes, views, strict=True)}
         self._events.compare(at_s, words)
-        self._show(PcMoment(at_s=at_s, axes=tuple(words), views=tuple(views)))
+        self._show(at_s)
         self._tell_unsent(at_s)
         if self._leaving is None:
             self._leaving = self._reason_to_leave(at_s, views)

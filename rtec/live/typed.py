@@ -13,7 +13,7 @@ LOOK_AGAIN_S = 0.5
 
 
 class TypedLines:
-    """Lines of a file descriptor as they come.
+    r"""Lines of a file descriptor as they come.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class TypedLines:
     --------
     >>> read, write = os.pipe()
     >>> typed = TypedLines(read)
-    >>> _ = os.write(write, b"home\\nstatus\\n"), os.close(write)
+    >>> _ = os.write(write, b"home\nstatus\n"), os.close(write)
     >>> typed.wait_for_end(10.0), typed.take(), typed.take()
     (True, ['home', 'status'], [])
     """

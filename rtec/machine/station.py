@@ -340,7 +340,9 @@ class Station:
         state = self._state
         number = int(_station_kernels.show_insertion(state))
         return tuple(
-            LineChange(time_ps=int(state.aside_ps[k]), lines=int(state.aside_in[k]), lines_out=int(state.aside_out[k]))
+            LineChange(
+                time_ps=int(state.aside_ps[k]), lines=int(state.aside_in[k]), lines_out=int(state.aside_out[k])
+            )
             for k in range(number)
         )
 
