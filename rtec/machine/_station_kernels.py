@@ -184,7 +184,10 @@ def surprise(st: Record, t_ps: int) -> None:
 
 @helper
 def strike(st: Record, t_ps: int, kind: int) -> None:
-    """Let a fault begin at the station, which has been run up to ``t_ps``."""
+    """Let a fault begin at the station, which has been run up to ``t_ps``; what a cable now says is not taken yet.
+
+    Taking the lines here would make a circle of calls, and numba loads no such circle from its cache.
+    """
     s, n = st.injector, st.node
     if kind == BOX_RESTART:
         switch_power(st, t_ps, 0)
@@ -205,10 +208,17 @@ def strike(st: Record, t_ps: int, kind: int) -> None:
     elif kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
         st.cable_level = st.lines
         st.cable = OPEN if kind == CABLE_OPEN else SWAPPED if kind == LINES_SWAPPED else BROKEN
-        take_lines(st, t_ps)
     elif kind == GLITCHES:
         st.encoder.glitch_level = GLITCH_LEVEL
         st.encoder.glitch_ps = GLITCH_PS
+
+
+@helper
+def strike_now(st: Record, t_ps: int, kind: int) -> None:
+    """Let a fault begin, and take what the cable says."""
+    strike(st, t_ps, kind)
+    if kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
+        take_lines(st, t_ps)
 
 
 @helper
@@ -385,6 +395,8 @@ def run_lines(st: Record, until_ps: int, closing: bool) -> None:
             edge_ps = next_edge(st, crossing_ps)
         else:
             fire_box(st)
+            if st.cable != WHOLE and st.struck_ps == t_ps:
+                take_lines(st, t_ps)  # the cable broke with this event
 
 
 @helper
@@ -521,7 +533,7 @@ def receive(st: Record, t_ps: int, identifier: int, payload: int) -> None:
 def fault(st: Record, t_ps: int, kind: int, begins: int) -> None:
     """Let a fault begin or end at the station."""
     if begins == 1:
-        strike(st, t_ps, kind)
+        strike_now(st, t_ps, kind)
     else:
         mend(st, t_ps, kind)
 
