@@ -246,6 +246,12 @@ def miscounted(f: Record, identifier: int, payload: int) -> int:
 
 
 @helper
+def forged(f: Record, identifier: int, payload: int) -> int:
+    """Return another frame than a request with one bit of its contents flipped, under a right checksum."""
+    return sealed(identifier, payload ^ (1 << (16 + bits_of(f.seed, f.fired) % 48)))
+
+
+@helper
 def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
     """End the frame on the wires and let faults strike it; return whether it is delivered now."""
     node, identifier, payload = bus.sending, bus.sending_identifier, bus.sending_payload
@@ -289,6 +295,9 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
             fire(f, t_ps)
         elif identifier & ~AXIS_BITS == REQUEST:
             payload = miscounted(f, identifier, payload)
+            fire(f, t_ps)
+        elif f.kind == FORGED:
+            payload = forged(f, identifier, payload)
             fire(f, t_ps)
     bus.node = node
     bus.identifier = identifier
