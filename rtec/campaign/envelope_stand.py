@@ -15,8 +15,7 @@ from rtec.board import Board, Microcontroller
 from rtec.board.board import Snapshot
 from rtec.campaign import envelope_kernels as kernels
 from rtec.controller import Receiver, ReceiverResult, ReceiverSettings
-from rtec.controller._kernels import RECEIVER
-from rtec.controller._kernels import reset as reset_receiver
+from rtec.controller._kernels import RECEIVER, reset as reset_receiver
 from rtec.injector import Design
 from rtec.signal import EdgeStream, levels_of_states
 from rtec.units import PS_PER_S

@@ -54,17 +54,19 @@ def application() -> typer.Typer:
     # here, so that Ctrl-C while verbs load meets the handler, and no name of the package hides a module
     from rtec.cli import blind, firmware
     from rtec.cli.add import add
+    from rtec.cli.box import box
     from rtec.cli.compare import compare
     from rtec.cli.diagnose import diagnose
     from rtec.cli.effects import effects
     from rtec.cli.envelope import envelope
     from rtec.cli.iso230 import iso230
+    from rtec.cli.pc import pc
     from rtec.cli.run import run
     from rtec.cli.simulate import simulate
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
-    for verb in (run, compare, diagnose, add, effects, simulate, envelope, iso230):
+    for verb in (run, compare, diagnose, add, effects, simulate, envelope, iso230, box, pc):
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
     app.add_typer(firmware.application(Verbs), name="firmware")

@@ -58,8 +58,7 @@ def reveal(
 
     Example: rtec blind reveal data.csv
     """
-    from rtec.blind import document_of
-    from rtec.blind import reveal as opened
+    from rtec.blind import document_of, reveal as opened
 
     secret = opened(data)
     if json:

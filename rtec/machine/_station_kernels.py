@@ -70,6 +70,11 @@ GLITCH_LEVEL = 1 << 13
 GLITCH_PS = 300_000
 """Width of such a glitch: wide enough for the controller's filter to see."""
 
+KEPT = 32
+"""Changes of the lines that are kept, where they are."""
+AFTER = 6
+"""Of them, so many after the end of an insertion."""
+
 NO_ALARM, FOLLOWING, ILLEGAL_LINES = 0, 1, 2
 """Why the controller has stopped the drive: the axis does not follow, or its input saw an illegal transition."""
 
@@ -114,6 +119,18 @@ STATION = np.dtype(
         # a fault that waits for an insertion to be under way
         ("lurking", np.int64),
         ("struck_ps", np.int64),
+        # the last changes of the lines, for whoever wants to see an insertion
+        ("keeps", np.int64),  # 1: they are kept
+        ("kept", np.int64),  # changes so far
+        ("kept_ps", np.int64, (KEPT,)),
+        ("kept_in", np.int64, (KEPT,)),
+        ("kept_out", np.int64, (KEPT,)),
+        ("seen_inserted", np.int64),
+        ("still_to_keep", np.int64),  # changes after an insertion until it is put aside
+        ("aside", np.int64),  # changes put aside
+        ("aside_ps", np.int64, (KEPT,)),
+        ("aside_in", np.int64, (KEPT,)),
+        ("aside_out", np.int64, (KEPT,)),
         # observations
         ("starts", np.int64),
         ("moves", np.int64),
@@ -133,6 +150,42 @@ def behind_cable(st: Record, level: int) -> int:
     if st.cable == SWAPPED:
         return (level >> 1) | ((level & 1) << 1)
     return (level & 2) | (st.cable_level & 1)  # A rests, B goes on
+
+
+@helper
+def keep(st: Record, t_ps: int) -> None:
+    """Keep what the lines say on both sides of the box; put it aside a few changes after each insertion."""
+    s = st.injector
+    inserted = s.inserted != st.seen_inserted
+    k = (st.kept - 1) % KEPT
+    if st.kept == 0 or st.kept_in[k] != st.lines or st.kept_out[k] != s.ab_out:
+        if st.kept == 0 or st.kept_ps[k] != t_ps:  # changes at one instant are one change
+            k = st.kept % KEPT
+            st.kept += 1
+        st.kept_ps[k] = t_ps
+        st.kept_in[k] = st.lines
+        st.kept_out[k] = s.ab_out
+    elif not inserted:
+        return
+    if inserted:
+        st.seen_inserted = s.inserted
+        st.still_to_keep = AFTER
+    elif st.still_to_keep > 0:
+        st.still_to_keep -= 1
+        if st.still_to_keep == 0:
+            put_aside(st)
+
+
+@step
+def put_aside(st: Record) -> None:
+    """Copy the changes kept, the oldest first."""
+    st.aside = min(st.kept, KEPT)
+    first = st.kept - st.aside
+    for i in range(st.aside):
+        k = (first + i) % KEPT
+        st.aside_ps[i] = st.kept_ps[k]
+        st.aside_in[i] = st.kept_in[k]
+        st.aside_out[i] = st.kept_out[k]
 
 
 @helper
@@ -156,6 +209,8 @@ def take_lines(st: Record, t_ps: int) -> None:
     injector_edge(s, t_ps, level)
     if observe(s):
         receiver_edge(st.receiver, t_ps, s.ab_out)
+    if st.keeps == 1:
+        keep(st, t_ps)
 
 
 @helper
@@ -169,6 +224,8 @@ def fire_box(st: Record) -> None:
     injector_fire(s)
     if s.next_ps > t_ps and observe(s):
         receiver_edge(st.receiver, t_ps, s.ab_out)
+    if st.keeps == 1:
+        keep(st, t_ps)
     if st.lurking != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
         surprise(st, t_ps)
 
@@ -179,12 +236,33 @@ def surprise(st: Record, t_ps: int) -> None:
     kind = st.lurking
     st.lurking = NO_FAULT
     st.struck_ps = t_ps
-    strike(st, t_ps, kind)
+    begin_fault(st, t_ps, kind)
+
+
+@helper
+def fire_between_edges(st: Record) -> None:
+    """Carry out the box's own next event; the lines change at once where a fault of the cable strikes with it."""
+    t_ps = st.injector.next_ps
+    before = st.lurking
+    fire_box(st)
+    if st.lurking != before:
+        take_lines(st, t_ps)
 
 
 @helper
 def strike(st: Record, t_ps: int, kind: int) -> None:
     """Let a fault begin at the station, which has been run up to ``t_ps``."""
+    begin_fault(st, t_ps, kind)
+    if kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
+        take_lines(st, t_ps)
+
+
+@helper
+def begin_fault(st: Record, t_ps: int, kind: int) -> None:
+    """Let a fault begin, but leave the lines behind a broken cable to the caller.
+
+    Functions that call each other in a circle crash when numba loads them from its cache.
+    """
     s, n = st.injector, st.node
     if kind == BOX_RESTART:
         switch_power(st, t_ps, 0)
@@ -205,7 +283,6 @@ def strike(st: Record, t_ps: int, kind: int) -> None:
     elif kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
         st.cable_level = st.lines
         st.cable = OPEN if kind == CABLE_OPEN else SWAPPED if kind == LINES_SWAPPED else BROKEN
-        take_lines(st, t_ps)
     elif kind == GLITCHES:
         st.encoder.glitch_level = GLITCH_LEVEL
         st.encoder.glitch_ps = GLITCH_PS
@@ -361,7 +438,7 @@ def close_tick(st: Record) -> None:
 
 @helper
 def run_lines(st: Record, until_ps: int, closing: bool) -> None:
-    """Carry out what happens on the lines before ``until_ps``; closing, every crossing of this part, jitter or not."""
+    """Carry out what the lines do before ``until_ps``; closing, every crossing of this part, jitter or not."""
     e, s = st.encoder, st.injector
     crossing_ps = next_crossing(e, st.piece)
     edge_ps = next_edge(st, crossing_ps)
@@ -384,7 +461,7 @@ def run_lines(st: Record, until_ps: int, closing: bool) -> None:
             take_lines(st, t_ps)
             edge_ps = next_edge(st, crossing_ps)
         else:
-            fire_box(st)
+            fire_between_edges(st)
 
 
 @helper
@@ -411,8 +488,8 @@ def station_advance(
 
 @step
 def at_home(st: Record) -> bool:
-    """Return whether the axis stands on its home switch."""
-    return bool(st.encoder.count == 0 and abs(st.servo.v) <= st.servo.standstill and st.cable == WHOLE)
+    """Return whether the axis stands on its home switch, which knows nothing of the encoder's cable."""
+    return bool(st.encoder.count == 0 and abs(st.servo.v) <= st.servo.standstill)
 
 
 @helper
@@ -427,7 +504,6 @@ def station_turn(st: Record, t_ps: int) -> None:
     total = box_turn(n, t_ps, st.box_count, s.completed, s.refused, st.illegal_in)
     if before == NOT_HOMED and n.box.state == RUNNING:
         zero_counters(st, t_ps)
-        total = 0
     allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
     if s.enabled != allowed:
         injector_enable(s, t_ps, allowed)
@@ -443,7 +519,6 @@ def zero_counters(st: Record, t_ps: int) -> None:
     s.completed = 0
     s.requested = 0
     s.ahead = 0
-    st.node.box.accepted = 0
     st.illegal_in = 0
     receiver_settle(st.receiver, t_ps)
     st.receiver.count = st.encoder.count
@@ -459,7 +534,7 @@ def zero_counters(st: Record, t_ps: int) -> None:
 
 @helper
 def station_settle(st: Record) -> None:
-    """Let what is under way in the box come to its end and the filter see the last edge, so that counts can be audited."""
+    """Let what is under way in the box end and the filter see the last edge, so that counts can be audited."""
     s, rx, e = st.injector, st.receiver, st.encoder
     t_ps = max(st.servo.now_ps, st.event_ps)
     if s.enabled == 1:
@@ -471,7 +546,7 @@ def station_settle(st: Record) -> None:
             take_lines(st, t_ps)
         else:
             t_ps = s.next_ps
-            fire_box(st)
+            fire_between_edges(st)
     receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
 
 
@@ -539,3 +614,11 @@ def go_home(st: Record) -> None:
 def settle(st: Record) -> None:
     """Bring everything under way to its end."""
     station_settle(st)
+
+
+@kernel
+def show_insertion(st: Record) -> int:
+    """Put aside what is kept where an insertion has ended since; return how many changes are there to be seen."""
+    if st.still_to_keep > 0:
+        put_aside(st)
+    return int(st.aside)

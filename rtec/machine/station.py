@@ -1,4 +1,4 @@
-"""One axis with its box as a node of a bus, on simulated time: moves in, frames in and out, counts at the controller."""
+"""One axis with its box as a node of a bus, on simulated time: moves and frames in, frames and counts out."""
 
 from __future__ import annotations
 
@@ -174,6 +174,23 @@ class StationView:
     """Moves of the program made."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineChange:
+    """A change of the lines on either side of the box.
+
+    Parameters
+    ----------
+    time_ps
+        When.
+    lines, lines_out
+        Levels from then on at the encoder's side and at the controller's, A + 2 B.
+    """
+
+    time_ps: int
+    lines: int
+    lines_out: int
+
+
 def move_arrays(
     moves: Sequence[Move], count_mm: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
@@ -312,6 +329,22 @@ class Station:
             self._state.lurking = _station_kernels.NO_FAULT
         else:
             _station_kernels.fault(self._state, self._now_ps, kind.code, 0)
+
+    def keep_insertions(self) -> None:
+        """Keep the changes of the lines around each insertion from now on, for :meth:`last_insertion`."""
+        self._state.keeps = 1
+        self._state.seen_inserted = self._state.injector.inserted
+
+    def last_insertion(self) -> tuple[LineChange, ...]:
+        """Return the changes of the lines up to and a few after the last insertion; none before the first."""
+        state = self._state
+        number = int(_station_kernels.show_insertion(state))
+        return tuple(
+            LineChange(
+                time_ps=int(state.aside_ps[k]), lines=int(state.aside_in[k]), lines_out=int(state.aside_out[k])
+            )
+            for k in range(number)
+        )
 
     def settle(self) -> None:
         """Let what is under way come to its end, so that the counts can be compared."""

@@ -1,5 +1,4 @@
-"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold the
-machine.
+"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold.
 
 The box's frames are refused, and counted, where checksum or order are wrong; the latest good ones are the box's four
 words for the state machine of ``_pc_kernels``. Whatever the PC cannot believe or explain ends in HOLD, with a reason:
@@ -29,6 +28,7 @@ from rtec.link._frame_kernels import (
     STATUS,
     corrections_accepted,
     corrections_completed,
+    corrections_judged,
     corrections_session,
     pack_hold,
     pack_request,
@@ -47,11 +47,7 @@ from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
 from rtec.predictors._kernels import predict_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
-)
-from rtec.requester._box_kernels import (
     ENCODER_FAULT as BOX_ENCODER_FAULT,
-)
-from rtec.requester._box_kernels import (
     FATAL,
     I_STILL_DONT_BELIEVE_YOU,
     IMPLAUSIBLE,
@@ -64,15 +60,13 @@ from rtec.requester._box_kernels import (
 )
 from rtec.requester._pc_kernels import (
     ACTIVE,
+    HOLD as HOLDING,
     PC,
     WAITING,
     pc_look,
     pc_read,
     pc_request,
     pc_reset,
-)
-from rtec.requester._pc_kernels import (
-    HOLD as HOLDING,
 )
 from rtec.signal._kernels import NEVER
 
@@ -97,6 +91,7 @@ DEVIATION_LIMIT = 16
 COMPLETED_WRONG = 17
 OPERATOR = 18
 NOT_COMPLETED = 19
+ANSWER_LATE = 20
 
 MOST_DOUBTS = 2
 """Positions in a row that are forgiven although they cannot be: as many as the box forgives unbelievable totals."""
@@ -134,9 +129,10 @@ PC_NODE = np.dtype(
         ("position_sequence", np.int64),
         ("probe_sequence", np.int64),
         ("code", np.int64),
-        ("flags", np.int64),
+        ("box_flags", np.int64),
         ("completed", np.int64),
         ("accepted", np.int64),
+        ("judged", np.int64),  # the request that the box has judged last
         ("position", np.int64),
         ("valid", np.int64),
         ("reckoned", np.int64),  # position by adding up the changes, modulo 2^15
@@ -226,7 +222,7 @@ def take_status(n: Record, t_ps: int, payload: int) -> None:
     n.status_ps = t_ps
     n.status_sequence = sequence_of(payload)
     n.code = status_code(payload)
-    n.flags = status_flags(payload)
+    n.box_flags = status_flags(payload)
 
 
 @helper
@@ -243,6 +239,7 @@ def take_corrections(n: Record, t_ps: int, payload: int) -> None:
     n.corrections_sequence = sequence_of(payload)
     n.completed = corrections_completed(payload)
     n.accepted = corrections_accepted(payload)
+    n.judged = corrections_judged(payload)
     p = n.pc
     if p.state == ACTIVE and n.accepted != p.sent and n.accepted != p.accepted and n.accepted != n.last_total:
         pc_hold(n, t_ps, COMPLETED_WRONG)  # a total that this PC has not asked for
@@ -315,7 +312,7 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
 @step
 def reason_in_status(n: Record) -> int:
     """Return why the box's status makes the PC hold, if it does."""
-    state = n.flags & 7
+    state = n.box_flags & 7
     if state == NOT_HOMED:
         return BOX_RESTARTED
     if state == FATAL:
@@ -347,6 +344,10 @@ def check_before_turn(n: Record, t_ps: int) -> None:
         oldest_ps = min(min(n.status_ps, n.corrections_ps), n.position_ps)
         if t_ps - oldest_ps > n.watch_ps:
             pc_hold(n, t_ps, BOX_SILENT)
+        # a bus that delays everything alike breaks neither order nor watch
+        behind_ps = ((n.sequence - n.judged) & 0xFF) * p.period_ps
+        if behind_ps > n.watch_ps + 2 * p.period_ps:
+            pc_hold(n, t_ps, ANSWER_LATE)
         reason = reason_in_status(n)
         if reason != NONE:
             pc_hold(n, t_ps, reason)
@@ -374,7 +375,7 @@ def turn_waiting(n: Record, t_ps: int) -> None:
     A box that runs but was not sent home by this PC hears nothing: it corrects by totals that nobody knows any more,
     and its watch is to stop it.
     """
-    state = n.flags & 7
+    state = n.box_flags & 7
     if state == FATAL and n.reset_meant == 1:
         say_request(n, 0, RESET)
     elif state == NOT_HOMED:
@@ -400,12 +401,12 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         say_request(n, p.sent, 0)
         return False
     incomplete = n.has_corrections == 0 or n.has_position == 0
-    if n.has_status == 0 or (incomplete and n.flags & 7 != NOT_HOMED):
+    if n.has_status == 0 or (incomplete and n.box_flags & 7 != NOT_HOMED):
         pc_look(p, t_ps, True)
         if n.has_status == 1:
             turn_waiting(n, t_ps)
         return False
-    if p.state == WAITING and (n.homing == 0 or n.flags & 7 != RUNNING or n.valid == 0):
+    if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0):
         pc_look(p, t_ps, True)
         turn_waiting(n, t_ps)
         return False

@@ -164,7 +164,7 @@ class PcNode:
         """Return what it knows and does."""
         n = self._node
         heard = bool(n.has_status)
-        flags = int(n["flags"])  # as an attribute, numpy means something else by it
+        flags = int(n.box_flags)
         return PcView(
             state=PcState(int(n.pc.state)),
             reason=HoldReason(int(n.reason)),

@@ -35,6 +35,7 @@ class HoldReason(enum.IntEnum):
     COMPLETED_WRONG = _codes.COMPLETED_WRONG
     OPERATOR = _codes.OPERATOR
     NOT_COMPLETED = _codes.NOT_COMPLETED
+    ANSWER_LATE = _codes.ANSWER_LATE
 
     @property
     def meaning(self) -> str:
@@ -71,6 +72,7 @@ _MEANINGS = {
     HoldReason.COMPLETED_WRONG: "the box has accepted a total that this PC never asked for",
     HoldReason.OPERATOR: "the operator held the machine",
     HoldReason.NOT_COMPLETED: "the box has not inserted what it accepted for longer than the patience allows",
+    HoldReason.ANSWER_LATE: "the box answers requests that are too old: the bus delays what it carries, or loses it",
 }
 
 

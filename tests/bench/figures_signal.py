@@ -21,10 +21,8 @@ from peers import PeerAbsent, PeerFailedError, pyvcd, sigrok
 
 from rtec._jit import new_record
 from rtec.axis import _kernels as axis_kernels
-from rtec.controller import ReceiverSettings
-from rtec.controller import _kernels as controller_kernels
-from rtec.injector import Design
-from rtec.injector import _kernels as injector_kernels
+from rtec.controller import ReceiverSettings, _kernels as controller_kernels
+from rtec.injector import Design, _kernels as injector_kernels
 from rtec.injector._state_kernels import INJECTOR
 from rtec.machine import OpenPath
 from rtec.signal import VcdSignal, VcdWriter

@@ -14,8 +14,7 @@ from rtec.axis import Encoder, Imperfections
 from rtec.controller import ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine import OpenPath, simulate
-from rtec.machine import _open_kernels as kernels
+from rtec.machine import OpenPath, _open_kernels as kernels, simulate
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
 EDGES = 4 * CYCLES

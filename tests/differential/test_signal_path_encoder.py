@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from encoder_oracle import Disc, Segment, edges
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from rtec.axis import Dwell, Encoder, Imperfections, Limits, MotionSegments, Move, ProfileShape, Program, plan
 

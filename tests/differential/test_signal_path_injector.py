@@ -1,8 +1,7 @@
 """The injector's kernel against an oracle that lives through every picosecond."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from injector_oracle import BoxOracle, live
 
 from rtec.injector import Design, Injector, InjectorSettings, PowerLoss, RealEdges, Timing

@@ -4,8 +4,7 @@ import itertools
 from fractions import Fraction
 
 import pytest
-from hypothesis import Phase, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, example, given, settings, strategies as st
 from receiver_oracle import ReceiverOracle
 
 from rtec.controller import IllegalPolicy, Multiplication, Receiver, ReceiverSettings

@@ -3,8 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from profile_oracle import move_time_s, state_after
 
 from rtec.axis.profile import Limits, ProfileShape, plan

@@ -3,8 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rtec.axis import Dwell, Encoder, Limits, Move, Program, Servo, plan
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing

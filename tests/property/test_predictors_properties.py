@@ -4,8 +4,7 @@ import bisect
 import itertools
 
 import numpy as np
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, LatheNetwork, UnidirectionalTable
 

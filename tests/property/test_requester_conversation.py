@@ -1,15 +1,20 @@
 """Both sides of the conversation against plain models, and both together over links with any latency."""
 
 from handshake_oracle import BoxWords, PcWords
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, given, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
 from rtec._jit import new_record
 from rtec.link import _kernels as link
-from rtec.requester import Answer, BoxSide, Conversation, PcSide, Status
-from rtec.requester import _box_kernels as box_kernels
-from rtec.requester import _pc_kernels as pc_kernels
+from rtec.requester import (
+    Answer,
+    BoxSide,
+    Conversation,
+    PcSide,
+    Status,
+    _box_kernels as box_kernels,
+    _pc_kernels as pc_kernels,
+)
 
 compiles = settings(deadline=None)
 MS = 10**9

@@ -3,8 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from signal_oracle import ILLEGAL, decode_step, level_at, merged, read_vcd, text
 
 from rtec.signal import (

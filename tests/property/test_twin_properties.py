@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from twin_oracle import covariance, fall, left_out_residual, measured, whitened
 
 from rtec.effects import Shape, effect_named

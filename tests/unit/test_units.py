@@ -3,8 +3,7 @@ from fractions import Fraction
 
 import pint
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rtec import units
 from rtec.errors import ArgumentError

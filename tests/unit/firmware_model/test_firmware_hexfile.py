@@ -8,8 +8,7 @@ import string
 import subprocess
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from firmware_model.errors import FirmwareError
 from firmware_model.hexfile import CODE_BYTES, FILE_LIMIT_BYTES, Image, read_hex, write_hex

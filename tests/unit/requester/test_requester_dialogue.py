@@ -5,9 +5,16 @@ import pytest
 from rtec._jit import new_record
 from rtec.errors import ArgumentError
 from rtec.link import _kernels as link
-from rtec.requester import Answer, BoxSide, Conversation, PcSide, PcState, Status
-from rtec.requester import _box_kernels as box_kernels
-from rtec.requester import _pc_kernels as pc_kernels
+from rtec.requester import (
+    Answer,
+    BoxSide,
+    Conversation,
+    PcSide,
+    PcState,
+    Status,
+    _box_kernels as box_kernels,
+    _pc_kernels as pc_kernels,
+)
 
 MS = 10**9
 

@@ -6,8 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rtec.effects import LIBRARY, Conditions, Observable, Quantity, Shape, Units, effect_named
 from rtec.errors import ArgumentError, FileFormatError, OutputError, RtecError

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import OutputError
-from rtec.report.diagnosis import folder as folder_module
-from rtec.report.diagnosis import verdict_sentence, write_comparison, write_diagnosis
+from rtec.report.diagnosis import folder as folder_module, verdict_sentence, write_comparison, write_diagnosis
 from rtec.report.illustrations import Illustration
 from rtec.twin.results import Experiment, Unknown, Verdict
 

@@ -1,0 +1,234 @@
+"""``rtec box``: axes with their boxes as nodes of a live bus."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli._arguments import member, whole
+from rtec.cli._console import announce_compilation, note, print_json
+from rtec.cli._live import (
+    BUS,
+    MACHINE,
+    OUTPUT,
+    TIMES,
+    BusWords,
+    axes_of,
+    length,
+    logged,
+    option,
+    picoseconds,
+    screen,
+    seconds,
+    teller,
+)
+from rtec.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from rtec.machine.station import Move, StationSettings
+
+_FAILS = 1
+
+
+def box(
+    interface: Annotated[
+        str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, a line to 'rtec pc'.")
+    ] = None,
+    channel: Annotated[
+        str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
+    ] = None,
+    bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    axis: Annotated[str | None, option("--axis", MACHINE, "1", "Number of the one axis.")] = None,
+    axes: Annotated[str | None, option("--axes", MACHINE, "3", "Axes 1 to N in this process.")] = None,
+    design: Annotated[str, option("--design", MACHINE, "original|a|b|c", "Insertion design.")] = "a",
+    timing: Annotated[str, option("--timing", MACHINE, "8051|fast", "Processor of the box.")] = "8051",
+    count: Annotated[str, option("--count", MACHINE, "1um", "Travel of one count of the encoder.")] = "1um",
+    program: Annotated[
+        Path | None, option("--program", MACHINE, "FILE", "G-code of a measuring run; a slow shuttle without it.")
+    ] = None,
+    home: Annotated[str, option("--home", MACHINE, "1inch", "Where home is in the program's positions.")] = "0mm",
+    stand: Annotated[
+        bool, typer.Option("--stand", help="Stand still until an order comes.", rich_help_panel=MACHINE)
+    ] = False,
+    speed: Annotated[str, option("--speed", TIMES, "N", "Axes run N times faster than the clock.")] = "1",
+    window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request believed.")] = "3",
+    watch: Annotated[str, option("--watch", TIMES, "50ms", "Longest silence of the PC.")] = "50ms",
+    limit: Annotated[str, option("--limit", TIMES, "STEPS", "Totals beyond it are never believed; 0: none.")] = "0",
+    duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
+    seed: Annotated[
+        str | None, option("--seed", MACHINE, "N", "Of the number of the box's first session; new each time without.")
+    ] = None,
+    log: Annotated[Path | None, option("--log", OUTPUT, "FILE", "Frames to a .log, .asc or .blf file.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the log.", rich_help_panel=OUTPUT)] = False,
+    plain: Annotated[bool, typer.Option("--plain", help="Lines of events, no view.", rich_help_panel=OUTPUT)] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON document on stdout at the end.", rich_help_panel=OUTPUT)
+    ] = False,
+) -> None:
+    """Run axes with their boxes on a live bus, for any PC software to talk to.
+
+    Orders are typed: go 12 mm at 300 mm/min, home, switch off, power off, restart, trip, fault cable-open, mend,
+    status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes.
+
+    Example: rtec box --axes 3 --design c
+    """
+    from rtec.live.box_loop import BoxLoop
+    from rtec.live.box_run import BoxRun, box_document
+    from rtec.live.events import Events
+    from rtec.live.quiet import quiet_collector
+    from rtec.live.shown import box_screen
+    from rtec.live.stopping import StopWish
+    from rtec.live.typed import TypedLines
+    from rtec.machine.station import Station
+
+    bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
+    numbers = axes_of(axis, axes)
+    pace = _speed(speed)
+    settings = [_settings(number, design, timing, count, window, watch, limit, pace) for number in numbers]
+    moves = [] if stand else _moves(program, length(home, "--home"))
+    first = _first_session(seed)
+    until_s = None if duration is None else seconds(duration, "--duration")
+    announce_compilation()
+    # compiled before the bus is there: nobody waits for it
+    stations = [Station(each, moves, session=(first + k) & 0xFF) for k, each in enumerate(settings)]
+    for station in stations:
+        station.keep_insertions()
+    _warm_up(settings[0])
+    events = Events(teller(as_json))
+    with ExitStack() as stack:
+        near = None
+        if interface is None:
+            from rtec.link.pseudo_terminal import Line
+
+            near = stack.enter_context(Line(name=bus.line)).near
+        transport = stack.enter_context(logged(bus.open(near), log, force))
+        command = _pc_command(bus, axis, axes, design, count, window)
+        note(f"in another terminal: {command}")
+        stop = stack.enter_context(StopWish())
+        view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=True))
+        stack.enter_context(quiet_collector())
+        loop = BoxLoop(stations, transport, speed=pace)
+
+        def show(at_s: float) -> None:
+            if view is not None and view.wants(at_s):
+                title = f"rtec box, design {design}; the other side: {command}"
+                view.show(at_s, box_screen(loop, events, title=title, at_s=at_s, keys=view.has_keys))
+
+        typed = TypedLines(sys.stdin.fileno() if view is None else view.typed_from)
+        run = BoxRun(loop, events=events, stop=stop, typed=typed, until_s=until_s, show=show)
+        ended = run.run()
+        events.happen(run.at_s, f"ended: {ended}")
+        if view is not None:
+            view.show(run.at_s, box_screen(loop, events, title=f"rtec box, {ended}", at_s=run.at_s, keys=False))
+        report = box_document(loop, events, ended=ended, run_s=run.at_s)
+    if as_json:
+        print_json(report)
+    if ended == "bus lost":
+        note(f"{loop.lost}")
+        raise typer.Exit(_FAILS)
+
+
+def _speed(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.1 <= value <= 100.0:
+        raise ArgumentError("--speed", repr(text[:40]), "a pure number from 0.1 to 100")
+    return value
+
+
+def _settings(
+    axis: int, design: str, timing: str, count: str, window: str, watch: str, limit: str, speed: float
+) -> StationSettings:
+    """Return an axis; what the PC sees of the box's times does not depend on the speed."""
+    from rtec.axis import Encoder
+    from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+    from rtec.machine.station import StationSettings
+    from rtec.requester import Conversation, Precautions
+
+    insertion = Design.named(design)
+    processor = member(timing, Processor, name="--timing")
+    if processor is Processor.FIRMWARE:
+        raise ArgumentError(
+            "--timing", timing, "8051 or fast", "the firmware's program runs in 'rtec run --firmware'"
+        )
+    try:
+        conversation = Conversation(window_steps=whole(window, name="--window"))
+        conversation = dataclasses.replace(conversation, box_period_ps=round(conversation.box_period_ps * speed))
+        cautions = Precautions(watch_ps=picoseconds(watch, "--watch"), limit_steps=whole(limit, name="--limit"))
+        cautions = dataclasses.replace(
+            cautions, cycle_ps=round(cautions.cycle_ps * speed), watch_ps=round(cautions.watch_ps * speed)
+        )
+        encoder = Encoder(count_mm=length(count, "--count"))
+    except ArgumentError as error:
+        raise _as_option(error) from None
+    return StationSettings(
+        axis=axis,
+        injector=InjectorSettings(
+            design=insertion, timing=Timing.of(insertion, processor), real_edges=RealEdges.HOLD
+        ),
+        encoder=encoder,
+        conversation=conversation,
+        precautions=cautions,
+    )
+
+
+_OPTIONS = {
+    "window_steps": "--window",
+    "watch_ps": "--watch",
+    "limit_steps": "--limit",
+    "count_mm": "--count",
+}
+
+
+def _as_option(error: ArgumentError) -> ArgumentError:
+    """Name a refused parameter as the option that the user wrote."""
+    return ArgumentError(_OPTIONS.get(error.name, error.name), error.value, error.allowed, error.hint)
+
+
+def _moves(program: Path | None, home_mm: float) -> list[Move]:
+    """Return the moves of a measuring program, or a slow shuttle of 100 mm."""
+    from rtec.live.programs import read_moves, shuttle
+
+    return shuttle() if program is None else read_moves(program, home_mm=home_mm)
+
+
+def _first_session(seed: str | None) -> int:
+    """Return the number of the first session: another one each time, so that a PC notices a box started again."""
+    import random
+
+    return random.Random(None if seed is None else whole(seed, name="--seed")).randrange(256)  # noqa: S311
+
+
+def _warm_up(settings: StationSettings) -> None:
+    """Run what the live loop will run, so that its machine code is loaded before the clock counts."""
+    from rtec.link.frame import Frame
+    from rtec.machine.station import Station
+
+    station = Station(settings)
+    station.keep_insertions()
+    station.last_insertion()
+    station.advance(until_ps=3 * settings.precautions.cycle_ps)
+    station.receive(Frame(identifier=0x200 + settings.axis, data=bytes(8)))
+    station.go_home()
+
+
+def _pc_command(bus: BusWords, axis: str | None, axes: str | None, design: str, count: str, window: str) -> str:
+    words = ["rtec", "pc", *bus.words()]
+    for name, value, default in (
+        ("--axis", axis, None),
+        ("--axes", axes, None),
+        ("--design", design, "a"),
+        ("--count", count, "1um"),
+        ("--window", window, "3"),
+    ):
+        if value not in (None, default):
+            words += [name, str(value)]
+    return shlex.join(words)

@@ -1,0 +1,269 @@
+"""``rtec pc``: the PC's side of axes on a live bus."""
+
+from __future__ import annotations
+
+import secrets
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli._arguments import choice, whole
+from rtec.cli._console import announce_compilation, note, print_json
+from rtec.cli._live import (
+    BUS,
+    MACHINE,
+    OUTPUT,
+    TIMES,
+    BusWords,
+    axes_of,
+    length,
+    logged,
+    option,
+    picoseconds,
+    screen,
+    seconds,
+    teller,
+)
+from rtec.errors import ArgumentError, LinkError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rtec.predictors import Predictor
+    from rtec.requester import PcNode
+
+_FAILS = 1
+
+
+def pc(
+    interface: Annotated[
+        str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, the line of 'rtec box'.")
+    ] = None,
+    channel: Annotated[
+        str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
+    ] = None,
+    bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    axis: Annotated[str | None, option("--axis", MACHINE, "1", "Number of the one axis.")] = None,
+    axes: Annotated[str | None, option("--axes", MACHINE, "3", "Axes 1 to N.")] = None,
+    table: Annotated[
+        Path | None, option("--table", MACHINE, "FILE", "Errors by position: .csv, or .comp of LinuxCNC.")
+    ] = None,
+    table_unit: Annotated[
+        str | None, option("--table-unit", MACHINE, "mm|inch", "Unit of a LinuxCNC table; the file does not say it.")
+    ] = None,
+    model: Annotated[
+        Path | None, option("--model", MACHINE, "M.toml", "Model of the error, as 'rtec diagnose --save' writes it.")
+    ] = None,
+    travel: Annotated[str, option("--travel", MACHINE, "1000mm", "From home on, for a --model.")] = "1000mm",
+    home: Annotated[
+        str | None, option("--home", MACHINE, "1inch", "Where home is in the predictor's positions.")
+    ] = None,
+    design: Annotated[str, option("--design", MACHINE, "original|a|b|c", "Of the box: counts of a step.")] = "a",
+    count: Annotated[str, option("--count", MACHINE, "1um", "Travel of one count of the encoder.")] = "1um",
+    large: Annotated[
+        bool, typer.Option("--large", help="The first request may exceed the window.", rich_help_panel=MACHINE)
+    ] = False,
+    probe: Annotated[
+        bool, typer.Option("--probe", help="Probing mode: nothing is corrected.", rich_help_panel=MACHINE)
+    ] = False,
+    reset: Annotated[
+        bool,
+        typer.Option("--reset", help="Acknowledge a box that has stopped for good.", rich_help_panel=MACHINE),
+    ] = False,
+    window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request at a time.")] = "3",
+    watch: Annotated[str, option("--watch", TIMES, "50ms", "Longest silence of the box.")] = "50ms",
+    deviation_limit: Annotated[str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")] = None,
+    patience: Annotated[
+        str | None, option("--patience", TIMES, "2s", "Longest time that an accepted total may take.")
+    ] = None,
+    start_up: Annotated[str, option("--start-up", TIMES, "60s", "Longest time until the boxes are ready.")] = "60s",
+    duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
+    log: Annotated[Path | None, option("--log", OUTPUT, "FILE", "Frames to a .log, .asc or .blf file.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the log.", rich_help_panel=OUTPUT)] = False,
+    plain: Annotated[bool, typer.Option("--plain", help="Lines of events, no view.", rich_help_panel=OUTPUT)] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON document on stdout at the end.", rich_help_panel=OUTPUT)
+    ] = False,
+) -> None:
+    """Correct axes on a live bus by what a predictor says, and hold the machine where it must be held.
+
+    Exits with 0 where it ended as asked, with 1 where the machine is held or no box was ready in time.
+
+    Example: rtec pc --table z.csv --design c
+    """
+    from rtec.live.events import Events
+    from rtec.live.pc_loop import PcLoop
+    from rtec.live.pc_run import PcRun, pc_document
+    from rtec.live.quiet import quiet_collector
+    from rtec.live.shown import pc_screen
+    from rtec.live.stopping import StopWish
+
+    bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
+    numbers = axes_of(axis, axes)
+    predictor = _predictor(table, table_unit, model, home, length(travel, "--travel"))
+    until_s = None if duration is None else seconds(duration, "--duration")
+    limit_s = seconds(start_up, "--start-up")
+    words = _NodeWords(
+        design=design, count=count, window=window, watch=watch, patience=patience, limit=deviation_limit
+    )
+    announce_compilation()
+    for node in _nodes([1], predictor, words, at_ps=0):
+        _warm_up(node)
+    events = Events(teller(as_json))
+    with ExitStack() as stack:
+        far = None
+        if interface is None:
+            from rtec.link.pseudo_terminal import find_line
+
+            far = _line_of_box(find_line, bus.line)
+        transport = stack.enter_context(logged(bus.open(far), log, force))
+        stop = stack.enter_context(StopWish())
+        view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=False))
+        stack.enter_context(quiet_collector())
+        nodes = _nodes(numbers, predictor, words, at_ps=transport.now_ps())
+        for node in nodes:
+            node.probe(probe)
+            if large:
+                node.mean_large()
+            if reset:
+                node.acknowledge()
+        loop = PcLoop(nodes, transport)
+
+        def show(at_s: float) -> None:
+            if view is not None and view.wants(at_s):
+                view.show(at_s, pc_screen(loop, events, count_mm=words.count_mm, title="rtec pc", at_s=at_s))
+
+        run = PcRun(
+            loop,
+            events=events,
+            stop=stop,
+            until_s=until_s,
+            start_up_s=limit_s,
+            acknowledged=reset,
+            line_of_box=interface is None,
+            show=show,
+        )
+        ending = run.run()
+        events.happen(run.at_s, f"ended: {ending.why}")
+        if view is not None:
+            view.show(
+                run.at_s,
+                pc_screen(loop, events, count_mm=words.count_mm, title=f"rtec pc, {ending.why}", at_s=run.at_s),
+            )
+        report = pc_document(loop, events, ending=ending, run_s=run.at_s)
+    if as_json:
+        print_json(report)
+    if not ending.good:
+        note(ending.text)
+        raise typer.Exit(_FAILS)
+
+
+def _line_of_box(find_line: Callable[[str], str], name: str) -> str:
+    """Return the device of the box's line, or say how to get one."""
+    try:
+        return find_line(name)
+    except LinkError as error:
+        hint = f"start 'rtec box' in another terminal, or name an --interface; it would be {error.channel}"
+        raise LinkError("line", name, "no box offers it", hint) from None
+
+
+def _predictor(
+    table: Path | None, table_unit: str | None, model: Path | None, home: str | None, travel_mm: float
+) -> Predictor:
+    """Return what the PC knows of the axes' errors, over positions from home."""
+    from rtec.live.placed import placed
+    from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
+
+    if table is not None and model is not None:
+        raise ArgumentError("--model", model, "--table or --model", "leave one of them out")
+    home_mm = 0.0 if home is None else length(home, "--home")
+    known: Predictor
+    if table is not None and table.suffix.lower() != ".csv":
+        if table_unit is None:
+            raise ArgumentError("--table", table, "it together with --table-unit mm or inch", "or a table in a .csv")
+        units = {"mm": LengthUnit.MM, "inch": LengthUnit.INCH}
+        known = read_linuxcnc_table(table, unit=units[choice(table_unit, units, name="--table-unit")])
+    elif table is not None:
+        known = read_table(table)
+    elif model is not None:
+        known = _of_model(model, home_mm, travel_mm)
+    else:
+        known = LatheNetwork()
+        home_mm = known.range_mm[0] if home is None else home_mm
+    try:
+        return placed(known, home_mm=home_mm)
+    except ArgumentError as error:
+        raise ArgumentError("--home", error.value, error.allowed, error.hint) from None
+
+
+def _of_model(model: Path, home_mm: float, travel_mm: float) -> Predictor:
+    from rtec.effects import Units
+    from rtec.study.model_predictor import predictor_of_model
+    from rtec.twin.model_file import read_model
+
+    predictor, left_out = predictor_of_model(read_model(model, Units("mm", "mm", "s")), home_mm, home_mm + travel_mm)
+    for effect in left_out:
+        note(f"warning: {effect.effect} is left out: {effect.why}")
+    return predictor
+
+
+class _NodeWords:
+    """The options of a node, read."""
+
+    def __init__(
+        self, *, design: str, count: str, window: str, watch: str, patience: str | None, limit: str | None
+    ) -> None:
+        from rtec.injector import Design
+        from rtec.requester import Conversation, Precautions
+
+        self.design = Design.named(design)
+        self.count_mm = length(count, "--count")
+        try:
+            self.conversation = Conversation(window_steps=whole(window, name="--window"))
+            self.precautions = Precautions(
+                watch_ps=picoseconds(watch, "--watch"),
+                patience_ps=0 if patience is None else picoseconds(patience, "--patience"),
+                limit_mm=0.0 if limit is None else length(limit, "--deviation-limit"),
+            )
+        except ArgumentError as error:
+            names = {
+                "window_steps": "--window",
+                "watch_ps": "--watch",
+                "patience_ps": "--patience",
+                "limit_mm": "--deviation-limit",
+            }
+            raise ArgumentError(names.get(error.name, error.name), error.value, error.allowed, error.hint) from None
+
+
+def _nodes(numbers: list[int], predictor: Predictor, words: _NodeWords, *, at_ps: int) -> list[PcNode]:
+    from rtec.requester import PcNode
+
+    period_ps = words.conversation.pc_period_ps
+    return [
+        PcNode(
+            words.conversation,
+            words.precautions,
+            axis=number,
+            predictor=predictor,
+            count_mm=words.count_mm,
+            step_counts=words.design.step_counts,
+            word_limit=words.design.word_limit,
+            # one after the other, so that their frames do not queue
+            start_ps=at_ps + period_ps + k * period_ps // (4 * len(numbers)),
+            # a PC started again must not repeat what it said
+            first_sequence=secrets.randbelow(256),
+        )
+        for k, number in enumerate(numbers)
+    ]
+
+
+def _warm_up(node: PcNode) -> None:
+    """Run what the live loop will run, so that its machine code is loaded before the clock counts."""
+    from rtec.link.frame import Frame
+    from rtec.requester import HoldReason
+
+    node.receive(Frame(identifier=0x181, data=bytes(8)), at_ps=1)
+    node.turn(at_ps=node.due_ps)
+    node.hold(HoldReason.OPERATOR, at_ps=node.due_ps)

@@ -1,0 +1,122 @@
+"""Axes with their boxes on a bus: advanced as the bus' clock goes on, at their readings and when frames arrive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError, LinkError
+from rtec.link.transport import Transport
+from rtec.machine.station import Station
+
+SLOWEST, FASTEST = 0.1, 100.0
+"""Limits of the speed: cycles of 1 ms to 1 s on the axes' clock."""
+
+
+class BoxLoop:
+    """Several stations on one transport.
+
+    The axes' clock goes with the transport's, ``speed`` times as fast. Where this process was not let run for longer
+    than ``longest_stall_ps``, the axes' clock stands still for that time, as it does in a debugger: else a box would
+    see a silence of the PC that was none.
+
+    Parameters
+    ----------
+    stations
+        The axes, all at the same time of theirs.
+    transport
+        The way to the bus.
+    speed
+        Picoseconds of the axes in a picosecond of the bus.
+    longest_stall_ps
+        On the bus' clock.
+
+    Raises
+    ------
+    ArgumentError
+        No station, two with the same number, or a value outside its range.
+
+    Notes
+    -----
+    The time of the axes is worked out from the beginning each time, so that nothing drifts.
+    """
+
+    def __init__(
+        self,
+        stations: Sequence[Station],
+        transport: Transport,
+        *,
+        speed: float = 1.0,
+        longest_stall_ps: int = 20_000_000_000,
+    ) -> None:
+        axes = [station.settings.axis for station in stations]
+        if not axes or len(set(axes)) != len(axes):
+            raise ArgumentError("stations", axes, "at least one, each with a number of its own")
+        self.stations = tuple(stations)
+        self.transport = transport
+        self.speed = number_within("speed", speed, SLOWEST, FASTEST)
+        self._longest_stall_ps = whole_within("longest_stall_ps", longest_stall_ps, 0, 10**15, unit="ps")
+        self._begin_ps = stations[0].now_ps
+        self._zero_ps = transport.now_ps()
+        self.steps = 0
+        self.stalls = 0
+        """Times that this process was not let run."""
+        self.stalled_ps = 0
+        """How long that was, all together."""
+        self.lost: LinkError | None = None
+        """Why the bus is gone; None: it is there."""
+
+    @property
+    def now_ps(self) -> int:
+        """Return the time of the axes."""
+        return self.stations[0].now_ps
+
+    def step(self) -> None:
+        """Wait for the next reading or frame, and carry it out.
+
+        A bus that vanishes is kept in ``lost``; the axes go on, and their boxes find out by themselves.
+        """
+        self.steps += 1
+        due_ps = self._on_bus_ps(min(station.due_ps for station in self.stations))
+        received = None
+        try:
+            received = self.transport.receive(due_ps)
+        except LinkError as error:
+            self._lose(error, due_ps)
+        now_ps = self._now_on_bus_ps(due_ps)
+        late_ps = now_ps - max(due_ps, self._on_bus_ps(self.now_ps))
+        if late_ps > self._longest_stall_ps:
+            self.stalls += 1
+            self.stalled_ps += late_ps
+            self._zero_ps += late_ps
+        self.advance(self._on_axes_ps(now_ps))
+        if received is not None:
+            for station in self.stations:
+                station.receive(received.frame)
+
+    def advance(self, until_ps: int) -> None:
+        """Carry the axes on to ``until_ps`` of their time, and send what their boxes have to say."""
+        for station in self.stations:
+            # a reading at the very moment is due, too
+            frames = station.advance(until_ps=max(until_ps + 1, station.now_ps))
+            if self.lost is None:
+                try:
+                    for _, frame in frames:
+                        self.transport.send(frame)
+                except LinkError as error:
+                    self.lost = error
+
+    def _lose(self, error: LinkError, due_ps: int) -> None:
+        if self.lost is None:
+            self.lost = error
+            self._left_ps = due_ps
+
+    def _now_on_bus_ps(self, due_ps: int) -> int:
+        """Return the time; without a bus the clock is that of the readings, which follow each other at once."""
+        return self.transport.now_ps() if self.lost is None else due_ps
+
+    def _on_axes_ps(self, bus_ps: int) -> int:
+        return self._begin_ps + round((bus_ps - self._zero_ps) * self.speed)
+
+    def _on_bus_ps(self, axes_ps: int) -> int:
+        return self._zero_ps + round((axes_ps - self._begin_ps) / self.speed)

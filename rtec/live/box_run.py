@@ -1,0 +1,188 @@
+"""A live box from its start to its end: orders carried out, changes told, a clean stop."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from rtec.errors import RtecError
+from rtec.live.box_loop import BoxLoop
+from rtec.live.events import Events
+from rtec.live.orders import HELP, Word, carry_out, parse_order
+from rtec.live.quiet import collect_young
+from rtec.live.stopping import StopWish
+from rtec.live.typed import TypedLines
+from rtec.live.words import box_words
+from rtec.machine.station import StationView
+from rtec.units import PS_PER_S
+
+LOOK_PS = 20 * 10**9
+"""Orders are taken, and changes looked for, this often."""
+
+TIDY_PS = PS_PER_S
+
+
+class BoxRun:
+    """Runs the boxes until somebody or something ends them.
+
+    Parameters
+    ----------
+    loop
+        The stations on their bus.
+    events
+        Where it says what happens.
+    stop
+        The wish to stop.
+    typed
+        The operator's lines.
+    until_s
+        When it ends by itself; None: never.
+    show
+        Called now and then with the time since the start, to show what there is to see.
+    """
+
+    def __init__(
+        self,
+        loop: BoxLoop,
+        *,
+        events: Events,
+        stop: StopWish,
+        typed: TypedLines | None = None,
+        until_s: float | None = None,
+        show: Callable[[float], None] = lambda at_s: None,
+    ) -> None:
+        self._loop, self._events, self._stop, self._typed, self._show = loop, events, stop, typed, show
+        self._until_s = until_s
+        self._begin_ps = loop.transport.now_ps()
+        self._orders: deque[str] = deque()
+        self._wait_until_s = 0.0
+        self._ended: str | None = None
+        self._stalls = 0
+
+    @property
+    def at_s(self) -> float:
+        """Return the time since the start, on the clock of the bus."""
+        return (self._loop.transport.now_ps() - self._begin_ps) / PS_PER_S
+
+    def run(self) -> str:
+        """Run; return why it ended: `quit`, `Ctrl-C`, `SIGTERM`, `duration` or `bus lost`."""
+        next_look_ps = next_tidy_ps = self._begin_ps
+        while self._ended is None:
+            self._loop.step()
+            now_ps = self._loop.transport.now_ps() if self._loop.lost is None else next_look_ps
+            if now_ps >= next_look_ps:
+                next_look_ps = now_ps + LOOK_PS
+                self._look()
+            if now_ps >= next_tidy_ps:
+                next_tidy_ps = now_ps + TIDY_PS
+                collect_young()
+        return self._ended
+
+    def _look(self) -> None:
+        at_s = self.at_s
+        self._take_orders(at_s)
+        self._events.compare(at_s, {s.settings.axis: box_words(s.view) for s in self._loop.stations})
+        self._show(at_s)
+        if self._loop.stalls != self._stalls:
+            self._stalls = self._loop.stalls
+            self._events.happen(
+                at_s,
+                f"this process was not let run: its clock stood still, {self._loop.stalled_ps / 1e9:.0f} ms so far",
+            )
+        if self._ended is not None:
+            return
+        if self._stop.why is not None:
+            self._ended = self._stop.why
+        elif self._loop.lost is not None:
+            self._lose(at_s)
+        elif self._until_s is not None and at_s >= self._until_s:
+            self._ended = "duration"
+
+    def _lose(self, at_s: float) -> None:
+        """Let the boxes find out that nobody talks to them any more, then end."""
+        longest_ps = max(s.settings.precautions.watch_ps for s in self._loop.stations)
+        self._loop.advance(self._loop.now_ps + 2 * longest_ps)
+        self._events.happen(at_s, f"the bus is lost: {self._loop.lost}")
+        self._events.compare(at_s, {s.settings.axis: box_words(s.view) for s in self._loop.stations})
+        self._ended = "bus lost"
+
+    def _take_orders(self, at_s: float) -> None:
+        if self._typed is not None:
+            self._orders.extend(self._typed.take())
+        while self._orders and at_s >= self._wait_until_s and self._ended is None:
+            self._obey(self._orders.popleft(), at_s)
+
+    def _obey(self, text: str, at_s: float) -> None:
+        try:
+            order = parse_order(text)
+            if order.word is Word.QUIT:
+                self._ended = "quit"
+            elif order.word is Word.HELP:
+                for line in HELP:
+                    self._events.happen(at_s, line)
+                return
+            elif order.word is Word.STATUS:
+                self._tell_status(at_s)
+                return
+            elif order.word is Word.WAIT:
+                self._wait_until_s = at_s + order.wait_s
+            else:
+                carry_out(order, self._loop.stations)
+        except RtecError as error:
+            self._events.happen(at_s, f"not done: {error}")
+            return
+        self._events.happen(at_s, f"order: {text}")
+
+    def _tell_status(self, at_s: float) -> None:
+        for station in self._loop.stations:
+            view = station.view
+            numbers = (
+                f"{view.position_mm:+.4f} mm, requested {view.requested}, completed {view.completed} steps, "
+                f"{sum(view.frames_refused.values())} frames refused"
+            )
+            self._events.happen(at_s, f"{numbers}; {box_words(view)}", station.settings.axis)
+
+
+def box_document(loop: BoxLoop, events: Events, *, ended: str, run_s: float) -> dict[str, object]:
+    """Return the report of a run."""
+    traffic = loop.transport.traffic
+    return {
+        "ended": ended,
+        "run_s": round(run_s, 3),
+        "axes": [_axis_document(station.settings.axis, station.view) for station in loop.stations],
+        "frames_sent": traffic.sent,
+        "frames_received": traffic.received,
+        "frames_unsent": traffic.unsent,
+        "garbled": traffic.garbled,
+        "stalls": loop.stalls,
+        "stalled_s": loop.stalled_ps / PS_PER_S,
+        "events": events.to_list(),
+    }
+
+
+def _axis_document(axis: int, view: StationView) -> dict[str, object]:
+    return {
+        "axis": axis,
+        "state": view.box_state.name,
+        "status": view.status.name,
+        "words": box_words(view),
+        "held": view.held,
+        "alarm": view.alarm.name,
+        "powered": view.powered,
+        "session": view.session,
+        "position_mm": view.position_mm,
+        "position_counts": view.position,
+        "controller_counts": view.controller_count,
+        "requested": view.requested,
+        "completed": view.completed,
+        "inserted_counts": view.inserted_counts,
+        "step_counts": view.step_counts,
+        "requests": view.requests,
+        "requests_refused": view.requests_refused,
+        "frames_refused": view.frames_refused,
+        "gate_refused": view.gate_refused,
+        "illegal_transitions": view.illegal,
+        "trips": view.trips,
+        "trip_position_counts": view.trip_position,
+        "moves": view.moves,
+    }

@@ -1,0 +1,55 @@
+"""What an axis does by itself: a slow shuttle, or the moves of a measuring program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rtec.errors import FileFormatError
+from rtec.machine.station import Move
+from rtec.metrology import Dwell, Move as Feed, parse_program
+from rtec.units import MM_PER_INCH
+
+SHUTTLE_MM, SHUTTLE_MM_S, SHUTTLE_REST_S = 100.0, 10.0, 1.0
+
+
+def shuttle() -> list[Move]:
+    """Return a slow way there and back.
+
+    Examples
+    --------
+    >>> [move.target_mm for move in shuttle()]
+    [100.0, 0.0]
+    """
+    return [Move(target_mm=target, speed_mm_s=SHUTTLE_MM_S, rest_s=SHUTTLE_REST_S) for target in (SHUTTLE_MM, 0.0)]
+
+
+def read_moves(path: Path, *, home_mm: float) -> list[Move]:
+    """Read a measuring program as moves; at its stops the operator continues at once.
+
+    Parameters
+    ----------
+    path
+        G-code as `rtec.metrology.measuring_program` writes it.
+    home_mm
+        Where the axis' home is in its positions.
+
+    Raises
+    ------
+    FileFormatError
+        The file cannot be read or is no such program.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "no text"
+        raise FileFormatError(path, None, f"cannot be read ({reason})", "a measuring program in G-code") from None
+    moves: list[Move] = []
+    for block in parse_program(lines, source=str(path)):
+        if isinstance(block, Feed):
+            target_mm = block.position_inch * MM_PER_INCH - home_mm
+            moves.append(Move(target_mm=target_mm, speed_mm_s=block.feed_inch_min * MM_PER_INCH / 60.0))
+        elif isinstance(block, Dwell) and moves:
+            last = moves[-1]
+            rest_s = last.rest_s + block.duration_s
+            moves[-1] = Move(target_mm=last.target_mm, speed_mm_s=last.speed_mm_s, rest_s=rest_s)
+    return moves

@@ -1,0 +1,71 @@
+"""Lines typed on standard input, taken by a thread of their own so that nobody waits for them."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+
+READ_BYTES = 4096
+LOOK_AGAIN_S = 0.5
+"""A process in the background of a terminal must not read from it; it looks this often whether it is in front."""
+
+
+class TypedLines:
+    r"""Lines of a file descriptor as they come.
+
+    Parameters
+    ----------
+    descriptor
+        Where they come from; it is not closed.
+
+    Examples
+    --------
+    >>> read, write = os.pipe()
+    >>> typed = TypedLines(read)
+    >>> _ = os.write(write, b"home\nstatus\n"), os.close(write)
+    >>> typed.wait_for_end(10.0), typed.take(), typed.take()
+    (True, ['home', 'status'], [])
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._lines: deque[str] = deque()
+        self._ended = threading.Event()
+        threading.Thread(target=self._read, name="rtec typed lines", daemon=True).start()
+
+    def take(self) -> list[str]:
+        """Return the lines that have come since the last time."""
+        lines = []
+        while self._lines:
+            lines.append(self._lines.popleft())
+        return lines
+
+    def wait_for_end(self, timeout_s: float) -> bool:
+        """Wait until no more can come; return whether that is so."""
+        return self._ended.wait(timeout_s)
+
+    def _read(self) -> None:
+        rest = b""
+        try:
+            while True:
+                if self._in_background():
+                    time.sleep(LOOK_AGAIN_S)
+                    continue
+                data = os.read(self._descriptor, READ_BYTES)
+                *whole, rest = (rest + data).split(b"\n")
+                for line in whole if data else [rest]:
+                    if line.strip():
+                        self._lines.append(line.decode(errors="replace").strip())
+                if not data:
+                    return
+        except OSError:
+            return  # closed, or a terminal that has gone
+        finally:
+            self._ended.set()
+
+    def _in_background(self) -> bool:
+        if not hasattr(os, "tcgetpgrp") or not os.isatty(self._descriptor):
+            return False
+        return os.tcgetpgrp(self._descriptor) != os.getpgrp()

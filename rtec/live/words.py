@@ -1,0 +1,76 @@
+"""What box and PC are doing, in a sentence for whoever stands before the machine."""
+
+from __future__ import annotations
+
+from rtec.machine.station import Alarm, StationView
+from rtec.requester import BoxState, HoldReason, PcState, PcView, Status
+
+STATUS_WORDS = {
+    Status.OK: "corrections follow the PC's requests",
+    Status.NOT_HOMED: "not homed: at home it waits for a PC",
+    Status.PROBING: "probing: nothing is corrected",
+    Status.DISABLED: "the switch forbids corrections, and the PC asks for some",
+    Status.I_DONT_BELIEVE_YOU: "I Don't Believe You: the request changed by more than the window",
+    Status.I_STILL_DONT_BELIEVE_YOU: "I Still Don't Believe You: three requests in a row beyond the window",
+    Status.REFUSED_TOO_FAST: "the axis is too fast to insert; what is asked for waits",
+    Status.LINK_LOST: "nothing was heard from the PC for longer than the watch allows",
+    Status.HELD: "a PC on the bus holds the machine",
+    Status.AXIS_TAKEN: "another box on the bus has this axis' number",
+    Status.IMPLAUSIBLE: "the PC asked for a total beyond the limit",
+    Status.ENCODER_FAULT: "both encoder lines changed at once: look at the cable",
+}
+
+ALARM_WORDS = {
+    Alarm.FOLLOWING: "the controller stopped the drive: the axis does not follow its command",
+    Alarm.ILLEGAL: "the controller stopped the drive: both of its lines changed at once",
+}
+
+
+def box_words(view: StationView) -> str:
+    """Return what the axis and its box are doing.
+
+    Examples
+    --------
+    >>> from rtec.machine.station import Station, StationSettings
+    >>> box_words(Station(StationSettings()).view)
+    'not homed: at home it waits for a PC'
+    """
+    if not view.powered:
+        return "the box has no power: A and B go through as they are, and the machine is held"
+    words = STATUS_WORDS[view.status]
+    if view.box_state is BoxState.FATAL:
+        words = f"stopped for good, hold contact open: {words}"
+    if view.alarm is not Alarm.NONE:
+        words = f"{words}; {ALARM_WORDS[view.alarm]}"
+    if not view.switch_on and view.status is not Status.DISABLED:
+        words = f"{words}; its switch forbids corrections"
+    return words
+
+
+def pc_words(view: PcView) -> str:
+    """Return what the PC is doing about an axis."""
+    if view.state is PcState.HOLD:
+        return f"the machine is held: {view.reason.meaning}"
+    if view.state is PcState.ACTIVE:
+        words = "active"
+        if view.status is not None and view.status is not Status.OK:
+            words = f"active; the box says: {STATUS_WORDS[view.status]}"
+        return words
+    return waiting_words(view)
+
+
+def waiting_words(view: PcView) -> str:
+    """Return what the start-up waits for."""
+    if not view.connected or view.box_state is None:
+        return "waiting: nothing heard from the box"
+    if view.box_state is BoxState.FATAL:
+        why = "" if view.status is None else f": {STATUS_WORDS[view.status]}"
+        return f"waiting: the box has stopped for good{why}"
+    if view.box_state is BoxState.NOT_HOMED:
+        return "waiting: the box is heard; the axis has to stand at home ('home' at the box)"
+    return "waiting: the box is homed; the axis has to report the home position ('home' at the box)"
+
+
+def hold_words(reason: HoldReason) -> str:
+    """Return the reason's name as in the message, and what it means."""
+    return f"{reason.name}: {reason.meaning}"
