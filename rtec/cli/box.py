@@ -210,6 +210,7 @@ def _first_session(seed: str | None) -> int:
 def _warm_up(settings: StationSettings) -> None:
     """Run what the live loop will run, so that its machine code is loaded before the clock counts."""
     from rtec.link.frame import Frame
+    from rtec.machine.faults import FaultKind
     from rtec.machine.station import Station
 
     station = Station(settings)
@@ -217,7 +218,11 @@ def _warm_up(settings: StationSettings) -> None:
     station.last_insertion()
     station.advance(until_ps=3 * settings.precautions.cycle_ps)
     station.receive(Frame(identifier=0x200 + settings.axis, data=bytes(8)))
+    for fault in (FaultKind.CABLE_OPEN, FaultKind.SWITCH_THROWN):
+        station.begin(fault)
+        station.end(fault)
     station.go_home()
+    station.advance(until_ps=station.now_ps + settings.precautions.cycle_ps)
 
 
 def _pc_command(bus: BusWords, axis: str | None, axes: str | None, design: str, count: str, window: str) -> str:
