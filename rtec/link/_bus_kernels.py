@@ -1,8 +1,9 @@
-"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, and what can go wrong.
+"""Compiled model of the bus: arbitration by identifier, the time that a frame takes, what can go wrong on the way.
 
-A frame of eight bytes takes 135 bits at worst, stuff bits and the gap to the next one included; the model always
-takes that long. Frames of one node leave in the order in which it wants to send them; between nodes the lowest
-identifier wins. At the end of a frame every other node has it: :func:`bus_step` says which frame, from whom.
+A frame of eight bytes takes up to 135 bits by the usual bound: 111 with the gap to the next one, and a stuff bit
+after each four of 97 (no frame reaches more than 133). The model always takes that long. Frames of a node leave in
+the order in which it wants to send them; between nodes the lowest identifier wins. At the end of a frame every other
+node has it: :func:`bus_step` says which frame, from whom.
 """
 
 from __future__ import annotations
@@ -20,8 +21,13 @@ FRAME_BITS = 135
 NODES = 8
 DELAYED = 16
 
-BABBLER = NODES - 1
+BABBLER = NODES
 """A node that is none of ours."""
+
+SHORT_SHIFT = 32
+"""A frame of fewer than 8 bytes carries in its identifier, from this bit on, how many are missing."""
+EXTENDED = 1 << 36
+"""Set in the identifier of a frame in the extended format."""
 
 # what can happen to a frame; the node that sent it, or all nodes, is the place
 LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, FORGED, FLIPPED, STUCK, BABBLING, OFF = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
@@ -42,6 +48,7 @@ FAULT = np.dtype(
         ("seed", np.int64),
         ("while_inserting", np.int64),  # 1: it waits for an insertion to be under way
         # state
+        ("kept_node", np.int64),
         ("kept_identifier", np.int64),
         ("kept_payload", np.int64),
         ("kept", np.int64),
@@ -91,6 +98,14 @@ def bits_of(seed: int, serial: int) -> int:
 
 
 @step
+def rank(identifier: int) -> int:
+    """Return by what number a frame competes for the bus: of equal first 11 bits, the base format wins."""
+    if identifier & EXTENDED:
+        return 2 * (identifier & 0x1FFFFFFF) + 1
+    return (identifier & 0x7FF) << 19
+
+
+@step
 def fire(f: Record, t_ps: int) -> None:
     """Note that a fault took effect."""
     if f.fired == 0:
@@ -103,7 +118,7 @@ def strikes(f: Record, t_ps: int, node: int, identifier: int) -> bool:
     """Return whether a fault strikes this frame."""
     if not f.from_ps <= t_ps < f.until_ps or f.fired >= f.most:
         return False
-    return (f.place == ANY or f.place == node) and (f.identifier == ANY or f.identifier == identifier)
+    return bool((f.place == ANY or f.place == node) and (f.identifier == ANY or f.identifier == identifier))
 
 
 @step
@@ -127,21 +142,26 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
         f = faults[i]
         if f.kind == BABBLING and f.from_ps <= t_ps < f.until_ps:
             winner = BABBLER
-            lowest = 0
             fire(f, t_ps)
+        elif f.kind == OFF and 0 <= f.place < NODES and f.from_ps <= t_ps < f.until_ps:
+            queue = bus.queues[f.place]
+            if queue.waiting > 0:  # what a node that goes off wanted to send is not sent later
+                queue.waiting = 0
+                fire(f, t_ps)
     if winner != BABBLER:
         for node in range(NODES):
             queue = bus.queues[node]
-            if queue.waiting > 0 and queue.identifier[0] < lowest:
+            if queue.waiting > 0 and rank(queue.identifier[0]) < lowest:
                 winner = node
-                lowest = queue.identifier[0]
+                lowest = rank(queue.identifier[0])
     if winner == -1:
         return
     bus.sending = winner
-    bus.sending_identifier = lowest
+    bus.sending_identifier = 0
     bus.sending_payload = 0
     if winner != BABBLER:
         queue = bus.queues[winner]
+        bus.sending_identifier = queue.identifier[0]
         bus.sending_payload = queue.payload[0]
         queue.waiting -= 1
         for k in range(queue.waiting):
@@ -164,8 +184,9 @@ def bus_submit(bus: Record, faults: NDArray[np.void], node: int, t_ps: int, iden
             # the sender's buffer is not written any more: the first frame goes out again and again
             if f.kept == 0:
                 f.kept = 1
+                f.kept_identifier = identifier
                 f.kept_payload = payload
-            else:
+            elif identifier == f.kept_identifier:
                 fire(f, t_ps)
                 payload = f.kept_payload
     queue = bus.queues[node]
@@ -184,7 +205,7 @@ def bus_next(bus: Record) -> int:
     t_ps = bus.ends_ps
     for k in range(bus.delayed):
         t_ps = min(t_ps, bus.delayed_ps[k])
-    return t_ps
+    return int(t_ps)
 
 
 @step
@@ -205,10 +226,13 @@ def delay(bus: Record, due_ps: int, node: int, identifier: int, payload: int) ->
 def corrupted(f: Record, payload: int) -> int:
     """Return the payload with one to three bits flipped, the checksum as it was."""
     bits = bits_of(f.seed, f.fired)
-    flips = 1 + bits % 3
-    for k in range(flips):
-        payload ^= 1 << ((bits >> (8 + 6 * k)) & 63)
-    return payload
+    flipped = np.int64(0)
+    for k in range(1 + bits % 3):
+        place = np.int64((bits >> (8 + 6 * k)) & 63)
+        while (flipped >> place) & 1:  # a bit that is flipped twice is right again
+            place = (place + 1) & 63
+        flipped |= np.int64(1) << place
+    return int(payload ^ flipped)
 
 
 @helper
@@ -222,17 +246,25 @@ def miscounted(f: Record, identifier: int, payload: int) -> int:
 
 
 @helper
+def forged(f: Record, identifier: int, payload: int) -> int:
+    """Return another frame than a request with one bit of its contents flipped, under a right checksum."""
+    return sealed(identifier, payload ^ (1 << (16 + bits_of(f.seed, f.fired) % 48)))
+
+
+@helper
 def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
     """End the frame on the wires and let faults strike it; return whether it is delivered now."""
     node, identifier, payload = bus.sending, bus.sending_identifier, bus.sending_payload
     bus.sending = -1
     bus.ends_ps = NEVER
+    if node == BABBLER:
+        return False  # nobody asks for its frames, and no fault of another kind proves itself on them
     delivered = True
     for i in range(faults.size):
         f = faults[i]
         if not LOST <= f.kind <= FLIPPED:
             continue
-        if f.kept == 1 and identifier == f.kept_identifier and f.kind == REORDERED:
+        if f.kind == REORDERED and f.kept == 1 and node == f.kept_node and identifier == f.kept_identifier:
             delay(bus, t_ps + 1, node, f.kept_identifier, f.kept_payload)  # right behind the frame it should precede
             f.kept = 0
             fire(f, t_ps)
@@ -252,24 +284,30 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
         elif f.kind == REORDERED:
             if f.kept == 0:
                 f.kept = 1
+                f.kept_node = node
                 f.kept_identifier = identifier
                 f.kept_payload = payload
                 delivered = False
+        elif identifier >> SHORT_SHIFT:
+            continue  # no word of ours to spoil
         elif f.kind == CORRUPTED:
             payload = corrupted(f, payload)
             fire(f, t_ps)
         elif identifier & ~AXIS_BITS == REQUEST:
             payload = miscounted(f, identifier, payload)
             fire(f, t_ps)
+        elif f.kind == FORGED:
+            payload = forged(f, identifier, payload)
+            fire(f, t_ps)
     bus.node = node
     bus.identifier = identifier
     bus.payload = payload
-    return delivered and node != BABBLER
+    return delivered
 
 
 @helper
 def bus_step(bus: Record, faults: NDArray[np.void]) -> bool:
-    """Carry out the bus's next event; return whether ``node``, ``identifier``, ``payload`` tell a frame delivered."""
+    """Carry out the next event; return whether ``node``, ``identifier`` and ``payload`` tell a frame delivered."""
     t_ps = bus_next(bus)
     if bus.ends_ps == t_ps:
         delivered = take_off(bus, faults, t_ps)

@@ -1,9 +1,9 @@
 """Compiled checksum of a frame: CRC-8 with the polynomial 0x2F.
 
-The polynomial x^8 + x^5 + x^3 + x^2 + x + 1 (0x2F, start 0xFF, inverted at the end) is the one that AUTOSAR's CRC
-library names CRC8H2F: it finds every error of up to three bits in the nine bytes that it is taken over here. CAN's
-own checksum guards the wire; this one guards all the way from the sender's memory to the receiver's. The identifier
-is part of it, so that a frame that is delivered under another identifier is refused, too.
+The polynomial x^8 + x^5 + x^3 + x^2 + x + 1 (0x2F, start 0xFF, inverted at the end) is the one that the CRC library
+of AUTOSAR names CRC8H2F: it finds every error of up to three bits in itself and the nine bytes that it is taken over
+here. CAN's own checksum guards the wire; this one guards all the way from the sender's memory to the receiver's. The
+identifier is part of it: a frame that is delivered under another identifier of its axis, or of its kind, is refused.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def checksum(identifier: int, payload: int) -> int:
     crc = TABLE[crc ^ ((identifier >> 8) & 0xFF)]
     for shift in range(8, 64, 8):
         crc = TABLE[crc ^ ((payload >> shift) & 0xFF)]
-    return crc ^ 0xFF
+    return int(crc ^ 0xFF)
 
 
 @step

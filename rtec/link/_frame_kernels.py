@@ -1,8 +1,8 @@
 """Compiled frames: how the words of the messages lie in eight bytes.
 
-A frame is its identifier and its eight bytes as one int64, byte 0 lowest. ``rtec.dbc`` says the same in the language
-of the field, and a test holds one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in every
-frame.
+A frame is its identifier and its eight bytes as one int64, byte 0 lowest; its sign is the highest bit of byte 7, also
+uncompiled, where whole numbers have no end. ``rtec.dbc`` says the same in the language of the field, and a test holds
+one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in every frame.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ REQUEST = 0x200
 CORRECTIONS = 0x280
 POSITION = 0x300
 PROBE = 0x380
-"""Identifiers: a message of axis n has the number n added. The lowest identifier wins the bus."""
+"""Identifiers: a message of axis n has n added. The lower the identifier, the sooner the bus carries it."""
 
 MOST_AXES = 15
 AXIS_BITS = 0xF
@@ -65,7 +65,7 @@ def pack_request(axis: int, sequence: int, total: int, flags: int, requester: in
     word |= (~total & 0xFFFF) << 32
     word |= (flags & 0x1F) << 48
     word |= (requester & 7) << 53
-    word |= (session & 0xFF) << 56
+    word |= signed(session, 0, 8) << 56
     return sealed(REQUEST + axis, word)
 
 
@@ -110,7 +110,7 @@ def pack_status(
     word |= (session & 0xFF) << 32
     word |= (frames & 0xFF) << 40
     word |= (requests & 0xFF) << 48
-    word |= (moments & 0xFF) << 56
+    word |= signed(moments, 0, 8) << 56
     return sealed(STATUS + axis, word)
 
 
@@ -139,7 +139,7 @@ def pack_corrections(axis: int, sequence: int, completed: int, accepted: int, se
     word |= (completed & 0xFFFF) << 16
     word |= (accepted & 0xFFFF) << 32
     word |= (session & 0xFF) << 48
-    word |= (judged & 0xFF) << 56
+    word |= signed(judged, 0, 8) << 56
     return sealed(CORRECTIONS + axis, word)
 
 
@@ -173,7 +173,7 @@ def pack_position(axis: int, sequence: int, position: int, valid: int, change: i
     word = (sequence & 0xFF) << 8
     word |= (position & 0xFFFFFFFF) << 16
     word |= (valid & 1) << 48
-    word |= (change & 0x7FFF) << 49
+    word |= signed(change, 0, CHANGE_BITS) << 49
     return sealed(POSITION + axis, word)
 
 
@@ -201,7 +201,7 @@ def pack_probe(axis: int, sequence: int, position: int, trips: int, session: int
     word = (sequence & 0xFF) << 8
     word |= (position & 0xFFFFFFFF) << 16
     word |= (trips & 0xFF) << 48
-    word |= (session & 0xFF) << 56
+    word |= signed(session, 0, 8) << 56
     return sealed(PROBE + axis, word)
 
 

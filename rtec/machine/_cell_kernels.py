@@ -88,6 +88,7 @@ def begin_fault(c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], f:
         st = stations[f.place - 1]
         if f.while_inserting == 1:
             st.lurking = f.kind
+            st.struck_ps = 0
         else:
             strike(st, t_ps, f.kind)
             if f.kind not in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN, GLITCHES, STALE_WORD, TORN_WORD):
@@ -115,6 +116,7 @@ def note_effects(stations: NDArray[np.void], faults: NDArray[np.void], t_ps: int
             continue
         st = stations[f.place - 1]
         struck = 0
+        struck_ps = t_ps
         if f.kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
             struck = st.cable_struck
         elif f.kind == GLITCHES:
@@ -123,9 +125,9 @@ def note_effects(stations: NDArray[np.void], faults: NDArray[np.void], t_ps: int
             struck = st.node.word_struck
         elif f.while_inserting == 1 and st.struck_ps > 0:
             struck = 1
-            t_ps = st.struck_ps
+            struck_ps = st.struck_ps
         if struck > f.fired:
-            fire(f, t_ps)
+            fire(f, struck_ps)
             f.fired = struck
 
 

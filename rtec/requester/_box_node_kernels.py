@@ -54,6 +54,7 @@ from rtec.requester._box_kernels import (
     OK,
     REFUSED_TOO_FAST,
     RUNNING,
+    STATUS_DISABLED,
     box_reset,
     box_tick,
     box_trip,
@@ -186,7 +187,8 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
     flags = request_flags(payload)
     total = request_total(payload)
     n.heard = 1
-    n.heard_ps = t_ps
+    if b.state != RUNNING or not flags & GO_HOME:  # who still asks for home does not hear this box
+        n.heard_ps = t_ps
     n.heard_sequence = sequence_of(payload)
     n.judged = n.heard_sequence
     n.requests += 1
@@ -313,16 +315,17 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         elif illegal > 0:
             box_fail(n, ENCODER_FAULT)
     before = b.state
-    total = box_tick(b, n.down, n.up, t_ps, count, completed)
+    box_tick(b, n.down, n.up, t_ps, count, completed)
     if b.state == RUNNING and before == NOT_HOMED:
-        b.accepted = 0  # home zeroes every count, and nothing older is said any more
-        completed = 0
-        total = 0
-        n.said_position = 0
+        completed = 0  # home zeroes every counter, and whoever owns the injector does the same
+        b.accepted = 0
         n.said_completed = 0
     n.code = b.status
     if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
         n.code = REFUSED_TOO_FAST
+    kept_back = completed != b.accepted or n.down.word0 != b.accepted
+    if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
+        n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
     due = t_ps >= n.cycle_next_ps
     if due:
         n.cycle_next_ps += n.cycle_ps
@@ -337,7 +340,7 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         say_trip(n)
     if due:
         say_position(n, count)
-    return total
+    return int(b.accepted)
 
 
 @step

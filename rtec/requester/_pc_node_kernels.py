@@ -328,7 +328,7 @@ def reason_in_status(n: Record) -> int:
         if code == BOX_ENCODER_FAULT:
             return ENCODER_FAULT
         return BOX_HELD
-    if n.code == STATUS_DISABLED and n.pc.sent != 0:
+    if n.code == STATUS_DISABLED and (n.pc.sent != 0 or n.completed != 0 or n.accepted != 0):
         return CORRECTIONS_DISABLED
     return NONE
 
@@ -356,6 +356,8 @@ def check_before_turn(n: Record, t_ps: int) -> None:
         position_mm = n.position * p.count_mm
         if not n.low_mm <= position_mm <= n.high_mm:
             pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE)
+    elif p.state == WAITING and t_ps - n.status_ps > n.watch_ps:
+        n.has_status = 0  # what was heard long ago is no box any more
     n.turn_ps = t_ps
 
 
@@ -368,7 +370,11 @@ def say_request(n: Record, total: int, flags: int) -> None:
 
 @helper
 def turn_waiting(n: Record, t_ps: int) -> None:
-    """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position."""
+    """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position.
+
+    A box that runs but was not sent home by this PC hears nothing: it corrects by totals that nobody knows any more,
+    and its watch is to stop it.
+    """
     state = n.box_flags & 7
     if state == FATAL and n.reset_meant == 1:
         say_request(n, 0, RESET)
@@ -376,7 +382,7 @@ def turn_waiting(n: Record, t_ps: int) -> None:
         n.homing = 1
         n.reset_meant = 0
         say_request(n, 0, GO_HOME)
-    else:
+    elif state != RUNNING or n.homing == 1:
         say_request(n, 0, 0)
 
 
@@ -398,11 +404,16 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
     if n.has_status == 0 or (incomplete and n.box_flags & 7 != NOT_HOMED):
         pc_look(p, t_ps, True)
         if n.has_status == 1:
-            say_request(n, 0, 0)
+            turn_waiting(n, t_ps)
         return False
     if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0):
         pc_look(p, t_ps, True)
         turn_waiting(n, t_ps)
+        return False
+    if n.code == I_STILL_DONT_BELIEVE_YOU:
+        pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it says that it runs
+        pc_look(p, t_ps, True)
+        say_request(n, p.sent, 0)
         return False
     code = n.code if n.code != REFUSED_TOO_FAST else OK  # what is late is not doubted
     post(n.up, t_ps, n.position, n.completed, n.accepted, code)
@@ -410,10 +421,8 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         pc_look(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
-    if pc_read(p, n.up, t_ps):
-        return True
-    say_request(n, p.sent, 0)  # not at home yet
-    return False
+    # where the box is not at home it hears nothing: the home position was missed, and its watch is to stop it
+    return bool(pc_read(p, n.up, t_ps))
 
 
 @helper

@@ -2,13 +2,16 @@
 
 import contextlib
 import gc
+import getpass
 import importlib.util
 import itertools
 import os
 import socket
+import tempfile
 import threading
 import time
 import warnings
+from pathlib import Path
 
 import can
 import pytest
@@ -40,6 +43,10 @@ def virtual(stack):
 def multicast(stack):
     if importlib.util.find_spec("msgpack") is None:
         pytest.skip("udp_multicast needs msgpack: python -m pip install 'python-can[multicast]'")
+    fcntl = pytest.importorskip("fcntl")
+    # every socket of the machine on this port hears every group: one run of the tests at a time
+    turn = stack.enter_context(open(Path(tempfile.gettempdir()) / f"rtec-multicast-test-{getpass.getuser()}", "w"))
+    fcntl.flock(turn, fcntl.LOCK_EX)
     try:
         pair = [stack.enter_context(open_transport(interface="udp_multicast", channel="239.74.163.2")) for _ in "ab"]
         pair[0].send(Frame(identifier=1, data=b""))

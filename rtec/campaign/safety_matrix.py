@@ -1,0 +1,261 @@
+"""Every fault in every phase of operation, for every design: what the controller counts in the end."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from os import cpu_count
+
+import numpy as np
+
+from rtec.campaign.safety_phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
+from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
+from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell
+from rtec.checks import whole_within
+from rtec.injector import Design
+from rtec.requester import HoldReason, Status
+
+LATE_S = 0.25
+"""Counts that are wrong for longer than this although nobody says so are a silent error, even if they come right."""
+_SEEDS = 3
+
+
+class Outcome(enum.Enum):
+    """What happens at the controller, in ascending order of harm."""
+
+    IMPOSSIBLE = "cannot strike"
+    RIGHT = "right"
+    LATE = "late"
+    HELD = "held"
+    SILENT = "silent"
+
+    @property
+    def harm(self) -> int:
+        """Return the place in the order of harm."""
+        return list(Outcome).index(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One fault in one phase.
+
+    Parameters
+    ----------
+    variant, phase, design, seed
+        What was tried.
+    fired
+        How often the fault took effect.
+    outcome
+        What happened at the controllers.
+    stopped_by, reason
+        Who stopped the machine, and why; in words.
+    detected_s
+        From the first effect to the stop; None: not stopped, or before the axis was let go.
+    off_counts
+        Largest difference between a controller and the healthy prediction until the end or the stop, beyond that of
+        the fault-free run.
+    left_counts
+        Counts that a controller is off at the end, by encoder and insertions.
+    late_s
+        Time beyond the bound, more than in the fault-free run.
+    following_counts
+        What a check of the speed would have seen more than in the fault-free run.
+    """
+
+    variant: Variant
+    phase: Phase
+    design: Design
+    seed: int
+    fired: int
+    outcome: Outcome
+    stopped_by: Stopper
+    reason: str
+    detected_s: float | None
+    off_counts: float
+    left_counts: int
+    late_s: float
+    following_counts: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatrixPlan:
+    """What is tried.
+
+    Parameters
+    ----------
+    designs, phases, variants
+        All combinations of them.
+    seeds
+        Trials of each: other moments of the phase, other bits, other states at rest.
+    seed
+        Of all of them.
+
+    Raises
+    ------
+    ArgumentError
+        No seed, or a negative one.
+    """
+
+    designs: Sequence[Design] = tuple(Design)
+    phases: Sequence[Phase] = tuple(Phase)
+    variants: Sequence[Variant] = VARIANTS
+    seeds: int = _SEEDS
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        whole_within("seeds", self.seeds, 1, 1000)
+        whole_within("seed", self.seed, 0, (1 << 32) - 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Matrix:
+    """What came of a plan."""
+
+    plan: MatrixPlan
+    trials: tuple[Trial, ...]
+
+    def of(self, variant: Variant, phase: Phase, designs: Sequence[Design]) -> list[Trial]:
+        """Return the trials of a fault in a phase that proved something."""
+        return [
+            trial
+            for trial in self.trials
+            if trial.variant is variant and trial.phase is phase and trial.design in designs and trial.fired > 0
+        ]
+
+    def worst(self, variant: Variant, phase: Phase, designs: Sequence[Design]) -> Outcome:
+        """Return the most harmful outcome of a fault in a phase."""
+        found = self.of(variant, phase, designs)
+        return max((trial.outcome for trial in found), key=lambda outcome: outcome.harm, default=Outcome.IMPOSSIBLE)
+
+    @property
+    def avoidable(self) -> tuple[Trial, ...]:
+        """Return the silent errors that a precaution can catch: those that begin at box, link or PC."""
+        return tuple(
+            trial
+            for trial in self.trials
+            if trial.outcome is Outcome.SILENT
+            and trial.fired > 0
+            and not trial.variant.upstream
+            and trial.design is not Design.B
+        )
+
+    @property
+    def unproven(self) -> tuple[tuple[Variant, Phase], ...]:
+        """Return the faults that never took effect in a phase, although nothing speaks against it."""
+        return tuple(
+            (variant, phase)
+            for variant in self.plan.variants
+            for phase in self.plan.phases
+            if impossible(variant, phase) is None and not self.of(variant, phase, self.plan.designs)
+        )
+
+    @property
+    def good(self) -> bool:
+        """Return whether no silent error is avoidable and every fault took effect."""
+        return not self.avoidable and not self.unproven
+
+
+def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda share: None) -> Matrix:
+    """Try every fault of the plan in every phase."""
+    jobs = [(phase, design, seed) for phase in plan.phases for design in plan.designs for seed in range(plan.seeds)]
+    trials: list[Trial] = []
+    with ThreadPoolExecutor(max_workers=cpu_count() or 1) as pool:
+        for done, some in enumerate(pool.map(lambda job: _trials(plan, *job), jobs), start=1):
+            trials += some
+            progress(done / len(jobs))
+    return Matrix(plan=plan, trials=tuple(trials))
+
+
+def _trials(plan: MatrixPlan, phase: Phase, design: Design, seed: int) -> list[Trial]:
+    """Try all faults in one phase, at one seed."""
+    twin = twin_of(phase, design, seed)
+    key = [plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
+    generator = np.random.default_rng(key)
+    return [
+        run_trial(variant, twin, phase, design, seed, moment_within(twin, generator)) for variant in plan.variants
+    ]
+
+
+def run_trial(variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int) -> Trial:
+    """Let one fault strike at a moment of a phase, and judge what comes of it."""
+    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, seed),))
+    run_through(cell, phase)
+    return judged(variant, phase, design, seed, cell, twin.cell)
+
+
+def judged(
+    variant: Variant, phase: Phase, design: Design, seed: int, cell: WatchedCell, twin: WatchedCell
+) -> Trial:
+    """Return what a run shows beside its fault-free twin."""
+    fired = cell.fired[0]
+    axes, healthy = cell.watched, twin.watched
+    stops = [axis for axis in axes if axis.stop_ps is not None]
+    off = max(0.0, *(axis.worst_counts - other.worst_counts for axis, other in zip(axes, healthy, strict=True)))
+    late_s = max(0.0, *(axis.late_s - other.late_s for axis, other in zip(axes, healthy, strict=True)))
+    stopped_by, reason, detected_s = Stopper.NOBODY, "", None
+    if stops:
+        first = min(stops, key=lambda axis: axis.stop_ps or 0)
+        stopped_by, reason = first.stopped_by, reason_of(axes, first)
+        if fired.first_ps is not None:
+            detected_s = max(0.0, ((first.stop_ps or 0) - fired.first_ps) / 1e12)
+        outcome = Outcome.HELD
+    elif not cell.running:
+        stopped_by, reason, outcome = Stopper.HOMING, "the axis is not let go", Outcome.HELD
+    elif any(is_wrong(axis, other) for axis, other in zip(axes, healthy, strict=True)):
+        outcome = Outcome.SILENT
+    elif off > 1.0 or late_s > 5 * MS / 1e12:
+        outcome = Outcome.LATE
+    else:
+        outcome = Outcome.RIGHT
+    return Trial(
+        variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
+        stopped_by=stopped_by, reason=reason, detected_s=detected_s, off_counts=off,
+        left_counts=max((axis.off_counts for axis in axes), key=abs), late_s=late_s,
+        following_counts=max(
+            axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
+        ),
+    )  # fmt: skip
+
+
+def is_wrong(axis: Watched, twin: Watched) -> bool:
+    """Return whether an axis at rest, which nobody has stopped, has wrong counts, or had them for long."""
+    counts = axis.off_counts != 0 or axis.uninserted_counts != 0
+    total = abs(axis.asked_counts) > axis.bound_counts
+    pending = axis.pending_steps != 0 and twin.pending_steps == 0
+    return counts or total or pending or axis.wrong_s > twin.wrong_s + LATE_S or axis.checks == 0
+
+
+def reason_of(axes: Sequence[Watched], first: Watched) -> str:
+    """Return who stopped the machine and why; what only follows from that is passed over."""
+    if first.stopped_by is Stopper.CONTROLLER:
+        return f"controller: {_words(first.alarm)}"
+    for axis in axes:
+        if axis.box_status in _OWN_REASONS:
+            return f"box: {_words(axis.box_status)}"
+    for axis in axes:
+        if axis.pc_reason not in (HoldReason.NONE, HoldReason.OTHER_AXIS):
+            return f"PC: {_words(axis.pc_reason)}"
+    return "box: not homed" if first.stopped_by is Stopper.HOMING else "box: no power"
+
+
+_OWN_REASONS = (
+    Status.I_STILL_DONT_BELIEVE_YOU,
+    Status.LINK_LOST,
+    Status.AXIS_TAKEN,
+    Status.IMPLAUSIBLE,
+    Status.ENCODER_FAULT,
+)
+
+
+def _words(code: enum.IntEnum) -> str:
+    """Return a code in words.
+
+    Examples
+    --------
+    >>> _words(HoldReason.BOX_SILENT)
+    'box silent'
+    """
+    return code.name.lower().replace("_", " ")

@@ -1,0 +1,171 @@
+"""The phases of a machine's operation in which faults strike, each a short program of two axes."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.campaign.safety_watch import MS, SLICE_PS, WatchedCell, station_settings, wavy_table
+from rtec.injector import Design
+from rtec.machine.faults import Fault
+from rtec.machine.station import Move
+from rtec.predictors import Predictor
+from rtec.requester import Precautions
+
+END_PS = 8_000 * MS
+_AFTER_STOP_PS = 400 * MS
+"""A held machine is watched for so long: the feed takes 50 ms to come down, the axis a little longer."""
+_HOT_MM = 0.060
+_FOR_GOOD_S = 1000.0
+
+
+class Phase(enum.Enum):
+    """What the machine is doing when the fault strikes axis 1; axis 2 goes on cutting."""
+
+    START_UP = "start-up"
+    """Homing: switched on, the box takes its home, the PC waits for it."""
+    AT_REST = "at rest"
+    CUTTING = "cutting"
+    """At 2 mm/s, with a correction every 100 ms or so."""
+    RAPID = "rapid"
+    """At 7 m/min, where the speed gate refuses."""
+    REVERSAL = "reversal"
+    INSERTION = "insertion"
+    """The exchange and the pulses of one correction."""
+    PROBING = "probing"
+    LARGE = "large correction"
+    """The table of a hot machine, 60 um away, comes at once under the flag Large Correction."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Twin:
+    """A fault-free run of a phase, and when its phase is."""
+
+    cell: WatchedCell
+    moment_ps: int
+    """First moment at which a fault is within the phase."""
+    span_ps: int
+    """For how long it is."""
+
+
+def moves_of(phase: Phase, seed: int) -> list[list[Move]]:
+    """Return the programs of both axes; the seed moves the ends by 0 to 3 counts, so that rests meet every state."""
+    by_mm = 0.001 * (seed % 4)
+    end = Move(target_mm=6.0 + by_mm, speed_mm_s=2.0, rest_s=_FOR_GOOD_S)
+    cut = Move(target_mm=2.0 + by_mm, speed_mm_s=2.0, rest_s=0.0)
+    programs = {
+        Phase.START_UP: [Move(target_mm=0.0, speed_mm_s=2.0, rest_s=0.3), end],
+        Phase.AT_REST: [Move(target_mm=2.0 + by_mm, speed_mm_s=2.0, rest_s=2.0), end],
+        Phase.CUTTING: [Move(target_mm=9.0 + by_mm, speed_mm_s=2.0, rest_s=_FOR_GOOD_S)],
+        Phase.RAPID: [
+            Move(target_mm=1.0, speed_mm_s=2.0),
+            Move(target_mm=101.0 + by_mm, speed_mm_s=117.0),
+            Move(target_mm=104.0 + by_mm, speed_mm_s=2.0, rest_s=_FOR_GOOD_S),
+        ],
+        Phase.REVERSAL: [
+            Move(target_mm=3.0 + by_mm, speed_mm_s=2.0),
+            Move(target_mm=0.5 + by_mm, speed_mm_s=2.0),
+            Move(target_mm=3.5 + by_mm, speed_mm_s=2.0, rest_s=_FOR_GOOD_S),
+        ],
+        Phase.INSERTION: [Move(target_mm=9.0 + by_mm, speed_mm_s=2.0, rest_s=_FOR_GOOD_S)],
+        Phase.PROBING: [cut, Move(target_mm=2.0 + by_mm, speed_mm_s=2.0, rest_s=0.4), end],
+        Phase.LARGE: [Move(target_mm=0.0 + by_mm, speed_mm_s=2.0, rest_s=2.0), end],
+    }
+    other = [
+        Move(target_mm=3.0, speed_mm_s=2.0, rest_s=0.05),
+        Move(target_mm=0.5, speed_mm_s=1.5, rest_s=0.05),
+        Move(target_mm=4.0 + by_mm, speed_mm_s=2.0, rest_s=_FOR_GOOD_S),
+    ]
+    return [programs[phase], other]
+
+
+def new_cell(
+    phase: Phase,
+    design: Design,
+    seed: int,
+    *,
+    faults: tuple[Fault, ...] = (),
+    precautions: Precautions | None = None,
+) -> WatchedCell:
+    """Return a machine of two axes that is about to run a phase's program."""
+    stations = [station_settings(axis, design, precautions=precautions) for axis in (1, 2)]
+    return WatchedCell(stations, moves_of(phase, seed), wavy_table(), faults=faults)
+
+
+def run_through(cell: WatchedCell, phase: Phase, *, until_ps: int = END_PS) -> None:
+    """Run a machine through its phase, the operator's part included; a held machine is left soon."""
+    for at_ps in (*_ORDERS.get(phase, ()), until_ps):
+        if at_ps > until_ps:
+            continue
+        cell.watch(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
+        if cell.now_ps < at_ps:
+            break
+        if at_ps < until_ps:
+            _order(cell, phase, first=at_ps == _ORDERS[phase][0])
+    if any(axis.stop_ps is not None for axis in cell.watched):
+        cell.settle()
+
+
+_ORDERS = {Phase.PROBING: (1_200 * MS, 4_200 * MS), Phase.LARGE: (1_000 * MS,)}
+
+
+def hot_table() -> Predictor:
+    """Return the prediction of the machine once it is hot."""
+    return wavy_table(offset_mm=_HOT_MM)
+
+
+def _order(cell: WatchedCell, phase: Phase, *, first: bool) -> None:
+    """Do what the operator does."""
+    if phase is Phase.PROBING:
+        cell.probe(first)
+    else:
+        cell.predict_by(hot_table())
+        cell.truth_is(hot_table())
+        cell.mean_large()
+
+
+_MOMENTS = {
+    Phase.AT_REST: (1_600 * MS, 600 * MS),
+    Phase.CUTTING: (1_500 * MS, 600 * MS),
+    Phase.RAPID: (850 * MS, 300 * MS),
+    Phase.PROBING: (1_900 * MS, 900 * MS),
+    Phase.LARGE: (1_000 * MS, 1 * MS),
+}
+
+
+def twin_of(phase: Phase, design: Design, seed: int) -> Twin:
+    """Run a phase without a fault, and find its moment where that depends on what PC and box do."""
+    if phase in _MOMENTS:
+        moment_ps, span_ps = _MOMENTS[phase]
+    else:
+        moment_ps, span_ps = _found(phase, new_cell(phase, design, seed), 1_500 * MS + 97 * MS * (seed % 7))
+    cell = new_cell(phase, design, seed)
+    run_through(cell, phase)
+    return Twin(cell=cell, moment_ps=moment_ps, span_ps=span_ps)
+
+
+def _found(phase: Phase, cell: WatchedCell, from_ps: int) -> tuple[int, int]:
+    """Return the beginning and the length of a phase that is found by looking."""
+    if phase is Phase.START_UP:
+        while not cell.running:
+            cell.watch(until_ps=cell.now_ps + SLICE_PS)
+        return 0, cell.now_ps - 5 * MS
+    if phase is Phase.REVERSAL:
+        highest, highest_ps = 0, 0
+        while cell.now_ps < 2_500 * MS:
+            cell.watch(until_ps=cell.now_ps + SLICE_PS)
+            if cell.true_count(1) > highest:
+                highest, highest_ps = cell.true_count(1), cell.now_ps
+        return highest_ps - 5 * MS, 30 * MS
+    cell.watch(until_ps=from_ps)
+    before = cell.sent_steps(1)
+    while cell.sent_steps(1) == before:
+        cell.watch(until_ps=cell.now_ps + SLICE_PS)
+    return cell.now_ps - SLICE_PS, 1
+
+
+def moment_within(twin: Twin, generator: np.random.Generator) -> int:
+    """Return a random moment of the phase."""
+    return twin.moment_ps + int(generator.integers(0, max(twin.span_ps, 1)))

@@ -1,0 +1,186 @@
+"""The faults of the safety campaign: every class, once, for a while and for good, at either side."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from rtec.campaign.safety_phases import Phase
+from rtec.campaign.safety_watch import MS
+from rtec.link._bus_kernels import bits_of
+from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+
+_K = FaultKind
+_MANY = 1 << 40
+_LATE_PS = 15 * MS
+_WRAPPED_PS = 2_560 * MS
+"""256 turns of the PC: the sequence counter has come round."""
+
+
+class From(enum.Enum):
+    """Whose frames a fault strikes, or where it is."""
+
+    PC = "PC to box"
+    BOX = "box to PC"
+    BUS = "bus"
+    AXIS = "box"
+    ENCODER = "encoder"
+    PROGRAM = "PC"
+
+
+UPSTREAM = frozenset({_K.CABLE_OPEN, _K.LINES_SWAPPED, _K.LINE_BROKEN, _K.GLITCHES})
+"""Faults before the box: box and controller see the same wrong lines."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variant:
+    """A class of faults with its place and its length.
+
+    Parameters
+    ----------
+    kind, where
+        Class and place.
+    how
+        In words: once, for how long, for good.
+    frames
+        Frames that it strikes; 0 for all while it lasts.
+    lasts_ps
+        How long it lasts; 0 for good.
+    delay_ps
+        Delay of frames, or jump of the clock.
+    window
+        Of a forged request: +1 within the box's window, -1 beyond it, 0 either.
+    """
+
+    kind: FaultKind
+    where: From
+    how: str
+    frames: int = 0
+    lasts_ps: int = 0
+    delay_ps: int = 0
+    window: int = 0
+
+    @property
+    def name(self) -> str:
+        """Return class, length and place in words.
+
+        Examples
+        --------
+        >>> VARIANTS[0].name
+        'frame lost, once, PC to box'
+        """
+        place = f", {self.where.value}" if self.where in (From.PC, From.BOX) else ""
+        return f"{self.kind.value}, {self.how}{place}" if self.how else f"{self.kind.value}{place}"
+
+    @property
+    def upstream(self) -> bool:
+        """Return whether it happens before the box."""
+        return self.kind in UPSTREAM
+
+    def fault(self, phase: Phase, moment_ps: int, seed: int, *, axis: int = 1) -> Fault:
+        """Return the fault at a moment of a phase."""
+        place: int | None = None
+        identifier: int | None = None
+        if self.kind.place is FaultPlace.AXIS:
+            place = axis
+        elif self.where is From.PC:
+            place = PC_NODE
+            identifier = None if self.kind is _K.BUS_OFF else REQUEST + axis
+        elif self.where is From.BOX:
+            place = axis
+            one = self.frames > 0 or self.kind in (_K.REQUEST_STUCK, _K.FRAMES_REORDERED)
+            identifier = (STATUS, CORRECTIONS, POSITION)[seed % 3] + axis if one else None
+            identifier = None if self.kind is _K.BUS_OFF else identifier
+        waits = phase is Phase.INSERTION and self.kind.place is FaultPlace.AXIS
+        return Fault(
+            kind=self.kind,
+            place=place,
+            from_ps=moment_ps,
+            until_ps=moment_ps + self.lasts_ps if self.lasts_ps else None,
+            identifier=identifier,
+            most=self.frames or _MANY,
+            delay_ps=self.delay_ps,
+            seed=self._bits(seed),
+            strikes=Strikes.WHILE_INSERTING if waits else Strikes.AT_ONCE,
+        )
+
+    def _bits(self, seed: int) -> int:
+        """Return a seed under which a forged total changes by 1 or 2 steps, or by more than the window."""
+        if self.window == 0:
+            return seed
+        while (bits_of(seed, 0) % 8 < 2) != (self.window > 0):
+            seed += 1000
+        return seed
+
+
+def _both(kind: FaultKind, how: str, **more: int) -> list[Variant]:
+    return [Variant(kind=kind, where=where, how=how, **more) for where in (From.PC, From.BOX)]
+
+
+def _brief(kind: FaultKind, where: From, lasts_ps: int, more: int = 0) -> list[Variant]:
+    """Return a fault for a while and for good."""
+    brief = Variant(kind=kind, where=where, how=f"for {lasts_ps // MS} ms", lasts_ps=lasts_ps, delay_ps=more)
+    return [brief, Variant(kind=kind, where=where, how="for good", delay_ps=more)]
+
+
+VARIANTS: tuple[Variant, ...] = (
+    *_both(_K.FRAME_LOST, "once", frames=1),
+    *_both(_K.FRAME_LOST, "for 30 ms", lasts_ps=30 * MS),
+    *_both(_K.FRAME_LOST, "for good"),
+    *_both(_K.FRAME_LATE, "by 15 ms once", frames=1, delay_ps=_LATE_PS),
+    *_both(_K.FRAME_LATE, "by 15 ms for good", delay_ps=_LATE_PS),
+    *_both(_K.FRAME_LATE, "by a turn of the counter", frames=1, delay_ps=_WRAPPED_PS),
+    *_both(_K.FRAME_DUPLICATED, "once", frames=1, delay_ps=_LATE_PS),
+    *_both(_K.FRAME_DUPLICATED, "for good", delay_ps=_LATE_PS),
+    *_both(_K.FRAMES_REORDERED, "once", frames=1),
+    *_both(_K.FRAMES_REORDERED, "for good"),
+    *_both(_K.FRAME_CORRUPTED, "once", frames=1),
+    *_both(_K.FRAME_CORRUPTED, "for good"),
+    Variant(kind=_K.FRAME_FORGED, where=From.PC, how="once, within the window", frames=1, window=1),
+    Variant(kind=_K.FRAME_FORGED, where=From.PC, how="once, beyond the window", frames=1, window=-1),
+    Variant(kind=_K.FRAME_FORGED, where=From.BOX, how="once", frames=1),
+    *_both(_K.FRAME_FORGED, "for good"),
+    Variant(kind=_K.TOTAL_BIT_FLIPPED, where=From.PC, how="once", frames=1),
+    Variant(kind=_K.TOTAL_BIT_FLIPPED, where=From.PC, how="for good"),
+    *_both(_K.REQUEST_STUCK, "for 30 ms", lasts_ps=30 * MS),
+    *_both(_K.REQUEST_STUCK, "for good"),
+    *_brief(_K.BABBLING_NODE, From.BUS, 20 * MS),
+    *_both(_K.BUS_OFF, "for 20 ms", lasts_ps=20 * MS),
+    *_both(_K.BUS_OFF, "for good"),
+    *_brief(_K.STALE_DATA_VALID, From.AXIS, 20 * MS),
+    *_brief(_K.TORN_POSITION, From.AXIS, 200 * MS),
+    Variant(kind=_K.PC_KILLED, where=From.PROGRAM, how=""),
+    Variant(kind=_K.BOX_RESTARTED, where=From.AXIS, how=""),
+    *_brief(_K.POWER_LOST, From.AXIS, 5 * MS),
+    Variant(kind=_K.CLOCK_JUMP_FORWARD, where=From.PROGRAM, how="by 20 ms", delay_ps=20 * MS),
+    Variant(kind=_K.CLOCK_JUMP_FORWARD, where=From.PROGRAM, how="by 1 s", delay_ps=1000 * MS),
+    Variant(kind=_K.CLOCK_JUMP_BACK, where=From.PROGRAM, how="by 20 ms", delay_ps=20 * MS),
+    Variant(kind=_K.CLOCK_JUMP_BACK, where=From.PROGRAM, how="by 1 s", delay_ps=1000 * MS),
+    *_brief(_K.CABLE_OPEN, From.ENCODER, 50 * MS),
+    *_brief(_K.LINES_SWAPPED, From.ENCODER, 50 * MS),
+    *_brief(_K.LINE_BROKEN, From.ENCODER, 50 * MS),
+    *_brief(_K.GLITCHES, From.ENCODER, 200 * MS),
+    *_brief(_K.SWITCH_THROWN, From.AXIS, 30 * MS),
+    Variant(kind=_K.PROBE_TRIPPED, where=From.AXIS, how=""),
+)
+"""Every class of faults, with its lengths and places."""
+
+
+def impossible(variant: Variant, phase: Phase) -> str | None:
+    """Return why a fault cannot take effect in a phase; None: it can.
+
+    A fault for good takes effect as soon as there is something to strike, if only in the next phase.
+    """
+    still = phase in (Phase.START_UP, Phase.AT_REST, Phase.LARGE)
+    if not still or variant.lasts_ps == 0:
+        return None
+    if variant.kind is _K.GLITCHES:
+        return "a glitch follows an edge, and an axis that stands still has none"
+    if variant.kind in (_K.STALE_DATA_VALID, _K.TORN_POSITION):
+        return "the old word of an axis that stands still is the right word"
+    if variant.kind is _K.LINE_BROKEN:
+        return "a broken line of an axis that stands still says what it said before"
+    if variant.kind is _K.LINES_SWAPPED and phase is Phase.START_UP:
+        return "at home both lines say the same, swapped or not"
+    return None

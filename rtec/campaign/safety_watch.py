@@ -1,0 +1,249 @@
+"""A machine with faults under watch: what its controllers count, against what they should, millisecond by millisecond."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rtec.campaign import safety_kernels as kernels
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.machine.cell import Cell
+from rtec.machine.faults import Fault
+from rtec.machine.station import Alarm, Move, StationSettings
+from rtec.predictors import BidirectionalTable, Predictor
+from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
+from rtec.signal import NEVER
+
+MS = 1_000_000_000
+SLICE_PS = 1 * MS
+REST_PS = 200 * MS
+"""An axis at rest for so long has nothing under way any more."""
+_LAG_S = 0.06
+"""From a position to the correction for it, at worst: two cycles of the box, a turn of the PC, an insertion, a frame
+lost on either way."""
+
+
+class Stopper(enum.IntEnum):
+    """Who stopped the machine."""
+
+    NOBODY = kernels.NOBODY
+    CONTROLLER = kernels.BY_CONTROLLER
+    BOX = kernels.BY_BOX
+    PC = kernels.BY_PC
+    HOMING = kernels.BY_HOMING
+    """The box has no home and does not let the axis go."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Watched:
+    """What came of one axis.
+
+    Parameters
+    ----------
+    off_counts
+        Counts at the controller less the true counts and the insertions that the box has made.
+    uninserted_counts
+        What the lines have been made to go ahead, less what the box says it has completed.
+    asked_counts
+        Counts of the total accepted, less the deviation that the healthy prediction has where the axis truly is.
+    bound_counts
+        What rounding to steps may leave of that.
+    worst_counts
+        Largest difference between controller and healthy prediction until the machine stopped.
+    late_s
+        Time for which it was larger than rounding and speed explain.
+    wrong_s, wrong_counts
+        Longest time for which counts were wrong although nobody said so, and by how much.
+    stop_ps
+        When the axis was stopped; None: it was not.
+    stop_counts
+        Difference between controller and healthy prediction then.
+    pc_reason, box_status
+        Why the PC held, and what the box said, when the first axis of the machine was stopped.
+    following_counts
+        Largest difference between command and counts beyond the lag of the feed: what a speed check sees.
+    """
+
+    off_counts: int
+    uninserted_counts: int
+    pending_steps: int
+    asked_counts: float
+    bound_counts: float
+    worst_counts: float
+    late_s: float
+    wrong_s: float
+    wrong_counts: float
+    stop_ps: int | None
+    stopped_by: Stopper
+    stop_counts: float
+    alarm: Alarm
+    pc_state: PcState
+    pc_reason: HoldReason
+    box_status: Status
+    following_counts: float
+    checks: int
+    gate_refused: int
+    moving_s: float
+    step_counts: int
+    total_steps: int
+    trips: int
+    trip_position: int
+
+
+class WatchedCell(Cell):
+    """A machine with faults whose counts are looked at every millisecond.
+
+    Parameters
+    ----------
+    stations, moves, predictor, faults
+        As of a :class:`~rtec.machine.cell.Cell`.
+    truth
+        What a healthy PC would predict by; by default as the PC does.
+    slice_ps
+        Between two looks.
+
+    Examples
+    --------
+    >>> from rtec.predictors import NoError
+    >>> cell = WatchedCell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0, rest_s=9.0)]], NoError())
+    >>> cell.watch(until_ps=10**12)
+    >>> cell.watched[0].off_counts, cell.watched[0].stop_ps
+    (0, None)
+    """
+
+    def __init__(
+        self,
+        stations: Sequence[StationSettings],
+        moves: Sequence[Sequence[Move]],
+        predictor: Predictor,
+        *,
+        faults: Sequence[Fault] = (),
+        truth: Predictor | None = None,
+        slice_ps: int = SLICE_PS,
+    ) -> None:
+        super().__init__(stations, moves, predictor, faults=faults)
+        self._slice_ps = slice_ps
+        self._truth = self._model if truth is None else (truth.kind, truth.packed)
+        self._watches = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
+        for record, station in zip(self._watches, stations, strict=True):
+            step_counts = station.injector.design.step_counts
+            record.step_counts = step_counts
+            record.count_mm = station.encoder.count_mm
+            record.reversal_counts = station.conversation.reversal_mm / station.encoder.count_mm
+            record.bound = step_counts * (0.5 + station.conversation.rounding_margin) + 1e-6
+            record.lag = _slope(predictor) * _LAG_S
+            record.rest_ps = REST_PS
+        kernels.begin(self._watches)
+
+    def watch(self, *, until_ps: int, stop_after_ps: int = NEVER // 4) -> None:
+        """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``."""
+        run: Any = kernels.watch
+        run(
+            self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps, stop_after_ps,
+            *self._program, *self._model, *self._truth,
+        )  # fmt: skip
+
+    def truth_is(self, predictor: Predictor) -> None:
+        """Take another prediction for the healthy one from now on."""
+        self._truth = (predictor.kind, predictor.packed)
+
+    def probe(self, probing: bool) -> None:
+        """Let the PC enter or leave the probing mode on all axes; in it, totals are to stay."""
+        super().probe(probing)
+        self._watches.frozen = int(probing)
+
+    def sent_steps(self, axis: int) -> int:
+        """Return the total that the PC last asked for."""
+        return int(self._pcs[axis - 1].pc.sent)
+
+    @property
+    def running(self) -> bool:
+        """Return whether every axis is homed and its PC active."""
+        return all(int(pc.pc.state) == PcState.ACTIVE for pc in self._pcs)
+
+    def true_count(self, axis: int) -> int:
+        """Return the count of an encoder, before its cable."""
+        return int(self._stations[axis - 1].encoder.count)
+
+    @property
+    def watched(self) -> tuple[Watched, ...]:
+        """Return what came of every axis so far."""
+        return tuple(self._watched(i) for i in range(len(self.settings)))
+
+    def _watched(self, i: int) -> Watched:
+        state, pc, record = self._stations[i], self._pcs[i], self._watches[i]
+        injector, box = state.injector, state.node.box
+        step_counts = int(record.step_counts)
+        ahead = int(state.receiver.count - state.encoder.count)
+        stopped = record.stop_ps != NEVER
+        wanted = ahead - float(record.error)
+        return Watched(
+            off_counts=ahead - int(injector.ahead),
+            uninserted_counts=int(injector.ahead) - step_counts * int(injector.completed),
+            pending_steps=int(box.accepted) - int(injector.completed),
+            asked_counts=step_counts * int(box.accepted) - wanted,
+            bound_counts=float(record.bound),
+            worst_counts=float(record.worst),
+            late_s=int(record.late_slices) * self._slice_ps / 1e12,
+            wrong_s=int(record.wrong_ps) / 1e12,
+            wrong_counts=float(record.wrong),
+            stop_ps=int(record.stop_ps) if stopped else None,
+            stopped_by=Stopper(int(record.stopped_by)),
+            stop_counts=float(record.stop_error),
+            alarm=Alarm(int(state.alarm)),
+            pc_state=PcState(int(pc.pc.state)),
+            pc_reason=HoldReason(int(record.seen_reason)),
+            box_status=Status(int(record.seen_status)),
+            following_counts=float(record.following),
+            checks=int(record.checks),
+            gate_refused=int(record.refused),
+            moving_s=int(record.moving) * self._slice_ps / 1e12,
+            step_counts=step_counts,
+            total_steps=int(box.accepted),
+            trips=int(box.trips),
+            trip_position=int(box.trip_position),
+        )
+
+
+def station_settings(
+    axis: int, design: Design, *, precautions: Precautions | None = None, conversation: Conversation | None = None
+) -> StationSettings:
+    """Return an axis with a box of a design as the campaigns have it: on the report's 8051, Design B on fast logic.
+
+    On the 8051, Design B loses its lines in a rapid traverse of 30 kHz, without any fault.
+    """
+    processor = Processor.FAST if design is Design.B else Processor.MCS51
+    box = InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=RealEdges.HOLD)
+    return StationSettings(
+        axis=axis,
+        injector=box,
+        precautions=precautions or Precautions(),
+        conversation=conversation or Conversation(),
+    )
+
+
+def wavy_table(*, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010) -> BidirectionalTable:
+    """Return an error that changes by some 20 um a millimetre, with a backlash; the offset is that of a hot machine."""
+    positions_mm = np.linspace(-20.0, 120.0, 281)
+    forward_mm = amplitude_mm * np.sin(positions_mm) + offset_mm
+    return BidirectionalTable(
+        forward_positions_mm=positions_mm,
+        forward_errors_mm=forward_mm,
+        reverse_positions_mm=positions_mm,
+        reverse_errors_mm=forward_mm + backlash_mm,
+    )
+
+
+def _slope(predictor: Predictor) -> float:
+    """Return the steepest change of the deviation, mm per mm."""
+    low_mm, high_mm = predictor.range_mm
+    grid_mm = np.linspace(max(low_mm, -1e3), min(high_mm, 1e3), 2001)
+    steepest = 0.0
+    for direction in (+1, -1):
+        errors_mm = predictor.error_mm(grid_mm, direction)
+        steepest = max(steepest, float(np.max(np.abs(np.diff(errors_mm) / np.diff(grid_mm)))))
+    return steepest

@@ -1,0 +1,379 @@
+"""The messages of box and PC by name: from a frame's bytes to fields with labels and back, as ``rtec.dbc`` says.
+
+The nodes themselves pack and read frames with the compiled functions of ``_frame_kernels``; a test holds these to the
+DBC. This face is for logs, views and programs of others. The DBC lists the axes 1 to 3; axes up to 15 have the same
+messages, with the axis number added to the base identifier (:class:`Kind`).
+"""
+
+from __future__ import annotations
+
+import enum
+import functools
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtec.checks import whole_within
+from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.link import _frame_kernels
+from rtec.link._crc_kernels import seal
+
+if TYPE_CHECKING:
+    from cantools.database.can import Database, Signal
+    from cantools.database.can import Message as DbcMessage
+
+MOST_AXES = _frame_kernels.MOST_AXES
+LISTED_AXES = 3
+"""Axes that the DBC file lists."""
+
+FRAME_BYTES = 8
+PACKAGED = "rtec.dbc"
+
+MOST_BYTES = 1 << 18
+"""Of a DBC file: twenty times ours. The parser takes seconds for a file full of nonsense of this size."""
+MOST_DIGITS = 6
+MOST_BITS = 512
+"""Of any message in a DBC file: those of CAN FD. The parser sets up memory for as many as the file claims."""
+
+
+class Kind(enum.IntEnum):
+    """The kinds of messages, by the identifier that the axis number is added to; a hold is for every axis."""
+
+    HOLD = _frame_kernels.HOLD
+    STATUS = _frame_kernels.STATUS
+    REQUEST = _frame_kernels.REQUEST
+    CORRECTIONS = _frame_kernels.CORRECTIONS
+    POSITION = _frame_kernels.POSITION
+    PROBE = _frame_kernels.PROBE
+
+
+NAMES = {kind: kind.name.capitalize() for kind in Kind}
+KINDS = {name: kind for kind, name in NAMES.items()}
+
+
+class Verdict(enum.Enum):
+    """What is to be thought of a frame under one of our identifiers."""
+
+    RIGHT = "right"
+    WRONG_LENGTH = "wrong length"
+    """Not eight bytes: there are no fields to read."""
+    WRONG_CHECKSUM = "wrong checksum"
+    CONTRADICTORY = "contradictory"
+    """The checksum is right, but the total of a request and its inverse disagree."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """What goes over the bus: the identifier (11 bits) and eight bytes."""
+
+    identifier: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Message:
+    """A frame by name.
+
+    Parameters
+    ----------
+    name
+        ``Hold``, ``Status``, ``Request``, ``Corrections``, ``Position`` or ``Probe``.
+    axis
+        1 to 15; of a hold, the axis that is its cause (0: none).
+    values
+        Field by field: a label where the DBC has one for the value, else a number. Empty if the length is wrong.
+    verdict
+        Whether the frame is to be believed. Order and session are for the node to judge, which knows what came.
+    """
+
+    name: str
+    axis: int
+    values: Mapping[str, int | str]
+    verdict: Verdict
+
+
+class MessageSet:
+    """The message set; make one with :meth:`load`.
+
+    Examples
+    --------
+    >>> messages = MessageSet.load()
+    >>> frame = messages.encode("Request", 2, {"Total": -3, "Enable": 1, "Session": 7})
+    >>> hex(frame.identifier), frame.data.hex(" ")
+    ('0x202', 'f8 01 fd ff 02 00 08 07')
+    >>> message = messages.decode(frame.identifier, frame.data)
+    >>> message.name, message.axis, message.values["Total"], message.verdict.name
+    ('Request', 2, -3, 'RIGHT')
+    >>> status = messages.encode("Status", 2, {"Code": "I_DONT_BELIEVE_YOU", "State": "RUNNING"})
+    >>> messages.decode(status.identifier, status.data).values["Code"]
+    'I_DONT_BELIEVE_YOU'
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._messages = {
+            kind: database.get_message_by_name(_name_in_dbc(kind, 1 if kind != Kind.HOLD else 0)) for kind in Kind
+        }
+        self._sequences: dict[int, int] = {}
+
+    @classmethod
+    def load(cls, path: str | Path | None = None) -> MessageSet:
+        """Return the message set of the package, once a DBC of the user's is found to agree with it.
+
+        Parameters
+        ----------
+        path
+            The user's DBC; it may hold other messages under other identifiers. None: there is none to compare.
+
+        Returns
+        -------
+        MessageSet
+            With sequence counters that begin at 1.
+
+        Raises
+        ------
+        FileFormatError
+            The file is not there, too large, no DBC, or says something else of our messages: the first difference.
+
+        Examples
+        --------
+        >>> MessageSet.load("/nowhere/z.dbc")
+        Traceback (most recent call last):
+        rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read: No such file or directory; allowed: a DBC file
+        """
+        ours = _packaged()
+        if path is not None:
+            theirs = _parsed(path, _text_of(Path(path)))
+            for problem, allowed in _differences(ours, theirs):
+                raise FileFormatError(path, None, problem, f"{allowed}, as in the {PACKAGED} of the package")
+        return cls(ours)
+
+    def decode(self, identifier: int, data: bytes) -> Message | None:
+        """Return what a standard frame says; None if the identifier is none of ours.
+
+        Parameters
+        ----------
+        identifier
+            Of 11 bits; a frame with an identifier of 29 bits is none of ours, whatever its number.
+        data
+            Its bytes. What is wrong with them is said by the verdict, not by an exception.
+
+        Returns
+        -------
+        Message or None
+            Name, axis, fields and verdict.
+        """
+        axis = identifier & _frame_kernels.AXIS_BITS
+        try:
+            kind = Kind(identifier - axis)
+        except ValueError:
+            return None
+        if (axis == 0) != (kind == Kind.HOLD):
+            return None
+        if len(data) != FRAME_BYTES:
+            return Message(name=NAMES[kind], axis=axis, values={}, verdict=Verdict.WRONG_LENGTH)
+        fields = self._messages[kind].decode_simple(bytes(data), decode_choices=True, scaling=False)
+        values = {name: int(value) if isinstance(value, int) else str(value) for name, value in fields.items()}
+        payload = int.from_bytes(data, "little", signed=True)
+        verdict = Verdict.RIGHT
+        if int(seal(identifier, payload)) != payload:
+            verdict = Verdict.WRONG_CHECKSUM
+        elif kind == Kind.REQUEST and not _agrees(data):
+            verdict = Verdict.CONTRADICTORY
+        if kind == Kind.HOLD:
+            axis = data[3]
+        return Message(name=NAMES[kind], axis=axis, values=values, verdict=verdict)
+
+    def encode(self, name: str, axis: int, values: Mapping[str, int | str]) -> Frame:
+        """Return the frame of a message, its checksum filled in.
+
+        Parameters
+        ----------
+        name
+            Of the message, without the axis.
+        axis
+            1 to 15; of a hold, the axis that is its cause (0: none).
+        values
+            Numbers or labels by the name of the field. Where they are not given, ``Sequence`` is one more than in the
+            last frame under the same identifier, and ``TotalInverted`` follows from ``Total``; other fields are 0.
+
+        Returns
+        -------
+        Frame
+            Identifier and eight bytes.
+
+        Raises
+        ------
+        ArgumentError
+            A name that is not known, or a value beyond its field.
+
+        Examples
+        --------
+        >>> MessageSet.load().encode("Request", 1, {"Total": 40000})
+        Traceback (most recent call last):
+        rtec.errors.ArgumentError: Total: 40000 is not allowed; allowed: a whole number from -32768 to 32767
+        """
+        if name not in KINDS:
+            raise ArgumentError("message", name, "a message of box or PC", nearest(name, KINDS))
+        kind = KINDS[name]
+        whole_within("axis", axis, 0 if kind == Kind.HOLD else 1, MOST_AXES)
+        identifier = int(kind) + (axis if kind != Kind.HOLD else 0)
+        signals = {signal.name: signal for signal in self._messages[kind].signals if signal.name != "Crc"}
+        numbers = dict.fromkeys(signals, 0)
+        numbers["Sequence"] = (self._sequences.get(identifier, 0) + 1) & 0xFF
+        for field, value in values.items():
+            if field not in signals or (kind == Kind.HOLD and field == "Axis"):
+                known = [known for known in signals if kind != Kind.HOLD or known != "Axis"]
+                raise ArgumentError("field", field, f"a field of {name}", nearest(field, known))
+            numbers[field] = _number(signals[field], value)
+        if kind == Kind.REQUEST and "TotalInverted" not in values:
+            numbers["TotalInverted"] = ~numbers["Total"] & 0xFFFF
+        if kind == Kind.HOLD:
+            numbers["Axis"] = axis
+        self._sequences[identifier] = numbers["Sequence"]
+        data = self._messages[kind].encode({"Crc": 0, **numbers}, scaling=False)
+        payload = int(seal(identifier, int.from_bytes(data, "little", signed=True)))
+        return Frame(identifier=identifier, data=payload.to_bytes(FRAME_BYTES, "little", signed=True))
+
+
+def _agrees(data: bytes) -> bool:
+    """Return whether the total of a request and its inverse say the same."""
+    return int.from_bytes(data[2:4], "little") ^ int.from_bytes(data[4:6], "little") == 0xFFFF
+
+
+def _number(signal: Signal, value: int | str) -> int:
+    """Return a field's value as a number within its range."""
+    if isinstance(value, str):
+        labels = {str(label): int(number) for number, label in (signal.choices or {}).items()}
+        if value not in labels:
+            hint = nearest(value, labels) if labels else ""
+            raise ArgumentError(
+                signal.name, repr(value)[:60], "one of its labels" if labels else "a whole number", hint
+            )
+        return labels[value]
+    # the field's own width is what limits an encoder; the range in the file is for readers of tables
+    span = 1 << signal.length
+    low = -span // 2 if signal.is_signed else 0
+    return whole_within(signal.name, value, low, low + span - 1)
+
+
+def _name_in_dbc(kind: Kind, axis: int) -> str:
+    return NAMES[kind] if kind == Kind.HOLD else f"{NAMES[kind]}_{axis}"
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of a DBC of the user's, of limited size."""
+    try:
+        if path.exists() and not path.is_file():
+            raise FileFormatError(path, None, "is no regular file", "a DBC file")
+        with open(path, "rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise FileFormatError(path, None, f"cannot be read: {reason}", "a DBC file") from error
+    if len(content) > MOST_BYTES:
+        raise FileFormatError(path, None, f"is larger than {MOST_BYTES} bytes", "the DBC of one bus")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")  # what DBC editors write
+
+
+def _check_claims(path: str | Path, text: str) -> None:
+    """Refuse sizes that no bus has before the parser sets up memory for them."""
+    bare = re.sub(
+        r'//.*?\n|"(\\"|[^"])*?"', lambda skipped: " " + "\n" * skipped[0].count("\n"), text, flags=re.DOTALL
+    )
+    for match in re.finditer(r"(?<=:)\s*[-+]?(\d+)|(?<=\|)\s*[-+]?(\d+)(?=\s*@)", bare):
+        size = match[1] or match[2]
+        if len(size) > MOST_DIGITS or int(size) > MOST_BITS:
+            line = bare.count("\n", 0, match.end()) + 1
+            problem = f"{size[:20]} where the size or place of a message or signal stands"
+            raise FileFormatError(path, line, problem, f"at most {MOST_BITS}, the bits of a message of CAN FD")
+
+
+def _parsed(path: str | Path, text: str) -> Database:
+    """Return the database that a DBC's text describes."""
+    import cantools  # noqa: PLC0415 - 0.4 s
+    from cantools.database.can import Database as CanDatabase  # noqa: PLC0415
+
+    _check_claims(path, text)
+    try:
+        database = cantools.database.load_string(text, database_format="dbc")
+    except Exception as error:  # of a hostile file, the parser raises whatever goes wrong in it first
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise FileFormatError(path, None, f"is no DBC that cantools reads: {reason}", "a DBC file") from error
+    if not isinstance(database, CanDatabase):
+        raise FileFormatError(path, None, "describes no messages", "a DBC file")
+    return database
+
+
+@functools.cache
+def _packaged() -> Database:
+    return _parsed(PACKAGED, (files("rtec.link") / PACKAGED).read_text(encoding="utf-8"))
+
+
+def _differences(ours: Database, theirs: Database) -> Iterator[tuple[str, str]]:
+    """Yield what a user's DBC says differently of our messages, and what we say, the lowest identifier first."""
+    by_name = {message.name: message for message in theirs.messages}
+    by_identifier = {message.frame_id: message for message in theirs.messages if not message.is_extended_frame}
+    for kind in Kind:
+        for axis in (0,) if kind == Kind.HOLD else range(1, MOST_AXES + 1):
+            name, identifier = _name_in_dbc(kind, axis), int(kind) + axis
+            other = by_identifier.get(identifier)
+            if other is not None and other.name != name:
+                yield f"identifier {identifier:#05x} is that of the message {other.name}", f"the message {name}"
+            message = by_name.get(name)
+            if message is not None:
+                template = ours.get_message_by_name(_name_in_dbc(kind, min(axis, 1)))
+                yield from _message_differences(template, message, identifier)
+            elif axis <= LISTED_AXES:
+                yield f"the message {name} is missing", f"{name} with the identifier {identifier:#05x}"
+
+
+def _message_differences(ours: DbcMessage, theirs: DbcMessage, identifier: int) -> Iterator[tuple[str, str]]:
+    name = theirs.name
+    if theirs.frame_id != identifier or theirs.is_extended_frame:
+        width = 29 if theirs.is_extended_frame else 11
+        yield f"{name} has the identifier {theirs.frame_id:#05x} of {width} bits", f"{identifier:#05x} of 11 bits"
+    if theirs.length != ours.length:
+        yield f"{name} has {theirs.length} bytes", f"{ours.length}"
+    found = {signal.name: signal for signal in theirs.signals}
+    for signal in ours.signals:
+        if signal.name not in found:
+            yield f"{name}: the signal {signal.name} is missing", f"{signal.name} at bit {signal.start}"
+            continue
+        expected, facts = _facts(signal), _facts(found[signal.name])
+        for fact, value in expected.items():
+            if facts[fact] != value:
+                yield f"{name}, signal {signal.name}: {fact} is {facts[fact]}", str(value)
+    known = {signal.name for signal in ours.signals}
+    for signal in theirs.signals:
+        if signal.name not in known:
+            yield f"{name}: the signal {signal.name} at bit {signal.start}", f"only {', '.join(sorted(known))}"
+
+
+def _facts(signal: Signal) -> dict[str, object]:
+    """Return what decides how a signal's bits are read."""
+    labels = {int(number): str(label)[:60] for number, label in (signal.choices or {}).items()}
+    return {
+        "start bit": signal.start,
+        "length in bits": signal.length,
+        "byte order": signal.byte_order,
+        "sign": "signed" if signal.is_signed else "unsigned",
+        "type": "float" if signal.is_float else "whole number",
+        "scale": float(signal.scale),
+        "offset": float(signal.offset),
+        "unit": signal.unit or "none",
+        "multiplexing": "multiplexed" if signal.is_multiplexer or signal.multiplexer_ids else "none",
+        **{f"label of {number}": labels.get(number, "none") for number in range(_labels(signal))},
+    }
+
+
+def _labels(signal: Signal) -> int:
+    """Return how many values have or may have a label."""
+    return 1 << min(signal.length, FRAME_BYTES)

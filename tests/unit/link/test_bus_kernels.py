@@ -1,0 +1,318 @@
+"""The bus: who sends when, how long a frame takes, and what each fault does to it."""
+
+from importlib.resources import files
+
+import cantools
+import numpy as np
+import pytest
+from bus_oracle import Bus, Fault
+from can_bits_oracle import TAIL_BITS, bare_bits, frame_bits, stuffed, worst_frame
+from crc_oracle import frame_checksum
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rtec._jit import new_record
+from rtec.link import _bus_kernels as bus_kernels
+from rtec.link._bus_kernels import ANY, BUS, FAULT, FRAME_BITS, next_delivery, reset, submit
+from rtec.link._frame_kernels import corrections_frame, request_frame, status_frame
+from rtec.signal._kernels import NEVER
+
+BIT_PS = 2_000_000  # 500 kbit/s
+FRAME_PS = 270_000_000
+MS = 10**9
+PC, BOX = 0, 1
+LAST_PS = 10**6 * MS
+
+
+def fault(kind, *, node=ANY, identifier=ANY, begin=0, end=1 << 60, most=1 << 60, delay=0, seed=1):
+    return {
+        "kind": getattr(bus_kernels, kind), "place": node, "identifier": identifier, "from_ps": begin,
+        "until_ps": end, "most": most, "delay_ps": delay, "seed": seed,
+    }  # fmt: skip
+
+
+def drive(frames, *faults):
+    """Submit frames in order of time; return those delivered, and the bus and the faults as they are then."""
+    bus = new_record(BUS)
+    reset(bus, BIT_PS)
+    struck = np.rec.array(np.zeros(len(faults), dtype=FAULT))
+    for record, values in zip(struck, faults, strict=True):
+        for name, value in values.items():
+            record[name] = value
+    found = []
+
+    def collect(before_ps):
+        while (t_ps := next_delivery(bus, struck, before_ps)) != NEVER:
+            found.append((int(t_ps), int(bus.node), int(bus.identifier), int(bus.payload)))
+
+    for t_ps, node, identifier, payload in frames:
+        collect(t_ps + 1)
+        submit(bus, struck, node, t_ps, identifier, payload)
+    collect(LAST_PS)
+    return found, bus, struck
+
+
+def cycles(number, identifier=0x201, node=PC, first=0):
+    """Return a frame each 10 ms, counted in its payload."""
+    return [(first + k * 10 * MS, node, identifier, 100 + k) for k in range(number)]
+
+
+def payloads(found):
+    return [payload for *_, payload in found]
+
+
+# arbitration and time
+
+
+def test_lowest_identifier_passes_first_and_a_node_keeps_its_order():
+    frames = [(0, 1, 0x301, 1), (0, 1, 0x181, 2), (0, 2, 0x202, 3), (0, 3, 0x183, 4), (0, 0, 0x080, 5)]
+    found, bus, _ = drive(frames)
+    # the first to come finds the bus idle; then 0x080, 0x181 (behind its node's 0x301), 0x183, 0x202
+    assert [frame[2] for frame in found] == [0x301, 0x080, 0x181, 0x183, 0x202]
+    assert [frame[0] for frame in found] == [FRAME_PS * k for k in range(1, 6)]
+    assert (bus.frames, bus.busy_ps, bus.overrun) == (5, 5 * FRAME_PS, 0)
+
+
+def test_urgent_frame_waits_for_the_one_on_the_wires_only():
+    found, *_ = drive([(0, 1, 0x381, 1), (0, 1, 0x382, 2), (FRAME_PS - 1, 0, 0x080, 3)])
+    assert [(t_ps, payload) for t_ps, *_, payload in found] == [(FRAME_PS, 1), (2 * FRAME_PS, 3), (3 * FRAME_PS, 2)]
+
+
+def test_node_that_wants_to_send_too_much_is_counted():
+    found, bus, _ = drive([(0, 1, 0x181, k) for k in range(20)])
+    assert payloads(found) == list(range(17))  # one on the wires and 16 that wait
+    assert bus.overrun == 3
+
+
+FRAMES = st.lists(
+    st.tuples(
+        st.integers(0, 4 * FRAME_PS), st.integers(0, 3), st.sampled_from([0x080, 0x181, 0x201, 0x202, 0x301]),
+        st.integers(-(2**63), 2**63 - 1),
+    ),
+    max_size=40,
+)  # fmt: skip
+FAULTS = st.builds(
+    dict,
+    kind=st.sampled_from(["LOST", "LATE", "DUPLICATED", "REORDERED", "STUCK", "BABBLING", "OFF"]),
+    node=st.integers(0, 3),
+    identifier=st.sampled_from([ANY, 0x181, 0x201]),
+    begin=st.integers(0, 20 * FRAME_PS),
+    length=st.integers(0, 40 * FRAME_PS),
+    most=st.integers(0, 20),
+    delay=st.integers(0, 3 * FRAME_PS),
+)
+
+
+@settings(deadline=None, max_examples=300)
+@given(FRAMES, st.lists(FAULTS, max_size=2))
+def test_bus_is_that_of_the_oracle(steps, drawn):
+    # the steps between frames add up to their times
+    frames, now_ps = [], 0
+    for step_ps, *frame in steps:
+        now_ps += step_ps // 3
+        frames.append((now_ps, *frame))
+    faults, plain = [], []
+    for d in drawn:
+        where = {"node": d["node"], "begin": d["begin"], "end": d["begin"] + d["length"], "most": d["most"]}
+        faults.append(fault(d["kind"], identifier=d["identifier"], delay=d["delay"], **where))
+        plain.append(
+            Fault(
+                kind=d["kind"], node=d["node"], identifier=None if d["identifier"] == ANY else d["identifier"],
+                begin_ps=d["begin"], end_ps=where["end"], most=d["most"], delay_ps=d["delay"],
+            )
+        )  # fmt: skip
+    found, bus, struck = drive(frames, *faults)
+    oracle = Bus(BIT_PS, plain)
+    for frame in frames:
+        oracle.submit(*frame)
+    oracle.run(LAST_PS)
+    if bus.overrun:
+        return  # the oracle's queues have no end
+    assert found == oracle.delivered
+    assert [int(f.fired) for f in struck] == [f.fired for f in plain]
+
+
+# faults, one by one
+
+
+def test_no_fault_no_change():
+    found, _, struck = drive(cycles(10), fault("LOST", identifier=0x202), fault("LATE", node=3, delay=MS))
+    assert payloads(found) == list(range(100, 110))
+    assert [int(f.fired) for f in struck] == [0, 0]
+
+
+def test_lost():
+    found, _, (f,) = drive(cycles(10), fault("LOST", begin=20 * MS, most=3))
+    assert payloads(found) == [100, 101, 105, 106, 107, 108, 109]
+    assert (f.fired, f.fired_ps) == (3, 20 * MS + FRAME_PS)
+
+
+def test_late():
+    found, _, (f,) = drive(cycles(6), fault("LATE", most=1, delay=25 * MS))
+    assert payloads(found) == [101, 102, 100, 103, 104, 105]
+    assert found[2][0] == FRAME_PS + 25 * MS
+    assert f.fired == 1
+
+
+def test_late_frames_arrive_when_each_is_due():
+    delays = [
+        fault("LATE", begin=k * 10 * MS, end=(k + 1) * 10 * MS, delay=d * MS) for k, d in enumerate((40, 15, 2))
+    ]
+    found, _, struck = drive(cycles(5), *delays)
+    # due at 40, 25 and 22 ms, and a frame's time later
+    assert [(t_ps - FRAME_PS, payload) for t_ps, *_, payload in found] == [
+        (22 * MS, 102), (25 * MS, 101), (30 * MS, 103), (40 * MS, 104), (40 * MS, 100)
+    ]  # fmt: skip
+    assert [int(f.fired) for f in struck] == [1, 1, 1]
+
+
+def test_duplicated():
+    found, _, (f,) = drive(cycles(3), fault("DUPLICATED", begin=10 * MS, delay=MS))
+    assert payloads(found) == [100, 101, 101, 102, 102]
+    assert f.fired == 2
+
+
+def test_reordered():
+    found, _, (f,) = drive(cycles(6), fault("REORDERED", begin=10 * MS, most=1))
+    assert payloads(found) == [100, 102, 101, 103, 104, 105]
+    assert f.fired == 1
+
+
+def test_reordered_frames_are_of_one_node():
+    # two boxes with one axis number
+    frames = [(0, 1, 0x181, 1), (MS, 2, 0x181, 2), (2 * MS, 1, 0x181, 3)]
+    found, _, (f,) = drive(frames, fault("REORDERED", node=1, most=1))
+    assert [(node, payload) for _, node, _, payload in found] == [(2, 2), (1, 3), (1, 1)]
+    assert f.fired == 1
+
+
+def test_stuck_request_is_sent_again_and_again():
+    frames = sorted(cycles(5) + cycles(5, identifier=0x080, first=MS))
+    found, _, (f,) = drive(frames, fault("STUCK", node=PC, begin=20 * MS))
+    assert payloads([frame for frame in found if frame[2] == 0x201]) == [100, 101, 102, 102, 102]
+    # another frame of the node is not overwritten with the stuck one
+    assert payloads([frame for frame in found if frame[2] == 0x080]) == [100, 101, 102, 103, 104]
+    assert f.fired == 2
+
+
+def test_babbling_node_takes_the_bus():
+    found, bus, (f,) = drive(cycles(10), fault("BABBLING", begin=15 * MS, end=45 * MS))
+    assert payloads(found) == list(range(100, 110))
+    times = [t_ps for t_ps, *_ in found]
+    assert times[1] == 10 * MS + FRAME_PS
+    assert 45 * MS < times[2] < 45 * MS + 3 * FRAME_PS  # from 20 ms on nobody else comes through
+    assert [times[3] - times[2], times[4] - times[3]] == [FRAME_PS, FRAME_PS]
+    assert f.fired == bus.frames - 10 == pytest.approx(25 * MS / FRAME_PS, abs=1)
+
+
+def test_other_faults_do_not_prove_themselves_on_the_babbling_node():
+    _, _, struck = drive(
+        cycles(1, first=MS), fault("BABBLING", end=5 * MS), fault("LOST", end=5 * MS), fault("CORRUPTED", end=5 * MS)
+    )
+    assert [int(f.fired) > 0 for f in struck] == [True, False, False]
+
+
+def test_node_off_the_bus_is_silent_and_sends_nothing_old_afterwards():
+    found, _, (f,) = drive(cycles(10), fault("OFF", node=PC, begin=25 * MS, end=55 * MS))
+    assert payloads(found) == [100, 101, 102, 106, 107, 108, 109]
+    assert f.fired == 3
+    waiting = [(0, 1, 0x181, 1), (0, PC, 0x201, 2), (0, PC, 0x202, 3), (30 * MS, PC, 0x203, 4)]
+    found, _, (f,) = drive(waiting, fault("OFF", node=PC, begin=1, end=20 * MS))
+    assert payloads(found) == [1, 4]
+    assert f.fired == 1
+
+
+def test_corrupted_frame_is_another_one_under_a_wrong_checksum():
+    right = int(request_frame(1, 5, -3, 8, 0, 7))
+    weights = set()
+    for seed in range(60):
+        found, _, (f,) = drive([(k * MS, PC, 0x201, right) for k in range(10)], fault("CORRUPTED", seed=seed))
+        assert f.fired == len(found) == 10
+        for *_, payload in found:
+            weights.add(((right ^ payload) % 2**64).bit_count())
+            data = payload.to_bytes(8, "little", signed=True)
+            assert frame_checksum(0x201, data) != data[0]
+    assert weights == {1, 2, 3}
+
+
+@pytest.mark.parametrize(("kind", "agrees"), [("FLIPPED", False), ("FORGED", True)])
+def test_miscounted_request_has_a_right_checksum(kind, agrees):
+    right = int(request_frame(1, 5, 100, 8, 0, 7))
+    bits = set()
+    for seed in range(40):
+        found, _, (f,) = drive([(0, PC, 0x201, right)], fault(kind, seed=seed))
+        data = found[0][3].to_bytes(8, "little", signed=True)
+        total, inverted = int.from_bytes(data[2:4], "little"), int.from_bytes(data[4:6], "little")
+        assert f.fired == 1
+        assert (total ^ 100).bit_count() == 1
+        assert (total + inverted == 65535) is agrees
+        assert frame_checksum(0x201, data) == data[0]
+        bits.add(total ^ 100)
+    assert bits == {1 << k for k in range(8)}
+
+
+@pytest.mark.parametrize("kind", ["FLIPPED", "FORGED"])
+def test_only_requests_are_miscounted(kind):
+    frames = [
+        (0, 1, 0x181, int(status_frame(1, 5, 0, 1, 7, 0, 0, 0))),
+        (MS, 1, 0x281, int(corrections_frame(1, 5, 3, 3, 7, 5))),
+    ]
+    found, _, (f,) = drive(frames, fault(kind))
+    assert payloads(found) == [frame[3] for frame in frames]
+    assert f.fired == 0
+
+
+# how long a frame is
+
+
+def test_oracle_of_the_wire_knows_stuffing():
+    assert stuffed([0] * 5 + [1] * 4) == [0] * 5 + [1] * 5 + [0]  # the stuff bit counts as the first of five
+    assert stuffed([1, 1, 1, 1, 1, 1]) == [1, 1, 1, 1, 1, 0, 1]
+    assert stuffed([0, 1] * 9) == [0, 1] * 9
+    # 1 start + 11 identifier + 3 + 4 length + 64 data + 15 checksum, and 13 behind them
+    assert (len(bare_bits(0x201, bytes(8))), TAIL_BITS) == (98, 13)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 0x7FF), st.binary(min_size=8, max_size=8))
+def test_no_frame_is_longer_than_the_bus_takes_for_one(identifier, data):
+    assert 111 <= frame_bits(identifier, data) <= 133 < FRAME_BITS
+
+
+def test_longest_frame_of_all_is_two_bits_below_the_bound():
+    most, identifier, data = worst_frame()
+    assert frame_bits(identifier, data) == 111 + most == 133
+    # a stuff bit after the first five bits and then after each four, were all 98 bits free
+    assert 111 + (98 - 1) // 4 == FRAME_BITS
+
+
+@pytest.mark.parametrize("axis", [1, 2, 3])
+@pytest.mark.parametrize("base", [0x180, 0x200, 0x280, 0x300, 0x380])
+def test_longest_frame_of_three_axes(base, axis):
+    most, identifier, data = worst_frame(base + axis)
+    assert identifier == base + axis
+    assert frame_bits(identifier, data) == 111 + most <= 131
+
+
+def test_load_of_three_axes():
+    dbc = cantools.database.load_string((files("rtec.link") / "rtec.dbc").read_text(), database_format="dbc")
+    load = {}
+    for message in dbc.messages:
+        kind = message.name.partition("_")[0]
+        load[kind] = load.get(kind, 0.0) + FRAME_BITS * 1000 / message.cycle_time / 500_000
+    always = sum(load[kind] for kind in ("Status", "Request", "Corrections", "Position"))
+    assert always == pytest.approx(0.324)
+    assert always + load["Probe"] == pytest.approx(0.405)
+    # held by the PC: a hold for each axis
+    assert always + load["Probe"] + 3 * load["Hold"] == pytest.approx(0.486)
+
+
+@pytest.mark.parametrize(("events", "last_ms"), [(0, 4.05), (2, 5.67)])
+def test_all_frames_of_a_cycle_at_once_are_through_before_the_next(events, last_ms):
+    frames = [(0, PC, 0x200 + axis, 0) for axis in (1, 2, 3)]
+    for axis in (1, 2, 3):
+        frames += [(0, axis, base + axis, 0) for base in (0x180, 0x280, 0x300, 0x380)]
+        frames += [(0, axis, base + axis, 1) for base in (0x180, 0x280)[:events]]  # code changed, job done
+    found, *_ = drive(frames)
+    assert len(found) == 15 + 3 * events
+    assert found[-1][0] == pytest.approx(last_ms * MS)

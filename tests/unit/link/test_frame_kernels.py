@@ -1,0 +1,256 @@
+"""The compiled frames against cantools and the DBC; numbers of the DBC against those of the nodes."""
+
+import ast
+import inspect
+import os
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+import cantools
+import pytest
+from crc_oracle import frame_checksum
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rtec.link import _frame_kernels as frames
+from rtec.requester import Status, _box_kernels, _pc_node_kernels
+
+ROOT = Path(__file__).parents[3]
+DBC = cantools.database.load_string((files("rtec.link") / "rtec.dbc").read_text(), database_format="dbc")
+
+AXES = st.integers(1, 15)
+BYTE = st.integers(0, 255)
+TOTAL = st.integers(-(2**15), 2**15 - 1)
+POSITION = st.integers(-(2**31), 2**31 - 1)
+FRAMES = st.binary(min_size=8, max_size=8)
+
+
+def drawn(*strategies):
+    """Draw examples without a deadline: the first one compiles."""
+    return lambda test: settings(deadline=None)(given(*strategies)(test))
+
+
+def data_of(payload):
+    return int(payload).to_bytes(8, "little", signed=True)
+
+
+def payload_of(data):
+    return int.from_bytes(data, "little", signed=True)
+
+
+def by_cantools(name, identifier, **values):
+    """Return what cantools makes of the message of axis 1, under another axis' identifier."""
+    data = DBC.encode_message(name, {"Crc": 0, **values})
+    return bytes([frame_checksum(identifier, data)]) + data[1:]
+
+
+def read_by_cantools(name, data):
+    return DBC.decode_message(name, data, decode_choices=False)
+
+
+# packing
+
+
+@drawn(AXES, BYTE, TOTAL, st.integers(0, 31), st.integers(0, 7), BYTE)
+def test_request(axis, sequence, total, flags, requester, session):
+    assert data_of(frames.request_frame(axis, sequence, total, flags, requester, session)) == by_cantools(
+        "Request_1", 0x200 + axis, Sequence=sequence, Total=total, TotalInverted=0xFFFF - total % 65536,
+        LargeCorrection=flags & 1, Probing=flags >> 1 & 1, GoHome=flags >> 2 & 1, Enable=flags >> 3 & 1,
+        Reset=flags >> 4, Requester=requester, Session=session,
+    )  # fmt: skip
+
+
+@drawn(AXES, BYTE, BYTE, BYTE, BYTE, BYTE, BYTE, BYTE)
+def test_status(axis, sequence, code, flags, session, refused, requests, moments):
+    frame = frames.status_frame(axis, sequence, code, flags & 0x7F, session, refused, requests, moments)
+    assert data_of(frame) == by_cantools(
+        "Status_1", 0x180 + axis, Sequence=sequence, Code=code, State=flags & 7, SwitchOn=flags >> 3 & 1,
+        Probing=flags >> 4 & 1, HoldWanted=flags >> 5 & 1, AtHome=flags >> 6 & 1, Session=session,
+        FramesRefused=refused, RequestsRefused=requests, MomentsRefused=moments,
+    )  # fmt: skip
+
+
+@drawn(AXES, BYTE, TOTAL, TOTAL, BYTE, BYTE)
+def test_corrections(axis, sequence, completed, accepted, session, judged):
+    assert data_of(frames.corrections_frame(axis, sequence, completed, accepted, session, judged)) == by_cantools(
+        "Corrections_1", 0x280 + axis, Sequence=sequence, Completed=completed, Accepted=accepted,
+        Session=session, Judged=judged,
+    )  # fmt: skip
+
+
+@drawn(AXES, BYTE, POSITION, st.integers(0, 1), st.integers(-(2**14), 2**14 - 1))
+def test_position(axis, sequence, position, valid, change):
+    assert data_of(frames.position_frame(axis, sequence, position, valid, change)) == by_cantools(
+        "Position_1", 0x300 + axis, Sequence=sequence, Position=position, DataValid=valid, Change=change
+    )
+
+
+@drawn(AXES, BYTE, POSITION, BYTE, BYTE)
+def test_probe(axis, sequence, position, trips, session):
+    assert data_of(frames.probe_frame(axis, sequence, position, trips, session)) == by_cantools(
+        "Probe_1", 0x380 + axis, Sequence=sequence, Position=position, Trips=trips, Session=session
+    )
+
+
+@drawn(BYTE, BYTE, st.integers(0, 15))
+def test_hold(sequence, reason, axis):
+    assert data_of(frames.hold_frame(sequence, reason, axis)) == by_cantools(
+        "Hold", 0x080, Sequence=sequence, Reason=reason, Axis=axis
+    )
+
+
+@drawn(st.integers(-(2**40), 2**40))
+def test_counters_wrap_into_their_fields(number):
+    assert frames.probe_frame(1, number, number, number, number) == frames.probe_frame(
+        1, number % 256, (number + 2**31) % 2**32 - 2**31, number % 256, number % 256
+    )
+    wrapped = (number + 2**14) % 2**15 - 2**14  # Change is modulo 2^15
+    assert frames.position_frame(1, 0, 0, 0, number) == frames.position_frame(1, 0, 0, 0, wrapped)
+
+
+# reading
+
+
+@drawn(FRAMES)
+def test_fields_of_any_request(data):
+    payload, fields = payload_of(data), read_by_cantools("Request_1", data)
+    assert frames.sequence_of(payload) == fields["Sequence"]
+    assert frames.request_total(payload) == fields["Total"]
+    assert frames.request_agrees(payload) == (fields["Total"] % 65536 + fields["TotalInverted"] == 65535)
+    assert frames.request_requester(payload) == fields["Requester"]
+    assert frames.session_of(payload) == fields["Session"]
+    flags = ["LargeCorrection", "Probing", "GoHome", "Enable", "Reset"]
+    assert frames.request_flags(payload) == sum(fields[flag] << k for k, flag in enumerate(flags))
+
+
+@drawn(st.data())
+def test_request_that_agrees_is_rare_among_frames(data):
+    total = data.draw(st.integers(0, 65535))
+    inverted = data.draw(st.sampled_from([65535 - total, total]) | st.integers(0, 65535))
+    frame = bytes(2) + total.to_bytes(2, "little") + inverted.to_bytes(2, "little") + bytes(2)
+    assert frames.request_agrees(payload_of(frame)) == (total + inverted == 65535)
+
+
+@drawn(FRAMES)
+def test_fields_of_any_status(data):
+    payload, fields = payload_of(data), read_by_cantools("Status_1", data)
+    assert frames.status_code(payload) == fields["Code"]
+    flags = fields["State"] | fields["SwitchOn"] << 3 | fields["Probing"] << 4
+    flags |= fields["HoldWanted"] << 5 | fields["AtHome"] << 6
+    assert frames.status_flags(payload) & 0x7F == flags
+    assert frames.status_session(payload) == fields["Session"]
+
+
+@drawn(FRAMES)
+def test_fields_of_any_corrections(data):
+    payload, fields = payload_of(data), read_by_cantools("Corrections_1", data)
+    assert frames.corrections_completed(payload) == fields["Completed"]
+    assert frames.corrections_accepted(payload) == fields["Accepted"]
+    assert frames.corrections_session(payload) == fields["Session"]
+    assert frames.corrections_judged(payload) == fields["Judged"]
+
+
+@drawn(FRAMES)
+def test_fields_of_any_position_or_probe_latch(data):
+    payload, fields = payload_of(data), read_by_cantools("Position_1", data)
+    assert frames.position_of(payload) == fields["Position"]
+    assert frames.position_valid(payload) == fields["DataValid"]
+    assert frames.position_change(payload) == fields["Change"] % 2**15
+    fields = read_by_cantools("Probe_1", data)
+    assert frames.position_of(payload) == fields["Position"]
+    assert frames.probe_trips(payload) == fields["Trips"]
+    assert frames.session_of(payload) == fields["Session"]
+
+
+@drawn(FRAMES)
+def test_fields_of_any_hold(data):
+    payload, fields = payload_of(data), read_by_cantools("Hold", data)
+    assert frames.hold_reason(payload) == fields["Reason"]
+    assert frames.hold_axis(payload) == fields["Axis"]
+
+
+# numbers
+
+
+def test_identifiers_are_those_of_the_dbc():
+    found = {message.name: message.frame_id for message in DBC.messages}
+    expected = {"Hold": frames.HOLD}
+    for name in ("Status", "Request", "Corrections", "Position", "Probe"):
+        expected |= {f"{name}_{axis}": getattr(frames, name.upper()) + axis for axis in (1, 2, 3)}
+    assert found == expected
+    # a hold passes before all else, and what stops a box before what moves it
+    assert sorted(expected.values())[:4] == [0x080, 0x181, 0x182, 0x183]
+    assert frames.MOST_AXES == frames.AXIS_BITS == 15
+
+
+def test_flags_are_those_of_the_dbc():
+    request = {signal.name: 1 << (signal.start - 48) for signal in DBC.get_message_by_name("Request_1").signals[4:]}
+    assert request["LargeCorrection"] == frames.LARGE_CORRECTION == _box_kernels.LARGE_CORRECTION
+    assert request["Probing"] == frames.PROBING == _box_kernels.PROBING
+    assert request["GoHome"] == frames.GO_HOME == _box_kernels.GO_HOME
+    assert (request["Enable"], request["Reset"]) == (frames.ENABLE, frames.RESET)
+    assert request["Requester"] == 1 << frames.REQUESTER_SHIFT
+    status = {signal.name: signal.start - 24 for signal in DBC.get_message_by_name("Status_1").signals[3:]}
+    assert [1 << status[name] for name in ("SwitchOn", "Probing", "HoldWanted", "AtHome")] == [
+        frames.SWITCH_ON, frames.IS_PROBING, frames.HOLD_WANTED, frames.AT_HOME
+    ]  # fmt: skip
+    change = DBC.get_message_by_name("Position_1").get_signal_by_name("Change")
+    assert change.length == frames.CHANGE_BITS
+
+
+def labels(message, signal):
+    choices = DBC.get_message_by_name(message).get_signal_by_name(signal).choices
+    return {str(label): number for number, label in choices.items()}
+
+
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_codes_are_those_of_the_box(axis):
+    codes = labels(f"Status_{axis}", "Code")
+    assert sorted(codes.values()) == list(range(12))
+    for label, number in codes.items():
+        known = getattr(_box_kernels, f"STATUS_{label}", None)
+        assert number == (known if known is not None else getattr(_box_kernels, label)), label
+    assert {status.name: int(status) for status in Status}.items() <= codes.items()
+    for label, number in labels(f"Status_{axis}", "State").items():
+        assert number == getattr(_box_kernels, label)
+
+
+def test_reasons_are_those_of_the_pc():
+    # the block of constants that begins with NONE
+    block, last = {}, 0
+    for node in ast.parse(inspect.getsource(_pc_node_kernels)).body:
+        if isinstance(node, ast.Assign) and (node.targets[0].id == "NONE" or (block and node.lineno == last + 1)):
+            block[node.targets[0].id] = ast.literal_eval(node.value)
+            last = node.lineno
+    assert labels("Hold", "Reason") == block
+    assert len(block) >= 20
+
+
+def test_every_axis_of_the_dbc_has_the_same_messages():
+    def facts(message):
+        return [
+            (s.name, s.start, s.length, s.is_signed, s.scale, s.unit, s.comment, s.choices) for s in message.signals
+        ]
+
+    for name in ("Status", "Request", "Corrections", "Position", "Probe"):
+        one, *others = (DBC.get_message_by_name(f"{name}_{axis}") for axis in (1, 2, 3))
+        for other in others:
+            assert facts(other) == facts(one)
+            assert (other.comment, other.cycle_time, other.length) == (one.comment, one.cycle_time, 8)
+
+
+@pytest.mark.parametrize("mode", ["NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK"])
+def test_kernels_of_the_link_pass_in_this_mode(mode, tmp_path):
+    # the cache of machine code does not tell the modes apart
+    environment = {**os.environ, mode: "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [
+        sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "not in_this_mode",
+        *(f"tests/unit/link/test_{name}_kernels.py" for name in ("crc", "frame", "bus")),
+    ]  # fmt: skip
+    result = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-1000:]
+    assert int(result.stdout.split(" passed")[0].split()[-1]) > 40
