@@ -57,7 +57,7 @@ def box(
     ] = False,
     speed: Annotated[str, option("--speed", TIMES, "N", "Axes run N times faster than the clock.")] = "1",
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request believed.")] = "3",
-    watch: Annotated[str, option("--watch", TIMES, "50ms", "Longest silence of the PC.")] = "50ms",
+    watch: Annotated[str, option("--watch", TIMES, "100ms", "Longest silence of the PC.")] = "100ms",
     limit: Annotated[str, option("--limit", TIMES, "STEPS", "Totals beyond it are never believed; 0: none.")] = "0",
     duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
     seed: Annotated[

@@ -72,8 +72,8 @@ class BoxLoop:
 
     @property
     def due_ps(self) -> int:
-        """Return the time of the next reading, on the clock of the bus."""
-        return self._on_bus_ps(min(station.due_ps for station in self.stations))
+        """Return the time of the next reading that matters to the bus, on its clock."""
+        return self._on_bus_ps(min(station.awaited_ps for station in self.stations))
 
     def step(self) -> None:
         """Wait for the next reading or frame, and carry it out.

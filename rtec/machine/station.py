@@ -238,6 +238,7 @@ class Station:
         first_ps = start_ps + settings.conversation.box_period_ps
         _station_kernels.start(self._state, start_ps, first_ps, whole_within("session", session, 0, 255))
         self._now_ps = start_ps
+        self._heard = False
 
     @property
     def now_ps(self) -> int:
@@ -253,6 +254,8 @@ class Station:
             A time before the last one.
         """
         until_ps = whole_within("until_ps", until_ps, self._now_ps, NEVER - 1, unit="ps (time never runs back)")
+        if until_ps > self.due_ps:
+            self._heard = False
         sent: list[tuple[int, Frame]] = []
         out = self._state.node.out
         while self._now_ps < until_ps:
@@ -267,8 +270,22 @@ class Station:
         """Return the time of the box's next reading."""
         return int(self._state.node.box.next_ps)
 
+    @property
+    def awaited_ps(self) -> int:
+        """Return the time of the next reading after which there may be something to send.
+
+        While the box has nothing to judge and nothing to insert, that is the next of its cycle. What changes by itself
+        in between (a watch that runs out, a probe that trips) is told then.
+        """
+        node = self._state.node
+        next_ps, period_ps = self.due_ps, int(node.box.period_ps)
+        if self._heard or node.box.accepted != self._state.injector.completed:
+            return next_ps
+        return next_ps + max(-((next_ps - int(node.cycle_next_ps)) // period_ps), 0) * period_ps
+
     def receive(self, frame: Frame) -> None:
         """Hand the box a frame at the present time; what is none of its messages is passed over."""
+        self._heard = True
         if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
             _station_kernels.receive(self._state, self._now_ps, frame.identifier, frame.payload)
 

@@ -36,7 +36,7 @@ def test_turns_keep_to_the_grid(together):
 def test_a_late_turn_does_not_move_the_grid(together):
     pair = together()
     pair.run(0.5)
-    pair.clock.now_ps += 13 * MS
+    pair.clock.now_ps = 513 * MS
     pair.run(0.5)
     times = [at_ps for at_ps, frame in pair.far.sent if frame.identifier == 0x201]
     off = [at_ps for at_ps in times if at_ps % (10 * MS) != 2 * MS]

@@ -178,6 +178,7 @@ def test_a_bus_that_vanishes_holds_the_machine_on_both_sides(together):
     ending, events = pc_run(pair)
     assert "BUS_OFF" in ending.text
     assert any("fake cable: has vanished" in text for _, text in texts(events))
+    pair.pc_lives = False
     ended, events = box_run(pair)
     assert ended == "bus lost"
     assert pair.box.stations[0].view.status is Status.LINK_LOST
