@@ -401,7 +401,7 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         probing=bool(node.box.probing),
         trips=int(node.box.trips),
         trip_position=int(node.box.trip_position),
-        held=state.held_ps != NEVER,
+        held=bool(state.held_ps != NEVER),
         alarm=Alarm(int(state.alarm)),
         illegal=int(state.receiver.simultaneous + state.receiver.unresolved),
         moves=int(state.moves),
