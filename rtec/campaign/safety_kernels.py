@@ -49,7 +49,10 @@ WATCH = np.dtype(
         ("stop_ps", np.int64),
         ("stopped_by", np.int64),
         ("stop_error", np.float64),  # error when it stopped
-        ("seen_reason", np.int64),  # why the PC held, and what the box said, when the first axis of the machine stopped
+        (
+            "seen_reason",
+            np.int64,
+        ),  # why the PC held, and what the box said, when the first axis of the machine stopped
         ("seen_status", np.int64),
         ("following", np.float64),  # largest difference between command and counts, beyond the lag of the feed
         ("refused", np.int64),  # slices in which something was owed that the speed gate refused
@@ -200,4 +203,3 @@ def watch(
         if t_ps - first_ps >= stop_after_ps:
             return t_ps
     return until_ps
-

@@ -226,7 +226,9 @@ def station_settings(
     )
 
 
-def wavy_table(*, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010) -> BidirectionalTable:
+def wavy_table(
+    *, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010
+) -> BidirectionalTable:
     """Return an error that changes by some 20 um a millimetre, with a backlash; the offset is that of a hot machine."""
     positions_mm = np.linspace(-20.0, 120.0, 281)
     forward_mm = amplitude_mm * np.sin(positions_mm) + offset_mm

@@ -128,6 +128,8 @@ class StationSettings:
         self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=1.0)
         self.conversation.fill_box(state.node.box, switch_on=self.switch_on)
         self.precautions.fill_box(state.node)
+        if self.precautions.limit_steps == 0:
+            state.node.limit_steps = self.injector.design.word_limit
         state.node.axis = self.axis
         state.acceleration = self.acceleration_mm_s2 / count_mm
         state.ramp_s = self.hold_ramp_s
@@ -390,6 +392,7 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         "wrong_session",
         "wrong_requester",
         "contradictory",
+        "hasty",
     )
     return StationView(
         now_ps=int(state.servo.now_ps),

@@ -1,0 +1,63 @@
+"""Compiled conversation over the bus without a machine: as many exchanges as asked for, each of one step more or less.
+
+The box stands at home and inserts at once. Everything else is the whole way of a request: packed, sealed, sent,
+checked, judged, answered by status, corrections and position, and checked again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, kernel
+from rtec.link._bus_kernels import bus_next, bus_step, bus_submit
+from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
+from rtec.requester._box_node_kernels import box_receive, box_turn
+from rtec.requester._pc_node_kernels import pc_finish, pc_prepare, pc_receive
+
+PC_PLACE, BOX_PLACE = 0, 1
+
+
+@kernel
+def exchange_frames(
+    bus: Record,
+    faults: NDArray[np.void],
+    box: Record,
+    pc: Record,
+    exchanges: int,
+    turn: int,
+    until_ps: int,
+) -> int:
+    """Let PC and box make so many exchanges, up to ``until_ps`` at most; return the time of the last.
+
+    The total that the PC wants goes up and down between 0 and ``turn``, by one step for every exchange.
+    """
+    completed = 0
+    t_ps = 0
+    while pc.answered < exchanges:
+        bus_ps = bus_next(bus)
+        t_ps = min(bus_ps, min(box.box.next_ps, pc.pc.next_ps))
+        if t_ps >= until_ps:
+            break
+        if bus_ps == t_ps:
+            if bus_step(bus, faults):
+                if bus.identifier == HOLD or bus.identifier & ~AXIS_BITS == REQUEST:
+                    box_receive(box, t_ps, bus.identifier, bus.payload)
+                else:
+                    pc_receive(pc, t_ps, bus.identifier, bus.payload)
+        elif box.box.next_ps == t_ps:
+            completed = box_turn(box, t_ps, 0, completed, 0, 0)
+            out = box.out
+            for k in range(out.waiting):
+                bus_submit(bus, faults, BOX_PLACE, t_ps, out.identifier[k], out.payload[k])
+            out.waiting = 0
+        else:
+            if pc_prepare(pc, t_ps):
+                phase = (pc.answered + 1) % (2 * turn)
+                wanted = phase if phase <= turn else 2 * turn - phase
+                pc_finish(pc, t_ps, wanted * pc.pc.step_mm)
+            out = pc.out
+            for k in range(out.waiting):
+                bus_submit(bus, faults, PC_PLACE, t_ps, out.identifier[k], out.payload[k])
+            out.waiting = 0
+    return t_ps

@@ -1,0 +1,175 @@
+"""Faults for a user's test: armed by name and time, and asked afterwards whether they took effect."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+from rtec.checks import number_within
+from rtec.errors import ArgumentError, nearest
+from rtec.link._frame_kernels import REQUEST
+from rtec.link.simulated import PS_PER_S
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.workbench import Workbench
+
+DELAY_S = 0.003
+"""Delay of a frame that is late or duplicated, where none is given."""
+
+_REQUESTS = frozenset({FaultKind.REQUEST_STUCK, FaultKind.TOTAL_BIT_FLIPPED, FaultKind.FRAME_FORGED})
+_DELAYED = frozenset({FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED})
+_JUMPS = {FaultKind.CLOCK_JUMP_FORWARD: 1, FaultKind.CLOCK_JUMP_BACK: -1}
+
+
+def kind_of(name: FaultKind | str) -> FaultKind:
+    """Return the class of faults with a name.
+
+    Raises
+    ------
+    ArgumentError
+        There is none; the nearest is named.
+
+    Examples
+    --------
+    >>> kind_of("frame lost").name, kind_of("BUS_OFF").value
+    ('FRAME_LOST', 'bus off')
+    """
+    if isinstance(name, FaultKind):
+        return name
+    known = {kind.name.lower(): kind for kind in FaultKind} | {kind.value.lower(): kind for kind in FaultKind}
+    wanted = str(name).lower()
+    for spelling in (wanted, wanted.replace(" ", "_").replace("-", "_")):
+        if spelling in known:
+            return known[spelling]
+    raise ArgumentError("fault", repr(name)[:60], "a class of faults", nearest(wanted, known))
+
+
+class BenchFaults:
+    """What goes wrong on a workbench.
+
+    Parameters
+    ----------
+    bench
+        The workbench.
+    jump_clock
+        Lets the PC's time of day jump by so many picoseconds, and calls back once the PC has looked at it.
+
+    Examples
+    --------
+    >>> from rtec.machine.workbench import bench_of
+    >>> bench = bench_of()
+    >>> faults = BenchFaults(bench, lambda by_ps, note: None)
+    >>> faults.arm("frame lost", at_s=0.1)
+    >>> bench.bus.run(until_ps=PS_PER_S)
+    >>> faults.unfired
+    []
+    """
+
+    def __init__(self, bench: Workbench, jump_clock: Callable[[int, Callable[[], None]], None]) -> None:
+        self._bench = bench
+        self._jump_clock = jump_clock
+        self._optional: list[Fault] = []
+        self._jumps: list[tuple[Fault, list[int]]] = []
+
+    def arm(
+        self,
+        kind: FaultKind | str,
+        *,
+        at_s: float | tuple[float, float],
+        lasting_s: float | None = None,
+        place: int | None = None,
+        identifier: int | None = None,
+        most: int = 1,
+        delay_s: float | None = None,
+        seed: int = 0,
+        while_inserting: bool = False,
+        must_fire: bool = True,
+    ) -> None:
+        """Let a fault happen; the test fails if it takes no effect.
+
+        Parameters
+        ----------
+        kind
+            Its class, or the name of it: ``"frame lost"``, ``"bus_off"``.
+        at_s
+            Simulated time at which it begins, or two between which the seed chooses.
+        lasting_s
+            How long it lasts; None: to the end of the test.
+        place
+            On the bus, the node that sends the frames (0: the PC, n: the box of axis n; None: any); at an axis, its
+            number. Where it is None, a fault of the total strikes the requests for axis 1, one of an axis axis 1.
+        identifier
+            Of the frames that it strikes; None: all.
+        most
+            Frames that it strikes.
+        delay_s
+            Delay of frames, or jump of the PC's time of day, which it sees as ``rtec_bus.clock.time()``.
+        seed
+            Of the bits that it flips, and of its time.
+        while_inserting
+            Whether it waits for the first insertion from then on.
+        must_fire
+            Whether the test fails if it takes no effect.
+
+        Raises
+        ------
+        ArgumentError
+            A class, a time or a place that it cannot have.
+        """
+        kind = kind_of(kind)
+        low_s, high_s = at_s if isinstance(at_s, tuple) else (at_s, at_s)
+        number_within("at_s", low_s, 0.0, 1e6, unit="s")
+        number_within("at_s", high_s, low_s, 1e6, unit="s")
+        from_ps = round(random.Random(seed).uniform(low_s, high_s) * PS_PER_S)  # noqa: S311 - a draw, no secret
+        if kind in _REQUESTS and place is None and identifier is None:
+            place, identifier = PC_NODE, REQUEST + 1
+        if kind.place is FaultPlace.AXIS and place is None:
+            place = 1
+        if delay_s is None:
+            delay_s = DELAY_S if kind in _DELAYED else 0.0
+        fault = Fault(
+            kind=kind,
+            place=place,
+            from_ps=from_ps,
+            until_ps=None if lasting_s is None else from_ps + round(lasting_s * PS_PER_S),
+            identifier=identifier,
+            most=most,
+            delay_ps=round(number_within("delay_s", delay_s, 0.0, 1e6, unit="s") * PS_PER_S),
+            seed=seed,
+            strikes=Strikes.WHILE_INSERTING if while_inserting else Strikes.AT_ONCE,
+        )
+        if kind in _JUMPS:
+            self._arm_jump(fault)
+        else:
+            self._bench.arm(fault)
+        if not must_fire:
+            self._optional.append(fault)
+
+    @property
+    def times(self) -> dict[str, int]:
+        """Return how often each armed fault took effect so far, in words."""
+        return {_words(fault): times for fault, times in self._fired()}
+
+    @property
+    def unfired(self) -> list[str]:
+        """Return the armed faults that took no effect although they must, in words."""
+        return [
+            _words(fault)
+            for fault, times in self._fired()
+            if times == 0 and not any(fault is optional for optional in self._optional)
+        ]
+
+    def _fired(self) -> list[tuple[Fault, int]]:
+        proofs = [(proof.fault, proof.times) for proof in self._bench.proofs]
+        return proofs + [(fault, len(looks)) for fault, looks in self._jumps]
+
+    def _arm_jump(self, fault: Fault) -> None:
+        looks: list[int] = []
+        self._jumps.append((fault, looks))
+        by_ps = _JUMPS[fault.kind] * fault.delay_ps
+        bus = self._bench.bus
+        bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: looks.append(bus.now_ps)))
+
+
+def _words(fault: Fault) -> str:
+    place = "" if fault.place is None else f", {fault.kind.place.value} {fault.place}"
+    return f"{fault.kind.value} at {fault.from_ps / PS_PER_S:g} s{place}"

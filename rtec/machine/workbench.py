@@ -1,0 +1,345 @@
+"""Boxes with their axes on a simulated bus, and every fault between them, for somebody else's PC."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtec.axis.encoder import Encoder
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.link.simulated import PS_PER_S, SimulatedBus
+from rtec.machine import _station_kernels
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView, station_view
+from rtec.requester import BoxState, Conversation, Precautions, Status
+
+MS = 10**9
+_MOST_AXES = 7
+
+_CABLE = frozenset({FaultKind.CABLE_OPEN, FaultKind.LINES_SWAPPED, FaultKind.LINE_BROKEN})
+_WORD = frozenset({FaultKind.STALE_DATA_VALID, FaultKind.TORN_POSITION})
+_CLOCK = frozenset({FaultKind.CLOCK_JUMP_FORWARD, FaultKind.CLOCK_JUMP_BACK})
+
+
+class BenchBox:
+    """A box with its axis on a workbench: what a test does to it and sees of it.
+
+    Nothing here lets time pass; the program under test does, by waiting on its bus.
+    """
+
+    def __init__(self, station: Station) -> None:
+        self.station = station
+
+    def __repr__(self) -> str:
+        view = self.view
+        return (
+            f"<box of axis {self.axis}: {view.box_state.name}, {view.status.name}, at {view.position} counts, "
+            f"requested {view.requested}, completed {view.completed}>"
+        )
+
+    # ------------------------------------------------------------------ what a test does
+
+    def go(self, target_mm: float, speed_mm_s: float = 10.0) -> None:
+        """Send the axis to a position; it moves once the box is homed and nobody holds the machine."""
+        self.station.go(target_mm, speed_mm_s)
+
+    def follow(self, moves: Sequence[Move], *, repeats: bool = False) -> None:
+        """Let the axis make moves one after the other, over and over where ``repeats``."""
+        self.station.follow(moves, repeats=repeats)
+
+    def go_home(self) -> None:
+        """Take the axis back to its home, held or not, as an operator would."""
+        self.station.go_home()
+
+    def switch(self, on: bool) -> None:
+        """Throw the hardware switch that allows corrections."""
+        self.station.switch(on)
+
+    def trip(self) -> None:
+        """Trip the probe."""
+        self.station.trip()
+
+    def power(self, on: bool) -> None:
+        """Take the box's power away, or give it back."""
+        self.station.power(on)
+
+    def restart(self) -> None:
+        """Let the box's processor start again."""
+        self.station.restart()
+
+    def hold(self) -> None:
+        """Hold the axis' feed by the controller's own input, as a PC with a contact to it does."""
+        self.station.hold()
+
+    # ------------------------------------------------------------------ what a test sees
+
+    @property
+    def axis(self) -> int:
+        """Return the number of the axis."""
+        return self.station.settings.axis
+
+    @property
+    def view(self) -> StationView:
+        """Return all that there is to see."""
+        return self.station.view
+
+    @property
+    def state(self) -> BoxState:
+        """Return what the box is doing."""
+        return self.view.box_state
+
+    @property
+    def status(self) -> Status:
+        """Return what the box's status says."""
+        return self.view.status
+
+    @property
+    def position(self) -> int:
+        """Return the true position of the axis, in counts from home."""
+        return self.view.position
+
+    @property
+    def position_mm(self) -> float:
+        """Return the true position of the axis, in mm from home."""
+        return self.view.position_mm
+
+    @property
+    def step_counts(self) -> int:
+        """Return how many counts a step of a total is: 4, 4, 1, 2 for the designs Original, A, B, C."""
+        return self.view.step_counts
+
+    @property
+    def requested(self) -> int:
+        """Return the total that the box has accepted, in steps."""
+        return self.view.requested
+
+    @property
+    def completed(self) -> int:
+        """Return the total that the box says it has inserted, in steps."""
+        return self.view.completed
+
+    @property
+    def inserted_counts(self) -> int:
+        """Return what was inserted on the lines since home, in counts, as ideal decoders on both sides see it."""
+        return self.view.inserted_counts
+
+    @property
+    def controller_counts(self) -> int:
+        """Return the position that the controller counts."""
+        return self.view.controller_count
+
+    @property
+    def requests_refused(self) -> int:
+        """Return how many requests the box did not believe."""
+        return self.view.requests_refused
+
+    @property
+    def frames_refused(self) -> dict[str, int]:
+        """Return how many frames the box refused for what they are, by the reason."""
+        return self.view.frames_refused
+
+    @property
+    def held(self) -> bool:
+        """Return whether the machine is held: by the PC, by the box's hold contact, or by the controller's alarm."""
+        return self.view.held
+
+    @property
+    def alarm(self) -> Alarm:
+        """Return why the controller has stopped the drive, if it has."""
+        return self.view.alarm
+
+    @property
+    def audit(self) -> bool:
+        """Return whether the controller counts the true position and what the box says it has inserted, no more.
+
+        What is under way is brought to its end on a copy, so that looking changes nothing.
+        """
+        state = np.rec.array(np.array([self.station._state], dtype=_station_kernels.STATION))[0]  # noqa: SLF001
+        _station_kernels.settle(state)
+        view = station_view(state, self.station.settings)
+        inserted = view.step_counts * view.completed
+        return view.inserted_counts == inserted and view.controller_count == view.position + inserted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proof:
+    """A fault and how often it took effect."""
+
+    fault: Fault
+    times: int
+
+
+def bench_of(
+    *,
+    design: Design | str = Design.ORIGINAL,
+    count_um: float = 1.0,
+    window_steps: int = 3,
+    grace_readings: int = 2,
+    watch_ms: int = 50,
+    axes: int = 1,
+    bitrate: int = 500_000,
+) -> Workbench:
+    """Return a workbench with boxes of one kind.
+
+    Parameters
+    ----------
+    design
+        Original, A, B or C, also by name; real edges are held back during insertions (decision 8).
+    count_um
+        Travel of one count, µm.
+    window_steps
+        Largest change of the requested total that the box believes.
+    grace_readings
+        Unbelievable readings after the first one that it forgives.
+    watch_ms
+        Longest silence of the PC, ms.
+    axes
+        Axes 1 to this number.
+    bitrate
+        In bit/s.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range, or a design that is none.
+
+    Examples
+    --------
+    >>> bench_of(design="c", axes=2).boxes[2].step_counts
+    2
+    """
+    if not isinstance(design, Design):
+        names = {known.value: known for known in Design}
+        if design not in names:
+            raise ArgumentError("design", repr(design)[:60], ", ".join(names))
+        design = names[design]
+    whole_within("axes", axes, 1, _MOST_AXES)
+    timing = Timing.of(design, Processor.MCS51)
+    station = StationSettings(
+        injector=InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD),
+        encoder=Encoder(count_mm=number_within("count_um", count_um, 1e-6, 1e6, unit="µm") / 1000.0),
+        conversation=Conversation(window_steps=window_steps, grace_readings=grace_readings),
+        precautions=Precautions(watch_ps=whole_within("watch_ms", watch_ms, 1, 100_000, unit="ms") * MS),
+    )
+    return Workbench([replace(station, axis=axis) for axis in range(1, axes + 1)], bitrate=bitrate)
+
+
+class _Armed:
+    """A fault beyond the bus while it waits, lasts, or is over."""
+
+    def __init__(self, fault: Fault) -> None:
+        self.fault = fault
+        self.times = 0
+        self.begun = False
+        self.over = False
+        self.struck_before = 0
+
+
+class Workbench:
+    """A bus in simulated time with a box for each axis, and a free place for the PC.
+
+    Parameters
+    ----------
+    stations
+        The axes; the box of axis n is node n, the PC node 0.
+    bitrate
+        In bit/s.
+
+    Raises
+    ------
+    ArgumentError
+        An axis number twice, or above 7.
+
+    Examples
+    --------
+    >>> bench = Workbench([StationSettings()])
+    >>> pc = bench.bus.transport(PC_NODE)
+    >>> received = pc.receive(PS_PER_S)
+    >>> hex(received.frame.identifier), bench.boxes[1].status.name
+    ('0x181', 'NOT_HOMED')
+    """
+
+    def __init__(self, stations: Sequence[StationSettings], *, bitrate: int = 500_000) -> None:
+        self.bus = SimulatedBus(bitrate=bitrate)
+        self.boxes: dict[int, BenchBox] = {}
+        self._armed: list[_Armed] = []
+        self._on_bus: list[Fault] = []
+        for settings in stations:
+            if settings.axis in self.boxes or settings.axis > _MOST_AXES:
+                raise ArgumentError("axis", settings.axis, f"1 to {_MOST_AXES}, each once")
+            station = Station(settings, session=settings.axis)
+            self.boxes[settings.axis] = BenchBox(station)
+            self.bus.attach(station, settings.axis)
+
+    def arm(self, fault: Fault) -> None:
+        """Let a fault happen at its time.
+
+        Raises
+        ------
+        ArgumentError
+            An axis that is not there, a time that has passed, or a fault of a PC, which is not on this bench.
+        """
+        kind = fault.kind
+        if kind is FaultKind.PC_KILLED or kind in _CLOCK:
+            raise ArgumentError("kind", kind.value, "a fault of the bus or of an axis", "this PC is your own program")
+        if fault.from_ps < self.bus.now_ps:
+            raise ArgumentError("from_ps", fault.from_ps, f"{self.bus.now_ps} ps or later (time never runs back)")
+        if kind.place is FaultPlace.BUS:
+            self.bus.add_fault(fault)
+            self._on_bus.append(fault)
+            return
+        if fault.place not in self.boxes:
+            raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, self.boxes))}")
+        armed = _Armed(fault)
+        self._armed.append(armed)
+        self.bus.at(fault.from_ps, lambda: self._begin(armed))
+        if fault.until_ps is not None:
+            self.bus.at(fault.until_ps, lambda: self._end(armed))
+
+    @property
+    def proofs(self) -> tuple[Proof, ...]:
+        """Return every fault and how often it took effect so far."""
+        on_bus = [
+            Proof(fault=fault, times=proof.times) for fault, proof in zip(self._on_bus, self.bus.fired, strict=True)
+        ]
+        return (*on_bus, *(Proof(fault=armed.fault, times=self._times(armed)) for armed in self._armed))
+
+    def _begin(self, armed: _Armed) -> None:
+        armed.begun = True
+        armed.struck_before = self._struck(armed)
+        station = self._station(armed)
+        if armed.fault.strikes is Strikes.WHILE_INSERTING:
+            station.begin(armed.fault.kind, while_inserting=True)
+        else:
+            station.begin(armed.fault.kind)
+            armed.times = int(armed.fault.kind not in {*_CABLE, *_WORD, FaultKind.GLITCHES})
+
+    def _end(self, armed: _Armed) -> None:
+        armed.times = self._times(armed)
+        armed.over = True
+        self._station(armed).end(armed.fault.kind)
+
+    def _times(self, armed: _Armed) -> int:
+        """Return how often a fault at an axis took effect, by what it did there."""
+        if not armed.begun or armed.over or armed.times:
+            return armed.times
+        struck = self._struck(armed) - armed.struck_before
+        return int(struck > 0) if armed.fault.strikes is Strikes.WHILE_INSERTING else struck
+
+    def _struck(self, armed: _Armed) -> int:
+        state = self._station(armed)._state  # noqa: SLF001
+        kind = armed.fault.kind
+        if armed.fault.strikes is Strikes.WHILE_INSERTING:
+            return int(state.struck_ps)
+        if kind in _CABLE:
+            return int(state.cable_struck)
+        if kind in _WORD:
+            return int(state.node.word_struck)
+        return int(state.encoder.glitches)
+
+    def _station(self, armed: _Armed) -> Station:
+        return self.boxes[armed.fault.place or 0].station
