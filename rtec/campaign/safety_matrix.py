@@ -174,14 +174,19 @@ def _trials(plan: MatrixPlan, phase: Phase, design: Design, seed: int) -> list[T
     twin = twin_of(phase, design, seed)
     key = [plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
     generator = np.random.default_rng(key)
-    return [
-        run_trial(variant, twin, phase, design, seed, moment_within(twin, generator)) for variant in plan.variants
-    ]
+    trials = []
+    for variant in plan.variants:
+        moment_ps = moment_within(twin, generator)
+        bits = seed + 3 * int(generator.integers(1 << 30))  # the seed says which of the box's three frames is struck
+        trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
+    return trials
 
 
-def run_trial(variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int) -> Trial:
+def run_trial(
+    variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int, bits: int
+) -> Trial:
     """Let one fault strike at a moment of a phase, and judge what comes of it."""
-    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, seed),))
+    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, bits),))
     run_through(cell, phase)
     return judged(variant, phase, design, seed, cell, twin.cell)
 
