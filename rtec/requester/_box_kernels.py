@@ -21,7 +21,7 @@ NOT_HOMED, RUNNING, FATAL = 0, 1, 2
 OK = 0
 STATUS_NOT_HOMED = 1
 STATUS_PROBING = 2
-STATUS_DISABLED = 3  # a nonzero request while the switch forbids corrections
+STATUS_DISABLED = 3  # a nonzero request while the switch forbids corrections; framed: or one that is not carried out
 I_DONT_BELIEVE_YOU = 4
 I_STILL_DONT_BELIEVE_YOU = 5
 # what only a box on a bus has to say (`_box_node_kernels`)
@@ -112,7 +112,8 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
             if b.probing == 1:
                 b.status = STATUS_PROBING
             elif b.switch_on == 0:
-                b.status = STATUS_DISABLED if total != 0 else OK
+                owed = b.framed == 1 and (total != b.accepted or completed != b.accepted)
+                b.status = STATUS_DISABLED if total != 0 or owed else OK
             elif b.framed == 0 or down.delivered != b.judged:
                 believe(b, total, flags)
         b.judged = down.delivered

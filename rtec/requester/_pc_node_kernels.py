@@ -331,7 +331,7 @@ def reason_in_status(n: Record) -> int:
         if code == BOX_ENCODER_FAULT:
             return ENCODER_FAULT
         return BOX_HELD
-    if n.code == STATUS_DISABLED and n.pc.sent != 0:
+    if n.code == STATUS_DISABLED and (n.pc.sent != 0 or n.accepted != n.pc.sent or n.completed != n.accepted):
         return CORRECTIONS_DISABLED
     return NONE
 
