@@ -207,8 +207,9 @@ def corrupted(f: Record, payload: int) -> int:
     """Return the payload with one to three bits flipped, the checksum as it was."""
     bits = bits_of(f.seed, f.fired)
     flips = 1 + bits % 3
+    first, apart = bits >> 8, 1 + (bits >> 16) % 31  # so that no two of them fall together
     for k in range(flips):
-        payload ^= 1 << ((bits >> (8 + 6 * k)) & 63)
+        payload ^= 1 << ((first + k * apart) & 63)
     return payload
 
 
