@@ -66,7 +66,12 @@ class SafetyCase:
                 for design in matrix.plan.designs
             ],
             "ramps": [
-                {"design": ramp.design.value, "limit": ramp.limit, "outcome": ramp.outcome.value, "off_mm": ramp.off_mm}
+                {
+                    "design": ramp.design.value,
+                    "limit": ramp.limit,
+                    "outcome": ramp.outcome.value,
+                    "off_mm": ramp.off_mm,
+                }
                 for ramp in self.ramps
             ],
             "soak": None if self.soak is None else _soak_dict(self.soak),

@@ -191,9 +191,7 @@ def run_trial(
     return judged(variant, phase, design, seed, cell, twin.cell)
 
 
-def judged(
-    variant: Variant, phase: Phase, design: Design, seed: int, cell: WatchedCell, twin: WatchedCell
-) -> Trial:
+def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: WatchedCell, twin: WatchedCell) -> Trial:
     """Return what a run shows beside its fault-free twin."""
     fired = cell.fired[0]
     axes, healthy = cell.watched, twin.watched

@@ -1,4 +1,4 @@
-"""A machine with faults under watch: what its controllers count, against what they should, millisecond by millisecond."""
+"""A machine with faults under watch: what its controllers count, against what they should, every millisecond."""
 
 from __future__ import annotations
 
@@ -143,8 +143,8 @@ class WatchedCell(Cell):
         """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``."""
         run: Any = kernels.watch
         run(
-            self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps, stop_after_ps,
-            *self._program, *self._model, *self._truth,
+            self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps,
+            stop_after_ps, *self._program, *self._model, *self._truth,
         )  # fmt: skip
 
     def truth_is(self, predictor: Predictor) -> None:
@@ -226,8 +226,10 @@ def station_settings(
     )
 
 
-def wavy_table(*, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010) -> BidirectionalTable:
-    """Return an error that changes by some 20 um a millimetre, with a backlash; the offset is that of a hot machine."""
+def wavy_table(
+    *, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010
+) -> BidirectionalTable:
+    """Return an error that changes by up to 20 um a millimetre, with a backlash; a hot machine has an offset."""
     positions_mm = np.linspace(-20.0, 120.0, 281)
     forward_mm = amplitude_mm * np.sin(positions_mm) + offset_mm
     return BidirectionalTable(

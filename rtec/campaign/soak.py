@@ -269,9 +269,7 @@ def _draw_fault(
     return variant, axis, fault
 
 
-def _run(
-    cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, hot: Predictor
-) -> list[Phase]:
+def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, hot: Predictor) -> list[Phase]:
     """Run an episode to its end or its stop; return the phase of each fault that began."""
     phases: list[Phase] = []
     began = sorted({fault.from_ps for _, _, fault in drawn})
@@ -335,7 +333,9 @@ def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, pha
     elif not cell.running:
         outcome, reason = Outcome.HELD, "the axis is not let go"
     else:
-        wrong = "; ".join(f"axis {i}: {words}" for i, axis in enumerate(axes, start=1) if (words := flaw(axis, design)))
+        wrong = "; ".join(
+            f"axis {i}: {words}" for i, axis in enumerate(axes, start=1) if (words := flaw(axis, design))
+        )
         outcome = Outcome.SILENT if wrong else Outcome.RIGHT
     return Episode(
         number=number, design=design, run_s=cell.now_ps / 1e12, struck=tuple(struck), unfired=tuple(unfired),

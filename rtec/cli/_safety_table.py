@@ -15,9 +15,13 @@ if TYPE_CHECKING:
     from rtec.campaign.safety import SafetyCase
     from rtec.campaign.soak import Soak
 
-_LETTERS = {
-    Outcome.IMPOSSIBLE: "·", Outcome.RIGHT: "right", Outcome.LATE: "late", Outcome.HELD: "held", Outcome.SILENT: "SILENT",
-}  # fmt: skip
+_WORDS = {
+    Outcome.IMPOSSIBLE: "·",
+    Outcome.RIGHT: "right",
+    Outcome.LATE: "late",
+    Outcome.HELD: "held",
+    Outcome.SILENT: "SILENT",
+}
 
 
 def show(case: SafetyCase) -> None:
@@ -37,7 +41,7 @@ def show(case: SafetyCase) -> None:
             for phase in matrix.plan.phases:
                 outcome = matrix.worst(variant, phase, designs)
                 upstream = outcome is Outcome.SILENT and variant.upstream
-                cells.append("upstream" if upstream else _LETTERS[outcome])
+                cells.append("upstream" if upstream else _WORDS[outcome])
             table.add_row(variant.name, *cells)
         console.print(table)
     fired = [trial for trial in matrix.trials if trial.fired]
@@ -48,7 +52,9 @@ def show(case: SafetyCase) -> None:
         soft_wrap=True,
     )
     for trial in matrix.avoidable:
-        words = f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
+        words = (
+            f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
+        )
         console.print(words, style="bold red", soft_wrap=True)
     for variant, phase in matrix.unproven:
         console.print(f"never took effect: {variant.name}, {phase.value}", style="bold red", soft_wrap=True)
