@@ -164,14 +164,15 @@ class PcNode:
         """Return what it knows and does."""
         n = self._node
         heard = bool(n.has_status)
+        flags = int(n["flags"])  # the attribute of this name is numpy's own
         return PcView(
             state=PcState(int(n.pc.state)),
             reason=HoldReason(int(n.reason)),
             held_ps=None if n.held_ps == NEVER else int(n.held_ps),
             connected=heard,
-            box_state=BoxState(int(n.flags) & 7) if heard and int(n.flags) & 7 in set(BoxState) else None,
+            box_state=BoxState(flags & 7) if heard and flags & 7 in set(BoxState) else None,
             status=Status(int(n.code)) if heard and int(n.code) in set(Status) else None,
-            switch_on=bool(int(n.flags) & 8),
+            switch_on=bool(flags & 8),
             session=int(n.session),
             position=int(n.position),
             direction=int(n.pc.direction),
