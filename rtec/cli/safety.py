@@ -92,7 +92,7 @@ def _soak_plan(text: str, seed: int) -> SoakPlan:
 
 def _command(output: Path, soak: str | None, design: list[str] | None, seeds: int, seed: int) -> str:
     """Return the command line that makes the page again."""
-    words = ["rtec", "safety", "-o", output.name]
+    words = ["rtec", "safety", "-o", output.name if output.is_absolute() else output.as_posix()]
     words += [] if soak is None else ["--soak", soak]
     for name in design or ():
         words += ["--design", name]

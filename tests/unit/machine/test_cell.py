@@ -122,7 +122,7 @@ def test_only_a_large_correction_may_exceed_the_window_at_once():
         cell.predict_by(hot)
         if meant:
             cell.mean_large()
-        cell.run(until_ps=3 * S + 15 * MS)
+        cell.run(until_ps=3 * S + 8 * MS)
         totals.append(cell.axes[0].view.requested)
         cell.run(until_ps=4 * S)
         assert cell.axes[0].view.completed == 30

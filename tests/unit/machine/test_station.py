@@ -20,23 +20,23 @@ SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 
 
 
 def slow(design):
-    """Return an axis whose insertions are so slow that looks 20 us apart see every level."""
-    timing = Timing(poll_ps=0, decide_ps=100 * US, step_ps=100 * US, recover_ps=100 * US, gate_margin=None)
+    """Return an axis whose insertions are so slow that looks 100 us apart see every level."""
+    timing = Timing(poll_ps=0, decide_ps=200 * US, step_ps=200 * US, recover_ps=200 * US, gate_margin=None)
     return StationSettings(injector=InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD))
 
 
-def talk(station, pc, until_ps, look_ps=20 * US):
+def talk(station, pc, until_ps, look_ps=100 * US):
     """Run an axis and its PC, frames without delay, and collect the levels on both sides."""
-    lines, lines_out = [station.view.lines], [station.view.lines_out]
+    state = station._state
+    lines, lines_out = [int(state.lines)], [int(state.injector.ab_out)]
     while station.now_ps < until_ps:
         for at_ps, frame in station.advance(until_ps=station.now_ps + look_ps):
             pc.receive(frame, at_ps=at_ps)
         if pc.due_ps <= station.now_ps:
             for frame in pc.turn(at_ps=station.now_ps):
                 station.receive(frame)
-        view = station.view
-        lines.append(view.lines)
-        lines_out.append(view.lines_out)
+        lines.append(int(state.lines))
+        lines_out.append(int(state.injector.ab_out))
     return lines, lines_out
 
 
@@ -55,9 +55,9 @@ def requester(design):
 
 @pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
 def test_the_counts_are_those_of_a_plain_decoder(design):
-    station = Station(slow(design), [Move(target_mm=0.6, speed_mm_s=0.5, rest_s=100.0)])
+    station = Station(slow(design), [Move(target_mm=0.5, speed_mm_s=0.5, rest_s=100.0)])
     pc = requester(design)
-    lines, lines_out = talk(station, pc, 2 * S)
+    lines, lines_out = talk(station, pc, 1300 * MS)
     view = station.view
     true, illegal = decoded(lines)
     counted, illegal_out = decoded(lines_out)
