@@ -37,7 +37,7 @@ def document(case: SafetyCase, *, command: str, picture: str) -> str:
         parts += ["## Design B", filled(prose.DESIGN_B), _faults_by_phases(case, [Design.B])]
     parts.append(f"![Every fault in every phase, by what happens at the controller]({picture})")
     parts += ["## How late", _late(case)]
-    parts += ["## How it is found out", filled(prose.DETECTION), _detection(case)]
+    parts += ["## How it is found out", filled(prose.DETECTION), _detection(case), filled(_after_stop(case))]
     parts += _remains(case)
     parts += ["## What cannot strike", _impossible(case)]
     if case.soak is not None:
@@ -122,6 +122,27 @@ def _detection(case: SafetyCase) -> str:
     return table(["fault", "held", "who said so", "median", "longest", "counts off until then"], rows)
 
 
+def _after_stop(case: SafetyCase) -> str:
+    """Return what the controllers have after a stop, against encoder and insertions."""
+    held = [t for t in case.matrix.trials if t.fired and t.outcome is Outcome.HELD and not t.variant.upstream]
+    main = [trial for trial in held if trial.design is not Design.B]
+    exact = sum(trial.left_counts == 0 for trial in main)
+    return (
+        f"After the stop, the controllers of the Original, A and C had exactly the counts of the encoder and of what "
+        f"was truly inserted in {exact} of the {len(main)} runs that were held for a fault of box, link or PC."
+    )
+
+
+def _without_power(case: SafetyCase) -> str:
+    """Return how many counts Design B loses without power."""
+    lost = [
+        abs(trial.drift_counts)
+        for trial in case.matrix.trials
+        if trial.fired and trial.design is Design.B and trial.variant.kind is FaultKind.POWER_LOST
+    ]
+    return f"{prose.WITHOUT_POWER} Here: up to {max(lost)} counts after the stop." if lost else prose.WITHOUT_POWER
+
+
 def _ms(time_s: float | None) -> str:
     return "–" if time_s is None else f"{time_s * 1e3:.0f} ms"
 
@@ -147,7 +168,7 @@ def _remains(case: SafetyCase) -> list[str]:
         filled(prose.UPSTREAM),
         table(headings, rows) if rows else "",
         filled(_others([trial for trial in silent if not trial.variant.upstream])),
-        filled(prose.WITHOUT_POWER),
+        filled(_without_power(case)),
         filled(prose.LARGE),
         filled(runaway),
         table(["design", "option", "outcome", "who said so", "off by"], ramps),

@@ -58,6 +58,8 @@ class Trial:
         the fault-free run.
     left_counts
         Counts that a controller is off at the end, by encoder and insertions.
+    drift_counts
+        Largest number of counts that a controller gained or lost on its encoder after the stop.
     late_s
         Time beyond the bound, more than in the fault-free run.
     following_counts
@@ -75,6 +77,7 @@ class Trial:
     detected_s: float | None
     off_counts: float
     left_counts: int
+    drift_counts: int
     late_s: float
     following_counts: float
 
@@ -217,6 +220,7 @@ def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: Watc
         variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
         stopped_by=stopped_by, reason=reason, detected_s=detected_s, off_counts=off,
         left_counts=max((axis.off_counts for axis in axes), key=abs), late_s=late_s,
+        drift_counts=max((axis.drift_counts for axis in axes), key=abs),
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
         ),

@@ -62,6 +62,8 @@ class Watched:
         When the axis was stopped; None: it was not.
     stop_counts
         Difference between controller and healthy prediction then.
+    drift_counts
+        Counts that the controller has gone ahead of the encoder since the stop.
     pc_reason, box_status
         Why the PC held, and what the box said, when the first axis of the machine was stopped.
     following_counts
@@ -80,6 +82,7 @@ class Watched:
     stop_ps: int | None
     stopped_by: Stopper
     stop_counts: float
+    drift_counts: int
     alarm: Alarm
     pc_state: PcState
     pc_reason: HoldReason
@@ -194,6 +197,7 @@ class WatchedCell(Cell):
             stop_ps=int(record.stop_ps) if stopped else None,
             stopped_by=Stopper(int(record.stopped_by)),
             stop_counts=float(record.stop_error),
+            drift_counts=ahead - int(record.stop_ahead) if stopped else 0,
             alarm=Alarm(int(state.alarm)),
             pc_state=PcState(int(pc.pc.state)),
             pc_reason=HoldReason(int(record.seen_reason)),

@@ -50,7 +50,7 @@ def safety_figure(matrix: Matrix) -> Figure:
     variants = matrix.plan.variants
     figure = new_figure(1.6 + 0.19 * len(variants))
     main = [design for design in matrix.plan.designs if design is not Design.B]
-    groups = [("Original, A, C: the worst", main)] if main else []
+    groups: list[tuple[str, Sequence[Design]]] = [("Original, A, C: the worst", main)] if main else []
     if Design.B in matrix.plan.designs:
         groups.append(("Design B", [Design.B]))
     panels = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
