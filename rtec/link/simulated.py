@@ -164,7 +164,9 @@ class SimulatedBus:
         fresh: Any = np.rec.array(np.zeros(1, dtype=_bus_kernels.FAULT))
         fault.fill(fresh[0])
         if not _bus_kernels.LOST <= int(fresh[0].kind) <= _bus_kernels.LAST_OF_BUS:
-            raise ArgumentError("fault", fault, "a fault of the bus", "those of an axis or a PC belong to a workbench")
+            raise ArgumentError(
+                "fault", fault, "a fault of the bus", "those of an axis or a PC belong to a workbench"
+            )
         self._records = np.rec.array(np.concatenate([self._records, fresh]))
         self._faults.append(fault)
 
@@ -215,7 +217,9 @@ class SimulatedBus:
     def is_off(self, node: int) -> bool:
         """Return whether a fault has taken a node off the bus."""
         return any(
-            record.kind == _bus_kernels.OFF and record.place == node and record.from_ps <= self._now_ps < record.until_ps
+            record.kind == _bus_kernels.OFF
+            and record.place == node
+            and record.from_ps <= self._now_ps < record.until_ps
             for record in self._records
         )
 

@@ -143,9 +143,7 @@ class SimulatedCan(can.BusABC):
             raise can.CanOperationError("the simulated bus carries classic data frames: no remote, error or FD frame")
         kind = IdentifierFormat.EXTENDED if msg.is_extended_id else IdentifierFormat.BASE
         try:
-            self._transport.send(
-                Frame(identifier=msg.arbitration_id, data=bytes(msg.data), identifier_format=kind)
-            )
+            self._transport.send(Frame(identifier=msg.arbitration_id, data=bytes(msg.data), identifier_format=kind))
         except (LinkError, ArgumentError) as error:
             raise can.CanOperationError(str(error)) from error
 
