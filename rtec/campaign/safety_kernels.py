@@ -49,6 +49,7 @@ WATCH = np.dtype(
         ("stop_ps", np.int64),
         ("stopped_by", np.int64),
         ("stop_error", np.float64),  # error when it stopped
+        ("stop_ahead", np.int64),  # counts by which the controller was ahead of the encoder then
         ("seen_reason", np.int64),  # why the PC held, and what the box said, when the first axis of the machine stopped
         ("seen_status", np.int64),
         ("following", np.float64),  # largest difference between command and counts, beyond the lag of the feed
@@ -95,7 +96,7 @@ def is_off(a: Record, st: Record, wanted: float, speed: float) -> float:
     if a.settled == 0:
         counted -= a.step_counts + 2.0  # an insertion or a filtered edge may be under way
     asked = abs(a.step_counts * st.node.box.accepted - wanted) - a.bound - lag
-    return max(max(counted, asked), 0.0)
+    return float(max(max(counted, asked), 0.0))
 
 
 @step
@@ -130,6 +131,7 @@ def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
             a.stop_ps = t_ps
             a.stopped_by = stopper(st) if is_held(st) else BY_HOMING
             a.stop_error = a.error
+            a.stop_ahead = ahead
         return
     if a.stop_ps != NEVER:
         return
@@ -198,6 +200,5 @@ def watch(
                 watches[i].seen_reason = pcs[i].reason
                 watches[i].seen_status = stations[i].node.box.status
         if t_ps - first_ps >= stop_after_ps:
-            return t_ps
+            return int(t_ps)
     return until_ps
-

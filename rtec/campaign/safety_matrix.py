@@ -58,6 +58,8 @@ class Trial:
         the fault-free run.
     left_counts
         Counts that a controller is off at the end, by encoder and insertions.
+    drift_counts
+        Largest number of counts that a controller gained or lost on its encoder after the stop.
     late_s
         Time beyond the bound, more than in the fault-free run.
     following_counts
@@ -75,6 +77,7 @@ class Trial:
     detected_s: float | None
     off_counts: float
     left_counts: int
+    drift_counts: int
     late_s: float
     following_counts: float
 
@@ -174,21 +177,24 @@ def _trials(plan: MatrixPlan, phase: Phase, design: Design, seed: int) -> list[T
     twin = twin_of(phase, design, seed)
     key = [plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
     generator = np.random.default_rng(key)
-    return [
-        run_trial(variant, twin, phase, design, seed, moment_within(twin, generator)) for variant in plan.variants
-    ]
+    trials = []
+    for variant in plan.variants:
+        moment_ps = moment_within(twin, generator)
+        bits = seed + 3 * int(generator.integers(1 << 30))  # the seed says which of the box's three frames is struck
+        trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
+    return trials
 
 
-def run_trial(variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int) -> Trial:
+def run_trial(
+    variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int, bits: int
+) -> Trial:
     """Let one fault strike at a moment of a phase, and judge what comes of it."""
-    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, seed),))
+    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, bits),))
     run_through(cell, phase)
     return judged(variant, phase, design, seed, cell, twin.cell)
 
 
-def judged(
-    variant: Variant, phase: Phase, design: Design, seed: int, cell: WatchedCell, twin: WatchedCell
-) -> Trial:
+def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: WatchedCell, twin: WatchedCell) -> Trial:
     """Return what a run shows beside its fault-free twin."""
     fired = cell.fired[0]
     axes, healthy = cell.watched, twin.watched
@@ -214,6 +220,7 @@ def judged(
         variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
         stopped_by=stopped_by, reason=reason, detected_s=detected_s, off_counts=off,
         left_counts=max((axis.off_counts for axis in axes), key=abs), late_s=late_s,
+        drift_counts=max((axis.drift_counts for axis in axes), key=abs),
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
         ),

@@ -14,6 +14,7 @@ from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
 _K = FaultKind
 _MANY = 1 << 40
 _LATE_PS = 15 * MS
+_SHORT = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_FORGED: "frame forged"}
 _WRAPPED_PS = 2_560 * MS
 """256 turns of the PC: the sequence counter has come round."""
 
@@ -70,8 +71,9 @@ class Variant:
         >>> VARIANTS[0].name
         'frame lost, once, PC to box'
         """
+        words = _SHORT.get(self.kind, self.kind.value)
         place = f", {self.where.value}" if self.where in (From.PC, From.BOX) else ""
-        return f"{self.kind.value}, {self.how}{place}" if self.how else f"{self.kind.value}{place}"
+        return f"{words}, {self.how}{place}" if self.how else f"{words}{place}"
 
     @property
     def upstream(self) -> bool:

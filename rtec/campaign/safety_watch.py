@@ -1,4 +1,4 @@
-"""A machine with faults under watch: what its controllers count, against what they should, millisecond by millisecond."""
+"""A machine with faults under watch: what its controllers count, against what they should, every millisecond."""
 
 from __future__ import annotations
 
@@ -62,6 +62,8 @@ class Watched:
         When the axis was stopped; None: it was not.
     stop_counts
         Difference between controller and healthy prediction then.
+    drift_counts
+        Counts that the controller has gone ahead of the encoder since the stop.
     pc_reason, box_status
         Why the PC held, and what the box said, when the first axis of the machine was stopped.
     following_counts
@@ -80,6 +82,7 @@ class Watched:
     stop_ps: int | None
     stopped_by: Stopper
     stop_counts: float
+    drift_counts: int
     alarm: Alarm
     pc_state: PcState
     pc_reason: HoldReason
@@ -143,8 +146,8 @@ class WatchedCell(Cell):
         """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``."""
         run: Any = kernels.watch
         run(
-            self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps, stop_after_ps,
-            *self._program, *self._model, *self._truth,
+            self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps,
+            stop_after_ps, *self._program, *self._model, *self._truth,
         )  # fmt: skip
 
     def truth_is(self, predictor: Predictor) -> None:
@@ -194,6 +197,7 @@ class WatchedCell(Cell):
             stop_ps=int(record.stop_ps) if stopped else None,
             stopped_by=Stopper(int(record.stopped_by)),
             stop_counts=float(record.stop_error),
+            drift_counts=ahead - int(record.stop_ahead) if stopped else 0,
             alarm=Alarm(int(state.alarm)),
             pc_state=PcState(int(pc.pc.state)),
             pc_reason=HoldReason(int(record.seen_reason)),
@@ -226,8 +230,10 @@ def station_settings(
     )
 
 
-def wavy_table(*, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010) -> BidirectionalTable:
-    """Return an error that changes by some 20 um a millimetre, with a backlash; the offset is that of a hot machine."""
+def wavy_table(
+    *, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010
+) -> BidirectionalTable:
+    """Return an error that changes by up to 20 um a millimetre, with a backlash; a hot machine has an offset."""
     positions_mm = np.linspace(-20.0, 120.0, 281)
     forward_mm = amplitude_mm * np.sin(positions_mm) + offset_mm
     return BidirectionalTable(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import shlex
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -58,7 +57,7 @@ def box(
     ] = False,
     speed: Annotated[str, option("--speed", TIMES, "N", "Axes run N times faster than the clock.")] = "1",
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request believed.")] = "3",
-    watch: Annotated[str, option("--watch", TIMES, "50ms", "Longest silence of the PC.")] = "50ms",
+    watch: Annotated[str, option("--watch", TIMES, "100ms", "Longest silence of the PC.")] = "100ms",
     limit: Annotated[str, option("--limit", TIMES, "STEPS", "Totals beyond it are never believed; 0: none.")] = "0",
     duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
     seed: Annotated[
@@ -84,7 +83,7 @@ def box(
     from rtec.live.quiet import quiet_collector
     from rtec.live.shown import box_screen
     from rtec.live.stopping import StopWish
-    from rtec.live.typed import TypedLines
+    from rtec.live.typed import TypedLines, standard_input
     from rtec.machine.station import Station
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
@@ -120,7 +119,8 @@ def box(
                 title = f"rtec box, design {design}; the other side: {command}"
                 view.show(at_s, box_screen(loop, events, title=title, at_s=at_s, keys=view.has_keys))
 
-        typed = TypedLines(sys.stdin.fileno() if view is None else view.typed_from)
+        source = standard_input() if view is None else view.typed_from
+        typed = None if source is None else TypedLines(source)
         run = BoxRun(loop, events=events, stop=stop, typed=typed, until_s=until_s, show=show)
         ended = run.run()
         events.happen(run.at_s, f"ended: {ended}")
@@ -210,6 +210,7 @@ def _first_session(seed: str | None) -> int:
 def _warm_up(settings: StationSettings) -> None:
     """Run what the live loop will run, so that its machine code is loaded before the clock counts."""
     from rtec.link.frame import Frame
+    from rtec.machine.faults import FaultKind
     from rtec.machine.station import Station
 
     station = Station(settings)
@@ -217,7 +218,11 @@ def _warm_up(settings: StationSettings) -> None:
     station.last_insertion()
     station.advance(until_ps=3 * settings.precautions.cycle_ps)
     station.receive(Frame(identifier=0x200 + settings.axis, data=bytes(8)))
+    for fault in (FaultKind.CABLE_OPEN, FaultKind.SWITCH_THROWN):
+        station.begin(fault)
+        station.end(fault)
     station.go_home()
+    station.advance(until_ps=station.now_ps + settings.precautions.cycle_ps)
 
 
 def _pc_command(bus: BusWords, axis: str | None, axes: str | None, design: str, count: str, window: str) -> str:

@@ -73,7 +73,7 @@ def pc(
         typer.Option("--reset", help="Acknowledge a box that has stopped for good.", rich_help_panel=MACHINE),
     ] = False,
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request at a time.")] = "3",
-    watch: Annotated[str, option("--watch", TIMES, "50ms", "Longest silence of the box.")] = "50ms",
+    watch: Annotated[str, option("--watch", TIMES, "100ms", "Longest silence of the box.")] = "100ms",
     deviation_limit: Annotated[str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")] = None,
     patience: Annotated[
         str | None, option("--patience", TIMES, "2s", "Longest time that an accepted total may take.")

@@ -22,8 +22,7 @@ from rtec.link import _frame_kernels
 from rtec.link._crc_kernels import seal
 
 if TYPE_CHECKING:
-    from cantools.database.can import Database, Signal
-    from cantools.database.can import Message as DbcMessage
+    from cantools.database.can import Database, Message as DbcMessage, Signal
 
 MOST_AXES = _frame_kernels.MOST_AXES
 LISTED_AXES = 3

@@ -58,7 +58,6 @@ class BoxLoop:
         self._longest_stall_ps = whole_within("longest_stall_ps", longest_stall_ps, 0, 10**15, unit="ps")
         self._begin_ps = stations[0].now_ps
         self._zero_ps = transport.now_ps()
-        self.steps = 0
         self.stalls = 0
         """Times that this process was not let run."""
         self.stalled_ps = 0
@@ -71,18 +70,23 @@ class BoxLoop:
         """Return the time of the axes."""
         return self.stations[0].now_ps
 
+    @property
+    def due_ps(self) -> int:
+        """Return the time of the next reading that matters to the bus, on its clock."""
+        return self._on_bus_ps(min(station.awaited_ps for station in self.stations))
+
     def step(self) -> None:
         """Wait for the next reading or frame, and carry it out.
 
         A bus that vanishes is kept in ``lost``; the axes go on, and their boxes find out by themselves.
         """
-        self.steps += 1
-        due_ps = self._on_bus_ps(min(station.due_ps for station in self.stations))
+        due_ps = self.due_ps
         received = None
-        try:
-            received = self.transport.receive(due_ps)
-        except LinkError as error:
-            self._lose(error, due_ps)
+        if self.lost is None:
+            try:
+                received = self.transport.receive(due_ps)
+            except LinkError as error:
+                self.lost = error
         now_ps = self._now_on_bus_ps(due_ps)
         late_ps = now_ps - max(due_ps, self._on_bus_ps(self.now_ps))
         if late_ps > self._longest_stall_ps:
@@ -105,11 +109,6 @@ class BoxLoop:
                         self.transport.send(frame)
                 except LinkError as error:
                     self.lost = error
-
-    def _lose(self, error: LinkError, due_ps: int) -> None:
-        if self.lost is None:
-            self.lost = error
-            self._left_ps = due_ps
 
     def _now_on_bus_ps(self, due_ps: int) -> int:
         """Return the time; without a bus the clock is that of the readings, which follow each other at once."""

@@ -53,12 +53,17 @@ class PcLoop:
         self.lost: LinkError | None = None
         """Why the bus is gone; None: it is there."""
 
+    @property
+    def due_ps(self) -> int:
+        """Return the time of the next turn."""
+        return min(node.due_ps for node in self.nodes)
+
     def step(self) -> None:
         """Wait for the next frame or turn, and carry it out.
 
         A bus that vanishes is kept in ``lost``; the nodes go on taking turns, and hear nothing.
         """
-        due_ps = min(node.due_ps for node in self.nodes)
+        due_ps = self.due_ps
         now_ps = due_ps
         if self.lost is None:
             try:

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from rtec.live.typed import standard_input
+
 SHOW_S = 0.125
 """The view changes eight times a second."""
 CLOSE_S = 2.0
@@ -32,7 +34,8 @@ class Screen:
 
     def __init__(self, *, takes_keys: bool) -> None:
         # another number than 0, which is the pipe's in the new process
-        keyboard = os.dup(sys.stdin.fileno()) if takes_keys and sys.stdin.isatty() else -1
+        given = standard_input() if takes_keys else None
+        keyboard = os.dup(given) if given is not None and os.isatty(given) else -1
         read, write = os.pipe()
         passed = (write,) if keyboard < 0 else (write, keyboard)
         self._process = subprocess.Popen(  # noqa: S603 - our own module
@@ -45,8 +48,8 @@ class Screen:
             os.close(keyboard)
         self.has_keys = keyboard >= 0
         """Whether orders are typed in the view; else they come from standard input."""
-        self.typed_from = read if self.has_keys else sys.stdin.fileno()
-        """File descriptor from which typed lines come."""
+        self.typed_from = read if self.has_keys else given
+        """File descriptor from which typed lines come; None where there is none."""
         assert self._process.stdin is not None  # noqa: S101 - it was asked for above
         self._to = self._process.stdin.fileno()
         os.set_blocking(self._to, False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 import time
 from collections import deque
@@ -10,6 +11,14 @@ from collections import deque
 READ_BYTES = 4096
 LOOK_AGAIN_S = 0.5
 """A process in the background of a terminal must not read from it; it looks this often whether it is in front."""
+
+
+def standard_input() -> int | None:
+    """Return the file descriptor of standard input; None where there is none."""
+    try:
+        return None if sys.stdin is None else sys.stdin.fileno()
+    except (OSError, ValueError):
+        return None
 
 
 class TypedLines:

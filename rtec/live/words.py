@@ -68,7 +68,7 @@ def waiting_words(view: PcView) -> str:
         return f"waiting: the box has stopped for good{why}"
     if view.box_state is BoxState.NOT_HOMED:
         return "waiting: the box is heard; the axis has to stand at home ('home' at the box)"
-    return "waiting: the box is homed; the axis has to report the home position ('home' at the box)"
+    return "waiting: the box is homed; it has to report the home position (does another PC run it?)"
 
 
 def hold_words(reason: HoldReason) -> str:

@@ -604,6 +604,10 @@ def fault(st: Record, t_ps: int, kind: int, begins: int) -> None:
 @kernel
 def go_home(st: Record) -> None:
     """Take the axis back to its home, as the operator would."""
+    if st.alarm != NO_ALARM:  # a drive that is switched on again begins where the axis is
+        st.servo.command = st.receiver.count * st.servo.counts_per_unit
+        st.command_speed = 0.0
+        st.lag = 0.0
     st.going_home = 1
     st.alarm = NO_ALARM
     st.receiver.fault = 0

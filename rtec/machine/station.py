@@ -128,6 +128,8 @@ class StationSettings:
         self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=1.0)
         self.conversation.fill_box(state.node.box, switch_on=self.switch_on)
         self.precautions.fill_box(state.node)
+        if self.precautions.limit_steps == 0:
+            state.node.limit_steps = self.injector.design.word_limit
         state.node.axis = self.axis
         state.acceleration = self.acceleration_mm_s2 / count_mm
         state.ramp_s = self.hold_ramp_s
@@ -238,6 +240,7 @@ class Station:
         first_ps = start_ps + settings.conversation.box_period_ps
         _station_kernels.start(self._state, start_ps, first_ps, whole_within("session", session, 0, 255))
         self._now_ps = start_ps
+        self._heard = False
 
     @property
     def now_ps(self) -> int:
@@ -253,6 +256,8 @@ class Station:
             A time before the last one.
         """
         until_ps = whole_within("until_ps", until_ps, self._now_ps, NEVER - 1, unit="ps (time never runs back)")
+        if until_ps > self.due_ps:
+            self._heard = False
         sent: list[tuple[int, Frame]] = []
         out = self._state.node.out
         while self._now_ps < until_ps:
@@ -267,8 +272,22 @@ class Station:
         """Return the time of the box's next reading."""
         return int(self._state.node.box.next_ps)
 
+    @property
+    def awaited_ps(self) -> int:
+        """Return the time of the next reading after which there may be something to send.
+
+        While the box has nothing to judge and nothing to insert, that is the next of its cycle. What changes by itself
+        in between (a watch that runs out, a probe that trips) is told then.
+        """
+        node = self._state.node
+        next_ps, period_ps = self.due_ps, int(node.box.period_ps)
+        if self._heard or node.box.accepted != self._state.injector.completed:
+            return next_ps
+        return next_ps + max(-((next_ps - int(node.cycle_next_ps)) // period_ps), 0) * period_ps
+
     def receive(self, frame: Frame) -> None:
         """Hand the box a frame at the present time; what is none of its messages is passed over."""
+        self._heard = True
         if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
             _station_kernels.receive(self._state, self._now_ps, frame.identifier, frame.payload)
 
@@ -373,6 +392,7 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         "wrong_session",
         "wrong_requester",
         "contradictory",
+        "hasty",
     )
     return StationView(
         now_ps=int(state.servo.now_ps),
@@ -398,7 +418,7 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         probing=bool(node.box.probing),
         trips=int(node.box.trips),
         trip_position=int(node.box.trip_position),
-        held=state.held_ps != NEVER,
+        held=bool(state.held_ps != NEVER),
         alarm=Alarm(int(state.alarm)),
         illegal=int(state.receiver.simultaneous + state.receiver.unresolved),
         moves=int(state.moves),

@@ -49,6 +49,7 @@ from rtec.requester._box_kernels import (
     GO_HOME,
     HELD,
     IMPLAUSIBLE,
+    LARGE_CORRECTION,
     LINK_LOST,
     NOT_HOMED,
     OK,
@@ -59,6 +60,7 @@ from rtec.requester._box_kernels import (
     box_tick,
     box_trip,
 )
+from rtec.signal._kernels import NEVER
 
 BOX_NODE = np.dtype(
     [
@@ -66,6 +68,7 @@ BOX_NODE = np.dtype(
         ("axis", np.int64),
         ("cycle_ps", np.int64),  # between frames of one kind
         ("watch_ps", np.int64),  # longest silence of the PC
+        ("gap_ps", np.int64),  # least time between two requests that are judged
         ("limit_steps", np.int64),  # totals beyond this are never believed (0: no limit)
         # parts
         ("box", BOX),
@@ -80,6 +83,9 @@ BOX_NODE = np.dtype(
         ("heard_ps", np.int64),
         ("heard_sequence", np.int64),
         ("judged", np.int64),
+        ("judged_ps", np.int64),
+        ("large_spent", np.int64),  # 1: Large Correction has let a change through, and still stands
+        ("resets_asked", np.int64),
         ("cycle_next_ps", np.int64),
         ("sequence_status", np.int64),
         ("sequence_corrections", np.int64),
@@ -105,6 +111,7 @@ BOX_NODE = np.dtype(
         ("wrong_session", np.int64),
         ("wrong_requester", np.int64),
         ("contradictory", np.int64),  # total and inverted total
+        ("hasty", np.int64),  # sooner after the last than `gap_ps`
         ("foreign", np.int64),  # frames of nobody known
         ("resets", np.int64),
     ],
@@ -134,6 +141,9 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     n.heard = 0
     n.heard_ps = t_ps
     n.judged = 0
+    n.judged_ps = -NEVER
+    n.large_spent = 0
+    n.resets_asked = 0
     n.cycle_next_ps = t_ps
     n.sequence_status = 0
     n.sequence_corrections = 0
@@ -159,6 +169,7 @@ def frames_refused(n: Record) -> int:
         + n.wrong_session
         + n.wrong_requester
         + n.contradictory
+        + n.hasty
     )
 
 
@@ -187,27 +198,47 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
     flags = request_flags(payload)
     total = request_total(payload)
     n.heard = 1
-    if b.state != RUNNING or not flags & GO_HOME:  # who still asks for home does not hear this box
-        n.heard_ps = t_ps
     n.heard_sequence = sequence_of(payload)
-    n.judged = n.heard_sequence
     n.requests += 1
     if b.state == FATAL:
-        if flags & RESET and order == IN_ORDER:  # the second in a row: one frame that strayed is no operator
-            restart(n, t_ps)
+        take_reset(n, t_ps, flags, order)
         return
     if b.state == NOT_HOMED:
+        n.heard_ps = t_ps
+        n.judged = n.heard_sequence
         if flags & GO_HOME and n.at_home == 1:
             n.requester = request_requester(payload)
             post(n.down, t_ps, 0, GO_HOME, 0, 0)
         return
     if flags & GO_HOME or not flags & ENABLE:
-        return  # alive, and asks for nothing
+        return  # who asks for nothing does not keep the watch alive: nobody knows the error of the axis
+    n.heard_ps = t_ps
+    if t_ps - n.judged_ps < n.gap_ps:
+        n.hasty += 1  # one window in so short a time is enough, and no total escapes the judgement behind another
+        return
+    n.judged_ps = t_ps
+    n.judged = n.heard_sequence
+    if not flags & LARGE_CORRECTION:
+        n.large_spent = 0
+    elif n.large_spent == 1:
+        flags &= ~LARGE_CORRECTION  # one change is meant; the flag has to go before it can mean another
     if n.limit_steps > 0 and abs(total) > n.limit_steps:
         b.refused += 1
         box_fail(n, IMPLAUSIBLE)
         return
     post(n.down, t_ps, total, flags & 3, 0, 0)
+
+
+@helper
+def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
+    """Start again at the second request with Reset in a row: one frame that strayed is no operator."""
+    if not flags & RESET:
+        n.resets_asked = 0
+    elif n.resets_asked == 1 and order == IN_ORDER:
+        n.resets_asked = 0
+        restart(n, t_ps)
+    else:
+        n.resets_asked = 1
 
 
 @step
@@ -315,7 +346,10 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         elif illegal > 0:
             box_fail(n, ENCODER_FAULT)
     before = b.state
+    accepted = b.accepted
     box_tick(b, n.down, n.up, t_ps, count, completed)
+    if abs(b.accepted - accepted) > b.window:
+        n.large_spent = 1
     if b.state == RUNNING and before == NOT_HOMED:
         completed = 0  # home zeroes every counter, and whoever owns the injector does the same
         b.accepted = 0

@@ -275,6 +275,7 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
                 pc_hold(n, t_ps, POSITION_IMPLAUSIBLE)
             return
     n.doubts = 0
+    n.reckoned = position & mask
     n.has_position = 1
     n.position_ps = t_ps
     n.position_sequence = sequence

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rtec._jit import new_record
 from rtec.checks import number_within, whole_within
-from rtec.link._frame_kernels import MOST_AXES
+from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.predictors import Predictor
 from rtec.requester import _pc_node_kernels
@@ -29,6 +29,8 @@ class PcView:
     status: Status | None
     """The box's status word; None before it is heard, or where it says what nobody knows."""
     switch_on: bool
+    at_home: bool
+    """Whether the axis stands on its home switch."""
     session: int
     position: int
     """Counts from home."""
@@ -172,7 +174,8 @@ class PcNode:
             connected=heard,
             box_state=BoxState(flags & 7) if heard and flags & 7 in set(BoxState) else None,
             status=Status(int(n.code)) if heard and int(n.code) in set(Status) else None,
-            switch_on=bool(flags & 8),
+            switch_on=bool(flags & SWITCH_ON),
+            at_home=bool(flags & AT_HOME),
             session=int(n.session),
             position=int(n.position),
             direction=int(n.pc.direction),

@@ -86,11 +86,14 @@ class Precautions:
         The box sends position, corrections and status this often.
     watch_ps
         Longest silence of the other side, a few periods of either; beyond it the machine is held.
+    gap_ps
+        Requests that come sooner after the last one than this the box does not judge: whatever goes wrong on the bus,
+        a total moves by no more than the window in this time.
     patience_ps
         Longest time that an accepted total may stay unfinished; 0 for ever. A long rapid beyond the speed gate needs
         patience: nothing is inserted then.
     limit_steps
-        Totals beyond it the box never believes; 0 for no limit.
+        Totals beyond it the box never believes; 0 for what the request's word of the design holds.
     limit_mm
         Deviations beyond it the PC never asks for; 0 for no limit.
     most_mm_s
@@ -99,7 +102,8 @@ class Precautions:
     Raises
     ------
     ArgumentError
-        A value outside its range; a watch shorter than three cycles.
+        A value outside its range; a watch of fewer than three cycles, or of more than six: with more frames missing,
+        a sequence counter does not tell their order any more.
 
     Examples
     --------
@@ -109,6 +113,7 @@ class Precautions:
 
     cycle_ps: int = 10 * MS
     watch_ps: int = 50 * MS
+    gap_ps: int = 2 * MS
     patience_ps: int = 0
     limit_steps: int = 0
     limit_mm: float = 0.0
@@ -122,13 +127,16 @@ class Precautions:
         whole_within("limit_steps", self.limit_steps, 0, 32767)
         number_within("limit_mm", self.limit_mm, 0.0, 1e3, unit="mm")
         number_within("most_mm_s", self.most_mm_s, 1e-3, 1e5, unit="mm/s")
-        if self.watch_ps < 3 * self.cycle_ps:
-            raise ArgumentError("watch_ps", self.watch_ps, f"at least three cycles, {3 * self.cycle_ps} ps")
+        whole_within("gap_ps", self.gap_ps, 0, self.cycle_ps // 2, unit="ps (at most half a cycle)")
+        if not 3 * self.cycle_ps <= self.watch_ps <= 6 * self.cycle_ps:
+            allowed = f"three to six cycles, {3 * self.cycle_ps} to {6 * self.cycle_ps} ps"
+            raise ArgumentError("watch_ps", self.watch_ps, allowed)
 
     def fill_box(self, node: Record) -> None:
         """Write the box's share into its node's state."""
         node.cycle_ps = self.cycle_ps
         node.watch_ps = self.watch_ps
+        node.gap_ps = self.gap_ps
         node.limit_steps = self.limit_steps
 
     def fill_pc(self, node: Record, *, count_mm: float) -> None:

@@ -251,15 +251,25 @@ def test_miscounted_request_has_a_right_checksum(kind, agrees):
     assert bits == {1 << k for k in range(8)}
 
 
-@pytest.mark.parametrize("kind", ["FLIPPED", "FORGED"])
-def test_only_requests_are_miscounted(kind):
-    frames = [
-        (0, 1, 0x181, int(status_frame(1, 5, 0, 1, 7, 0, 0, 0))),
-        (MS, 1, 0x281, int(corrections_frame(1, 5, 3, 3, 7, 5))),
-    ]
-    found, _, (f,) = drive(frames, fault(kind))
-    assert payloads(found) == [frame[3] for frame in frames]
+ANSWERS = [
+    (0, 1, 0x181, int(status_frame(1, 5, 0, 1, 7, 0, 0, 0))),
+    (MS, 1, 0x281, int(corrections_frame(1, 5, 3, 3, 7, 5))),
+]
+
+
+def test_only_requests_are_miscounted():
+    found, _, (f,) = drive(ANSWERS, fault("FLIPPED"))
+    assert payloads(found) == [frame[3] for frame in ANSWERS]
     assert f.fired == 0
+
+
+def test_a_forged_answer_has_one_wrong_bit_under_a_right_checksum():
+    found, _, (f,) = drive(ANSWERS, fault("FORGED", most=2))
+    assert f.fired == 2
+    for payload, (_, _, identifier, sent) in zip(payloads(found), ANSWERS, strict=True):
+        data = (payload & (2**64 - 1)).to_bytes(8, "little")
+        assert (((payload ^ sent) >> 16) & (2**48 - 1)).bit_count() == 1
+        assert frame_checksum(identifier, data) == data[0]
 
 
 # how long a frame is

@@ -1,0 +1,164 @@
+"""The safety case: every fault in every phase, a PC that runs away, and hours of random faults."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+
+from rtec.campaign.safety_matrix import Matrix, MatrixPlan, Outcome, Trial, run_matrix
+from rtec.campaign.safety_ramp import Ramp, run_ramps
+from rtec.campaign.soak import Soak, SoakPlan, run_soak
+from rtec.injector import Design
+
+_SHARE_MATRIX = 0.97
+_S_PER_TRIAL, _S_PER_HOUR = 0.03, 4.5
+"""Of one processor, about: for the progress only."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SafetyCase:
+    """What the runs show.
+
+    Parameters
+    ----------
+    matrix, ramps, soak
+        Faults by phases, a PC that runs away, and the soak where one was asked for.
+    """
+
+    matrix: Matrix
+    ramps: tuple[Ramp, ...]
+    soak: Soak | None
+
+    @property
+    def ramps_good(self) -> bool:
+        """Return whether each limit catches what nothing else does."""
+        return all((ramp.outcome is Outcome.SILENT) == (ramp.limit == "none") for ramp in self.ramps)
+
+    @property
+    def good(self) -> bool:
+        """Return whether no avoidable silent error was found, and everything that was to strike did."""
+        return self.matrix.good and self.ramps_good and (self.soak is None or self.soak.good)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data under stable names."""
+        matrix = self.matrix
+        return {
+            "good": self.good,
+            "seed": matrix.plan.seed,
+            "trials": len(matrix.trials),
+            "fired": sum(trial.fired > 0 for trial in matrix.trials),
+            "outcomes": _by_value(trial.outcome for trial in matrix.trials if trial.fired > 0),
+            "avoidable": [_trial_dict(trial) for trial in matrix.avoidable],
+            "unproven": [{"fault": variant.name, "phase": phase.value} for variant, phase in matrix.unproven],
+            "rows": [
+                {
+                    "fault": variant.name,
+                    "class": variant.kind.value,
+                    "upstream": variant.upstream,
+                    "phase": phase.value,
+                    "design": design.value,
+                    "outcome": matrix.worst(variant, phase, [design]).value,
+                }
+                for variant in matrix.plan.variants
+                for phase in matrix.plan.phases
+                for design in matrix.plan.designs
+            ],
+            "ramps": [
+                {
+                    "design": ramp.design.value,
+                    "limit": ramp.limit,
+                    "outcome": ramp.outcome.value,
+                    "off_mm": ramp.off_mm,
+                }
+                for ramp in self.ramps
+            ],
+            "soak": None if self.soak is None else _soak_dict(self.soak),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Detection:
+    """How a fault is found out, over all trials in which it was.
+
+    Parameters
+    ----------
+    reasons
+        Who stopped the machine and why, the most frequent first.
+    held
+        Trials in which it was held.
+    median_s, longest_s
+        From the first effect to the stop; None where the axis was not even let go.
+    off_counts
+        Largest number of counts that a controller was off until then.
+    """
+
+    reasons: tuple[str, ...]
+    held: int
+    median_s: float | None
+    longest_s: float | None
+    off_counts: float
+
+
+def detection_of(trials: list[Trial]) -> Detection:
+    """Return how the machine was stopped in these trials."""
+    held = [trial for trial in trials if trial.outcome is Outcome.HELD]
+    times_s = [trial.detected_s for trial in held if trial.detected_s is not None]
+    return Detection(
+        reasons=tuple(reason for reason, _ in Counter(trial.reason for trial in held).most_common()),
+        held=len(held),
+        median_s=median(times_s) if times_s else None,
+        longest_s=max(times_s, default=None),
+        off_counts=max((trial.off_counts for trial in held), default=0.0),
+    )
+
+
+def make_case(
+    plan: MatrixPlan, soak: SoakPlan | None = None, progress: Callable[[float], None] = lambda share: None
+) -> SafetyCase:
+    """Run everything."""
+    trials = len(plan.designs) * len(plan.phases) * len(plan.variants) * plan.seeds
+    first_s = trials * _S_PER_TRIAL
+    whole_s = first_s + (0.0 if soak is None else soak.hours * _S_PER_HOUR)
+    share = first_s / whole_s
+    matrix = run_matrix(plan, lambda done: progress(done * share * _SHARE_MATRIX))
+    ramps = tuple(ramp for design in plan.designs for ramp in run_ramps(design))
+    soaked = None if soak is None else run_soak(soak, lambda done: progress(share + done * (1.0 - share)))
+    progress(1.0)
+    return SafetyCase(matrix=matrix, ramps=ramps, soak=soaked)
+
+
+def _trial_dict(trial: Trial) -> dict[str, object]:
+    return {
+        "fault": trial.variant.name,
+        "phase": trial.phase.value,
+        "design": trial.design.value,
+        "seed": trial.seed,
+        "off_counts": trial.off_counts,
+        "left_counts": trial.left_counts,
+    }
+
+
+def _soak_dict(soak: Soak) -> dict[str, object]:
+    return {
+        "good": soak.good,
+        "hours": soak.hours(),
+        "hours_b": soak.hours([Design.B]),
+        "episodes": len(soak.episodes),
+        "outcomes": {outcome.value: count for outcome, count in soak.outcomes().items()},
+        "fired": {kind.value: count for kind, count in soak.fired().items()},
+        "missing": [kind.value for kind in soak.missing],
+        "silent": [
+            {"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.silent(upstream=False)
+        ],
+        "silent_upstream": [
+            {"design": e.design.value, "episode": e.number, "wrong": e.wrong, "fault": e.struck[0].variant.name}
+            for e in soak.silent(upstream=True)
+        ],
+    }
+
+
+def _by_value(outcomes: object) -> dict[str, int]:
+    counted = Counter(outcomes)  # type: ignore[call-overload]
+    return {outcome.value: counted[outcome] for outcome in Outcome if counted[outcome]}

@@ -1,0 +1,72 @@
+"""A PC that goes wrong within every window: what only a limit of the plausible can catch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtec.campaign.safety_matrix import Outcome, is_wrong, reason_of
+from rtec.campaign.safety_phases import END_PS, Phase, new_cell
+from rtec.campaign.safety_watch import MS, wavy_table
+from rtec.injector import Design
+from rtec.requester import Precautions
+
+LIMIT_MM = 0.050
+"""The healthy table stays within 30 um."""
+_FROM_PS = 1_500 * MS
+_EVERY_PS = 50 * MS
+_RAMP_MM_S = 0.060
+_STEPS = 60
+_AFTER_STOP_PS = 400 * MS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ramp:
+    """What came of a PC whose prediction runs away by 60 um a second, for three seconds.
+
+    Parameters
+    ----------
+    design, limit
+        Of the box; which option was set, in words.
+    outcome, reason
+        What happened, and who stopped the machine.
+    off_mm
+        By how much the axis was off when the machine stopped, or is in the end.
+    """
+
+    design: Design
+    limit: str
+    outcome: Outcome
+    reason: str
+    off_mm: float
+
+
+def run_ramps(design: Design) -> tuple[Ramp, ...]:
+    """Let the PC of a design run away without a limit, with the box's, and with its own."""
+    steps = round(LIMIT_MM / (0.001 * design.step_counts))
+    return (
+        _run(design, "none", Precautions()),
+        _run(design, f"limit_steps = {steps}", Precautions(limit_steps=steps)),
+        _run(design, f"limit_mm = {LIMIT_MM}", Precautions(limit_mm=LIMIT_MM)),
+    )
+
+
+def _run(design: Design, limit: str, precautions: Precautions) -> Ramp:
+    cell = new_cell(Phase.CUTTING, design, 0, precautions=precautions)
+    cell.watch(until_ps=_FROM_PS)
+    for k in range(1, _STEPS + 1):
+        cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / 1e12))
+        cell.watch(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
+    cell.watch(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
+    axes = cell.watched
+    stops = [axis for axis in axes if axis.stop_ps is not None]
+    if stops:
+        first = min(stops, key=lambda axis: axis.stop_ps or 0)
+        off_mm = max(abs(axis.stop_counts) for axis in axes) * 0.001
+        return Ramp(
+            design=design, limit=limit, outcome=Outcome.HELD, reason=reason_of(axes, first), off_mm=off_mm
+        )  # fmt: skip
+    wrong = any(is_wrong(axis, axis) for axis in axes)
+    off_mm = max(abs(axis.asked_counts) for axis in axes) * 0.001
+    return Ramp(
+        design=design, limit=limit, outcome=Outcome.SILENT if wrong else Outcome.RIGHT, reason="", off_mm=off_mm
+    )

@@ -1,0 +1,363 @@
+"""Hours of cutting on three axes with random faults of every class: the counts are right, or the machine is held.
+
+The time is run in episodes. Each has its own programs, its own error table, and faults of box, link and PC one after
+the other at random moments, or one fault of the encoder; it ends when its programs do, or soon after the machine is
+held. Only the time that was run counts.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.campaign.safety_matrix import Outcome, reason_of
+from rtec.campaign.safety_phases import Phase
+from rtec.campaign.safety_variants import VARIANTS, Variant
+from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell, station_settings, wavy_table
+from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
+from rtec.checks import number_within, whole_within
+from rtec.injector import Design
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
+from rtec.predictors import Predictor
+
+AXES = 3
+MAIN = (Design.ORIGINAL, Design.A, Design.C)
+_SHARE_OF_B = 0.1
+"""Of the hours, in addition: the report itself says that Design B fails without its processor."""
+_WRONG_S = 0.5
+_HOT_MM = 0.05
+_SLICE_PS = 5 * MS
+_AFTER_STOP_PS = 400 * MS
+_GAP_S = 60.0
+"""Between faults of an episode, on average."""
+_SHARE_UPSTREAM = 0.2
+_BATCH = 16
+_PS_PER_H = 3600 * 10**12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SoakPlan:
+    """How long, and with which seed.
+
+    Parameters
+    ----------
+    hours
+        Of cutting, the Original and Designs A and C together; Design B runs a tenth of it in addition.
+    episode_s
+        Length of an episode in which nothing stops the machine.
+    seed
+        Of everything.
+    threads
+        That run episodes at the same time; the result is the same with any number.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+    """
+
+    hours: float = 100.0
+    episode_s: float = 240.0
+    seed: int = 1
+    threads: int = 2
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        number_within("hours", self.hours, 1e-3, 1e5, unit="h")
+        number_within("episode_s", self.episode_s, 20.0, 3600.0, unit="s")
+        whole_within("seed", self.seed, 0, (1 << 32) - 1)
+        whole_within("threads", self.threads, 1, 64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Struck:
+    """A fault that took effect.
+
+    Parameters
+    ----------
+    variant, phase, axis
+        What, and during what, where.
+    """
+
+    variant: Variant
+    phase: Phase
+    axis: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Episode:
+    """What came of one episode.
+
+    Parameters
+    ----------
+    number
+        Gives the episode again, with the plan's seed.
+    design
+        Of all three boxes.
+    run_s
+        Simulated time.
+    struck
+        Faults that took effect, in the order of their beginnings.
+    unfired
+        Faults that began and found nothing to strike.
+    outcome
+        RIGHT, HELD or SILENT.
+    reason
+        Who held it, and why.
+    detected_s
+        From the effect of the last fault to the stop.
+    off_counts
+        By how many counts a controller was off the healthy prediction when it stopped.
+    wrong
+        What was wrong, in words.
+    left_counts, following_counts
+        Counts by which a controller is off in the end, and what a check of the speed would have seen.
+    checks
+        Looks at an axis at rest at which every count was right.
+    """
+
+    number: int
+    design: Design
+    run_s: float
+    struck: tuple[Struck, ...]
+    unfired: tuple[Variant, ...]
+    outcome: Outcome
+    reason: str
+    detected_s: float | None
+    off_counts: float
+    wrong: str
+    left_counts: int
+    following_counts: float
+    checks: int
+    travel_mm: float
+
+    @property
+    def upstream(self) -> bool:
+        """Return whether the fault of this episode was the encoder's."""
+        return any(struck.variant.upstream for struck in self.struck)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Soak:
+    """What came of all episodes."""
+
+    plan: SoakPlan
+    episodes: tuple[Episode, ...]
+
+    def hours(self, designs: Sequence[Design] = MAIN) -> float:
+        """Return the time run with these designs."""
+        return sum(episode.run_s for episode in self.episodes if episode.design in designs) / 3600.0
+
+    def fired(self, designs: Sequence[Design] = MAIN) -> Counter[FaultKind]:
+        """Return how many faults of each class took effect."""
+        return Counter(
+            struck.variant.kind for episode in self.episodes if episode.design in designs for struck in episode.struck
+        )
+
+    def outcomes(self, designs: Sequence[Design] = MAIN) -> Counter[Outcome]:
+        """Return how the episodes ended."""
+        return Counter(episode.outcome for episode in self.episodes if episode.design in designs)
+
+    def silent(self, *, upstream: bool, designs: Sequence[Design] = MAIN) -> tuple[Episode, ...]:
+        """Return the episodes with a silent error whose fault was the encoder's, or was not."""
+        return tuple(
+            episode
+            for episode in self.episodes
+            if episode.outcome is Outcome.SILENT and episode.upstream == upstream and episode.design in designs
+        )
+
+    @property
+    def missing(self) -> tuple[FaultKind, ...]:
+        """Return the classes of which no fault took effect."""
+        fired = self.fired()
+        return tuple(kind for kind in FaultKind if fired[kind] == 0)
+
+    @property
+    def good(self) -> bool:
+        """Return whether no count was wrong undetected, and every class took effect."""
+        return not self.silent(upstream=False) and not self.missing
+
+
+def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: None) -> Soak:
+    """Run the hours of the plan."""
+    shares = {design: plan.hours / len(MAIN) for design in MAIN} | {Design.B: plan.hours * _SHARE_OF_B}
+    whole_s = sum(shares.values()) * 3600.0
+    episodes: list[Episode] = []
+    with ThreadPoolExecutor(max_workers=plan.threads) as pool:
+        for design, hours in shares.items():
+            ran_s, number = 0.0, 0
+            while ran_s < hours * 3600.0:
+                some = pool.map(lambda n, d=design: run_episode(plan, d, n), range(number, number + _BATCH))
+                for episode in some:
+                    if ran_s < hours * 3600.0:
+                        episodes.append(episode)
+                        ran_s += episode.run_s
+                number += _BATCH
+                progress(min(sum(episode.run_s for episode in episodes) / whole_s, 1.0))
+    return Soak(plan=plan, episodes=tuple(episodes))
+
+
+def run_episode(plan: SoakPlan, design: Design, number: int) -> Episode:
+    """Run one episode."""
+    generator = np.random.default_rng([plan.seed, design.code, number])
+    programs = draw_programs(generator, axes=AXES, length_s=plan.episode_s)
+    amplitude_mm, backlash_mm = float(generator.uniform(0.005, 0.025)), float(generator.uniform(0.0, 0.015))
+    table, hot = (
+        wavy_table(amplitude_mm=amplitude_mm, backlash_mm=backlash_mm, offset_mm=offset_mm)
+        for offset_mm in (0.0, _HOT_MM)
+    )
+    orders = draw_orders(generator, length_s=plan.episode_s)
+    drawn = _draw_faults(generator, plan.episode_s)
+    cell = WatchedCell(
+        [station_settings(axis, design) for axis in range(1, AXES + 1)],
+        programs.moves,
+        table,
+        faults=[fault for _, _, fault in drawn],
+        slice_ps=_SLICE_PS,
+    )
+    phases = _run(cell, programs, orders, drawn, hot)
+    return _concluded(cell, design, number, drawn, phases)
+
+
+Drawn = list[tuple[Variant, int, Fault]]
+
+
+def _draw_faults(generator: np.random.Generator, length_s: float) -> Drawn:
+    """Return one fault of the encoder, or those of box, link and PC one after the other."""
+    upstream = [variant for variant in VARIANTS if variant.upstream]
+    others = [variant for variant in VARIANTS if not variant.upstream]
+    if generator.random() < _SHARE_UPSTREAM:
+        at_s = float(generator.uniform(0.0, 0.9 * length_s))
+        return [_draw_fault(generator, upstream, at_s, set())]
+    drawn: Drawn = []
+    taken: set[int] = set()
+    at_s = float(generator.exponential(_GAP_S / 2.0)) if generator.random() < 0.9 else 0.0
+    while at_s < 0.9 * length_s:
+        drawn.append(_draw_fault(generator, others, at_s, taken))
+        at_s += 3.0 + float(generator.exponential(_GAP_S))
+    return drawn
+
+
+def _draw_fault(
+    generator: np.random.Generator, variants: Sequence[Variant], at_s: float, taken: set[int]
+) -> tuple[Variant, int, Fault]:
+    """Return a random fault at a time; one fault a box and episode, so that each can be told by its effect."""
+    kinds = sorted({variant.kind.code for variant in variants})
+    while True:
+        code = kinds[int(generator.integers(len(kinds)))]
+        some = [variant for variant in variants if variant.kind.code == code]
+        variant = some[int(generator.integers(len(some)))]
+        axis = 1 + int(generator.integers(AXES))
+        at_axis = variant.kind.place is FaultPlace.AXIS
+        if not at_axis or axis not in taken:
+            break
+    inserting = at_axis and bool(generator.random() < 0.5)
+    at_ps = max(int(at_s * 1e12), 1) + int(generator.integers(10 * MS))
+    fault = variant.fault(Phase.CUTTING, at_ps, int(generator.integers(1 << 30)), axis=axis)
+    if at_axis:
+        taken.add(axis)
+    if inserting:
+        until_ps = None if fault.until_ps is None else fault.until_ps + 5_000 * MS
+        fault = Fault(
+            kind=fault.kind, place=fault.place, from_ps=fault.from_ps, until_ps=until_ps, seed=fault.seed,
+            strikes=Strikes.WHILE_INSERTING,
+        )  # fmt: skip
+    return variant, axis, fault
+
+
+def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, hot: Predictor) -> list[Phase]:
+    """Run an episode to its end or its stop; return the phase of each fault that began."""
+    phases: list[Phase] = []
+    began = sorted({fault.from_ps for _, _, fault in drawn})
+    end_ps = programs.end_ps
+    times = sorted({*began, *(at_ps for at_ps, _ in orders), end_ps})
+    doing = {at_ps: order for at_ps, order in orders}
+    at_fault = {fault.from_ps: (axis, fault.strikes) for _, axis, fault in drawn}
+    probing, large_ps = False, -(10**15)
+    for at_ps in times:
+        cell.watch(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
+        if cell.now_ps < at_ps:
+            break
+        if at_ps in at_fault:
+            axis, strikes = at_fault[at_ps]
+            phase = Phase.LARGE if at_ps - large_ps < 100 * MS else _phase(cell, axis, probing)
+            phases.append(Phase.INSERTION if strikes is Strikes.WHILE_INSERTING else phase)
+        order = doing.get(at_ps)
+        if order is Order.PROBE or order is Order.CUT:
+            probing = order is Order.PROBE
+            cell.probe(probing)
+        elif order is Order.LARGE and not probing:
+            large_ps = at_ps
+            cell.predict_by(hot)
+            cell.truth_is(hot)
+            cell.mean_large()
+    if any(axis.stop_ps is not None for axis in cell.watched):
+        cell.settle()
+    return phases
+
+
+def _phase(cell: WatchedCell, axis: int, probing: bool) -> Phase:
+    """Return what an axis is doing."""
+    speed_mm_s = abs(cell.axes[axis - 1].view.speed_mm_s)
+    if not cell.running:
+        return Phase.START_UP
+    if probing:
+        return Phase.PROBING
+    if speed_mm_s > 10.0:
+        return Phase.RAPID
+    return Phase.AT_REST if speed_mm_s == 0.0 else Phase.CUTTING
+
+
+def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, phases: list[Phase]) -> Episode:
+    """Return what came of an episode."""
+    axes = cell.watched
+    struck, unfired = [], []
+    last_ps = None
+    for (variant, axis, _), phase, proof in zip(drawn, phases, cell.fired, strict=False):
+        if proof.times == 0:
+            unfired.append(variant)
+            continue
+        struck.append(Struck(variant=variant, phase=phase, axis=axis))
+        if proof.first_ps is not None:
+            last_ps = max(last_ps or 0, proof.first_ps)
+    stops = [axis for axis in axes if axis.stop_ps is not None]
+    reason, detected_s, wrong = "", None, ""
+    if stops:
+        first = min(stops, key=lambda axis: axis.stop_ps or 0)
+        outcome, reason = Outcome.HELD, reason_of(axes, first)
+        detected_s = None if last_ps is None else max(0.0, ((first.stop_ps or 0) - last_ps) / 1e12)
+    elif not cell.running:
+        outcome, reason = Outcome.HELD, "the axis is not let go"
+    else:
+        wrong = "; ".join(
+            f"axis {i}: {words}" for i, axis in enumerate(axes, start=1) if (words := flaw(axis, design))
+        )
+        outcome = Outcome.SILENT if wrong else Outcome.RIGHT
+    return Episode(
+        number=number, design=design, run_s=cell.now_ps / 1e12, struck=tuple(struck), unfired=tuple(unfired),
+        outcome=outcome, reason=reason, detected_s=detected_s,
+        off_counts=max((abs(axis.stop_counts) for axis in stops), default=0.0), wrong=wrong,
+        left_counts=max((axis.off_counts for axis in axes), key=abs),
+        following_counts=max(axis.following_counts for axis in axes), checks=sum(axis.checks for axis in axes),
+        travel_mm=sum(axis.travel_mm for axis in cell.axes),
+    )  # fmt: skip
+
+
+def flaw(axis: Watched, design: Design) -> str:
+    """Return what is wrong at an axis at rest that nobody has stopped; empty where nothing is."""
+    if axis.off_counts != 0 or axis.uninserted_counts != 0:
+        return f"{axis.off_counts} counts of the encoder, {axis.uninserted_counts} of the insertions are wrong"
+    if abs(axis.asked_counts) > axis.bound_counts:
+        return f"the total is off by {axis.asked_counts:.1f} counts"
+    if axis.pending_steps != 0 and design is not Design.ORIGINAL:  # the Original waits for both lines to be low
+        return f"{axis.pending_steps} steps are never inserted"
+    if axis.wrong_s > _WRONG_S:
+        return f"wrong by {axis.wrong_counts:.1f} counts for {axis.wrong_s:.2f} s"
+    return "" if axis.checks else "never seen at rest"
+
+
+__all__ = ["MAIN", "Episode", "Soak", "SoakPlan", "Stopper", "Struck", "flaw", "run_episode", "run_soak"]

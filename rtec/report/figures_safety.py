@@ -1,0 +1,95 @@
+"""The safety case drawn: every fault in every phase of operation, by what happens at the controller."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtec.campaign.safety_matrix import Matrix, Outcome
+from rtec.campaign.safety_phases import Phase
+from rtec.errors import OutputError
+from rtec.injector import Design
+from rtec.report.figures_style import INK, figure_style, new_figure, rendered
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_UPSTREAM = "silent: before the box"
+_LOOKS = {
+    Outcome.RIGHT.value: ("#d9f0e3", "r", "right"),
+    Outcome.LATE.value: ("#f6e3a1", "l", "late, then right"),
+    Outcome.HELD.value: ("#9ecae1", "h", "detected and held"),
+    _UPSTREAM: ("#e6a08c", "u", "silent, begins before the box"),
+    Outcome.SILENT.value: ("#c1121f", "S", "silent, begins at box, link or PC"),
+    Outcome.IMPOSSIBLE.value: ("#ffffff", "–", "cannot strike"),
+}
+"""Colour, letter and words; the letters tell them apart in grey print, too."""
+
+
+def write_safety_figure(matrix: Matrix, file: Path) -> None:
+    """Draw the matrix into a file, PNG or SVG by its name.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
+    with figure_style():
+        svg, png = rendered(safety_figure(matrix))
+    try:
+        file.write_bytes(svg if file.suffix.lower() == ".svg" else png)
+    except OSError as error:
+        raise OutputError(f"{file}: {error.strerror}") from None
+
+
+def safety_figure(matrix: Matrix) -> Figure:
+    """Return a figure with a row for each fault and a column for each phase, Design B on its own."""
+    variants = matrix.plan.variants
+    figure = new_figure(1.6 + 0.19 * len(variants))
+    main = [design for design in matrix.plan.designs if design is not Design.B]
+    groups: list[tuple[str, Sequence[Design]]] = [("Original, A, C: the worst", main)] if main else []
+    if Design.B in matrix.plan.designs:
+        groups.append(("Design B", [Design.B]))
+    panels = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
+    for axes, (title, designs) in zip(panels, groups, strict=True):
+        _panel(axes, matrix, designs)
+        axes.set_title(title, pad=58)
+    panels[0].set_yticks(range(len(variants)), [variant.name for variant in variants], fontsize=7.5)
+    from matplotlib.patches import Patch  # noqa: PLC0415 - half a second, needed only where something is drawn
+
+    marks = [
+        Patch(facecolor=colour, edgecolor="#888888", label=f"{letter}  {words}")
+        for colour, letter, words in _LOOKS.values()
+    ]
+    figure.legend(handles=marks, loc="outside upper left", ncols=3)
+    return figure
+
+
+def _panel(axes: Axes, matrix: Matrix, designs: Sequence[Design]) -> None:
+    """Draw one group of designs."""
+    from matplotlib.patches import Rectangle  # noqa: PLC0415 - as above
+
+    for y, variant in enumerate(matrix.plan.variants):
+        for x, phase in enumerate(matrix.plan.phases):
+            outcome = matrix.worst(variant, phase, designs)
+            name = _UPSTREAM if outcome is Outcome.SILENT and variant.upstream else outcome.value
+            colour, letter, _ = _LOOKS[name]
+            axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white"))
+            ink = "white" if name == Outcome.SILENT.value else INK
+            axes.text(x, y, letter, ha="center", va="center", fontsize=7.0, color=ink)
+    axes.set_xlim(-0.5, len(matrix.plan.phases) - 0.5)
+    axes.set_ylim(len(matrix.plan.variants) - 0.5, -0.5)
+    axes.set_xticks(range(len(matrix.plan.phases)), [_short(phase) for phase in matrix.plan.phases],
+                    rotation=60, ha="left", fontsize=8.0)  # fmt: skip
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    axes.grid(visible=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _short(phase: Phase) -> str:
+    return phase.value.replace(" correction", "")

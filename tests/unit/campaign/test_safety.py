@@ -1,0 +1,219 @@
+"""The safety campaign: no avoidable silent error, and one that is built in is found."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from rtec.campaign.safety import detection_of, make_case
+from rtec.campaign.safety_document import document
+from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix, run_trial
+from rtec.campaign.safety_phases import Phase, new_cell, run_through, twin_of
+from rtec.campaign.safety_ramp import run_ramps
+from rtec.campaign.safety_variants import VARIANTS, impossible
+from rtec.campaign.safety_watch import Stopper, WatchedCell, station_settings, wavy_table
+from rtec.errors import ArgumentError
+from rtec.injector import Design
+from rtec.machine.faults import Fault, FaultKind
+from rtec.machine.station import Move
+from rtec.report.figures_safety import safety_figure
+from rtec.requester import Precautions
+
+MS, S = 10**9, 10**12
+MAIN = (Design.ORIGINAL, Design.A, Design.C)
+
+
+def variant(name):
+    return next(variant for variant in VARIANTS if variant.name == name)
+
+
+def outcome_of(faults, design=Design.C, phase=Phase.CUTTING, precautions=None, spoil=None):
+    """Return how a run is judged beside its twin."""
+    twin = new_cell(phase, design, 0, precautions=precautions)
+    run_through(twin, phase)
+    harmless = Fault(kind=FaultKind.PROBE_TRIPPED, place=1, from_ps=2 * S)
+    cell = new_cell(phase, design, 0, faults=faults or (harmless,), precautions=precautions)
+    if spoil is not None:
+        cell.watch(until_ps=2 * S)
+        spoil(cell)
+    run_through(cell, phase)
+    return judged(VARIANTS[0], phase, design, 0, cell, twin)
+
+
+@pytest.fixture(scope="module")
+def matrix():
+    return run_matrix(MatrixPlan(designs=(Design.C,), seeds=1))
+
+
+def test_no_silent_error_is_avoidable_and_every_fault_takes_effect(matrix):
+    assert matrix.avoidable == ()
+    fired = {trial.variant.name for trial in matrix.trials if trial.fired}
+    assert fired == {variant.name for variant in VARIANTS}
+    assert {trial.variant.kind for trial in matrix.trials if trial.fired} == set(FaultKind)
+
+
+def test_what_can_strike_does(matrix):
+    """One seed may meet an axis at rest whose lines a fault does not change; everything else strikes."""
+    cable = {FaultKind.CABLE_OPEN, FaultKind.LINES_SWAPPED}
+    assert all(variant.kind in cable and variant.lasts_ps for variant, _ in matrix.unproven)
+
+
+def test_what_cannot_strike_does_not(matrix):
+    struck = [trial for trial in matrix.trials if impossible(trial.variant, trial.phase) and trial.fired]
+    assert [trial for trial in struck if trial.phase in (Phase.START_UP, Phase.AT_REST)] == []
+
+
+@pytest.mark.parametrize("kind", [FaultKind.PC_KILLED, FaultKind.POWER_LOST])
+def test_a_dead_partner_is_always_detected(matrix, kind):
+    trials = [trial for trial in matrix.trials if trial.variant.kind is kind]
+    assert {trial.outcome for trial in trials} == {Outcome.HELD}
+    # the watch of 50 ms, a turn of either side
+    assert all(trial.detected_s is None or trial.detected_s <= 0.062 for trial in trials)
+
+
+def test_what_comes_twice_or_in_disorder_never_harms(matrix):
+    harmless = (FaultKind.FRAME_DUPLICATED, FaultKind.FRAMES_REORDERED, FaultKind.FRAME_LATE, FaultKind.PROBE_TRIPPED)
+    outcomes = {trial.outcome for trial in matrix.trials if trial.variant.kind in harmless}
+    assert outcomes <= {Outcome.RIGHT, Outcome.LATE}
+
+
+# -------------------------------------------------------------- what is built in is found
+
+
+def test_a_count_lost_at_the_controller_is_silent():
+    def spoil(cell):
+        cell._stations[0].receiver.count -= 1
+
+    assert outcome_of((), spoil=spoil).outcome is Outcome.SILENT
+
+
+def test_a_box_that_lies_about_its_insertions_is_silent():
+    def spoil(cell):
+        cell._stations[0].injector.completed += 1
+
+    assert outcome_of((), spoil=spoil).outcome is Outcome.SILENT
+
+
+def test_without_the_watch_a_killed_pc_is_silent():
+    kill = Fault(kind=FaultKind.PC_KILLED, from_ps=2 * S)
+    assert outcome_of((kill,)).outcome is Outcome.HELD
+    assert outcome_of((kill,), precautions=Precautions(watch_ps=100 * S)).outcome is Outcome.SILENT
+
+
+@pytest.mark.parametrize("design", Design)
+def test_only_a_limit_catches_a_pc_that_runs_away(design):
+    none, steps, deviation = run_ramps(design)
+    assert none.outcome is Outcome.SILENT
+    assert none.off_mm == pytest.approx(0.180, abs=0.003)  # 60 um/s for 3 s
+    assert (steps.outcome, steps.reason) == (Outcome.HELD, "box: implausible")
+    assert (deviation.outcome, deviation.reason) == (Outcome.HELD, "PC: deviation limit")
+    # the healthy total was at least -20 um, the limit is 50 um
+    assert max(steps.off_mm, deviation.off_mm) < 0.072
+
+
+# ------------------------------------------------------------------------ the watch itself
+
+
+def test_the_watch_holds_against_the_table_by_hand():
+    """At rest at 2 mm the table has about 20 um * sin(2) = 18.2 um: nine steps of 2 um."""
+    moves = [[Move(target_mm=2.0, speed_mm_s=2.0, rest_s=100.0)]]
+    cell = WatchedCell([station_settings(1, Design.C)], moves, wavy_table())
+    cell.watch(until_ps=3 * S)
+    axis = cell.watched[0]
+    true_mm = cell.true_count(1) * 0.001
+    assert axis.total_steps == 9
+    table_um = np.interp(true_mm, [1.5, 2.0], 20.0 * np.sin([1.5, 2.0]))  # a line from 0.5 mm to 0.5 mm
+    assert axis.asked_counts == pytest.approx(18.0 - table_um, abs=1e-6)
+    assert (axis.off_counts, axis.uninserted_counts, axis.stopped_by) == (0, 0, Stopper.NOBODY)
+    assert axis.checks > 1000
+
+
+@pytest.mark.parametrize("phase", Phase)
+@pytest.mark.parametrize("design", MAIN)
+def test_each_phase_is_what_it_says(phase, design):
+    twin = twin_of(phase, design, 1)
+    axes = twin.cell.watched
+    assert all(axis.off_counts == 0 and abs(axis.asked_counts) <= axis.bound_counts for axis in axes)
+    assert all(axis.stop_ps is None for axis in axes)
+    cell = new_cell(phase, design, 1)
+    run_through(cell, phase, until_ps=twin.moment_ps + max(twin.span_ps // 2, MS))
+    station = cell.axes[0].view
+    moving = abs(station.speed_mm_s)
+    if phase is Phase.START_UP:
+        assert not cell.running
+    elif phase in (Phase.AT_REST, Phase.LARGE):
+        assert moving < 0.5
+    elif phase is Phase.RAPID:
+        assert moving > 100.0
+        assert station.gate_refused > 0
+    elif phase is Phase.REVERSAL:
+        assert moving < 1.0
+    elif phase is Phase.PROBING:
+        assert station.probing
+        assert moving > 1.9 or moving == 0.0
+    else:
+        assert moving == pytest.approx(2.0, abs=0.3)
+    if phase is Phase.INSERTION:
+        assert cell.sent_steps(1) != new_total_before(phase, design, twin.moment_ps)
+
+
+def new_total_before(phase, design, moment_ps):
+    cell = new_cell(phase, design, 1)
+    run_through(cell, phase, until_ps=moment_ps)
+    return cell.sent_steps(1)
+
+
+def test_the_same_seed_gives_the_same_trial():
+    lost = variant("frame forged, for good, PC to box")
+    trials = []
+    for _ in range(2):
+        twin = twin_of(Phase.CUTTING, Design.A, 2)
+        trials.append(run_trial(lost, twin, Phase.CUTTING, Design.A, 2, twin.moment_ps, 5))
+    assert trials[0] == trials[1]
+
+
+# ------------------------------------------------------------------------- page and figure
+
+
+@pytest.fixture(scope="module")
+def case():
+    some = tuple(v for v in VARIANTS if v.kind in (FaultKind.PC_KILLED, FaultKind.FRAME_LOST, FaultKind.LINE_BROKEN))
+    return make_case(MatrixPlan(designs=(Design.B, Design.C), phases=(Phase.CUTTING,), variants=some, seeds=1))
+
+
+def test_the_page_says_what_was_found(case):
+    page = document(case, command="rtec safety", picture="safety.png")
+    assert "| PC killed | held |" in page
+    assert "| one line of a pair broken, for 50 ms | **silent** |" in page
+    assert "safety.png" in page
+    assert case.good
+
+
+def test_an_avoidable_silent_error_is_told(case):
+    trial = next(trial for trial in case.matrix.trials if trial.design is Design.C)
+    silent = dataclasses.replace(trial, outcome=Outcome.SILENT, variant=VARIANTS[0], fired=1)
+    bad = dataclasses.replace(case, matrix=dataclasses.replace(case.matrix, trials=(*case.matrix.trials, silent)))
+    assert not bad.good
+    assert bad.matrix.avoidable == (silent,)
+    assert "Also silent" in document(bad, command="rtec safety", picture="safety.png")
+
+
+def test_detection_is_measured_from_the_first_effect(case):
+    killed = [trial for trial in case.matrix.trials if trial.variant.kind is FaultKind.PC_KILLED]
+    found = detection_of(killed)
+    assert found.reasons == ("box: link lost",)
+    assert found.held == 2
+    assert 0.040 <= found.median_s <= found.longest_s <= 0.052
+
+
+def test_the_figure_has_a_mark_for_each_fault_and_phase(case):
+    figure = safety_figure(case.matrix)
+    words = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert len(words) == 2 * len(case.matrix.plan.variants)
+    assert set(words) <= {"r", "l", "h", "u", "S", "–"}
+
+
+@pytest.mark.parametrize("changes", [{"seeds": 0}, {"seed": -1}])
+def test_a_plan_that_is_none_is_refused(changes):
+    with pytest.raises(ArgumentError, match=next(iter(changes))):
+        MatrixPlan(**changes)

@@ -1,0 +1,99 @@
+"""Hours of cutting under random faults: right, or detected and held."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from rtec.campaign.safety_matrix import Outcome
+from rtec.campaign.soak import MAIN, SoakPlan, flaw, run_episode, run_soak
+from rtec.campaign.soak_program import draw_programs
+from rtec.errors import ArgumentError
+from rtec.injector import Design
+from rtec.machine.faults import FaultKind
+
+
+@pytest.fixture(scope="module")
+def soak():
+    return run_soak(SoakPlan(hours=2.0, seed=1))
+
+
+def held_to_account(soak, hours):
+    assert soak.hours() >= hours
+    assert [(e.design, e.number, e.wrong) for e in soak.silent(upstream=False)] == []
+    assert set(soak.fired()) == set(FaultKind)
+    assert soak.good
+    for design in MAIN:
+        assert soak.hours([design]) >= hours / 3.0
+    for episode in soak.episodes:
+        assert episode.outcome is not Outcome.HELD or episode.reason
+        assert episode.outcome is not Outcome.RIGHT or episode.checks > 0
+
+
+def test_two_hours(soak):
+    held_to_account(soak, 2.0)
+
+
+@pytest.mark.sweep
+def test_a_hundred_hours():
+    held_to_account(run_soak(SoakPlan(hours=100.0, seed=1)), 100.0)
+
+
+def test_only_the_time_that_was_run_counts(soak):
+    assert soak.hours() == pytest.approx(sum(e.run_s for e in soak.episodes if e.design in MAIN) / 3600.0)
+    held = [e for e in soak.episodes if e.outcome is Outcome.HELD and e.detected_s is not None]
+    assert held
+    assert all(e.run_s < 400.0 for e in held)
+
+
+def test_a_held_machine_was_struck(soak):
+    """Nothing stops a machine without a fault."""
+    for episode in soak.episodes:
+        if episode.outcome is Outcome.HELD:
+            assert episode.struck
+
+
+def test_any_number_of_threads_gives_the_same():
+    one, two = (run_soak(SoakPlan(hours=0.05, episode_s=30.0, threads=threads)) for threads in (1, 2))
+    assert one.episodes == two.episodes
+
+
+def test_an_episode_can_be_run_again(soak):
+    episode = soak.episodes[3]
+    assert run_episode(soak.plan, episode.design, episode.number) == episode
+
+
+def test_programs_cut_at_the_feeds_that_are_meant():
+    programs = draw_programs(np.random.default_rng(3), axes=3, length_s=600.0)
+    speeds = np.array([move.speed_mm_s for moves in programs.moves for move in moves])
+    cutting = speeds[speeds < 20.0]
+    assert cutting.min() >= 0.5
+    assert cutting.max() <= 5.0
+    assert (speeds >= 20.0).any()
+    assert 0.2 < np.mean([move.rest_s > 0.0 for moves in programs.moves for move in moves]) < 0.8
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, ""),
+        ({"off_counts": 1}, "1 counts of the encoder"),
+        ({"uninserted_counts": -4}, "-4 of the insertions"),
+        ({"asked_counts": 3.5}, "the total is off by 3.5 counts"),
+        ({"pending_steps": 2}, "2 steps are never inserted"),
+        ({"wrong_s": 2.0, "wrong_counts": 7.0}, "wrong by 7.0 counts for 2.00 s"),
+        ({"checks": 0}, "never seen at rest"),
+    ],
+)
+def test_every_flaw_is_seen(changes, words):
+    from rtec.campaign.safety_phases import Phase, twin_of
+
+    healthy = twin_of(Phase.CUTTING, Design.C, 0).cell.watched[0]
+    assert words in flaw(dataclasses.replace(healthy, **changes), Design.C)
+    assert (flaw(dataclasses.replace(healthy, **changes), Design.C) == "") == (words == "")
+
+
+@pytest.mark.parametrize("changes", [{"hours": 0.0}, {"episode_s": 1.0}, {"seed": -1}, {"threads": 0}])
+def test_a_plan_that_is_none_is_refused(changes):
+    with pytest.raises(ArgumentError, match=next(iter(changes))):
+        SoakPlan(**changes)

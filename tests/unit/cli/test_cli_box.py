@@ -1,0 +1,167 @@
+"""rtec box: its words, and its end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rtec.cli import main
+
+PATIENCE_S = 300.0
+"""A fresh machine compiles first."""
+
+
+def run_box(capsys, *words):
+    code = main(["box", "--channel", f"test-{os.getpid()}", "--json", *words])
+    out, err = capsys.readouterr()
+    return code, json.loads(out), err
+
+
+def test_duration_ends_it_with_a_report(capsys, tmp_path):
+    log = tmp_path / "bus.log"
+    code, report, err = run_box(
+        capsys, "--duration", "300ms", "--axes", "2", "--design", "c", "--seed", "4", "--log", str(log)
+    )
+    assert code == 0
+    assert report["ended"] == "duration"
+    assert [axis["axis"] for axis in report["axes"]] == [1, 2]
+    assert [axis["status"] for axis in report["axes"]] == ["NOT_HOMED", "NOT_HOMED"]
+    # one session after the other, from the seed on
+    assert (report["axes"][1]["session"] - report["axes"][0]["session"]) % 256 == 1
+    assert f"rtec pc --channel test-{os.getpid()} --axes 2 --design c" in err
+    identifiers = {line.split()[2][:3] for line in log.read_text().splitlines()}
+    assert {"181", "182", "301", "302"} <= identifiers
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--axis", "16"], "--axis: 16 is not allowed; allowed: 1 to 15"),
+        (["--axis", "1", "--axes", "2"], "--axes: 2 is not allowed; allowed: --axis or --axes"),
+        (["--design", "d"], "design: 'd'"),
+        (["--timing", "firmware"], "--timing: firmware"),
+        (["--count", "1"], "--count: '1'"),
+        (["--speed", "0"], "--speed: '0'"),
+        (["--watch", "20ms"], "--watch: "),
+        (["--window", "0"], "--window: 0"),
+        (["--limit", "-1"], "--limit: -1"),
+        (["--duration", "0s"], "--duration: 0s"),
+        (["--bitrate", "500000"], "--bitrate: 500000"),
+        (["--interface", "virtual"], "--interface: virtual"),
+        (["--interface", "socketcam", "--channel", "can0"], "did you mean 'socketcan'?"),
+        (["--interface", "slcan", "--channel", "/dev/none"], "/dev/none: cannot be opened"),
+        (["--interface", "virtual", "--channel", "a", "--bitrate", "fast"], "--bitrate: 'fast'"),
+        (["--program", "none.nc"], "none.nc: cannot be read"),
+        (["--log", "bus.txt"], ".log (candump), .asc or .blf"),
+        (["--channel", "../x"], "name: '../x'"),
+    ],
+)
+def test_bad_words_are_refused_in_one_line(capsys, words, said):
+    assert main(["box", "--duration", "1s", *words]) == 2
+    out, err = capsys.readouterr()
+    lines = [line for line in err.splitlines() if "compiling" not in line and "another terminal" not in line]
+    assert len(lines) == 1 and said in lines[0], err
+
+
+def test_a_line_in_use_is_refused(capsys):
+    from rtec.link.pseudo_terminal import Line
+
+    with Line(name=f"busy-{os.getpid()}"):
+        assert main(["box", "--channel", f"busy-{os.getpid()}", "--duration", "1s"]) == 2
+    assert "the name is in use by process" in capsys.readouterr().err
+
+
+class Child:
+    """A process of rtec, its lines read as they come."""
+
+    def __init__(self, *words):
+        self.process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "rtec.cli", *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        self.said = ""
+        os.set_blocking(self.process.stdout.fileno(), False)
+
+    def listen(self):
+        try:
+            while data := os.read(self.process.stdout.fileno(), 65536):
+                self.said += data.decode()
+        except BlockingIOError:
+            pass
+
+    def wait_for(self, text):
+        end_s = time.monotonic() + PATIENCE_S
+        while text not in self.said:
+            self.listen()
+            assert time.monotonic() < end_s, f"never said {text!r}: {self.said}"
+            if self.process.poll() is not None:
+                self.listen()
+                assert text in self.said, f"ended without {text!r}: {self.said}"
+            time.sleep(0.02)
+
+    def type(self, text):
+        self.process.stdin.write(f"{text}\n".encode())
+        self.process.stdin.flush()
+
+    def end(self, number):
+        self.process.send_signal(number)
+        code = self.process.wait(PATIENCE_S)
+        self.listen()
+        return code
+
+
+@pytest.fixture
+def child():
+    children = []
+
+    def start(*words):
+        children.append(Child(*words))
+        return children[-1]
+
+    yield start
+    for each in children:
+        if each.process.poll() is None:
+            each.process.kill()
+        each.process.wait()
+        each.process.stdin.close()
+        each.process.stdout.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_two_terminals(child):
+    """Box and PC in two processes, each killed once: the other says what happened, and both get going again."""
+    line = ["--channel", f"pair-{os.getpid()}", "--watch", "2s"]
+    box = child("box", *line)
+    box.wait_for("not homed: at home it waits for a PC")
+    pc = child("pc", *line)
+    pc.wait_for("every axis is homed and corrected")
+    box.wait_for("corrections follow the PC's requests")
+    pc.end(signal.SIGKILL)
+    box.wait_for("stopped for good, hold contact open: nothing was heard from the PC")
+    refused = child("pc", *line)
+    refused.wait_for("start with --reset")
+    assert refused.process.wait(PATIENCE_S) == 1
+    box.type("home")
+    box.wait_for("order: home")
+    pc = child("pc", *line, "--reset")
+    pc.wait_for("every axis is homed and corrected")
+    box.end(signal.SIGKILL)
+    pc.wait_for("BOX_SILENT")
+    assert "the line is gone: the box's program has ended or was killed" in pc.said
+    assert pc.process.wait(PATIENCE_S) == 1
+    box = child("box", *line)
+    box.wait_for("not homed")
+    pc = child("pc", *line)
+    pc.wait_for("every axis is homed and corrected")
+    assert pc.end(signal.SIGTERM) == 0
+    box.wait_for("a PC on the bus holds the machine")
+    assert box.end(signal.SIGINT) == 0
+    assert "ended: Ctrl-C" in box.said
+    assert not Path(os.environ.get("XDG_RUNTIME_DIR", "/nowhere"), "rtec", line[1]).exists()

@@ -1,0 +1,150 @@
+"""rtec pc: its words, its predictors, and its end."""
+
+import json
+import os
+import time
+
+import pytest
+
+from rtec.cli import main
+
+ERRORS = "position_mm,forward_um,reverse_um\n-10,12,12\n50,12,12\n"
+
+
+@pytest.fixture
+def table(tmp_path):
+    file = tmp_path / "z.csv"
+    file.write_text(ERRORS)
+    return file
+
+
+@pytest.fixture
+def box():
+    """A box on a virtual bus, in a thread: its channel."""
+    import threading
+
+    from rtec.link.python_can import open_transport
+    from rtec.live.box_loop import BoxLoop
+    from rtec.machine.station import Station, StationSettings
+    from rtec.requester import Precautions
+
+    channel = f"pc-{os.getpid()}-{time.monotonic_ns()}"
+    station = Station(StationSettings(precautions=Precautions(watch_ps=5 * 10**12)))
+    ends = threading.Event()
+    transport = open_transport(interface="virtual", channel=channel)
+    loop = BoxLoop([station], transport)
+
+    def run():
+        while not ends.is_set():
+            loop.step()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    yield channel, station
+    ends.set()
+    thread.join()
+    transport.close()
+
+
+def run_pc(capsys, *words):
+    code = main(["pc", "--json", "--watch", "5s", *words])
+    out, err = capsys.readouterr()
+    return code, json.loads(out), err
+
+
+def on(channel):
+    return ["--interface", "virtual", "--channel", channel]
+
+
+def test_a_table_is_corrected(capsys, box, table):
+    channel, station = box
+    code, report, _ = run_pc(capsys, *on(channel), "--table", str(table), "--duration", "1s")
+    assert (code, report["ended"]) == (0, "duration")
+    # 12 µm are three steps of 4 counts
+    assert (report["axes"][0]["requested"], report["axes"][0]["completed"]) == (3, 3)
+    assert report["handshake"]["number"] == 1
+    assert station.view.inserted_counts == 12
+
+
+def test_probing_corrects_nothing(capsys, box, table):
+    channel, station = box
+    code, report, _ = run_pc(capsys, *on(channel), "--table", str(table), "--probe", "--duration", "500ms")
+    assert code == 0
+    assert station.view.inserted_counts == 0
+    assert report["axes"][0]["status"] in ("PROBING", "HELD")
+
+
+def test_a_large_correction_goes_at_once(capsys, box, tmp_path):
+    channel, station = box
+    file = tmp_path / "hot.csv"
+    file.write_text(ERRORS.replace("12", "200"))
+    code, report, _ = run_pc(capsys, *on(channel), "--table", str(file), "--large", "--duration", "1s")
+    assert code == 0
+    assert report["axes"][0]["completed"] == 50
+    assert report["handshake"]["number"] == 1  # one request, not 17 of three steps
+
+
+def test_a_deviation_beyond_the_limit_holds(capsys, box, table):
+    channel, _ = box
+    code, report, err = run_pc(capsys, *on(channel), "--table", str(table), "--deviation-limit", "5um")
+    assert (code, report["ended"]) == (1, "held")
+    assert report["axes"][0]["reason"] == "DEVIATION_LIMIT"
+    assert "the predictor asks for more than the limit" in err.splitlines()[-1]
+
+
+def test_nobody_answers(capsys, table):
+    words = [*on(f"none-{os.getpid()}"), "--table", str(table), "--start-up", "200ms"]
+    code, report, err = run_pc(capsys, *words)
+    assert (code, report["ended"]) == (1, "nobody answers")
+    assert "not ready after 0.2 s" in err.splitlines()[-1]
+
+
+def test_no_box_offers_a_line(capsys):
+    assert main(["pc", "--channel", f"none-{os.getpid()}"]) == 2
+    err = capsys.readouterr().err
+    assert "no box offers it; start 'rtec box' in another terminal" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--table", "none.csv"], "none.csv"),
+        (["--table", "none.comp"], "--table-unit"),
+        (["--table", "a.csv", "--model", "b.toml"], "--model: b.toml"),
+        (["--home", "0mm"], "--home: 0 mm is not allowed; allowed: 25.4 to 1016 mm, the range of the predictor"),
+        (["--home", "1"], "--home: '1'"),
+        (["--watch", "10ms"], "--watch: "),
+        (["--patience", "2"], "--patience: '2'"),
+        (["--deviation-limit", "-1um"], "--deviation-limit: "),
+        (["--start-up", "never"], "--start-up: 'never'"),
+        (["--axes", "0"], "--axes: 0"),
+        (["--design", "x"], "design: 'x'"),
+    ],
+)
+def test_bad_words_are_refused_in_one_line(capsys, words, said):
+    assert main(["pc", "--interface", "virtual", "--channel", "x", *words]) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if "compiling" not in line]
+    assert len(lines) == 1 and said in lines[0]
+
+
+def test_a_model_of_effects_is_a_predictor(tmp_path):
+    from rtec.cli.pc import _predictor
+
+    file = tmp_path / "m.toml"
+    file.write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "80 um"\n')
+    predictor = _predictor(None, None, file, "0mm", 100.0)
+    # half of the backlash either way
+    assert predictor.error_mm([50.0, 50.0], [1, -1]) == pytest.approx([0.04, -0.04]) or predictor.error_mm(
+        [50.0, 50.0], [1, -1]
+    ) == pytest.approx([-0.04, 0.04])
+
+
+def test_a_table_of_linuxcnc(tmp_path):
+    from pathlib import Path
+
+    from rtec.cli.pc import _predictor
+
+    file = Path(tmp_path) / "z.comp"
+    file.write_text("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
+    predictor = _predictor(file, "mm", None, None, 0.0)
+    assert predictor.error_mm([10.0, 10.0], [1, -1]) == pytest.approx([0.002, -0.001])

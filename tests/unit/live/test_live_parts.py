@@ -1,0 +1,208 @@
+"""Orders, programs, predictors seen from home, waveforms, pictures, the wish to stop."""
+
+import io
+import signal
+
+import numpy as np
+import pytest
+
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.live.figures import spread_ms
+from rtec.live.orders import FAULTS, Word, carry_out, parse_order
+from rtec.live.picture import picture
+from rtec.live.placed import placed
+from rtec.live.programs import read_moves
+from rtec.live.screen_process import TypedText, last_document
+from rtec.live.stopping import StopWish
+from rtec.live.waveform_text import HIGH, LOW, waveform_text
+from rtec.live.words import ALARM_WORDS, STATUS_WORDS
+from rtec.machine.faults import FaultKind
+from rtec.machine.station import Alarm, Station, StationSettings
+from rtec.metrology import MeasuringPlan, measuring_program
+from rtec.predictors import LatheNetwork, NoError, UnidirectionalTable
+from rtec.requester import Status
+
+US = 10**6
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("go 1 inch", (Word.GO, None, 25.4, 10.0)),
+        ("go -3 mm at 6 m/min", (Word.GO, None, -3.0, 100.0)),
+        ("  axis 2:   go 1 mm at 60 mm/min ", (Word.GO, 2, 1.0, 1.0)),
+        ("HOME", (Word.HOME, None, 0.0, 10.0)),
+    ],
+)
+def test_orders(text, expected):
+    order = parse_order(text)
+    assert (order.word, order.axis) == expected[:2]
+    assert (order.target_mm, order.speed_mm_s) == pytest.approx(expected[2:])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("go 12", "12 mm|unit"),
+        ("go", "go: ''"),
+        ("go 3 mm at", "go: "),
+        ("go 3 mm at 5", "go ... at"),
+        ("switch", "on or off"),
+        ("fault cable", "did you mean 'cable-open'"),
+        ("fault frame-lost", "cable-open"),
+        ("quit now", "nothing behind it"),
+        ("wait 3", "unit"),
+        ("", "go, home"),
+        ("axis 2", "go, home"),
+    ],
+)
+def test_orders_that_are_none(text, said):
+    with pytest.raises(ArgumentError, match=said):
+        parse_order(text)
+
+
+def test_faults_of_an_axis_can_all_be_ordered():
+    station = Station(StationSettings())
+    for name, kind in FAULTS.items():
+        order = parse_order(f"fault {name} while inserting")
+        assert (order.fault, order.while_inserting) == (kind, True)
+        carry_out(parse_order(f"fault {name}"), [station])
+    assert not station.view.powered and not station.view.switch_on
+    assert {FaultKind.CABLE_OPEN, FaultKind.GLITCHES, FaultKind.TORN_POSITION} <= set(FAULTS.values())
+
+
+def test_mend_makes_the_cable_whole():
+    station = Station(StationSettings())
+    carry_out(parse_order("fault lines-swapped"), [station])
+    carry_out(parse_order("mend"), [station])
+    carry_out(parse_order("power off"), [station])
+    assert not station.view.powered
+    carry_out(parse_order("power on"), [station])
+    assert station.view.powered
+    station.advance(until_ps=10**10)
+    assert station.view.lines == 0
+
+
+def test_orders_for_one_axis_leave_the_others():
+    stations = [Station(StationSettings(axis=axis)) for axis in (1, 2)]
+    carry_out(parse_order("axis 2 switch off"), stations)
+    assert [station.view.switch_on for station in stations] == [True, False]
+
+
+def test_a_measuring_program_becomes_moves(tmp_path):
+    plan = MeasuringPlan(
+        start_inch=1, end_inch=2, increment_inch=1, dwell_s=2, runs=1, feed_inch_min=50, overshoot_inch=0.1
+    )
+    file = tmp_path / "z.nc"
+    file.write_text("\n".join(measuring_program(plan)))
+    moves = read_moves(file, home_mm=25.4)
+    # Appendix B: start, below it, 2 s, start, stop; then target, overshoot and the way back with 2 s at each
+    inches = [(move.target_mm + 25.4) / 25.4 for move in moves]
+    assert inches == pytest.approx([1.0, 0.9, 1.0, 2.0, 2.1, 2.0, 1.0])
+    assert [move.rest_s for move in moves] == [0.0, 2.0, 0.0, 2.0, 2.0, 2.0, 2.0]
+    assert moves[0].speed_mm_s == pytest.approx(50 * 25.4 / 60)
+
+
+def test_a_file_that_is_no_program(tmp_path):
+    with pytest.raises(FileFormatError, match="cannot be read"):
+        read_moves(tmp_path / "none.nc", home_mm=0.0)
+    (tmp_path / "x.nc").write_text("G00 X1")
+    with pytest.raises(FileFormatError, match="line 1"):
+        read_moves(tmp_path / "x.nc", home_mm=0.0)
+
+
+def test_the_lathe_seen_from_home():
+    lathe = LatheNetwork()
+    near = placed(lathe, home_mm=25.4)
+    assert near.range_mm == pytest.approx((-1.0, 991.6))
+    x = np.linspace(0.01, 990.0, 501)
+    inside = np.abs((x + 25.4 + 0.05) % 6.35 - 0.05) > 0.06  # the network jumps at each turn of the screw
+    for way in (1, -1):
+        off = np.abs(near.error_mm(x, way) - lathe.error_mm(x + 25.4, way))
+        assert off[inside].max() < 0.0002
+
+
+def test_a_table_seen_from_home():
+    table = UnidirectionalTable(positions_mm=[10.0, 20.0], errors_mm=[0.001, 0.002], backlash_mm=0.01)
+    near = placed(table, home_mm=10.0, margin_mm=2.0)
+    assert near.error_mm([0.0, 5.0, 10.0, 12.0], [1, 1, -1, 1]) == pytest.approx([0.001, 0.0015, 0.012, 0.002])
+    assert near.range_mm == (-2.0, 12.0)
+    assert placed(NoError(), home_mm=0.0).error_mm(3.0, 1) == 0.0
+    with pytest.raises(ArgumentError, match="10 to 20 mm, the range of the predictor"):
+        placed(table, home_mm=0.0)
+
+
+def test_waveform_shows_the_box_changing_its_lines():
+    # an edge of the encoder, then an insertion of Design C: B then A inverted within 1 µs
+    text = waveform_text([(0, 0, 0), (100 * US, 1, 1), (108 * US, 1, 3), (109 * US, 1, 2), (300 * US, 3, 0)])
+    runs = [len(set(zip(text.a, text.a_out, strict=True))), len(set(zip(text.b, text.b_out, strict=True)))]
+    assert {len(row) for row in (text.a, text.b, text.a_out, text.b_out)} == {len(text.a)}
+    assert text.caption == "the box changed its lines 2 times in 1.0 µs"
+    assert runs == [4, 3] or all(run > 2 for run in runs)
+    assert text.a[0] == LOW and text.a[-1] == HIGH and text.a_out[-1] == LOW
+    # where the box has not touched them, both sides are the same
+    first = text.a.index(HIGH)
+    assert text.a[: first + 1] == text.a_out[: first + 1]
+
+
+def test_waveform_keeps_to_its_width():
+    changes = [(k * 1000 * US, k & 3, k & 3) for k in range(40)]
+    assert len(waveform_text(changes, most_columns=50).a) <= 50
+    assert waveform_text([]) is None
+    assert "no change" in waveform_text(changes).caption
+
+
+def test_picture_holds_every_axis_and_what_is_typed():
+    from rich.console import Console
+
+    axes = [
+        {
+            "axis": k,
+            "held": k == 2,
+            "words": f"words of {k}",
+            "cells": {"position": f"{k}.5 mm"},
+            "insertion": [[0, 0, 0], [9 * US, 0, 1]],
+        }
+        for k in (1, 2)
+    ]
+    document = {"title": "rtec box", "axes": axes, "events": [f"event {k}" for k in range(12)], "prompt": "say"}
+    out = io.StringIO()
+    Console(file=out, width=100).print(picture(document, typed="go 1", width=100))
+    shown = out.getvalue()
+    for piece in ("1.5 mm", "2.5 mm", "words of 2", "event 11", "say> go 1", "the box changed its lines once"):
+        assert piece in shown
+    assert "event 3\n" not in shown
+
+
+def test_typed_text():
+    typed = TypedText()
+    assert typed.take("go 1\x15home\r") == ["home"]
+    assert typed.take("a\x1b\x7fb") == [] and typed.text == "b"
+
+
+def test_documents_cut_anywhere():
+    document, rest = last_document(b'{"a": 1}\n{"a"')
+    assert document == {"a": 1}
+    assert last_document(rest + b": 2}\n") == ({"a": 2}, b"")
+    assert last_document(b"") == (None, b"")
+
+
+def test_a_second_interrupt_is_not_swallowed():
+    before = signal.getsignal(signal.SIGINT)
+    with StopWish() as stop:
+        signal.raise_signal(signal.SIGINT)
+        assert stop.why == "Ctrl-C"
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_every_status_and_alarm_has_words():
+    assert set(STATUS_WORDS) == set(Status)
+    assert set(ALARM_WORDS) == set(Alarm) - {Alarm.NONE}
+
+
+def test_spread():
+    assert spread_ms([], per_ms=1.0)["median_ms"] is None
+    values = spread_ms(list(range(1, 102)), per_ms=10.0)
+    assert (values["median_ms"], values["p99_ms"], values["max_ms"]) == (5.1, 10.0, 10.1)

@@ -1,0 +1,161 @@
+"""Several axes, a PC and a bus: the report's precautions, frame by frame."""
+
+import subprocess
+import sys
+
+import pytest
+
+from rtec.errors import ArgumentError
+from rtec.link._bus_kernels import bits_of
+from rtec.machine.cell import Cell
+from rtec.machine.faults import PC_NODE, Fault, FaultKind
+from rtec.machine.station import Move, StationSettings
+from rtec.predictors import UnidirectionalTable
+from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
+
+MS, S = 10**9, 10**12
+SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
+"""20 um a millimetre, five steps of 4 um."""
+
+
+def run(*faults, axes=1, until_ps=4 * S, moves=None, **settings):
+    stations = [StationSettings(axis=axis, **settings) for axis in range(1, axes + 1)]
+    programs = [moves or [Move(target_mm=2.0, speed_mm_s=2.0, rest_s=100.0)]] * axes
+    cell = Cell(stations, programs, SLOPE, faults=faults)
+    cell.run(until_ps=until_ps)
+    return cell
+
+
+def beyond_window(frames):
+    """Return a seed under which that many forged totals in a row change by 4 steps or more."""
+    return next(seed for seed in range(10_000) if all(bits_of(seed, k) % 8 >= 3 for k in range(frames)))
+
+
+def forged(frames, seed):
+    return Fault(kind=FaultKind.FRAME_FORGED, place=PC_NODE, identifier=0x201, from_ps=3 * S, most=frames, seed=seed)
+
+
+def test_without_a_fault_every_axis_counts_right():
+    cell = run(axes=3)
+    for axis in cell.axes:
+        assert axis.pc_state is PcState.ACTIVE
+        # the controller stands at 2 mm: its counts are the encoder's and the steps, five a millimetre
+        assert axis.view.controller_count == 2000
+        assert axis.view.completed == 10
+        assert axis.view.position == 2000 - 4 * 10
+        assert (axis.off_counts, axis.uninserted_counts) == (0, 0)
+    assert cell.held_ps is None
+
+
+def test_two_unbelievable_totals_are_forgiven():
+    """NISTIR 4832: returns within the allowable range in the next two readings, they are accepted."""
+    cell = run(forged(2, beyond_window(2)))
+    axis = cell.axes[0]
+    assert cell.fired[0].times == axis.view.requests_refused == 2
+    assert (axis.box_status, axis.off_counts, cell.held_ps) == (Status.OK, 0, None)
+
+
+def test_the_third_is_fatal():
+    cell = run(forged(3, beyond_window(3)))
+    axis = cell.axes[0]
+    assert axis.box_status is Status.I_STILL_DONT_BELIEVE_YOU
+    assert axis.pc_reason is HoldReason.BOX_STILL_DOUBTS
+    assert cell.held_ps == pytest.approx(3 * S + 30 * MS, abs=12 * MS)
+    assert axis.view.completed == 10
+
+
+def test_a_total_within_the_window_that_nobody_asked_for_is_noticed():
+    """The report's window cannot tell; the PC reads what the box has accepted."""
+    seed = next(seed for seed in range(1000) if bits_of(seed, 0) % 8 < 2)
+    cell = run(forged(1, seed))
+    assert cell.axes[0].pc_reason is HoldReason.COMPLETED_WRONG
+    assert cell.held_ps - 3 * S < 25 * MS
+
+
+def test_one_held_axis_holds_all():
+    cell = run(Fault(kind=FaultKind.POWER_LOST, place=2, from_ps=500 * MS), axes=3)
+    assert all(axis.view.held for axis in cell.axes)
+    assert all(axis.view.controller_count < 1100 for axis in cell.axes)
+
+
+def test_a_silent_pc_is_noticed_within_the_watch():
+    cell = run(Fault(kind=FaultKind.PC_KILLED, from_ps=500 * MS))
+    assert cell.axes[0].box_status is Status.LINK_LOST
+    watch_ps = Precautions().watch_ps
+    assert watch_ps - 10 * MS <= cell.held_ps - 500 * MS <= watch_ps + 2 * MS
+
+
+def test_a_wider_window_lets_the_same_total_through():
+    """What the window is for: without it the forged total is carried out."""
+    seed = beyond_window(1)
+    cell = run(forged(1, seed), conversation=Conversation(window_steps=32767))
+    assert cell.axes[0].view.requests_refused == 0
+    assert cell.axes[0].view.requested != 10
+
+
+def test_the_bus_is_as_busy_as_its_frames_are_long():
+    """Three axes: 4 frames of 135 bits each every 10 ms, and what is said at once, at 500 kbit/s."""
+    cell = run(axes=3, until_ps=2 * S)
+    least = 12 * 135 / 500e3 / 10e-3
+    assert least * 0.98 <= cell.bus_load <= least * 1.25
+
+
+def test_the_probing_mode_corrects_nothing():
+    cell = run(until_ps=700 * MS)
+    before = cell.axes[0].view.completed
+    cell.probe(True)
+    cell.run(until_ps=720 * MS)
+    entered = cell.axes[0].view.completed
+    cell.run(until_ps=3 * S)
+    assert entered - before in (0, 1)
+    assert cell.axes[0].view.completed == entered < 10
+    cell.probe(False)
+    cell.run(until_ps=4 * S)
+    assert cell.axes[0].view.completed == 10
+
+
+def test_only_a_large_correction_may_exceed_the_window_at_once():
+    hot = UnidirectionalTable(positions_mm=[-1.0, 9.0], errors_mm=[0.12, 0.12], backlash_mm=0.0)
+    totals = []
+    for meant in (False, True):
+        cell = run(until_ps=3 * S)
+        cell.predict_by(hot)
+        if meant:
+            cell.mean_large()
+        cell.run(until_ps=3 * S + 8 * MS)
+        totals.append(cell.axes[0].view.requested)
+        cell.run(until_ps=4 * S)
+        assert cell.axes[0].view.completed == 30
+    assert totals == [13, 30]
+
+
+def test_compiled_loops_load_from_the_cache():
+    """A circle of calls is not loaded again: the second process with this cache ended in a segmentation fault."""
+    run(until_ps=MS)
+    code = (
+        "from rtec.machine.cell import *; from rtec.machine.station import *; from rtec.predictors import NoError;"
+        "cell = Cell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0)]], NoError());"
+        "cell.run(until_ps=10**9); print(cell.now_ps)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stdout) == (0, "1000000000\n")
+
+
+@pytest.mark.parametrize(
+    ("stations", "moves", "faults", "said"),
+    [
+        ([StationSettings(axis=2)], [[Move(target_mm=1.0, speed_mm_s=1.0)]], (), "stations"),
+        ([], [], (), "stations"),
+        ([StationSettings()], [[]], (), "moves"),
+        ([StationSettings()], [], (), "moves"),
+        (
+            [StationSettings()],
+            [[Move(target_mm=1.0, speed_mm_s=1.0)]],
+            (Fault(kind=FaultKind.CABLE_OPEN, place=2, from_ps=0),),
+            "place",
+        ),
+    ],
+)
+def test_what_is_no_machine_is_refused(stations, moves, faults, said):
+    with pytest.raises(ArgumentError, match=said):
+        Cell(stations, moves, SLOPE, faults=faults)
