@@ -64,7 +64,8 @@ class BoxRules:
     watch_ps: int
     window: int = 3
     grace: int = 2
-    limit: int = 0
+    limit: int = 127
+    gap_ps: int = 2_000_000_000
     state: str = "NOT_HOMED"
     reason: str = ""
     accepted: int = 0
@@ -77,6 +78,9 @@ class BoxRules:
     waiting: tuple[str, int, int] | None = None
     range: list[int] = field(default_factory=lambda: [0, 0])
     judged: int = 0
+    judged_ps: int = -(1 << 62)
+    large_spent: bool = False
+    resets: int = 0
 
     def fail(self, reason: str) -> None:
         if self.state != "FATAL":
@@ -88,6 +92,7 @@ class BoxRules:
         self.accepted = self.doubts = 0
         self.last = self.waiting = None
         self.heard_ps = t_ps
+        self.judged_ps, self.large_spent, self.resets = -(1 << 62), False, 0
 
     def hear(self, t_ps: int, identifier: int, data: bytes, *, at_home: bool) -> None:
         if not self.powered:
@@ -115,19 +120,32 @@ class BoxRules:
         if not request.agrees:
             return
         self.last = request.sequence
-        if not (running and request.flags & GO_HOME):
-            self.heard_ps = t_ps
         if self.state == "FATAL":
-            if request.flags & RESET and follows:
+            # the second in a row, and in order: one frame that strayed is no operator
+            self.resets = self.resets + 1 if request.flags & RESET and (follows or not self.resets) else 0
+            if request.flags & RESET and not self.resets:
+                self.resets = 1
+            if self.resets == 2:
                 self.state, self.reason, self.accepted, self.doubts, self.waiting = "NOT_HOMED", "", 0, 0, None
+                self.resets, self.heard_ps = 0, t_ps
         elif self.state == "NOT_HOMED":
+            self.heard_ps = t_ps
             if request.flags & GO_HOME and at_home:
                 self.requester, self.waiting = request.requester, ("home", 0, 0)
         elif request.flags & ENABLE and not request.flags & GO_HOME:
-            if self.limit and abs(request.total) > self.limit:
+            self.heard_ps = t_ps
+            if t_ps - self.judged_ps < self.gap_ps:
+                return
+            self.judged_ps = t_ps
+            flags = request.flags
+            if not flags & LARGE:
+                self.large_spent = False
+            elif self.large_spent:
+                flags &= ~LARGE
+            if abs(request.total) > self.limit:
                 self.fail("IMPLAUSIBLE")
             else:
-                self.waiting = ("total", request.total, request.flags)
+                self.waiting = ("total", request.total, flags)
 
     def tick(self, t_ps: int) -> None:
         """Judge what has come since the last reading: the last word only, and only once."""
@@ -147,6 +165,7 @@ class BoxRules:
             return
         self.judged += 1
         if abs(total - self.accepted) <= self.window or flags & LARGE:
+            self.large_spent = self.large_spent or abs(total - self.accepted) > self.window
             self.accepted, self.doubts = total, 0
             self.range = [min(self.range[0], total), max(self.range[1], total)]
         else:

@@ -94,7 +94,8 @@ class Arena:
         self.air = []
         self.heard = []  # every frame that was ever on the bus
         self.t_ps = 0
-        self.rules = BoxRules(axis=AXIS, session=1, watch_ps=50 * MS, window=window, grace=grace, limit=limit_steps)
+        limit = limit_steps or design.word_limit
+        self.rules = BoxRules(axis=AXIS, session=1, watch_ps=50 * MS, window=window, grace=grace, limit=limit)
         self.before = self.after = None
         self.seen = 0
         self.read_lines()
@@ -142,7 +143,9 @@ class Arena:
         due_ps, homed = station.due_ps, False
         sent = station.advance(until_ps=until_ps)
         while due_ps < until_ps:
-            was = self.rules.state
+            was, state = self.rules.state, station._state
+            if 0 < state.struck_ps <= due_ps:  # a switch that waited for an insertion
+                self.rules.switch_on = bool(state.node.box.switch_on)
             self.rules.tick(due_ps)
             homed = homed or (was == "NOT_HOMED" and self.rules.state == "RUNNING")
             due_ps += MS
@@ -237,11 +240,12 @@ class Nodes(RuleBasedStateMachine):
     @rule(
         ahead=st.integers(-1, 8),
         by=st.sampled_from([-5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 100, -100]),
-        flags=st.sampled_from([8, 8, 8, 9, 0, 10, 4, 16]),
+        flags=st.sampled_from([8, 8, 8, 9, 9, 0, 10, 4, 16, 16]),
         requester=st.sampled_from([1, 1, 1, 2]),
         agrees=st.sampled_from([True, True, False]),
+        after_ms=st.integers(0, 4),
     )
-    def forge_request(self, ahead, by, flags, requester, agrees):
+    def forge_request(self, ahead, by, flags, requester, agrees, after_ms):
         """A frame with a right checksum that no PC has sent: the rules say whether it is believed."""
         rules = self.arena.rules
         request = Request(((rules.last or 0) + ahead) % 256, rules.accepted + by, flags, requester, rules.session)
@@ -249,7 +253,7 @@ class Nodes(RuleBasedStateMachine):
         if not agrees:
             data = sealed(REQUEST + AXIS, bytes([0, data[1], data[2] ^ 2, *data[3:]]))
         self.hand(Frame(identifier=REQUEST + AXIS, data=data), True)
-        self.arena.run(2 * MS)
+        self.arena.run(after_ms * MS)
 
     @rule(
         identifier=st.sampled_from([0x080, 0x181, 0x281, 0x301, 0x381, 0x201]), body=st.binary(min_size=8, max_size=8)
@@ -364,8 +368,8 @@ class Nodes(RuleBasedStateMachine):
         arena = self.arena
         view = arena.station.view
         assert arena.before.count == view.position
-        if arena.rules.state != "RUNNING":
-            return
+        if arena.rules.state != "RUNNING" or not arena.rules.powered:
+            return  # Design B without power passes nothing on; home zeroes the counters again
         step = view.step_counts
         ahead = arena.after.count - arena.before.count
         # an insertion that is under way has changed the lines by less than a step or passes three states around
