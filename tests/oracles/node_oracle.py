@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from crc_oracle import frame_checksum
+from crc_oracle import bits_of, remainder
 
 HOLD, STATUS, REQUEST, CORRECTIONS, POSITION, PROBE = 0x080, 0x180, 0x200, 0x280, 0x300, 0x380
 LARGE, PROBING, GO_HOME, ENABLE, RESET = 1, 2, 4, 8, 16
@@ -16,6 +16,17 @@ MOST_AHEAD = 6  # five frames may be missing
 
 STEPS_AROUND = [0b00, 0b01, 0b11, 0b10]
 """Levels A + 2 B in the positive direction: A leads B."""
+
+
+TABLE = [remainder(bits_of(bytes([byte])), 8, 0x2F, 0) for byte in range(256)]
+"""What a byte does to the checksum; byte by byte, so that a million frames do not take hours."""
+
+
+def frame_checksum(identifier: int, data: bytes) -> int:
+    crc = TABLE[TABLE[0xFF ^ (identifier & 0xFF)] ^ (identifier >> 8)]
+    for byte in data[1:]:
+        crc = TABLE[crc ^ byte]
+    return crc ^ 0xFF
 
 
 def is_right(identifier: int, data: bytes) -> bool:
@@ -189,3 +200,35 @@ class Decoder:
             self.illegal += 1
         else:
             self.count += (0, 1, 0, -1)[way]
+
+
+def signed(data: bytes) -> int:
+    return int.from_bytes(data, "little", signed=True)
+
+
+@dataclass
+class PcRules:
+    """What a PC may know of its box: the last frames that are right, of the box's session, and in order."""
+
+    axis: int
+    session: int | None = None
+    accepted: int | None = None
+    last: dict[int, int] = field(default_factory=dict)
+
+    def hear(self, identifier: int, data: bytes, *, waiting: bool) -> None:
+        kind = identifier & ~0xF
+        if identifier & 0xF != self.axis or kind not in (STATUS, CORRECTIONS) or not is_right(identifier, data):
+            return
+        if kind == STATUS:
+            if self.in_order(STATUS, data[1], waiting=waiting) and data[4] != self.session:
+                self.session, self.accepted = data[4], None
+                self.last.pop(CORRECTIONS, None)
+        elif data[6] == self.session and self.in_order(CORRECTIONS, data[1], waiting=waiting):
+            self.accepted = signed(data[4:6])
+
+    def in_order(self, kind: int, sequence: int, *, waiting: bool) -> bool:
+        before = self.last.get(kind)
+        if before is not None and not waiting and not 1 <= (sequence - before) % 256 <= MOST_AHEAD:
+            return False
+        self.last[kind] = sequence
+        return True

@@ -15,6 +15,7 @@ from hypothesis.stateful import (
     RuleBasedStateMachine,
     initialize,
     invariant,
+    precondition,
     rule,
     run_state_machine_as_test,
 )
@@ -238,16 +239,18 @@ class Nodes(RuleBasedStateMachine):
             self.hand(known[-1 - which % min(len(known), 300)], to_box)
 
     @rule(
-        ahead=st.integers(-1, 8),
-        by=st.sampled_from([-5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 100, -100]),
-        flags=st.sampled_from([8, 8, 8, 9, 9, 0, 10, 4, 16, 16]),
-        requester=st.sampled_from([1, 1, 1, 2]),
-        agrees=st.sampled_from([True, True, False]),
+        ahead=st.sampled_from([1, 1, 1, 1, 2, 6, 7, 0, -1]),
+        way=st.sampled_from([-1, 1]),
+        beyond=st.sampled_from([-1, 0, 1, 1, 2, 100]),
+        flags=st.sampled_from([8, 8, 8, 8, 9, 9, 0, 10, 4, 16]),
+        requester=st.sampled_from([1, 1, 1, 1, 2]),
+        agrees=st.sampled_from([True, True, True, False]),
         after_ms=st.integers(0, 4),
     )
-    def forge_request(self, ahead, by, flags, requester, agrees, after_ms):
+    def forge_request(self, ahead, way, beyond, flags, requester, agrees, after_ms):
         """A frame with a right checksum that no PC has sent: the rules say whether it is believed."""
         rules = self.arena.rules
+        by = way * (rules.window + beyond)
         request = Request(((rules.last or 0) + ahead) % 256, rules.accepted + by, flags, requester, rules.session)
         data = request.packed(AXIS)
         if not agrees:
@@ -332,6 +335,19 @@ class Nodes(RuleBasedStateMachine):
     def go_home(self):
         self.arena.station.go_home()
         self.arena.run(50 * MS)
+
+    @precondition(lambda self: self.arena.rules.state != "RUNNING" or not self.arena.pc)
+    @rule(first_sequence=st.integers(0, 255), then_ms=st.integers(0, 30))
+    def operator(self, first_sequence, then_ms):
+        """Power on, switch on, back to home, acknowledge: the way out of whatever has happened."""
+        self.power(True)
+        self.switch(True)
+        self.arena.station.go_home()
+        self.arena.run(800 * MS)
+        self.restart_pc(first_sequence, follows=False, acknowledge=True)
+        self.arena.run((80 + then_ms) * MS)
+        assert self.arena.rules.state == "RUNNING"
+        assert self.arena.pc.view.state is PcState.ACTIVE
 
     @rule()
     def while_inserting(self):
