@@ -63,7 +63,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
 )
 def test_bad_words_are_refused_in_one_line(capsys, words, said):
     assert main(["box", "--duration", "1s", *words]) == 2
-    out, err = capsys.readouterr()
+    _, err = capsys.readouterr()
     lines = [line for line in err.splitlines() if "compiling" not in line and "another terminal" not in line]
     assert len(lines) == 1 and said in lines[0], err
 

@@ -75,7 +75,7 @@ def test_probing_corrects_nothing(capsys, box, table):
 
 
 def test_a_large_correction_goes_at_once(capsys, box, tmp_path):
-    channel, station = box
+    channel, _ = box
     file = tmp_path / "hot.csv"
     file.write_text(ERRORS.replace("12", "200"))
     code, report, _ = run_pc(capsys, *on(channel), "--table", str(file), "--large", "--duration", "1s")
