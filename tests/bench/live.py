@@ -49,8 +49,7 @@ def own_times_ms(log: Path) -> list[float]:
 def measure(minutes: float) -> dict[str, object]:
     """Run box and PC for so long; return the figures."""
     rtec = [sys.executable, "-m", "rtec.cli"]
-    # a hold would end the measurement: what a busy machine does to the times is to be seen in them
-    line = ["--channel", f"bench-{os.getpid()}", "--json", "--watch", "2s"]
+    line = ["--channel", f"bench-{os.getpid()}", "--json", "--watch", "60ms"]
     # the code that numba makes is there before anything counts
     subprocess.run(
         [*rtec, "box", *line, "--duration", "100ms"], check=True, capture_output=True, stdin=subprocess.DEVNULL
