@@ -10,12 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, kernel
-from rtec.link._bus_kernels import bus_next, bus_step, bus_submit
+from rtec.link._bus_kernels import bus_next, bus_reset, bus_step, bus_submit
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.requester._box_node_kernels import box_receive, box_turn
-from rtec.requester._pc_node_kernels import pc_finish, pc_prepare, pc_receive
+from rtec.requester._box_node_kernels import box_receive, box_start, box_turn
+from rtec.requester._pc_node_kernels import pc_finish, pc_node_start, pc_prepare, pc_receive
 
 PC_PLACE, BOX_PLACE = 0, 1
+
+
+@kernel
+def start(bus: Record, box: Record, pc: Record, bit_ps: int, first_ps: int) -> None:
+    """Switch all on; the box's first reading is at ``first_ps``, the PC's first turn at zero."""
+    bus_reset(bus, bit_ps)
+    box_start(box, 0, 1)
+    box.box.next_ps = first_ps
+    box.cycle_next_ps = first_ps
+    pc_node_start(pc, 0, 0)
 
 
 @kernel

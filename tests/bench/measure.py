@@ -18,6 +18,7 @@ from pathlib import Path
 import figures_command
 import figures_diagnosis
 import figures_firmware
+import figures_link
 import figures_machine
 import figures_signal
 from figures import Figure, Setting, on_cores
@@ -33,6 +34,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "diagnosis": figures_diagnosis.diagnosis,
     "scan": figures_diagnosis.scan,
     "handshake": figures_machine.handshake,
+    "link": figures_link.link,
     "start-up": figures_command.start_up,
     "first-run": figures_command.first_run,
     "sigrok": figures_signal.receiver_and_sigrok,

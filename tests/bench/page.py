@@ -108,6 +108,15 @@ that the box has accepted, its total, the number of its samples and of the reque
 follows from the number of exchanges and the two periods.
 """,
     ),
+    "link": (
+        "Box and PC on the bus",
+        """\
+An exchange is a turn of the PC: its request packed, sealed and sent, carried by the simulated bus, checked and judged
+by the box, answered by position, corrections and status, and those checked by the PC. Each asks for one step more or
+less than the one before, and all must be completed; the frames on the bus are compared with what the time asks for.
+With the machine there are servo, encoder, injector and controller of each axis, too.
+""",
+    ),
     "start-up": (
         "How soon it answers",
         "From the start of the process to its end, the compiled code cached.\n",
