@@ -207,10 +207,10 @@ def _soak(soak: Soak) -> list[str]:
     what = (
         f"{soak.hours():.1f} hours of machine time on three axes with the Original, A and C, in {len(main)} "
         f"episodes of up to {soak.plan.episode_s / 60:.0f} minutes: random programs (0.5 to 5 mm/s, rapids of up to "
-        f"7 m/min, rests, reversals), probing, large corrections, and {sum(fired.values())} faults that took effect at random "
-        "moments and places, those of box, link and PC one after the other, one of the encoder for an episode. A "
-        "machine that is held ends its episode; only time that was run counts. Every axis is looked at every 5 ms, "
-        "and at every rest all counts must be right: "
+        f"7 m/min, rests, reversals), probing, large corrections, and {sum(fired.values())} faults that took effect "
+        "at random moments and places, those of box, link and PC one after the other, one of the encoder for an "
+        "episode. A machine that is held ends its episode; only time that was run counts. Every axis is looked at "
+        "every 5 ms, and at every rest all counts must be right: "
         f"{sum(episode.checks for episode in main) / 1e6:.1f} million looks at an axis at rest, "
         f"{sum(episode.travel_mm for episode in main) / 1e6:.2f} km of travel."
     )

@@ -50,7 +50,7 @@ WATCH = np.dtype(
         ("stopped_by", np.int64),
         ("stop_error", np.float64),  # error when it stopped
         ("stop_ahead", np.int64),  # counts by which the controller was ahead of the encoder then
-        ("seen_reason", np.int64),  # why the PC held, and what the box said, when the first axis of the machine stopped
+        ("seen_reason", np.int64),  # why the PC held, and what the box said, when the first axis stopped
         ("seen_status", np.int64),
         ("following", np.float64),  # largest difference between command and counts, beyond the lag of the feed
         ("refused", np.int64),  # slices in which something was owed that the speed gate refused

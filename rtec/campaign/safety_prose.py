@@ -94,7 +94,8 @@ UPSTREAM = (
 WITHOUT_POWER = (
     "**Design B without power.** Its outputs are dead: the controller sees an axis that does not move. The box's "
     "hold contact, which is open without power, stops the machine, but the counts of the way to the stop are lost, "
-    "and without that contact wired only the controller's check of the following error is left. The report says as much."
+    "and without that contact wired only the controller's check of the following error is left. The report says "
+    "as much."
 )
 
 LARGE = (

@@ -27,6 +27,10 @@ _LAG_S = 0.06
 lost on either way."""
 
 
+_ARRIVED_PS = 50 * MS
+"""A request is at the box after so long, or lost."""
+
+
 class Stopper(enum.IntEnum):
     """Who stopped the machine."""
 
@@ -130,6 +134,7 @@ class WatchedCell(Cell):
     ) -> None:
         super().__init__(stations, moves, predictor, faults=faults)
         self._slice_ps = slice_ps
+        self._freeze_ps = NEVER
         self._truth = self._model if truth is None else (truth.kind, truth.packed)
         self._watches = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
         for record, station in zip(self._watches, stations, strict=True):
@@ -144,6 +149,12 @@ class WatchedCell(Cell):
 
     def watch(self, *, until_ps: int, stop_after_ps: int = NEVER // 4) -> None:
         """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``."""
+        if self._freeze_ps <= until_ps:
+            freeze_ps, self._freeze_ps = self._freeze_ps, NEVER
+            self.watch(until_ps=freeze_ps, stop_after_ps=stop_after_ps)
+            if self.now_ps < freeze_ps:
+                return
+            self._watches.frozen = 1
         run: Any = kernels.watch
         run(
             self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps,
@@ -155,9 +166,10 @@ class WatchedCell(Cell):
         self._truth = (predictor.kind, predictor.packed)
 
     def probe(self, probing: bool) -> None:
-        """Let the PC enter or leave the probing mode on all axes; in it, totals are to stay."""
+        """Let the PC enter or leave the probing mode; totals are to stay once the last requests have arrived."""
         super().probe(probing)
-        self._watches.frozen = int(probing)
+        self._freeze_ps = self.now_ps + _ARRIVED_PS if probing else NEVER
+        self._watches.frozen = 0
 
     def sent_steps(self, axis: int) -> int:
         """Return the total that the PC last asked for."""

@@ -128,6 +128,11 @@ def picoseconds(text: str, name: str) -> int:
     return parse_time_ps(text, name=name)
 
 
+def watch_of(watch: str | None, cycle_ps: int) -> int:
+    """Return the longest silence in ps: five cycles where nothing else is said."""
+    return 5 * cycle_ps if watch is None else picoseconds(watch, "--watch")
+
+
 def teller(as_json: bool) -> Callable[[Event], None]:
     """Return what writes events: lines on stdout, or on stderr where stdout is for the JSON document."""
     stream = sys.stderr if as_json else sys.stdout

@@ -26,6 +26,7 @@ from rtec.cli._live import (
     screen,
     seconds,
     teller,
+    watch_of,
 )
 from rtec.errors import ArgumentError
 
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from rtec.machine.station import Move, StationSettings
 
 _FAILS = 1
+_HOME_REST_S = 1.0
+"""On the clock of the bus: ten turns of a PC at the longest cycle that a person would choose."""
 
 
 def box(
@@ -57,7 +60,12 @@ def box(
     ] = False,
     speed: Annotated[str, option("--speed", TIMES, "N", "Axes run N times faster than the clock.")] = "1",
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request believed.")] = "3",
-    watch: Annotated[str, option("--watch", TIMES, "100ms", "Longest silence of the PC.")] = "100ms",
+    cycle: Annotated[
+        str, option("--cycle", TIMES, "10ms", "Between the frames of one kind; the PC's, too.")
+    ] = "10ms",
+    watch: Annotated[
+        str | None, option("--watch", TIMES, "50ms", "Longest silence of the PC, 3 to 6 cycles; 5 without it.")
+    ] = None,
     limit: Annotated[str, option("--limit", TIMES, "STEPS", "Totals beyond it are never believed; 0: none.")] = "0",
     duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
     seed: Annotated[
@@ -89,8 +97,8 @@ def box(
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     numbers = axes_of(axis, axes)
     pace = _speed(speed)
-    settings = [_settings(number, design, timing, count, window, watch, limit, pace) for number in numbers]
-    moves = [] if stand else _moves(program, length(home, "--home"))
+    settings = [_settings(number, design, timing, count, window, cycle, watch, limit, pace) for number in numbers]
+    moves = [] if stand else _moves(program, length(home, "--home"), pace)
     first = _first_session(seed)
     until_s = None if duration is None else seconds(duration, "--duration")
     announce_compilation()
@@ -107,7 +115,7 @@ def box(
 
             near = stack.enter_context(Line(name=bus.line)).near
         transport = stack.enter_context(logged(bus.open(near), log, force))
-        command = _pc_command(bus, axis, axes, design, count, window)
+        command = _pc_command(bus, axis, axes, design, count, window, cycle)
         note(f"in another terminal: {command}")
         stop = stack.enter_context(StopWish())
         view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=True))
@@ -145,7 +153,15 @@ def _speed(text: str) -> float:
 
 
 def _settings(
-    axis: int, design: str, timing: str, count: str, window: str, watch: str, limit: str, speed: float
+    axis: int,
+    design: str,
+    timing: str,
+    count: str,
+    window: str,
+    cycle: str,
+    watch: str | None,
+    limit: str,
+    speed: float,
 ) -> StationSettings:
     """Return an axis; what the PC sees of the box's times does not depend on the speed."""
     from rtec.axis import Encoder
@@ -162,9 +178,15 @@ def _settings(
     try:
         conversation = Conversation(window_steps=whole(window, name="--window"))
         conversation = dataclasses.replace(conversation, box_period_ps=round(conversation.box_period_ps * speed))
-        cautions = Precautions(watch_ps=picoseconds(watch, "--watch"), limit_steps=whole(limit, name="--limit"))
+        cycle_ps = picoseconds(cycle, "--cycle")
+        cautions = Precautions(
+            cycle_ps=cycle_ps, watch_ps=watch_of(watch, cycle_ps), limit_steps=whole(limit, name="--limit")
+        )
         cautions = dataclasses.replace(
-            cautions, cycle_ps=round(cautions.cycle_ps * speed), watch_ps=round(cautions.watch_ps * speed)
+            cautions,
+            cycle_ps=round(cycle_ps * speed),
+            watch_ps=round(cautions.watch_ps * speed),
+            gap_ps=round(cautions.gap_ps * speed),
         )
         encoder = Encoder(count_mm=length(count, "--count"))
     except ArgumentError as error:
@@ -182,6 +204,7 @@ def _settings(
 
 _OPTIONS = {
     "window_steps": "--window",
+    "cycle_ps": "--cycle",
     "watch_ps": "--watch",
     "limit_steps": "--limit",
     "count_mm": "--count",
@@ -193,11 +216,12 @@ def _as_option(error: ArgumentError) -> ArgumentError:
     return ArgumentError(_OPTIONS.get(error.name, error.name), error.value, error.allowed, error.hint)
 
 
-def _moves(program: Path | None, home_mm: float) -> list[Move]:
+def _moves(program: Path | None, home_mm: float, speed: float) -> list[Move]:
     """Return the moves of a measuring program, or a slow shuttle of 100 mm."""
-    from rtec.live.programs import read_moves, shuttle
+    from rtec.live.programs import from_home, read_moves, shuttle
 
-    return shuttle() if program is None else read_moves(program, home_mm=home_mm)
+    moves = shuttle() if program is None else read_moves(program, home_mm=home_mm)
+    return from_home(moves, rest_s=_HOME_REST_S * speed)
 
 
 def _first_session(seed: str | None) -> int:
@@ -225,7 +249,9 @@ def _warm_up(settings: StationSettings) -> None:
     station.advance(until_ps=station.now_ps + settings.precautions.cycle_ps)
 
 
-def _pc_command(bus: BusWords, axis: str | None, axes: str | None, design: str, count: str, window: str) -> str:
+def _pc_command(
+    bus: BusWords, axis: str | None, axes: str | None, design: str, count: str, window: str, cycle: str
+) -> str:
     words = ["rtec", "pc", *bus.words()]
     for name, value, default in (
         ("--axis", axis, None),
@@ -233,6 +259,7 @@ def _pc_command(bus: BusWords, axis: str | None, axes: str | None, design: str, 
         ("--design", design, "a"),
         ("--count", count, "1um"),
         ("--window", window, "3"),
+        ("--cycle", cycle, "10ms"),
     ):
         if value not in (None, default):
             words += [name, str(value)]

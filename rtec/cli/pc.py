@@ -25,8 +25,10 @@ from rtec.cli._live import (
     screen,
     seconds,
     teller,
+    watch_of,
 )
 from rtec.errors import ArgumentError, LinkError
+from rtec.units import PS_PER_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -73,7 +75,10 @@ def pc(
         typer.Option("--reset", help="Acknowledge a box that has stopped for good.", rich_help_panel=MACHINE),
     ] = False,
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request at a time.")] = "3",
-    watch: Annotated[str, option("--watch", TIMES, "100ms", "Longest silence of the box.")] = "100ms",
+    cycle: Annotated[str, option("--cycle", TIMES, "10ms", "Between two requests; the box's, too.")] = "10ms",
+    watch: Annotated[
+        str | None, option("--watch", TIMES, "50ms", "Longest silence of the box, 3 to 6 cycles; 5 without it.")
+    ] = None,
     deviation_limit: Annotated[str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")] = None,
     patience: Annotated[
         str | None, option("--patience", TIMES, "2s", "Longest time that an accepted total may take.")
@@ -106,7 +111,7 @@ def pc(
     until_s = None if duration is None else seconds(duration, "--duration")
     limit_s = seconds(start_up, "--start-up")
     words = _NodeWords(
-        design=design, count=count, window=window, watch=watch, patience=patience, limit=deviation_limit
+        design=design, count=count, window=window, cycle=cycle, watch=watch, patience=patience, limit=deviation_limit
     )
     announce_compilation()
     for node in _nodes([1], predictor, words, at_ps=0):
@@ -143,6 +148,7 @@ def pc(
             start_up_s=limit_s,
             acknowledged=reset,
             line_of_box=interface is None,
+            turn_s=words.conversation.pc_period_ps / PS_PER_S,
             show=show,
         )
         ending = run.run()
@@ -213,23 +219,35 @@ class _NodeWords:
     """The options of a node, read."""
 
     def __init__(
-        self, *, design: str, count: str, window: str, watch: str, patience: str | None, limit: str | None
+        self,
+        *,
+        design: str,
+        count: str,
+        window: str,
+        cycle: str,
+        watch: str | None,
+        patience: str | None,
+        limit: str | None,
     ) -> None:
         from rtec.injector import Design
         from rtec.requester import Conversation, Precautions
 
         self.design = Design.named(design)
         self.count_mm = length(count, "--count")
+        cycle_ps = picoseconds(cycle, "--cycle")
         try:
-            self.conversation = Conversation(window_steps=whole(window, name="--window"))
+            self.conversation = Conversation(window_steps=whole(window, name="--window"), pc_period_ps=cycle_ps)
             self.precautions = Precautions(
-                watch_ps=picoseconds(watch, "--watch"),
+                cycle_ps=cycle_ps,
+                watch_ps=watch_of(watch, cycle_ps),
                 patience_ps=0 if patience is None else picoseconds(patience, "--patience"),
                 limit_mm=0.0 if limit is None else length(limit, "--deviation-limit"),
             )
         except ArgumentError as error:
             names = {
                 "window_steps": "--window",
+                "cycle_ps": "--cycle",
+                "pc_period_ps": "--cycle",
                 "watch_ps": "--watch",
                 "patience_ps": "--patience",
                 "limit_mm": "--deviation-limit",

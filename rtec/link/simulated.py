@@ -30,6 +30,7 @@ from rtec._jit import Record, new_record
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError, LinkError
 from rtec.link import _bus_kernels
+from rtec.link._outbox_kernels import ROOM
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.link.transport import BusState, Received, Traffic
 from rtec.signal import NEVER
@@ -42,7 +43,6 @@ POLL_PS = 10_000_000
 BACKLOG = 4096
 """Frames of one node that may wait to be sent, and frames that may wait to be taken."""
 
-_ROOM = int(_bus_kernels.BUS["queues"].subdtype[0]["identifier"].shape[0])
 
 
 class BusFault(Protocol):
@@ -241,7 +241,7 @@ class SimulatedBus:
         limit_ps = min(due_ps, planned_ps, until_ps + 1)
         crowded = self._feed()
         if crowded:  # look again before a queue of the bus has run empty
-            limit_ps = min(limit_ps, self._now_ps + _bus_kernels.FRAME_BITS * int(self._bus.bit_ps) * _ROOM // 2)
+            limit_ps = min(limit_ps, self._now_ps + _bus_kernels.FRAME_BITS * int(self._bus.bit_ps) * ROOM // 2)
         t_ps = int(_bus_kernels.next_delivery(self._bus, self._records, limit_ps))
         if t_ps != NEVER:
             self._now_ps = max(self._now_ps, t_ps)
@@ -280,7 +280,7 @@ class SimulatedBus:
         """Hand waiting frames on to the bus; return whether any wait."""
         crowded = False
         for node, transport in self._transports.items():
-            while transport.backlog and self._bus.queues[node].waiting < _ROOM:
+            while transport.backlog and self._bus.queues[node].waiting < ROOM:
                 self._submit(node, self._now_ps, transport.backlog.popleft())
             crowded = crowded or bool(transport.backlog)
         return crowded

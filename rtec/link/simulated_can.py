@@ -24,7 +24,7 @@ LONGEST_WAIT_S = 3600.0
 """Simulated time after which a ``recv`` without a timeout gives up: nobody sends any more."""
 
 
-class TimeIsUp(BaseException):  # noqa: N818 - it ends a program as KeyboardInterrupt does, and is no error
+class TimeIsUp(BaseException):
     """Ends a program that was given a time to run; no ``except Exception`` of the program stops it."""
 
 
@@ -179,7 +179,7 @@ class SimulatedCan(can.BusABC):
         self.clock.check()
         if timeout is None:
             raise can.CanOperationError(
-                f"nobody has sent anything for {LONGEST_WAIT_S:g} s, and recv() has no timeout: it would wait for ever"
+                f"nobody has sent anything for {LONGEST_WAIT_S:g} s, and recv() without a timeout would wait for ever"
             )
         return None
 

@@ -19,8 +19,8 @@ TIDY_PS = PS_PER_S
 
 LINGER_S = 1.0
 """So long a PC that holds the machine goes on saying so."""
-GOODBYE_S = 0.1
-"""So long it says so when the operator ends it."""
+GOODBYE_TURNS = 10
+"""So often it says so when the operator ends it."""
 FATAL_S = 0.5
 """A box that has stopped for good is waited for so long, in case it is being started again."""
 
@@ -63,6 +63,8 @@ class PcRun:
         Whether the operator has acknowledged a box that has stopped for good.
     line_of_box
         Whether the bus is the box's own line, which goes when the box's program does.
+    turn_s
+        Time between two turns.
     show
         Called now and then with the time since the start, to show what there is to see.
     """
@@ -77,10 +79,11 @@ class PcRun:
         start_up_s: float = 60.0,
         acknowledged: bool = False,
         line_of_box: bool = False,
+        turn_s: float = 0.01,
         show: Callable[[float], None] = lambda at_s: None,
     ) -> None:
         self._loop, self._events, self._stop, self._show = loop, events, stop, show
-        self._until_s, self._start_up_s = until_s, start_up_s
+        self._until_s, self._start_up_s, self._turn_s = until_s, start_up_s, turn_s
         self._acknowledged, self._line_of_box = acknowledged, line_of_box
         self._begin_ps = loop.transport.now_ps()
         self._leave_at_s: float | None = None
@@ -139,7 +142,7 @@ class PcRun:
         if self._stop.why is not None or (self._until_s is not None and at_s >= self._until_s):
             if any(view.state is PcState.ACTIVE for view in views):
                 self._loop.hold(HoldReason.OPERATOR)
-                self._leave_at_s = at_s + GOODBYE_S
+                self._leave_at_s = at_s + GOODBYE_TURNS * self._turn_s
             return PcEnding(why=self._stop.why or "duration", text="ended as asked; the machine is held", good=True)
         return self._start_up(at_s, views)
 

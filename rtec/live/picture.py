@@ -13,8 +13,8 @@ from rtec.live.waveform_text import waveform_text
 
 Document = Mapping[str, Any]
 
-EVENTS = 8
-"""Events shown."""
+EVENTS = 6
+"""Events shown: with one axis the whole view has its place on 80 columns and 24 lines."""
 
 
 def picture(document: Document, *, typed: str = "", width: int = 100) -> RenderableType:
@@ -46,8 +46,7 @@ def picture(document: Document, *, typed: str = "", width: int = 100) -> Rendera
     for axis in axes:
         style = "bold red" if axis["held"] else "green"
         parts.append(Text(f"axis {axis['axis']}: {axis['words']}", style=style))
-    for axis in axes[:3]:
-        parts.extend(_waveform(axis, width))
+    parts.extend(_latest_waveform(axes, width))
     parts += [Text(str(event), style="dim") for event in list(document["events"])[-EVENTS:]]
     if "prompt" in document:
         parts.append(Text(f"{document['prompt']}> {typed}▏"))
@@ -55,17 +54,22 @@ def picture(document: Document, *, typed: str = "", width: int = 100) -> Rendera
 
 
 def _table(axes: Sequence[Document]) -> Table:
-    table = Table(show_header=True, header_style="bold")
-    table.add_column("axis", justify="right")
-    for name in axes[0]["cells"]:
-        table.add_column(name, justify="right")
+    """Return a row for each quantity, a column for each axis."""
+    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("")
     for axis in axes:
-        table.add_row(str(axis["axis"]), *(str(cell) for cell in axis["cells"].values()))
+        table.add_column(f"axis {axis['axis']}", justify="right", no_wrap=True)
+    for name in axes[0]["cells"]:
+        table.add_row(name, *(str(axis["cells"][name]) for axis in axes))
     return table
 
 
-def _waveform(axis: Document, width: int) -> list[RenderableType]:
-    """Return the lines around the last insertion."""
+def _latest_waveform(axes: Sequence[Document], width: int) -> list[RenderableType]:
+    """Return the lines around the last insertion of any axis."""
+    inserted = [axis for axis in axes if axis.get("insertion")]
+    if not inserted:
+        return []
+    axis = max(inserted, key=lambda one: int(one["insertion"][-1][0]))
     changes = [(int(t), int(level), int(out)) for t, level, out in axis.get("insertion", ())]
     text = waveform_text(changes, most_columns=max(width - 8, 20))
     if text is None:

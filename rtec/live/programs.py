@@ -23,6 +23,17 @@ def shuttle() -> list[Move]:
     return [Move(target_mm=target, speed_mm_s=SHUTTLE_MM_S, rest_s=SHUTTLE_REST_S) for target in (SHUTTLE_MM, 0.0)]
 
 
+def from_home(moves: list[Move], *, rest_s: float) -> list[Move]:
+    """Return moves that begin with a rest at home: the PC has to read the home position before the axis leaves it.
+
+    Examples
+    --------
+    >>> [(move.target_mm, move.rest_s) for move in from_home(shuttle(), rest_s=2.0)]
+    [(0.0, 2.0), (100.0, 1.0), (0.0, 1.0)]
+    """
+    return [Move(target_mm=0.0, speed_mm_s=moves[0].speed_mm_s, rest_s=rest_s), *moves]
+
+
 def read_moves(path: Path, *, home_mm: float) -> list[Move]:
     """Read a measuring program as moves; at its stops the operator continues at once.
 

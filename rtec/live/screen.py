@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from rtec.live.typed import standard_input
+from rtec.live.typed import in_front, standard_input
 
 SHOW_S = 0.125
 """The view changes eight times a second."""
@@ -20,7 +20,7 @@ def can_show() -> bool:
     """Return whether there is a terminal to draw on, and this process is in front of it."""
     if sys.platform == "win32" or not sys.stdout.isatty() or os.environ.get("TERM", "dumb") == "dumb":
         return False
-    return os.tcgetpgrp(sys.stdout.fileno()) == os.getpgrp()
+    return in_front(sys.stdout.fileno())
 
 
 class Screen:

@@ -103,7 +103,8 @@ def main(keys_from: int, lines_to: int) -> None:
     import tty  # noqa: PLC0415
 
     # Ctrl-C is for the other process; when that ends, so does the pipe
-    for number in (signal.SIGINT, signal.SIGTERM):
+    # and where that is killed, this one is in the background and has the terminal to put in order still
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTTOU):
         signal.signal(number, signal.SIG_IGN)
     before = termios.tcgetattr(keys_from) if keys_from >= 0 else None
     try:

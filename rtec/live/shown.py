@@ -35,13 +35,10 @@ def _box_axis(station: Station) -> dict[str, object]:
             "position": f"{view.position_mm:+.4f} mm",
             "speed": f"{view.speed_mm_s * 60:+.0f} mm/min",
             "requested": f"{view.requested:+d} steps",
-            "completed": f"{view.completed:+d} steps",
-            "inserted": f"{view.inserted_counts:+d} counts",
+            "completed": f"{view.completed:+d} steps, {view.inserted_counts:+d} counts",
             "state": view.box_state.name,
             "status": view.status.name,
-            "session": view.session,
-            "requests refused": view.requests_refused,
-            "frames refused": sum(view.frames_refused.values()),
+            "refused": f"{view.requests_refused} requests, {sum(view.frames_refused.values())} frames",
         },
         "insertion": [(change.time_ps, change.lines, change.lines_out) for change in station.last_insertion()],
     }
@@ -64,8 +61,7 @@ def _pc_axis(node: PcNode, count_mm: float) -> dict[str, object]:
         "held": view.state is PcState.HOLD,
         "words": pc_words(view),
         "cells": {
-            "position": f"{view.position * count_mm:+.4f} mm",
-            "direction": "+" if view.direction > 0 else "-",
+            "position": f"{view.position * count_mm:+.4f} mm, {'up' if view.direction > 0 else 'down'}",
             "wanted": f"{view.target:+d} steps",
             "requested": f"{view.requested:+d} steps",
             "completed": f"{view.completed:+d} steps",
@@ -73,8 +69,7 @@ def _pc_axis(node: PcNode, count_mm: float) -> dict[str, object]:
             "state": view.state.name,
             "box": "-" if view.box_state is None else view.box_state.name,
             "status": "-" if view.status is None else view.status.name,
-            "session": view.session,
-            "frames refused": view.frames_refused,
+            "refused": f"{view.frames_refused} frames",
         },
     }
 

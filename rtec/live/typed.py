@@ -21,6 +21,16 @@ def standard_input() -> int | None:
         return None
 
 
+def in_front(terminal: int) -> bool:
+    """Return whether the shell has this process in front, not in the background of the terminal."""
+    if not hasattr(os, "tcgetpgrp"):
+        return True
+    try:
+        return os.tcgetpgrp(terminal) == os.getpgrp()
+    except OSError:
+        return True  # a terminal that controls nobody has no background
+
+
 class TypedLines:
     r"""Lines of a file descriptor as they come.
 
@@ -75,6 +85,4 @@ class TypedLines:
             self._ended.set()
 
     def _in_background(self) -> bool:
-        if not hasattr(os, "tcgetpgrp") or not os.isatty(self._descriptor):
-            return False
-        return os.tcgetpgrp(self._descriptor) != os.getpgrp()
+        return os.isatty(self._descriptor) and not in_front(self._descriptor)

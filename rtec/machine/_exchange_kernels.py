@@ -1,4 +1,4 @@
-"""Compiled conversation over the bus without a machine: as many exchanges as asked for, each of one step more or less.
+"""Compiled conversation over the bus without a machine: so many exchanges, each of one step more or less.
 
 The box stands at home and inserts at once. Everything else is the whole way of a request: packed, sealed, sent,
 checked, judged, answered by status, corrections and position, and checked again.

@@ -276,8 +276,8 @@ class Station:
     def awaited_ps(self) -> int:
         """Return the time of the next reading after which there may be something to send.
 
-        While the box has nothing to judge and nothing to insert, that is the next of its cycle. What changes by itself
-        in between (a watch that runs out, a probe that trips) is told then.
+        While the box has nothing to judge and nothing to insert, that is the next of its cycle. What changes by
+        itself in between (a watch that runs out, a probe that trips) is told then.
         """
         node = self._state.node
         next_ps, period_ps = self.due_ps, int(node.box.period_ps)

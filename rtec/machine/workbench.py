@@ -11,9 +11,9 @@ from rtec.axis.encoder import Encoder
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
-from rtec.link.simulated import PS_PER_S, SimulatedBus
+from rtec.link.simulated import SimulatedBus
 from rtec.machine import _station_kernels
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView, station_view
 from rtec.requester import BoxState, Conversation, Precautions, Status
 

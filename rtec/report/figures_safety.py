@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_ABOVE_INCH = 1.6
+"""Legend, titles and names of the phases."""
 _UPSTREAM = "silent: before the box"
 _LOOKS = {
     Outcome.RIGHT.value: ("#d9f0e3", "r", "right"),
@@ -48,12 +50,15 @@ def write_safety_figure(matrix: Matrix, file: Path) -> None:
 def safety_figure(matrix: Matrix) -> Figure:
     """Return a figure with a row for each fault and a column for each phase, Design B on its own."""
     variants = matrix.plan.variants
-    figure = new_figure(1.6 + 0.19 * len(variants))
+    height_inch = _ABOVE_INCH + 0.19 * len(variants) + 0.1
+    figure = new_figure(height_inch)
+    figure.set_layout_engine("none")  # a constrained layout cuts the longest names off
     main = [design for design in matrix.plan.designs if design is not Design.B]
     groups: list[tuple[str, Sequence[Design]]] = [("Original, A, C: the worst", main)] if main else []
     if Design.B in matrix.plan.designs:
         groups.append(("Design B", [Design.B]))
-    panels = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
+    room = {"left": 0.3, "right": 0.99, "top": 1.0 - _ABOVE_INCH / height_inch, "bottom": 0.1 / height_inch}
+    panels = figure.subplots(1, len(groups), sharey=True, squeeze=False, gridspec_kw=room | {"wspace": 0.05})[0]
     for axes, (title, designs) in zip(panels, groups, strict=True):
         _panel(axes, matrix, designs)
         axes.set_title(title, pad=58)
@@ -64,7 +69,7 @@ def safety_figure(matrix: Matrix) -> Figure:
         Patch(facecolor=colour, edgecolor="#888888", label=f"{letter}  {words}")
         for colour, letter, words in _LOOKS.values()
     ]
-    figure.legend(handles=marks, loc="outside upper left", ncols=3)
+    figure.legend(handles=marks, loc="upper left", ncols=3)
     return figure
 
 

@@ -19,6 +19,7 @@ import figures_command
 import figures_diagnosis
 import figures_firmware
 import figures_link
+import figures_live
 import figures_machine
 import figures_signal
 from figures import Figure, Setting, on_cores
@@ -35,6 +36,8 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "scan": figures_diagnosis.scan,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,
+    "live": figures_live.live,
+    "soak": figures_live.soak,
     "start-up": figures_command.start_up,
     "first-run": figures_command.first_run,
     "sigrok": figures_signal.receiver_and_sigrok,

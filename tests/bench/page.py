@@ -1,4 +1,4 @@
-"""The page of the figures: the frame around the table."""
+"""The page of the figures: the frame around the tables."""
 
 from __future__ import annotations
 
@@ -117,6 +117,21 @@ less than the one before, and all must be completed; the frames on the bus are c
 With the machine there are servo, encoder, injector and controller of each axis, too.
 """,
     ),
+    "live": (
+        "Box and PC as processes",
+        """\
+`rtec box` and `rtec pc`, two processes, slcan over the pseudo-terminal line between them, on two cores with nothing
+else to do. The box's own time goes from the arrival of a request to the departure of the frame that says it is
+completed, by its log; the handshake as the PC sees it, from its turn on.
+""",
+    ),
+    "soak": (
+        "Hours under faults",
+        """\
+The hours of the [safety case](safety.md), on two cores. Every class of faults has to take effect, and no wrong count
+may go unnoticed because of box, link or PC.
+""",
+    ),
     "start-up": (
         "How soon it answers",
         "From the start of the process to its end, the compiled code cached.\n",
@@ -154,6 +169,34 @@ stages hand edges on in registers. The last two rows are the loop before and aft
 }
 
 
+ELSEWHERE = (
+    (
+        "the processor beside ucsim, a million random steps and all pairs of operands",
+        "pytest -m sweep tests/differential/test_firmware_against_ucsim.py",
+        "passes, or names the step",
+    ),
+    ("how fast the encoder may go", "rtec envelope", "[envelope](envelope.md)"),
+    (
+        "the behavioural box beside the firmware, at every phase",
+        "rtec firmware compare --design all --phases 144",
+        "[behaviour](behaviour.md)",
+    ),
+    (
+        "how often hidden effects are named right",
+        "python -m tests.recovery.confusion --trials 200",
+        "[confusion](confusion.md)",
+    ),
+    ("what real measurements leave", "pytest tests/recovery", "[real data](real-data.md)"),
+    ("every fault in every phase, and a hundred hours", "rtec safety --soak 100h", "[safety](safety.md)"),
+    (
+        "a million random and mutated frames into each node",
+        "pytest -m sweep tests/property/test_nodes_fuzz.py",
+        "passes, or shows the frame",
+    ),
+)
+"""Figures that a run of minutes to hours gives, with its command and the page that holds them."""
+
+
 def page(measured: dict[str, list[Figure]], setting: Setting, busy: float | None) -> str:
     """Return the page as markdown; ``busy`` is the load average before the start."""
     quick = "\nA quick run: shorter runs and fewer of them.\n" if setting.quick else ""
@@ -163,6 +206,8 @@ def page(measured: dict[str, list[Figure]], setting: Setting, busy: float | None
         title, text = SECTIONS[name]
         rows = "".join(f"{figure.row}\n" for figure in figures)
         parts.append(f"## {title}\n\n{text}{chr(10) if text else ''}{TABLE_HEAD}{rows}")
+    rows = "".join(f"| {what} | `{command}` | {where} |\n" for what, command, where in ELSEWHERE)
+    parts.append(f"## Figures that stand elsewhere\n\n| what | command | where |\n|---|---|---|\n{rows}")
     return "\n".join(parts)
 
 

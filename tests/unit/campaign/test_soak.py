@@ -97,3 +97,9 @@ def test_every_flaw_is_seen(changes, words):
 def test_a_plan_that_is_none_is_refused(changes):
     with pytest.raises(ArgumentError, match=next(iter(changes))):
         SoakPlan(**changes)
+
+
+@pytest.mark.parametrize(("design", "number"), [(Design.ORIGINAL, 98), (Design.C, 166)])
+def test_a_request_on_its_way_when_probing_begins_is_no_error(design, number):
+    """All frames come 15 ms late, and the last request before the probing mode is still to be carried out."""
+    assert run_episode(SoakPlan(seed=1), design, number).outcome is Outcome.RIGHT

@@ -48,6 +48,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--count", "1"], "--count: '1'"),
         (["--speed", "0"], "--speed: '0'"),
         (["--watch", "20ms"], "--watch: "),
+        (["--cycle", "100us"], "--cycle: "),
         (["--window", "0"], "--window: 0"),
         (["--limit", "-1"], "--limit: -1"),
         (["--duration", "0s"], "--duration: 0s"),
@@ -63,7 +64,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
 )
 def test_bad_words_are_refused_in_one_line(capsys, words, said):
     assert main(["box", "--duration", "1s", *words]) == 2
-    out, err = capsys.readouterr()
+    _, err = capsys.readouterr()
     lines = [line for line in err.splitlines() if "compiling" not in line and "another terminal" not in line]
     assert len(lines) == 1 and said in lines[0], err
 
@@ -137,7 +138,7 @@ def child():
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_two_terminals(child):
     """Box and PC in two processes, each killed once: the other says what happened, and both get going again."""
-    line = ["--channel", f"pair-{os.getpid()}", "--watch", "2s"]
+    line = ["--channel", f"pair-{os.getpid()}", "--cycle", "100ms"]
     box = child("box", *line)
     box.wait_for("not homed: at home it waits for a PC")
     pc = child("pc", *line)

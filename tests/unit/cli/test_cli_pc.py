@@ -29,7 +29,7 @@ def box():
     from rtec.requester import Precautions
 
     channel = f"pc-{os.getpid()}-{time.monotonic_ns()}"
-    station = Station(StationSettings(precautions=Precautions(watch_ps=5 * 10**12)))
+    station = Station(StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9)))
     ends = threading.Event()
     transport = open_transport(interface="virtual", channel=channel)
     loop = BoxLoop([station], transport)
@@ -47,7 +47,7 @@ def box():
 
 
 def run_pc(capsys, *words):
-    code = main(["pc", "--json", "--watch", "5s", *words])
+    code = main(["pc", "--json", "--cycle", "50ms", *words])
     out, err = capsys.readouterr()
     return code, json.loads(out), err
 
@@ -58,7 +58,7 @@ def on(channel):
 
 def test_a_table_is_corrected(capsys, box, table):
     channel, station = box
-    code, report, _ = run_pc(capsys, *on(channel), "--table", str(table), "--duration", "1s")
+    code, report, _ = run_pc(capsys, *on(channel), "--table", str(table), "--duration", "2s")
     assert (code, report["ended"]) == (0, "duration")
     # 12 µm are three steps of 4 counts
     assert (report["axes"][0]["requested"], report["axes"][0]["completed"]) == (3, 3)
@@ -75,10 +75,10 @@ def test_probing_corrects_nothing(capsys, box, table):
 
 
 def test_a_large_correction_goes_at_once(capsys, box, tmp_path):
-    channel, station = box
+    channel, _ = box
     file = tmp_path / "hot.csv"
     file.write_text(ERRORS.replace("12", "200"))
-    code, report, _ = run_pc(capsys, *on(channel), "--table", str(file), "--large", "--duration", "1s")
+    code, report, _ = run_pc(capsys, *on(channel), "--table", str(file), "--large", "--duration", "2s")
     assert code == 0
     assert report["axes"][0]["completed"] == 50
     assert report["handshake"]["number"] == 1  # one request, not 17 of three steps

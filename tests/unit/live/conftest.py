@@ -1,4 +1,4 @@
-"""A bus in memory with a clock that goes on only where somebody waits: nothing sleeps, nothing depends on the machine."""
+"""A bus in memory with a clock that goes on only where somebody waits: nothing sleeps."""
 
 from collections import deque
 
@@ -96,7 +96,7 @@ class Together:
 
 @pytest.fixture
 def together(cable):
-    """Return a maker of a box and a PC on a cable; the axis is off by the same 12 µm everywhere, 3 steps of 4 counts."""
+    """Return a maker of a box and a PC on a cable; the axis is off by 12 µm everywhere, 3 steps of 4 counts."""
     from rtec.machine.station import Station, StationSettings
     from rtec.predictors import BidirectionalTable
     from rtec.requester import Conversation, PcNode, Precautions

@@ -1,5 +1,7 @@
 """The loops of box and PC on a bus whose clock goes on only where somebody waits."""
 
+from itertools import pairwise
+
 import pytest
 
 from rtec.errors import ArgumentError
@@ -59,7 +61,7 @@ def test_position_frames_leave_every_10_ms(cable):
     while cable[0].clock.now_ps < S:
         loop.step()
     times = [at_ps for at_ps, frame in cable[0].sent if frame.identifier == 0x301]
-    assert {b - a for a, b in zip(times, times[1:], strict=False)} == {10 * MS}
+    assert {b - a for a, b in pairwise(times)} == {10 * MS}
 
 
 def test_a_box_that_was_not_let_run_does_not_blame_the_pc(together):

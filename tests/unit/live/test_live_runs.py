@@ -201,7 +201,7 @@ def test_predictor_out_of_range(together):
     pair = together(moves=[Move(target_mm=60, speed_mm_s=40)])
     ending, _ = pc_run(pair)
     assert "PREDICTOR_OUT_OF_RANGE: the axis has left the range that the predictor knows" in ending.text
-    # the table ends at 50 mm; at 40 mm/s and 500 mm/s² the axis stops within 1.6 mm, after a ramp of 50 ms and its lag
+    # the table ends at 50 mm; at 40 mm/s the axis stops within 1.6 mm, after a ramp of 50 ms and its lag
     assert 50_000 < pair.pc.nodes[0].view.position < 56_000
 
 
