@@ -368,6 +368,7 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         n.said_moments = moments
     if due or (n.code != n.said_code and REFUSED_TOO_FAST not in (n.code, n.said_code)):
         say_status(n, moments)
+    due = due or homed  # the PC waits for the home position, and the axis may move on any time
     if due or (completed == b.accepted and completed != n.said_completed):
         say_corrections(n, completed)
     if b.trips != n.said_trips or (due and b.probing == 1):
