@@ -171,6 +171,7 @@ class BoxRules:
         if what == "home":
             if self.state == "NOT_HOMED":
                 self.state, self.accepted, self.doubts, self.range = "RUNNING", 0, 0, [0, 0]
+                self.large_spent = False
             return
         if self.state != "RUNNING" or flags & PROBING or not self.switch_on:
             return

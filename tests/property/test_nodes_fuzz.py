@@ -358,4 +358,4 @@ def pc_under_fire(frames, seed=3):
     pc = PcUnderFire(seed)
     pc.fire(frames)
     assert pc.enabled > frames / 100
-    assert {"ANOTHER_PC", "BOX_RESTARTED", "COMPLETED_WRONG", "BOX_HELD"} <= pc.reasons
+    assert {"ANOTHER_PC", "BOX_RESTARTED", "COMPLETED_WRONG", "PREDICTOR_OUT_OF_RANGE"} <= pc.reasons

@@ -342,6 +342,8 @@ class Nodes(RuleBasedStateMachine):
         """Power on, switch on, back to home, acknowledge: the way out of whatever has happened."""
         self.power(True)
         self.switch(True)
+        self.kill_pc()
+        self.arena.run(60 * MS)
         self.arena.station.go_home()
         self.arena.run(800 * MS)
         self.restart_pc(first_sequence, follows=False, acknowledge=True)
