@@ -9,8 +9,7 @@ import itertools
 import random
 
 import pytest
-from hypothesis import HealthCheck, Phase, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, Phase, settings, strategies as st
 from hypothesis.stateful import (
     RuleBasedStateMachine,
     initialize,
@@ -48,7 +47,7 @@ class Weather:
     """What a bus does to frames: each may be lost, late, doubled or spoiled, all by one seed."""
 
     def __init__(self, seed=0, lost=0.0, late=0.0, doubled=0.0, spoiled=0.0, most_late_ms=1):
-        self.draw = random.Random(seed)
+        self.draw = random.Random(seed)  # noqa: S311 - draws, no secrets
         self.lost, self.late, self.doubled, self.spoiled, self.most_late_ms = (
             lost,
             late,
