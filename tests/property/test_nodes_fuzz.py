@@ -40,7 +40,7 @@ MS = 10**9
 AXIS = 1
 WINDOW, GRACE, WATCH_PS = 3, 2, 50 * MS
 KINDS = (STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
-CI, LONG = 100_000, 1_000_000
+CI, LONG = 50_000, 1_000_000
 
 
 def field(record, *names):
@@ -359,7 +359,7 @@ class PcUnderFire:
 
 
 def test_the_pc_asks_for_nothing_that_it_must_not():
-    pc_under_fire(CI)
+    pc_under_fire(2 * CI)
 
 
 @pytest.mark.sweep

@@ -463,9 +463,9 @@ def play(examples, steps):
 
 
 def test_nothing_between_them_makes_counts_wrong_or_leaves_them_silent():
-    play(30, 25)
+    play(20, 25)
 
 
 @pytest.mark.sweep
 def test_nothing_at_all_makes_counts_wrong_or_leaves_them_silent():
-    play(1500, 60)
+    play(500, 60)
