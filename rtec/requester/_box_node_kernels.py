@@ -348,12 +348,14 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
     before = b.state
     accepted = b.accepted
     box_tick(b, n.down, n.up, t_ps, count, completed)
-    if abs(b.accepted - accepted) > b.window:
+    homed = b.state == RUNNING and before == NOT_HOMED
+    if abs(b.accepted - accepted) > b.window and not homed:
         n.large_spent = 1
-    if b.state == RUNNING and before == NOT_HOMED:
+    if homed:
         completed = 0  # home zeroes every counter, and whoever owns the injector does the same
         b.accepted = 0
         n.said_completed = 0
+        n.large_spent = 0
     n.code = b.status
     if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
         n.code = REFUSED_TOO_FAST
@@ -366,6 +368,7 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         if n.cycle_next_ps <= t_ps:
             n.cycle_next_ps = t_ps + n.cycle_ps
         n.said_moments = moments
+    due = due or homed  # the PC waits for the home position, and the axis may move on any time
     if due or (n.code != n.said_code and REFUSED_TOO_FAST not in (n.code, n.said_code)):
         say_status(n, moments)
     if due or (completed == b.accepted and completed != n.said_completed):

@@ -407,7 +407,8 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         if n.has_status == 1:
             turn_waiting(n, t_ps)
         return False
-    if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0):
+    counts = n.completed != 0 or n.accepted != 0  # home zeroes the totals, so these are not of this start
+    if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0 or counts):
         pc_look(p, t_ps, True)
         turn_waiting(n, t_ps)
         return False
