@@ -132,31 +132,39 @@ class BoxRules:
             return
         self.last = request.sequence
         if self.state == "FATAL":
-            # the second in a row, and in order: one frame that strayed is no operator
-            self.resets = self.resets + 1 if request.flags & RESET and (follows or not self.resets) else 0
-            if request.flags & RESET and not self.resets:
-                self.resets = 1
-            if self.resets == 2:
-                self.state, self.reason, self.accepted, self.doubts, self.waiting = "NOT_HOMED", "", 0, 0, None
-                self.resets, self.heard_ps = 0, t_ps
+            self.acknowledge(t_ps, request, follows=follows)
         elif self.state == "NOT_HOMED":
             self.heard_ps = t_ps
             if request.flags & GO_HOME and at_home:
                 self.requester, self.waiting = request.requester, ("home", 0, 0)
         elif request.flags & ENABLE and not request.flags & GO_HOME:
-            self.heard_ps = t_ps
-            if t_ps - self.judged_ps < self.gap_ps:
-                return
-            self.judged_ps = t_ps
-            flags = request.flags
-            if not flags & LARGE:
-                self.large_spent = False
-            elif self.large_spent:
-                flags &= ~LARGE
-            if abs(request.total) > self.limit:
-                self.fail("IMPLAUSIBLE")
-            else:
-                self.waiting = ("total", request.total, flags)
+            self.judge(t_ps, request)
+
+    def acknowledge(self, t_ps: int, request: Request, *, follows: bool) -> None:
+        """The second Reset in a row, and in order, is an operator's; one frame that strayed is none."""
+        if not request.flags & RESET:
+            self.resets = 0
+        elif self.resets and follows:
+            self.state, self.reason, self.accepted, self.doubts, self.waiting = "NOT_HOMED", "", 0, 0, None
+            self.resets, self.heard_ps = 0, t_ps
+        else:
+            self.resets = 1
+
+    def judge(self, t_ps: int, request: Request) -> None:
+        """A total is asked for: it waits for the next reading, unless it comes too soon."""
+        self.heard_ps = t_ps
+        if t_ps - self.judged_ps < self.gap_ps:
+            return
+        self.judged_ps = t_ps
+        flags = request.flags
+        if not flags & LARGE:
+            self.large_spent = False
+        elif self.large_spent:
+            flags &= ~LARGE
+        if abs(request.total) > self.limit:
+            self.fail("IMPLAUSIBLE")
+        else:
+            self.waiting = ("total", request.total, flags)
 
     def tick(self, t_ps: int) -> None:
         """Judge what has come since the last reading: the last word only, and only once."""
@@ -171,6 +179,7 @@ class BoxRules:
         if what == "home":
             if self.state == "NOT_HOMED":
                 self.state, self.accepted, self.doubts, self.range = "RUNNING", 0, 0, [0, 0]
+                self.large_spent = False
             return
         if self.state != "RUNNING" or flags & PROBING or not self.switch_on:
             return

@@ -10,8 +10,24 @@ import numpy as np
 import pytest
 from crc_oracle import frame_checksum as checksum_bit_by_bit
 from node_oracle import (
-    CORRECTIONS, ENABLE, GO_HOME, HOLD, LARGE, POSITION, PROBE, PROBING, REQUEST, RESET, STATUS,
-    BoxRules, PcRules, Request, frame_checksum, is_right, sealed, signed,
+    CORRECTIONS,
+    ENABLE,
+    GO_HOME,
+    HOLD,
+    LARGE,
+    POSITION,
+    PROBE,
+    PROBING,
+    REQUEST,
+    RESET,
+    STATUS,
+    BoxRules,
+    PcRules,
+    Request,
+    frame_checksum,
+    is_right,
+    sealed,
+    signed,
 )  # fmt: skip
 
 from rtec.injector import Design
@@ -24,7 +40,7 @@ MS = 10**9
 AXIS = 1
 WINDOW, GRACE, WATCH_PS = 3, 2, 50 * MS
 KINDS = (STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
-CI, LONG = 100_000, 1_000_000
+CI, LONG = 50_000, 1_000_000
 
 
 def field(record, *names):
@@ -44,7 +60,7 @@ class Mutator:
     """Spoils frames by one seed."""
 
     def __init__(self, seed):
-        self.draw = random.Random(seed)
+        self.draw = random.Random(seed)  # noqa: S311 - draws, no secrets
         self.seen = [(REQUEST + AXIS, bytes(8))]
 
     def flipped(self, data):
@@ -53,7 +69,7 @@ class Mutator:
             word ^= 1 << self.draw.randrange(64)
         return word.to_bytes(8, "little")
 
-    def spoil(self, identifier, data):
+    def spoil(self, identifier, data):  # noqa: PLR0911 - a way each
         """Return a frame that is anything but what was to be sent."""
         draw = self.draw
         way = draw.randrange(8)
@@ -81,7 +97,7 @@ class Mutator:
 
 
 def test_the_quick_checksum_is_that_of_the_division():
-    draw = random.Random(0)
+    draw = random.Random(0)  # noqa: S311 - draws, no secrets
     for _ in range(200):
         identifier, data = draw.randrange(0x800), draw.randbytes(8)
         assert frame_checksum(identifier, data) == checksum_bit_by_bit(identifier, data)
@@ -98,9 +114,7 @@ class BoxUnderFire:
         self.station = Station(StationSettings(axis=AXIS, conversation=conversation))
         self.state = self.station._state
         self.limit = Design.A.word_limit
-        self.rules = BoxRules(
-            axis=AXIS, session=1, watch_ps=WATCH_PS, window=WINDOW, grace=GRACE, limit=self.limit
-        )
+        self.rules = BoxRules(axis=AXIS, session=1, watch_ps=WATCH_PS, window=WINDOW, grace=GRACE, limit=self.limit)
         box = ("node", "box")
         self.box_state = field(self.state, *box, "state")
         self.accepted = field(self.state, *box, "accepted")
@@ -345,7 +359,7 @@ class PcUnderFire:
 
 
 def test_the_pc_asks_for_nothing_that_it_must_not():
-    pc_under_fire(CI)
+    pc_under_fire(2 * CI)
 
 
 @pytest.mark.sweep
@@ -358,4 +372,4 @@ def pc_under_fire(frames, seed=3):
     pc = PcUnderFire(seed)
     pc.fire(frames)
     assert pc.enabled > frames / 100
-    assert {"ANOTHER_PC", "BOX_RESTARTED", "COMPLETED_WRONG", "BOX_HELD"} <= pc.reasons
+    assert {"ANOTHER_PC", "BOX_RESTARTED", "COMPLETED_WRONG", "PREDICTOR_OUT_OF_RANGE"} <= pc.reasons

@@ -1,0 +1,127 @@
+"""The PC as a node: what it does when the start goes wrong, and that it never stops without a reason."""
+
+import pytest
+from node_oracle import CORRECTIONS, ENABLE, GO_HOME, POSITION, REQUEST, STATUS, Request, sealed
+
+from rtec.link.frame import Frame
+from rtec.predictors import UnidirectionalTable
+from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Status
+
+MS = 10**9
+NOT_HOMED, RUNNING, FATAL = 0, 1, 2
+SWITCH_ON = 8
+
+
+class Desk:
+    """A PC and a hand that plays the box."""
+
+    def __init__(self):
+        table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.004, 0.004], backlash_mm=0.0)
+        self.pc = PcNode(
+            Conversation(), Precautions(), axis=1, predictor=table, count_mm=0.001, step_counts=4, word_limit=127
+        )  # fmt: skip
+        self.sequence = 0
+        self.judged = 0
+
+    def say(self, kind, *body):
+        data = sealed(kind + 1, bytes([0, self.sequence % 256, *body]))
+        self.pc.receive(Frame(identifier=kind + 1, data=data), at_ps=self.pc.due_ps - MS)
+
+    def cycle(self, state, *, code=None, position=0, valid=1, totals=0, switch=SWITCH_ON):
+        """Let the box say its three words, and the PC take its turn; return its requests."""
+        self.sequence += 1
+        code = code if code is not None else Status.NOT_HOMED if state == NOT_HOMED else Status.OK
+        total = totals.to_bytes(2, "little", signed=True)
+        self.say(STATUS, code, state | switch, 9, 0, 0, 0)
+        self.say(CORRECTIONS, *total, *total, 9, self.judged)
+        self.say(POSITION, *position.to_bytes(4, "little", signed=True), valid, 0)
+        return self.turn()
+
+    def turn(self):
+        frames = self.pc.turn(at_ps=self.pc.due_ps)
+        requests = [Request.of(frame.data) for frame in frames if frame.identifier == REQUEST + 1]
+        if requests:
+            self.judged = requests[-1].sequence
+        return requests
+
+
+@pytest.fixture
+def desk():
+    return Desk()
+
+
+def test_the_start_in_order(desk):
+    assert desk.turn() == []
+    (home,) = desk.cycle(NOT_HOMED, valid=0)
+    assert (home.flags, home.total, home.session) == (GO_HOME, 0, 9)
+    (first,) = desk.cycle(RUNNING)
+    assert (first.flags, first.total) == (ENABLE, 1)  # 4 µm are a step
+    view = desk.pc.view
+    assert (view.state, view.connected, view.box_state.name, view.switch_on) == (
+        PcState.ACTIVE,
+        True,
+        "RUNNING",
+        True,
+    )
+
+
+def test_a_box_that_runs_without_its_doing_hears_nothing(desk):
+    for _ in range(5):
+        assert desk.cycle(RUNNING) == []
+    assert desk.pc.view.state is PcState.WAITING
+
+
+def test_a_home_position_that_was_missed_ends_in_silence(desk):
+    desk.cycle(NOT_HOMED, valid=0)
+    for position in (40, 41, 43):
+        assert desk.cycle(RUNNING, position=position) == []
+    assert desk.pc.view.state is PcState.WAITING
+
+
+@pytest.mark.parametrize("totals", [5, -3, 20_000])
+def test_it_starts_from_totals_of_zero_only(desk, totals):
+    desk.cycle(NOT_HOMED, valid=0)
+    for _ in range(2):
+        requests = desk.cycle(RUNNING, totals=totals)
+        assert not any(request.flags & ENABLE for request in requests)
+    (request,) = desk.cycle(RUNNING)
+    assert (request.flags, request.total) == (ENABLE, 1)
+
+
+def test_a_box_that_is_not_heard_any_more_is_none(desk):
+    desk.cycle(NOT_HOMED, valid=0)
+    for _ in range(4):
+        assert len(desk.turn()) == 1
+    for _ in range(3):
+        requests = desk.turn()
+    assert requests == []
+    assert not desk.pc.view.connected
+
+
+@pytest.mark.parametrize("active", [False, True])
+def test_doubts_of_a_box_that_runs_are_a_reason_to_hold(desk, active):
+    desk.cycle(NOT_HOMED, valid=0)
+    if active:
+        desk.cycle(RUNNING)
+    desk.cycle(RUNNING, code=Status.I_STILL_DONT_BELIEVE_YOU)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, HoldReason.BOX_STILL_DOUBTS)
+    assert desk.pc.view.held_ps is not None
+
+
+@pytest.mark.parametrize(("totals", "state"), [(0, PcState.ACTIVE), (1, PcState.HOLD)])
+def test_a_switch_that_keeps_a_step_in_holds_the_machine(desk, totals, state):
+    """The PC asks for zero: nothing is wrong where nothing is in, but a step that cannot be taken out is."""
+    desk.pc.predict_by(UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.0, 0.0], backlash_mm=0.0))
+    desk.cycle(NOT_HOMED, valid=0)
+    desk.cycle(RUNNING)
+    if totals:
+        desk.pc.predict_by(UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.004, 0.004], backlash_mm=0.0))
+        (request,) = desk.cycle(RUNNING)
+        assert request.total == 1
+        desk.pc.predict_by(UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.0, 0.0], backlash_mm=0.0))
+        (request,) = desk.cycle(RUNNING, totals=1)
+        assert request.total == 0
+    assert desk.pc.view.state is PcState.ACTIVE
+    desk.cycle(RUNNING, totals=totals, code=Status.DISABLED, switch=0)
+    assert desk.pc.view.state is state
+    assert totals == 0 or desk.pc.view.reason is HoldReason.CORRECTIONS_DISABLED
