@@ -44,7 +44,6 @@ BACKLOG = 4096
 """Frames of one node that may wait to be sent, and frames that may wait to be taken."""
 
 
-
 class BusFault(Protocol):
     """What can go wrong on a bus; `rtec.machine.faults.Fault` is one."""
 

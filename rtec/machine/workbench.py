@@ -257,7 +257,7 @@ class Workbench:
     Examples
     --------
     >>> bench = Workbench([StationSettings()])
-    >>> pc = bench.bus.transport(PC_NODE)
+    >>> pc = bench.bus.transport(0)
     >>> received = pc.receive(PS_PER_S)
     >>> hex(received.frame.identifier), bench.boxes[1].status.name
     ('0x181', 'NOT_HOMED')
