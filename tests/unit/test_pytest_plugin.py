@@ -157,7 +157,7 @@ def test_options_come_from_markers_and_parameters(user):
             assert rtec_box.step_counts == 4
             assert rtec_bus.recv(1.0).arbitration_id == 0x181
 
-        @pytest.mark.rtec(desine="a")
+        @pytest.mark.rtec(designn="a")
         def test_misspelt(rtec_box): ...
 
         @pytest.mark.rtec(design="d")
@@ -171,7 +171,7 @@ def test_options_come_from_markers_and_parameters(user):
     result.assert_outcomes(passed=4, errors=3)
     result.stdout.fnmatch_lines(
         [
-            "the marker rtec has no option 'desine'; did you mean 'design'?",
+            "the marker rtec has no option 'designn'; did you mean 'design'?",
             "the marker rtec: design: 'd' is not allowed; allowed: original, a, b, c*",
             "the marker rtec takes options by name, found ('a',)",
         ]
@@ -228,7 +228,7 @@ def test_filters_are_those_of_python_can(bus):
 
 
 def test_waiting_for_ever_ends_in_an_error(bus):
-    with pytest.raises(can.CanOperationError, match="it would wait for ever"):
+    with pytest.raises(can.CanOperationError, match="without a timeout would wait for ever"):
         bus.recv()
 
 

@@ -8,8 +8,7 @@ import pytest
 from bus_oracle import Bus, Fault
 from can_bits_oracle import TAIL_BITS, bare_bits, frame_bits, stuffed, worst_frame
 from crc_oracle import frame_checksum
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rtec._jit import new_record
 from rtec.link import _bus_kernels as bus_kernels

@@ -4,8 +4,7 @@ from itertools import combinations
 
 import pytest
 from crc_oracle import bits_of, crc8h2f, crc15_can, frame_checksum
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rtec.link._crc_kernels import is_sealed, seal
 

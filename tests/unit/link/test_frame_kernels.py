@@ -11,8 +11,7 @@ from pathlib import Path
 import cantools
 import pytest
 from crc_oracle import frame_checksum
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rtec.link import _frame_kernels as frames
 from rtec.requester import Status, _box_kernels, _pc_node_kernels

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import can
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from rtec.errors import ArgumentError, FileFormatError, LinkError, OutputError
 from rtec.link.frame import Frame, IdentifierFormat

@@ -10,8 +10,7 @@ from pathlib import Path
 import cantools
 import pytest
 from crc_oracle import frame_checksum
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.link._frame_kernels import hold_frame, position_frame, request_frame, status_frame
