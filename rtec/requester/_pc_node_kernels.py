@@ -138,6 +138,7 @@ PC_NODE = np.dtype(
         ("reckoned", np.int64),  # position by adding up the changes, modulo 2^15
         ("doubts", np.int64),  # positions in a row that cannot be
         ("homing", np.int64),  # 1: this PC has sent the axis' box the home command, in this session
+        ("home_seen", np.int64),  # 1: and the box has said the home position since
         ("turn_ps", np.int64),
         ("sequence", np.int64),
         ("hold_sequence", np.int64),
@@ -184,6 +185,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.valid = 0
     n.doubts = 0
     n.homing = 0
+    n.home_seen = 0
     n.turn_ps = -NEVER
     n.sequence = sequence & 0xFF
     n.hold_sequence = 0
@@ -281,6 +283,8 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
     n.position_sequence = sequence
     n.position = position
     n.valid = valid
+    if valid == 1 and n.homing == 1 and position == n.pc.home_count:
+        n.home_seen = 1
 
 
 @helper
@@ -378,8 +382,11 @@ def turn_waiting(n: Record, t_ps: int) -> None:
     """
     state = n.box_flags & 7
     if state == FATAL and n.reset_meant == 1:
+        n.homing = 0
         say_request(n, 0, RESET)
     elif state == NOT_HOMED:
+        if n.homing == 0:
+            n.home_seen = 0
         n.homing = 1
         n.reset_meant = 0
         say_request(n, 0, GO_HOME)
@@ -412,6 +419,10 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         pc_look(p, t_ps, True)
         turn_waiting(n, t_ps)
         return False
+    if p.state == WAITING and n.home_seen == 1:
+        p.state = ACTIVE  # the axis may have moved on since
+        p.extreme = n.position
+        p.sent = n.accepted
     if n.code == I_STILL_DONT_BELIEVE_YOU:
         pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it says that it runs
         pc_look(p, t_ps, True)

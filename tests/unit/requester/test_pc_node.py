@@ -78,6 +78,14 @@ def test_a_home_position_that_was_missed_ends_in_silence(desk):
     assert desk.pc.view.state is PcState.WAITING
 
 
+def test_a_home_position_said_before_the_axis_moved_on_counts(desk):
+    desk.cycle(NOT_HOMED, valid=0)
+    desk.sequence += 1
+    desk.say(POSITION, *bytes(4), 1, 0)
+    (request,) = desk.cycle(RUNNING, position=40)
+    assert (request.flags, desk.pc.view.state) == (ENABLE, PcState.ACTIVE)
+
+
 @pytest.mark.parametrize("totals", [5, -3, 20_000])
 def test_it_starts_from_totals_of_zero_only(desk, totals):
     desk.cycle(NOT_HOMED, valid=0)
