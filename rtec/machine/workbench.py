@@ -258,7 +258,7 @@ class Workbench:
     --------
     >>> bench = Workbench([StationSettings()])
     >>> pc = bench.bus.transport(0)
-    >>> received = pc.receive(PS_PER_S)
+    >>> received = pc.receive(10**12)
     >>> hex(received.frame.identifier), bench.boxes[1].status.name
     ('0x181', 'NOT_HOMED')
     """
