@@ -81,6 +81,14 @@ class BusWords:
         return found
 
 
+def check_dbc(file: Path | None) -> None:
+    """Refuse a DBC of the user's that describes other messages than ours."""
+    if file is not None:
+        from rtec.link.messages import MessageSet
+
+        MessageSet.load(file)
+
+
 @contextmanager
 def logged(transport: Transport, file: Path | None, force: bool) -> Iterator[Transport]:
     """Close the transport at the end; write its frames to a log where one is named."""

@@ -19,6 +19,7 @@ from rtec.cli._live import (
     TIMES,
     BusWords,
     axes_of,
+    check_dbc,
     length,
     logged,
     option,
@@ -31,7 +32,7 @@ from rtec.cli._live import (
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
-    from rtec.machine.station import Move, StationSettings
+    from rtec.machine.station import Move, Station, StationSettings
 
 _FAILS = 1
 _HOME_REST_S = 1.0
@@ -46,6 +47,9 @@ def box(
         str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
     ] = None,
     bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    dbc: Annotated[
+        Path | None, option("--dbc", BUS, "FILE.dbc", "A DBC of yours that must describe the same messages.")
+    ] = None,
     axis: Annotated[str | None, option("--axis", MACHINE, "1", "Number of the one axis.")] = None,
     axes: Annotated[str | None, option("--axes", MACHINE, "3", "Axes 1 to N in this process.")] = None,
     design: Annotated[str, option("--design", MACHINE, "original|a|b|c", "Insertion design.")] = "a",
@@ -92,9 +96,9 @@ def box(
     from rtec.live.shown import box_screen
     from rtec.live.stopping import StopWish
     from rtec.live.typed import TypedLines, standard_input
-    from rtec.machine.station import Station
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
+    check_dbc(dbc)
     numbers = axes_of(axis, axes)
     pace = _speed(speed)
     settings = [_settings(number, design, timing, count, window, cycle, watch, limit, pace) for number in numbers]
@@ -103,9 +107,7 @@ def box(
     until_s = None if duration is None else seconds(duration, "--duration")
     announce_compilation()
     # compiled before the bus is there: nobody waits for it
-    stations = [Station(each, moves, session=(first + k) & 0xFF) for k, each in enumerate(settings)]
-    for station in stations:
-        station.keep_insertions()
+    stations = _stations(settings, moves, first)
     _warm_up(settings[0])
     events = Events(teller(as_json))
     with ExitStack() as stack:
@@ -140,6 +142,16 @@ def box(
     if ended == "bus lost":
         note(f"{loop.lost}")
         raise typer.Exit(_FAILS)
+
+
+def _stations(settings: list[StationSettings], moves: list[Move], first_session: int) -> list[Station]:
+    """Return the axes; each keeps the lines of its last insertion for the view."""
+    from rtec.machine.station import Station
+
+    stations = [Station(each, moves, session=(first_session + k) & 0xFF) for k, each in enumerate(settings)]
+    for station in stations:
+        station.keep_insertions()
+    return stations
 
 
 def _speed(text: str) -> float:

@@ -18,6 +18,7 @@ from rtec.cli._live import (
     TIMES,
     BusWords,
     axes_of,
+    check_dbc,
     length,
     logged,
     option,
@@ -47,6 +48,9 @@ def pc(
         str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
     ] = None,
     bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    dbc: Annotated[
+        Path | None, option("--dbc", BUS, "FILE.dbc", "A DBC of yours that must describe the same messages.")
+    ] = None,
     axis: Annotated[str | None, option("--axis", MACHINE, "1", "Number of the one axis.")] = None,
     axes: Annotated[str | None, option("--axes", MACHINE, "3", "Axes 1 to N.")] = None,
     table: Annotated[
@@ -106,6 +110,7 @@ def pc(
     from rtec.live.stopping import StopWish
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
+    check_dbc(dbc)
     numbers = axes_of(axis, axes)
     predictor = _predictor(table, table_unit, model, home, length(travel, "--travel"))
     until_s = None if duration is None else seconds(duration, "--duration")

@@ -20,6 +20,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.link import _frame_kernels
 from rtec.link._crc_kernels import seal
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 
 if TYPE_CHECKING:
     from cantools.database.can import Database, Message as DbcMessage, Signal
@@ -28,7 +29,6 @@ MOST_AXES = _frame_kernels.MOST_AXES
 LISTED_AXES = 3
 """Axes that the DBC file lists."""
 
-FRAME_BYTES = 8
 PACKAGED = "rtec.dbc"
 
 MOST_BYTES = 1 << 18
@@ -62,14 +62,6 @@ class Verdict(enum.Enum):
     WRONG_CHECKSUM = "wrong checksum"
     CONTRADICTORY = "contradictory"
     """The checksum is right, but the total of a request and its inverse disagree."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
-    """What goes over the bus: the identifier (11 bits) and eight bytes."""
-
-    identifier: int
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,7 +163,7 @@ class MessageSet:
             return None
         if (axis == 0) != (kind == Kind.HOLD):
             return None
-        if len(data) != FRAME_BYTES:
+        if len(data) != PAYLOAD_BYTES:
             return Message(name=NAMES[kind], axis=axis, values={}, verdict=Verdict.WRONG_LENGTH)
         fields = self._messages[kind].decode_simple(bytes(data), decode_choices=True, scaling=False)
         values = {name: int(value) if isinstance(value, int) else str(value) for name, value in fields.items()}
@@ -234,7 +226,7 @@ class MessageSet:
         self._sequences[identifier] = numbers["Sequence"]
         data = self._messages[kind].encode({"Crc": 0, **numbers}, scaling=False)
         payload = int(seal(identifier, int.from_bytes(data, "little", signed=True)))
-        return Frame(identifier=identifier, data=payload.to_bytes(FRAME_BYTES, "little", signed=True))
+        return Frame.of_payload(identifier, payload)
 
 
 def _agrees(data: bytes) -> bool:
@@ -375,4 +367,4 @@ def _facts(signal: Signal) -> dict[str, object]:
 
 def _labels(signal: Signal) -> int:
     """Return how many values have or may have a label."""
-    return 1 << min(signal.length, FRAME_BYTES)
+    return 1 << min(signal.length, PAYLOAD_BYTES)

@@ -35,7 +35,7 @@ MODES = {
 def test_kernels_pass_in_this_mode(mode, tmp_path):
     # the cache of machine code does not tell the modes apart
     environment = {**os.environ, mode: "1", "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *MODES[mode]]
+    command = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", *MODES[mode]]
     result = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False
     )

@@ -245,7 +245,7 @@ def test_kernels_of_the_link_pass_in_this_mode(mode, tmp_path):
     # the cache of machine code does not tell the modes apart
     environment = {**os.environ, mode: "1", "NUMBA_CACHE_DIR": str(tmp_path)}
     command = [
-        sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "not in_this_mode",
+        sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", "-k", "not in_this_mode",
         *(f"tests/unit/link/test_{name}_kernels.py" for name in ("crc", "frame", "bus")),
     ]  # fmt: skip
     result = subprocess.run(
