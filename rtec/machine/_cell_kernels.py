@@ -22,7 +22,8 @@ from rtec.link._bus_kernels import (
     is_off,
 )
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.machine._station_kernels import (
+from rtec.machine._station_kernels import is_held, station_advance, station_settle, station_turn
+from rtec.machine._station_line_kernels import (
     CABLE_OPEN,
     GLITCHES,
     LINE_BROKEN,
@@ -30,11 +31,7 @@ from rtec.machine._station_kernels import (
     NO_FAULT,
     STALE_WORD,
     TORN_WORD,
-    is_held,
     mend,
-    station_advance,
-    station_settle,
-    station_turn,
     strike,
 )
 from rtec.predictors._kernels import predict_mm

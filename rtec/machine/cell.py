@@ -11,7 +11,7 @@ import numpy as np
 from rtec._jit import new_record
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.machine import _cell_kernels, _station_kernels
+from rtec.machine import _cell_kernels, _station_kernels, _station_line_kernels
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Move, StationSettings, StationView, move_arrays, station_view
 from rtec.predictors import Predictor
@@ -104,7 +104,7 @@ class Cell:
         self.settings = tuple(stations)
         self.faults = tuple(faults)
         self._cell = new_record(_cell_kernels.CELL)
-        self._stations = np.rec.array(np.zeros(count, dtype=_station_kernels.STATION))
+        self._stations = np.rec.array(np.zeros(count, dtype=_station_line_kernels.STATION))
         self._pcs = np.rec.array(np.zeros(count, dtype=_pc_node_kernels.PC_NODE))
         self._faults = fault_records(faults)
         low_mm, high_mm = predictor.range_mm

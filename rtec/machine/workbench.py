@@ -12,7 +12,7 @@ from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
-from rtec.machine import _station_kernels
+from rtec.machine import _station_kernels, _station_line_kernels
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView, station_view
 from rtec.requester import BoxState, Conversation, Precautions, Status
@@ -158,7 +158,7 @@ class BenchBox:
 
         What is under way is brought to its end on a copy, so that looking changes nothing.
         """
-        state = np.rec.array(np.array([self.station._state], dtype=_station_kernels.STATION))[0]  # noqa: SLF001
+        state = np.rec.array(np.array([self.station._state], dtype=_station_line_kernels.STATION))[0]  # noqa: SLF001
         _station_kernels.settle(state)
         view = station_view(state, self.station.settings)
         inserted = view.step_counts * view.completed

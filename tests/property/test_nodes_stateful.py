@@ -343,11 +343,8 @@ class Nodes(RuleBasedStateMachine):
         self.switch(True)
         self.kill_pc()
         self.arena.run(60 * MS)
-        for _ in range(
-            2
-        ):  # Design B's lines jump when its power comes back: the controller's alarm may come once more
-            self.arena.station.go_home()
-            self.arena.run(500 * MS)
+        self.arena.station.go_home()
+        self.arena.run(500 * MS)
         self.restart_pc(first_sequence, follows=False, acknowledge=True)
         self.arena.run((80 + then_ms) * MS)
         rules = self.arena.rules

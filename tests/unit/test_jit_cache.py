@@ -1,10 +1,15 @@
 """Where machine code is kept."""
 
 import os
+import shutil
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
-from rtec import _jit
+from firmware_model import _machine_code
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_a_user_without_a_home_gets_a_temporary_folder(monkeypatch, tmp_path):
@@ -13,5 +18,43 @@ def test_a_user_without_a_home_gets_a_temporary_folder(monkeypatch, tmp_path):
     monkeypatch.setattr(os.path, "expanduser", lambda path: path)  # what it does where nobody knows the home
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.chdir(tmp_path)
-    assert _jit._cache_folder().parent == tmp_path
+    assert _machine_code.folder_for("rtec", "00").parent == tmp_path
     assert not Path("~").exists()
+
+
+def test_a_folder_is_named_after_names_and_contents(tmp_path):
+    first, second = tmp_path / "a.py", tmp_path / "b.py"
+    first.write_text("x = 1")
+    second.write_text("y = 2")
+    state = _machine_code.digest_of([first, second], tmp_path)
+    os.utime(first, (0, 0))
+    assert _machine_code.digest_of([second, first], tmp_path) == state  # neither time nor order
+    first.write_text("x = 3")
+    changed = _machine_code.digest_of([first, second], tmp_path)
+    first.write_text("x = 1")
+    renamed = _machine_code.digest_of([first, second.rename(tmp_path / "c.py")], tmp_path)
+    assert len({state, changed, renamed}) == 3
+
+
+def test_the_newest_states_stay(tmp_path):
+    for age in range(7):
+        (tmp_path / str(age)).mkdir()
+        os.utime(tmp_path / str(age), (1e9 - age, 1e9 - age))
+    _machine_code.make_room(tmp_path / "new")
+    assert {path.name for path in tmp_path.iterdir()} == {"new", "0", "1", "2", "3"}
+
+
+def test_a_copy_of_the_sources_loads_what_was_compiled_elsewhere(tmp_path):
+    script = "from rtec.link._crc_kernels import seal; seal(1, 2); print(sum(seal.stats.cache_misses.values()))"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "code")}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    misses = []
+    for copy in ("one", "two"):
+        for package in ("rtec", "firmware_model"):
+            shutil.copytree(ROOT / package, tmp_path / copy / package, ignore=shutil.ignore_patterns("__pycache__"))
+        found = subprocess.run(
+            [sys.executable, "-c", script],
+            cwd=tmp_path / copy, env=environment, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        misses.append(int(found.stdout))
+    assert misses == [1, 0]
