@@ -73,7 +73,7 @@ def test_used_pieces_are_let_go():
     endless_high = merge_chunks(Gate.XOR, endless(), [LevelStream([5], 0)])
     for _ in range(50):
         next(endless_high)
-        gc.collect()
+    gc.collect()
     assert sum(piece() is not None for piece in pieces[-50:]) <= 3
 
 
