@@ -44,6 +44,8 @@ def box_words(view: StationView) -> str:
         words = f"{words}; {ALARM_WORDS[view.alarm]}"
     if not view.switch_on and view.status is not Status.DISABLED:
         words = f"{words}; its switch forbids corrections"
+    if view.homing and view.box_state is not BoxState.NOT_HOMED:
+        words = f"{words}; taken home, where it stays until a PC starts up anew (rtec pc --reset)"
     return words
 
 

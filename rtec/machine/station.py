@@ -169,6 +169,8 @@ class StationView:
     trips: int
     trip_position: int
     held: bool
+    homing: bool
+    """Taken home by the operator; there it stays until the PC starts up and the position becomes zero."""
     alarm: Alarm
     illegal: int
     """Illegal transitions that the controller saw."""
@@ -419,6 +421,7 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         trips=int(node.box.trips),
         trip_position=int(node.box.trip_position),
         held=bool(state.held_ps != NEVER),
+        homing=bool(state.going_home),
         alarm=Alarm(int(state.alarm)),
         illegal=int(state.receiver.simultaneous + state.receiver.unresolved),
         moves=int(state.moves),

@@ -82,7 +82,7 @@ class Child:
 
     def __init__(self, *words):
         self.process = subprocess.Popen(
-            [sys.executable, "-u", "-m", "rtec.cli", *words],
+            [sys.executable, "-u", "-m", "rtec", *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -13,7 +13,7 @@ from rtec.cli._outcome import exit_code
 from rtec.errors import RtecError
 
 GOOD = ["simulate", "--design", "c", "--frequency", "100kHz", "--cycles", "100", "--corrections", "2"]
-RTEC = [sys.executable, "-m", "rtec.cli"]
+RTEC = [sys.executable, "-m", "rtec"]
 
 
 def ended(capsys, words):
@@ -143,7 +143,7 @@ def test_nobody_reads(words):
 
 
 def test_closed_output():
-    done = subprocess.run(["sh", "-c", '"$0" -m rtec.cli --version >&- 2>&-', sys.executable], check=False)
+    done = subprocess.run(["sh", "-c", '"$0" -m rtec --version >&- 2>&-', sys.executable], check=False)
     assert done.returncode == 0
 
 

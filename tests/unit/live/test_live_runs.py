@@ -89,6 +89,13 @@ def test_a_fault_is_told_in_words(together):
     assert any(axis == 1 and "the controller stopped the drive" in text for axis, text in texts(events))
 
 
+def test_an_axis_taken_home_says_what_it_waits_for(together):
+    pair = together()
+    _, events = box_run(pair, [(0.3, "go 5 mm"), (2.0, "home"), (8.0, "quit")])
+    assert pair.box.stations[0].view.position_mm == pytest.approx(0.0, abs=0.001)
+    assert texts(events)[-2][1].endswith("taken home, where it stays until a PC starts up anew (rtec pc --reset)")
+
+
 def test_switch_thrown_ends_in_hold_with_its_reason(together):
     pair = together()
     pair.run(0.3)
