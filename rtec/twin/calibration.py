@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
 from rtec.effects import Floats
+from rtec.twin import tails
 from rtec.twin.score import INDEPENDENT, orthonormal
 from rtec.twin.workspace import Workspace, is_map
 
@@ -33,7 +33,7 @@ def independent_tests(workspace: Workspace, rng: np.random.Generator, draws: int
                 basis = orthonormal(workspace.columns(effect, shape), back.basis)
                 if basis.shape[1]:
                     found = ((basis.T @ noise) ** 2).sum(axis=0)
-                    largest = np.maximum(largest, -stats.chi2.logsf(found, basis.shape[1]))
+                    largest = np.maximum(largest, -np.log(tails.chi_squared(found, basis.shape[1])))
             continue
         for _, columns, copies in workspace.scan(effect):
             own = noise if copies == 1 else noise.reshape(copies, -1, draws).sum(axis=0)
@@ -43,7 +43,7 @@ def independent_tests(workspace: Workspace, rng: np.random.Generator, draws: int
                 else back.basis.reshape(copies, rows // copies, back.basis.shape[1]).sum(axis=0)
             )
             found = _falls(columns, own, basis, copies)
-            largest = np.maximum(largest, -stats.chi2.logsf(found, columns.shape[1]))
+            largest = np.maximum(largest, -np.log(tails.chi_squared(found, columns.shape[1])))
     median = float(np.exp(-np.median(largest)))
     return max(1.0, float(np.log(0.5) / np.log1p(-min(median, 0.5))))
 

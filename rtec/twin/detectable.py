@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+from scipy import special
 from scipy.optimize import brentq
 
 from rtec.effects import Effect
@@ -63,11 +63,11 @@ def _of(workspace: Workspace, effect: Effect, tests: float) -> float | None:
 def _noncentrality(workspace: Workspace, amplitudes: int, cost: int, tests: float) -> float:
     """Return the noncentrality at which the fall passes every test with the wanted probability."""
     single = -np.expm1(np.log1p(-LEVEL) / tests)
-    by_chance = float(stats.f.isf(single, amplitudes, max(workspace.noise.freedom, 1.0))) * amplitudes
+    by_chance = float(special.fdtri(amplitudes, max(workspace.noise.freedom, 1.0), 1.0 - single)) * amplitudes
     by_cost = (amplitudes + cost) * workspace.cost
     threshold = max(by_chance, by_cost, HELD_OUT)
 
     def lack(noncentrality: float) -> float:
-        return float(stats.ncx2.sf(threshold, amplitudes, noncentrality)) - POWER
+        return 1.0 - float(special.chndtr(threshold, amplitudes, noncentrality)) - POWER
 
     return float(brentq(lack, 1e-6, 40.0 * threshold + 100.0))

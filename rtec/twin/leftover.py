@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy import stats
 
 from rtec.effects import Floats
 from rtec.effects._periodic import fill
 from rtec.effects.frequency_grid import frequencies
+from rtec.twin import tails
 from rtec.twin.repeat_space import equal_runs, repeat_space
 from rtec.twin.results import Unknown
 from rtec.twin.score import Background, gains, orthonormal
@@ -124,7 +124,7 @@ def _strongest_period(workspace: Workspace, choices: Sequence[Choice]) -> float 
     empty = Background(basis=np.empty((n, 0)), residual=left * np.sqrt(workspace.dataset.rows / slots))
     fall = gains(workspace.whitened_part(waves.reshape(m * q, n)).reshape(m, q, n), empty)
     k = int(np.argmax(fall))
-    p = grid.size * float(stats.chi2.sf(fall[k] / workspace.noise.sigma**2, 2))
+    p = grid.size * float(tails.chi_squared(fall[k] / workspace.noise.sigma**2, 2))
     return float(1.0 / grid[k]) if p < _LINE else None
 
 
@@ -143,6 +143,6 @@ def _unknown_columns(workspace: Workspace, choices: Sequence[Choice]) -> list[st
         if basis.shape[1]:
             fall = float(((basis.T @ back.residual) ** 2).sum())
             spread = back.rss / back.residual.size
-            if stats.chi2.sf(fall / spread, basis.shape[1]) < _COLUMN:
+            if tails.chi_squared(fall / spread, basis.shape[1]) < _COLUMN:
                 found.append(heading)
     return found

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
 from rtec.effects import Effect, Floats, Shape
+from rtec.twin import tails
 from rtec.twin.dataset import Dataset
 from rtec.twin.noise import NoiseFit, columns_in_time, repeats_exactly
 from rtec.twin.repeat_space import RepeatSpace, changes_between_repeats, repeat_space, run_starts
@@ -55,9 +55,8 @@ def _p_of_means(workspace: Workspace, choices: Sequence[Choice], space: RepeatSp
     freedom = residual.size - basis.shape[1]
     if freedom < 1:
         return None
-    return float(
-        stats.f.sf(residual @ residual / freedom / workspace.noise.sigma**2, freedom, workspace.noise.freedom)
-    )
+    ratio = residual @ residual / freedom / workspace.noise.sigma**2
+    return tails.f_ratio(ratio, freedom, workspace.noise.freedom)
 
 
 def _means(rows: Floats, space: RepeatSpace) -> Floats:
@@ -122,15 +121,13 @@ def changes_left(
     between = BetweenRepeats(dataset, space, choices)
     seen = {name: float(ratio[0]) for name, ratio in between.ratios(space.observed[None, :]).items()}
     kinds = {name: count for name, count in between.added.items() if count}
-    found = {name: len(kinds) * float(stats.chi2.sf(seen[name], count)) for name, count in kinds.items()}
+    found = {name: len(kinds) * float(tails.chi_squared(seen[name], count)) for name, count in kinds.items()}
     if min(found.values(), default=1.0) < SIGNIFICANT and space.freedom <= MOST_SIMULATED:
         drawn = space.of(noises_drawn(dataset, *between.likely_without_changes(space.observed), rng, draws))
         for name, ratio in between.ratios(drawn).items():
             if name in found and found[name] < SIGNIFICANT:
                 mean, variance = float(ratio.mean()), float(ratio.var(ddof=1)) + 1e-12
-                found[name] = len(kinds) * float(
-                    stats.gamma.sf(seen[name], mean**2 / variance, scale=variance / mean)
-                )
+                found[name] = len(kinds) * tails.gamma(seen[name], mean, variance)
     return {name: min(1.0, p) for name, p in found.items()}
 
 
@@ -211,7 +208,7 @@ class ChanceInTime:
         fit, location, scale = self._known[key]
         column = space.of(self._dataset.columns(*choice).T)
         seen = float(fit.likelihood_ratios(space.observed[None, :], column)[1][0])
-        return float(stats.gumbel_r.sf(seen, location, scale))
+        return tails.gumbel(seen, location, scale)
 
     def _largest_by_chance(self, space: RepeatSpace, rest: Sequence[Choice]) -> tuple[NoiseFit, float, float]:
         """Return the fit beside ``rest``, with location and scale of the largest likelihood ratio."""

@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy import stats
 
 from rtec.effects import LIBRARY, Effect, Floats, Observable, Shape
 from rtec.effects._periodic import Periodic
+from rtec.twin import tails
 from rtec.twin.dataset import Dataset
 from rtec.twin.noise import Noise
 from rtec.twin.repeat_space import equal_runs, run_starts
@@ -267,7 +267,7 @@ class Workspace:
         if candidacy.amplitudes == 0:
             return 1.0
         ratio = candidacy.gain / candidacy.amplitudes / self.noise.sigma**2
-        return float(stats.f.sf(ratio, candidacy.amplitudes, self.noise.freedom))
+        return tails.f_ratio(ratio, candidacy.amplitudes, self.noise.freedom)
 
     def total(self, choices: Sequence[Choice]) -> float:
         """Return the evidence of a whole model against none."""
