@@ -52,7 +52,7 @@ ALLOWED = (
     "frame lost and an insertion. Steps that the speed gate still refuses are late, not wrong: box and PC know of "
     'them. A fault "for good" lasts to the end of the run; where there is nothing to strike in its phase, it takes '
     'effect in the next one. "Corrupted" means that one to three bits are wrong, "forged" that a bit is wrong under '
-    "a checksum that is right: in a request one of the total, which says the same in its inverse."
+    "a checksum that is right: in a request one of the lower eight of the total, which says the same in its inverse."
 )
 
 PHASES = (

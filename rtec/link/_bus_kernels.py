@@ -53,9 +53,10 @@ FAULT = np.dtype(
         ("kept_payload", np.int64),
         ("kept", np.int64),
         ("ended", np.int64),
+        ("struck_before", np.int64),  # effects of this kind at its axis before it began
         # observations
         ("fired", np.int64),  # times that it took effect
-        ("fired_ps", np.int64),  # when it first did
+        ("fired_ps", np.int64),  # when that was first noted
     ],
     align=True,
 )
@@ -70,7 +71,6 @@ BUS = np.dtype(
         ("sending_identifier", np.int64),
         ("sending_payload", np.int64),
         ("ends_ps", np.int64),  # of the frame on the wires; NEVER: the bus is idle
-        ("free_ps", np.int64),  # since when it is
         ("delayed", np.int64),
         ("delayed_ps", np.int64, (DELAYED,)),
         ("delayed_identifier", np.int64, (DELAYED,)),

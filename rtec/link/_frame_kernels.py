@@ -35,7 +35,7 @@ IS_PROBING = 16
 HOLD_WANTED = 32
 AT_HOME = 64
 
-CHANGE_BITS = 15
+COUNTED_BITS = 15
 
 
 @step
@@ -168,12 +168,12 @@ def corrections_judged(payload: int) -> int:
 
 
 @step
-def pack_position(axis: int, sequence: int, position: int, valid: int, change: int) -> int:
-    """Return the payload of a position: the word, Data Valid, and the change since the last frame, modulo 2^15."""
+def pack_position(axis: int, sequence: int, position: int, valid: int, counted: int) -> int:
+    """Return the payload of a position: the word, Data Valid, and the counts added up, modulo 2^15."""
     word = (sequence & 0xFF) << 8
     word |= (position & 0xFFFFFFFF) << 16
     word |= (valid & 1) << 48
-    word |= signed(change, 0, CHANGE_BITS) << 49
+    word |= signed(counted, 0, COUNTED_BITS) << 49
     return sealed(POSITION + axis, word)
 
 
@@ -190,9 +190,9 @@ def position_valid(payload: int) -> int:
 
 
 @step
-def position_change(payload: int) -> int:
-    """Return the change since the last position frame, as far as 15 bits hold it."""
-    return unsigned(payload, 49, CHANGE_BITS)
+def position_counted(payload: int) -> int:
+    """Return the counts since home that the box has added up, modulo 2^15."""
+    return unsigned(payload, 49, COUNTED_BITS)
 
 
 @step
@@ -253,9 +253,9 @@ def corrections_frame(axis: int, sequence: int, completed: int, accepted: int, s
 
 
 @kernel
-def position_frame(axis: int, sequence: int, position: int, valid: int, change: int) -> int:
+def position_frame(axis: int, sequence: int, position: int, valid: int, counted: int) -> int:
     """Pack a position from outside."""
-    return pack_position(axis, sequence, position, valid, change)
+    return pack_position(axis, sequence, position, valid, counted)
 
 
 @kernel

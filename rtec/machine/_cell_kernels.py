@@ -70,6 +70,27 @@ CELL = np.dtype(
 
 
 @helper
+def effects_at(st: Record, f: Record) -> int:
+    """Return how often faults of this kind have taken effect at a station."""
+    if f.kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
+        return int(st.cable_struck)
+    if f.kind == GLITCHES:
+        return int(st.encoder.glitches)
+    if f.kind in (STALE_WORD, TORN_WORD):
+        return int(st.node.word_struck)
+    return 1 if f.while_inserting == 1 and st.struck_ps > 0 else 0
+
+
+@helper
+def note_effects(st: Record, f: Record, t_ps: int) -> None:
+    """Note how often a fault at a station has taken effect since it began."""
+    struck = effects_at(st, f) - f.struck_before
+    if struck > f.fired:
+        fire(f, st.struck_ps if f.while_inserting == 1 and st.struck_ps > 0 else t_ps)
+        f.fired = struck
+
+
+@helper
 def begin_fault(c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], f: Record, t_ps: int) -> None:
     """Let a fault beyond the bus begin."""
     if f.kind == PC_KILLED:
@@ -86,7 +107,9 @@ def begin_fault(c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], f:
         if f.while_inserting == 1:
             st.lurking = f.kind
             st.struck_ps = 0
+            f.struck_before = effects_at(st, f)
         else:
+            f.struck_before = effects_at(st, f)
             strike(st, t_ps, f.kind)
             if f.kind not in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN, GLITCHES, STALE_WORD, TORN_WORD):
                 fire(f, t_ps)
@@ -98,34 +121,11 @@ def end_fault(c: Record, stations: NDArray[np.void], f: Record, t_ps: int) -> No
     if f.kind in (PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK):
         return
     st = stations[f.place - 1]
+    note_effects(st, f, t_ps)
     if st.lurking == f.kind:
         st.lurking = NO_FAULT  # no insertion came by
     else:
         mend(st, t_ps, f.kind)
-
-
-@helper
-def note_effects(stations: NDArray[np.void], faults: NDArray[np.void], t_ps: int) -> None:
-    """Note which faults at the stations have taken effect."""
-    for i in range(faults.size):
-        f = faults[i]
-        if f.kind <= LAST_OF_BUS or f.kind >= PC_KILLED or f.place < 1:
-            continue
-        st = stations[f.place - 1]
-        struck = 0
-        struck_ps = t_ps
-        if f.kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
-            struck = st.cable_struck
-        elif f.kind == GLITCHES:
-            struck = st.encoder.glitches
-        elif f.kind in (STALE_WORD, TORN_WORD):
-            struck = st.node.word_struck
-        elif f.while_inserting == 1 and st.struck_ps > 0:
-            struck = 1
-            struck_ps = st.struck_ps
-        if struck > f.fired:
-            fire(f, struck_ps)
-            f.fired = struck
 
 
 @step
@@ -288,7 +288,10 @@ def run(
             turn_pc(c, stations, pcs, faults, pc, t_ps, model_kind, model)
     for i in range(stations.size):
         station_advance(stations[i], until_ps, targets[i], speeds[i], rests[i])
-    note_effects(stations, faults, until_ps)
+    for i in range(faults.size):
+        f = faults[i]
+        if f.kind > LAST_OF_BUS and f.place > PC_PLACE and f.kept == 1 and f.ended == 0:
+            note_effects(stations[f.place - 1], f, until_ps)
 
 
 @kernel

@@ -107,7 +107,6 @@ class Cell:
         self._stations = np.rec.array(np.zeros(count, dtype=_station_line_kernels.STATION))
         self._pcs = np.rec.array(np.zeros(count, dtype=_pc_node_kernels.PC_NODE))
         self._faults = fault_records(faults)
-        low_mm, high_mm = predictor.range_mm
         for i, station in enumerate(stations):
             state, pc = self._stations[i], self._pcs[i]
             station.fill(state)
@@ -121,11 +120,10 @@ class Cell:
             station.precautions.fill_pc(pc, count_mm=count_mm)
             pc.axis = i + 1
             pc.requester = 1
-            pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
         bit_ps = 10**12 // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
         self._program = _padded(stations, moves)
-        self._model = (predictor.kind, predictor.packed)
+        self.predict_by(predictor)
 
     def run(self, *, until_ps: int) -> None:
         """Run to ``until_ps``; time never runs back."""
@@ -149,6 +147,9 @@ class Cell:
 
     def predict_by(self, predictor: Predictor) -> None:
         """Give the PC another predictor from now on."""
+        low_mm, high_mm = predictor.range_mm
+        for pc in self._pcs:
+            pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
         self._model = (predictor.kind, predictor.packed)
 
     @property
@@ -204,7 +205,7 @@ class Cell:
 
 
 def _padded(stations: Sequence[StationSettings], moves: Sequence[Sequence[Move]]) -> tuple[Any, Any, Any]:
-    """Return the programs as arrays of shape (axes, moves); a shorter one is repeated to its multiple or stays."""
+    """Return the programs as arrays of shape (axes, moves); after a shorter one the axis stays."""
     longest = max(len(program) for program in moves)
     rows = []
     for station, program in zip(stations, moves, strict=True):

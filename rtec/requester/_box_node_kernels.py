@@ -94,7 +94,6 @@ BOX_NODE = np.dtype(
         ("said_code", np.int64),
         ("said_completed", np.int64),
         ("said_trips", np.int64),
-        ("said_position", np.int64),
         ("said_moments", np.int64),
         ("code", np.int64),
         ("position", np.int64),  # the word of the last frame
@@ -152,7 +151,6 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     n.said_code = -1
     n.said_completed = 0
     n.said_trips = 0
-    n.said_position = 0
     n.said_moments = 0
     n.code = n.box.status
     n.word_fault = WORD_RIGHT
@@ -308,8 +306,6 @@ def say_corrections(n: Record, completed: int) -> None:
 def say_position(n: Record, count: int) -> None:
     """Send the position word, with the faults that it is made to have."""
     right = count - n.box.zero
-    change = right - n.said_position
-    n.said_position = right
     word = right
     if n.word_fault == WORD_STALE:
         word = n.word_kept
@@ -320,7 +316,7 @@ def say_position(n: Record, count: int) -> None:
     n.position = word
     valid = 1 if n.box.state != NOT_HOMED else 0
     n.sequence_position += 1
-    put(n.out, POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, change))
+    put(n.out, POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, right))
 
 
 @step
@@ -347,6 +343,8 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
             box_fail(n, ENCODER_FAULT)
     before = b.state
     accepted = b.accepted
+    if b.state == NOT_HOMED and n.at_home == 0:
+        mailbox_reset(n.down)  # the axis has left home since it was told to take it
     box_tick(b, n.down, n.up, t_ps, count, completed)
     homed = b.state == RUNNING and before == NOT_HOMED
     if abs(b.accepted - accepted) > b.window and not homed:

@@ -16,8 +16,8 @@ from rtec._jit import Record, helper, kernel, step
 from rtec.link._crc_kernels import is_sealed
 from rtec.link._frame_kernels import (
     AXIS_BITS,
-    CHANGE_BITS,
     CORRECTIONS,
+    COUNTED_BITS,
     ENABLE,
     GO_HOME,
     HOLD,
@@ -32,7 +32,7 @@ from rtec.link._frame_kernels import (
     corrections_session,
     pack_hold,
     pack_request,
-    position_change,
+    position_counted,
     position_of,
     position_valid,
     probe_trips,
@@ -49,6 +49,7 @@ from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
     ENCODER_FAULT as BOX_ENCODER_FAULT,
     FATAL,
+    I_DONT_BELIEVE_YOU,
     I_STILL_DONT_BELIEVE_YOU,
     IMPLAUSIBLE,
     LINK_LOST,
@@ -57,6 +58,7 @@ from rtec.requester._box_kernels import (
     REFUSED_TOO_FAST,
     RUNNING,
     STATUS_DISABLED,
+    STATUS_PROBING,
 )
 from rtec.requester._pc_kernels import (
     ACTIVE,
@@ -92,6 +94,8 @@ COMPLETED_WRONG = 17
 OPERATOR = 18
 NOT_COMPLETED = 19
 ANSWER_LATE = 20
+STATUS_WRONG = 21
+BEYOND_WORD = 22
 
 MOST_DOUBTS = 2
 """Positions in a row that are forgiven although they cannot be: as many as the box forgives unbelievable totals."""
@@ -121,6 +125,7 @@ PC_NODE = np.dtype(
         ("has_status", np.int64),
         ("has_corrections", np.int64),
         ("has_position", np.int64),
+        ("has_probe", np.int64),
         ("status_ps", np.int64),
         ("corrections_ps", np.int64),
         ("position_ps", np.int64),
@@ -135,7 +140,6 @@ PC_NODE = np.dtype(
         ("judged", np.int64),  # the request that the box has judged last
         ("position", np.int64),
         ("valid", np.int64),
-        ("reckoned", np.int64),  # position by adding up the changes, modulo 2^15
         ("doubts", np.int64),  # positions in a row that cannot be
         ("homing", np.int64),  # 1: this PC has sent the axis' box the home command, in this session
         ("home_seen", np.int64),  # 1: and the box has said the home position since
@@ -153,7 +157,6 @@ PC_NODE = np.dtype(
         ("wrong_checksum", np.int64),
         ("out_of_order", np.int64),
         ("implausible", np.int64),  # positions that cannot be
-        ("beyond_deviation_mm", np.float64),
     ],
     align=True,
 )
@@ -182,6 +185,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.has_status = 0
     n.has_corrections = 0
     n.has_position = 0
+    n.has_probe = 0
     n.valid = 0
     n.doubts = 0
     n.homing = 0
@@ -220,6 +224,7 @@ def take_status(n: Record, t_ps: int, payload: int) -> None:
         n.homing = 0
         n.has_corrections = 0
         n.has_position = 0
+        n.has_probe = 0
     n.has_status = 1
     n.status_ps = t_ps
     n.status_sequence = sequence_of(payload)
@@ -263,13 +268,11 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
     sequence = sequence_of(payload)
     position = position_of(payload)
     valid = position_valid(payload)
-    mask = (1 << CHANGE_BITS) - 1
-    next_one = n.has_position == 1 and (sequence - n.position_sequence) & 0xFF == 1
-    n.reckoned = (n.reckoned + position_change(payload)) & mask if next_one else position & mask
     if n.has_position == 1 and n.pc.state == ACTIVE and valid == 1:
         # two frames may arrive closer together than they were sent
         far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / 1e12) + 2.0
-        if abs(position - n.position) > far or position & mask != n.reckoned:
+        # a word that is frozen or torn does not agree with what the box has added up beside it
+        if abs(position - n.position) > far or (position - position_counted(payload)) & ((1 << COUNTED_BITS) - 1):
             n.implausible += 1
             n.doubts += 1
             n.position_sequence = sequence
@@ -277,7 +280,6 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
                 pc_hold(n, t_ps, POSITION_IMPLAUSIBLE)
             return
     n.doubts = 0
-    n.reckoned = position & mask
     n.has_position = 1
     n.position_ps = t_ps
     n.position_sequence = sequence
@@ -309,7 +311,9 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
         take_position(n, t_ps, payload)
     elif kind == REQUEST:
         pc_hold(n, t_ps, ANOTHER_PC)
-    elif session_of(payload) == n.session:
+    elif session_of(payload) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
+        n.has_probe = 1
+        n.probe_sequence = sequence_of(payload)
         n.trips = probe_trips(payload)
         n.trip_position = position_of(payload)
 
@@ -333,6 +337,15 @@ def reason_in_status(n: Record) -> int:
         if code == BOX_ENCODER_FAULT:
             return ENCODER_FAULT
         return BOX_HELD
+    if state != RUNNING or n.code not in (
+        OK,
+        STATUS_PROBING,
+        STATUS_DISABLED,
+        I_DONT_BELIEVE_YOU,
+        I_STILL_DONT_BELIEVE_YOU,
+        REFUSED_TOO_FAST,
+    ):
+        return STATUS_WRONG
     if n.code == STATUS_DISABLED and (n.pc.sent != 0 or n.completed != 0 or n.accepted != 0):
         return CORRECTIONS_DISABLED
     return NONE
@@ -444,8 +457,12 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
     p = n.pc
     # a deviation that is no number is beyond every limit
     if not (abs(deviation_mm) <= n.limit_mm or (n.limit_mm == 0.0 and abs(deviation_mm) < 1e3)):
-        n.beyond_deviation_mm = deviation_mm
         pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE if math.isnan(deviation_mm) else DEVIATION_LIMIT)
+        say_request(n, p.sent, 0)
+        return
+    # what the request's word cannot say would be left out without a word
+    if abs(deviation_mm) / p.step_mm > p.word_limit + 0.5 + p.margin_steps:
+        pc_hold(n, t_ps, BEYOND_WORD)
         say_request(n, p.sent, 0)
         return
     n.last_total = p.sent

@@ -36,6 +36,8 @@ class HoldReason(enum.IntEnum):
     OPERATOR = _codes.OPERATOR
     NOT_COMPLETED = _codes.NOT_COMPLETED
     ANSWER_LATE = _codes.ANSWER_LATE
+    STATUS_WRONG = _codes.STATUS_WRONG
+    BEYOND_WORD = _codes.BEYOND_WORD
 
     @property
     def meaning(self) -> str:
@@ -60,7 +62,7 @@ _MEANINGS = {
     HoldReason.BOX_LOST_LINK: "the box has not heard this PC for longer than its watch allows: look at the bus",
     HoldReason.BOX_HELD: "the box was told to hold by a message on the bus",
     HoldReason.AXIS_TAKEN: "two boxes have the same axis number: give each axis its own",
-    HoldReason.POSITION_IMPLAUSIBLE: "the box's position jumps or stands still where its changes say otherwise",
+    HoldReason.POSITION_IMPLAUSIBLE: "the box's position jumps, or does not agree with what the box has added up",
     HoldReason.PREDICTOR_OUT_OF_RANGE: "the axis has left the range that the predictor knows",
     HoldReason.CLOCK_JUMP: "this PC stood still, or its clock jumped, for longer than the watch allows",
     HoldReason.ANOTHER_PC: "another PC talks to this axis' box: only one may",
@@ -73,6 +75,8 @@ _MEANINGS = {
     HoldReason.OPERATOR: "the operator held the machine",
     HoldReason.NOT_COMPLETED: "the box has not inserted what it accepted for longer than the patience allows",
     HoldReason.ANSWER_LATE: "the box answers requests that are too old: the bus delays what it carries, or loses it",
+    HoldReason.STATUS_WRONG: "the box says a state or a code that no box has, or that do not go together",
+    HoldReason.BEYOND_WORD: "the predictor asks for more steps than the request's word of this design holds",
 }
 
 

@@ -266,7 +266,7 @@ class PcUnderFire:
         self.session = (self.session + 1) % 256
         self.running = False
         self.accepted = 0
-        self.position = self.said = 0
+        self.position = 0
         self.last_sequence = None
         self.rules = PcRules(axis=AXIS)
         self.starts += 1
@@ -280,9 +280,8 @@ class PcUnderFire:
     def words(self):
         """Return the three frames of a cycle of the box."""
         self.position += self.mutator.draw.randint(-40, 60) if self.running and self.turns > 4 else 0
-        change, self.said = self.position - self.said, self.position
         accepted = self.accepted.to_bytes(2, "little", signed=True)
-        word = (self.running | (change & 0x7FFF) << 1).to_bytes(2, "little")
+        word = (self.running | (self.position & 0x7FFF) << 1).to_bytes(2, "little")
         return [
             self.frame(STATUS, [0 if self.running else 1, int(self.running) | 8, self.session, 0, 0, 0]),
             self.frame(CORRECTIONS, [*accepted, *accepted, self.session, self.last_sequence or 0]),

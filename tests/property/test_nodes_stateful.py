@@ -197,8 +197,6 @@ class Arena:
 class Nodes(RuleBasedStateMachine):
     """Everything that a bus, an operator or a power line can do to a box and a PC."""
 
-    upstream_lost = False
-
     @initialize(
         design=st.sampled_from(list(Design)),
         window=st.integers(1, 4),
@@ -446,8 +444,10 @@ class Nodes(RuleBasedStateMachine):
         assert pc.requested == pc.accepted == box.requested
         assert pc.completed == box.completed
         if box.alarm is Alarm.NONE and box.switch_on:
-            word = self.arena.settings.injector.design.word_limit
-            assert box.requested == max(-word, min(word, pc.target))
+            assert pc.position == box.position
+            assert box.requested == pc.target
+            wanted = float(arena.predictor.error_mm(pc.position / 1000, pc.direction)) * 1000 / box.step_counts
+            assert abs(pc.target - wanted) <= 0.5 + arena.settings.conversation.rounding_margin + 1e-9
             original_waits = self.arena.settings.injector.design is Design.ORIGINAL and box.lines != 0
             assert box.completed == box.requested or original_waits
 

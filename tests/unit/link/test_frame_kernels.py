@@ -80,9 +80,9 @@ def test_corrections(axis, sequence, completed, accepted, session, judged):
 
 
 @drawn(AXES, BYTE, POSITION, st.integers(0, 1), st.integers(-(2**14), 2**14 - 1))
-def test_position(axis, sequence, position, valid, change):
-    assert data_of(frames.position_frame(axis, sequence, position, valid, change)) == by_cantools(
-        "Position_1", 0x300 + axis, Sequence=sequence, Position=position, DataValid=valid, Change=change
+def test_position(axis, sequence, position, valid, counted):
+    assert data_of(frames.position_frame(axis, sequence, position, valid, counted)) == by_cantools(
+        "Position_1", 0x300 + axis, Sequence=sequence, Position=position, DataValid=valid, Counted=counted
     )
 
 
@@ -105,7 +105,7 @@ def test_counters_wrap_into_their_fields(number):
     assert frames.probe_frame(1, number, number, number, number) == frames.probe_frame(
         1, number % 256, (number + 2**31) % 2**32 - 2**31, number % 256, number % 256
     )
-    wrapped = (number + 2**14) % 2**15 - 2**14  # Change is modulo 2^15
+    wrapped = (number + 2**14) % 2**15 - 2**14  # Counted is modulo 2^15
     assert frames.position_frame(1, 0, 0, 0, number) == frames.position_frame(1, 0, 0, 0, wrapped)
 
 
@@ -156,7 +156,7 @@ def test_fields_of_any_position_or_probe_latch(data):
     payload, fields = payload_of(data), read_by_cantools("Position_1", data)
     assert frames.position_of(payload) == fields["Position"]
     assert frames.position_valid(payload) == fields["DataValid"]
-    assert frames.position_change(payload) == fields["Change"] % 2**15
+    assert frames.position_counted(payload) == fields["Counted"] % 2**15
     fields = read_by_cantools("Probe_1", data)
     assert frames.position_of(payload) == fields["Position"]
     assert frames.probe_trips(payload) == fields["Trips"]
@@ -195,8 +195,8 @@ def test_flags_are_those_of_the_dbc():
     assert [1 << status[name] for name in ("SwitchOn", "Probing", "HoldWanted", "AtHome")] == [
         frames.SWITCH_ON, frames.IS_PROBING, frames.HOLD_WANTED, frames.AT_HOME
     ]  # fmt: skip
-    change = DBC.get_message_by_name("Position_1").get_signal_by_name("Change")
-    assert change.length == frames.CHANGE_BITS
+    counted = DBC.get_message_by_name("Position_1").get_signal_by_name("Counted")
+    assert counted.length == frames.COUNTED_BITS
 
 
 def labels(message, signal):

@@ -69,7 +69,7 @@ def test_frames_of_the_nodes_are_right(messages):
     hold = messages.decode(0x080, bytes_of(hold_frame(1, 2, 3)))
     assert (hold.axis, hold.values["Reason"], hold.verdict) == (3, "BOX_SILENT", Verdict.RIGHT)
     position = messages.decode(0x301, bytes_of(position_frame(1, 1, -5, 1, -5)))
-    assert (position.values["Position"], position.values["Change"], position.values["DataValid"]) == (-5, -5, 1)
+    assert (position.values["Position"], position.values["Counted"], position.values["DataValid"]) == (-5, -5, 1)
 
 
 def test_number_without_label_stays_a_number(messages):

@@ -159,3 +159,21 @@ def test_compiled_loops_load_from_the_cache():
 def test_what_is_no_machine_is_refused(stations, moves, faults, said):
     with pytest.raises(ArgumentError, match=said):
         Cell(stations, moves, SLOPE, faults=faults)
+
+
+def test_another_predictor_brings_its_own_range():
+    cell = run(until_ps=500 * MS)
+    cell.predict_by(UnidirectionalTable(positions_mm=[-1.0, 1.0], errors_mm=[0.0, 0.02], backlash_mm=0.0))
+    cell.run(until_ps=4 * S)
+    assert cell.axes[0].pc_reason is HoldReason.PREDICTOR_OUT_OF_RANGE
+
+
+def test_a_fault_counts_its_own_effects_only():
+    """The one ends before the other begins, at the same axis; the third begins when the axis stands."""
+    open_once = Fault(kind=FaultKind.STALE_DATA_VALID, place=1, from_ps=500 * MS, until_ps=515 * MS)
+    torn = Fault(kind=FaultKind.STALE_DATA_VALID, place=1, from_ps=800 * MS, until_ps=815 * MS)
+    at_rest = Fault(kind=FaultKind.STALE_DATA_VALID, place=1, from_ps=3 * S, until_ps=3 * S + 15 * MS)
+    alone = [run(fault).fired[0].times for fault in (open_once, torn, at_rest)]
+    together = [proof.times for proof in run(open_once, torn, at_rest).fired]
+    assert together == alone
+    assert alone[0] > 0 and alone[2] == 0

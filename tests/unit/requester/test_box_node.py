@@ -68,6 +68,15 @@ def test_the_home_position_is_said_at_once(desk):
     assert {frame.identifier for _, frame in desk.sent} == {STATUS + 1, CORRECTIONS + 1, POSITION + 1}
 
 
+def test_an_axis_that_has_left_home_meanwhile_is_not_homed(desk):
+    """Told to take home at the switch, pushed off it before its next reading."""
+    desk.ask(flags=GO_HOME, wait_ms=0)
+    desk.station._state.node.at_home = 0
+    desk.station._state.encoder.count += 50
+    desk.wait(5)
+    assert desk.station.view.box_state is BoxState.NOT_HOMED
+
+
 def homed_again(desk):
     """Correct by two steps, lose the link, acknowledge twice, and home again with the axis back at its switch."""
     desk.home()
@@ -96,8 +105,7 @@ def test_a_large_correction_passes_right_after_home(desk):
     assert (desk.station.view.requested, desk.station.view.status) == (40, Status.OK)
 
 
-def test_the_changes_lead_to_the_position_over_a_homing_elsewhere():
-    """Adding up the changes gives the position, also where home moves the zero of the word."""
+def test_what_is_added_up_agrees_with_the_word_over_a_homing_elsewhere():
     desk = Desk([Move(target_mm=2.0, speed_mm_s=20.0)])
     desk.wait(13)
     desk.home()
@@ -112,11 +120,9 @@ def test_the_changes_lead_to_the_position_over_a_homing_elsewhere():
     assert desk.station.view.box_state is BoxState.RUNNING
     words = [frame.data for _, frame in frames if frame.identifier == POSITION + 1]
     assert min(signed(data[2:6]) for data in words) < -1000  # what the box counts from where it was switched on
-    position = signed(words[0][2:6])
-    for data in words[1:]:
-        position += signed(data[6:8]) >> 1
-        assert position % (1 << 15) == signed(data[2:6]) % (1 << 15)
-    assert position % (1 << 15) == 0
+    for data in words:
+        assert (signed(data[6:8]) >> 1) % (1 << 15) == signed(data[2:6]) % (1 << 15)
+    assert signed(words[-1][2:6]) == 0
 
 
 def test_the_switch_says_so_where_a_total_of_zero_is_kept_from_it(desk):

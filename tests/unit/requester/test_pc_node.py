@@ -1,7 +1,7 @@
 """The PC as a node: what it does when the start goes wrong, and that it never stops without a reason."""
 
 import pytest
-from node_oracle import CORRECTIONS, ENABLE, GO_HOME, POSITION, REQUEST, STATUS, Request, sealed
+from node_oracle import CORRECTIONS, ENABLE, GO_HOME, POSITION, PROBE, REQUEST, STATUS, Request, sealed
 
 from rtec.link.frame import Frame
 from rtec.predictors import UnidirectionalTable
@@ -27,14 +27,19 @@ class Desk:
         data = sealed(kind + 1, bytes([0, self.sequence % 256, *body]))
         self.pc.receive(Frame(identifier=kind + 1, data=data), at_ps=self.pc.due_ps - MS)
 
-    def cycle(self, state, *, code=None, position=0, valid=1, totals=0, switch=SWITCH_ON):
+    def cycle(
+        self, state, *, code=None, position=0, counted=None, position_lost=False, valid=1, totals=0, switch=SWITCH_ON
+    ):
         """Let the box say its three words, and the PC take its turn; return its requests."""
         self.sequence += 1
         code = code if code is not None else Status.NOT_HOMED if state == NOT_HOMED else Status.OK
         total = totals.to_bytes(2, "little", signed=True)
         self.say(STATUS, code, state | switch, 9, 0, 0, 0)
         self.say(CORRECTIONS, *total, *total, 9, self.judged)
-        self.say(POSITION, *position.to_bytes(4, "little", signed=True), valid, 0)
+        counted = position if counted is None else counted
+        rest = ((counted & 0x7FFF) << 1 | valid).to_bytes(2, "little")
+        if not position_lost:
+            self.say(POSITION, *position.to_bytes(4, "little", signed=True), *rest)
         return self.turn()
 
     def turn(self):
@@ -133,3 +138,54 @@ def test_a_switch_that_keeps_a_step_in_holds_the_machine(desk, totals, state):
     desk.cycle(RUNNING, totals=totals, code=Status.DISABLED, switch=0)
     assert desk.pc.view.state is state
     assert totals == 0 or desk.pc.view.reason is HoldReason.CORRECTIONS_DISABLED
+
+
+def active(desk):
+    desk.cycle(NOT_HOMED, valid=0)
+    desk.cycle(RUNNING)
+    assert desk.pc.view.state is PcState.ACTIVE
+
+
+def test_more_steps_than_a_request_can_say_hold_the_machine(desk):
+    """127 steps of 4 um: what is beyond them would be missing, and nobody would know."""
+    active(desk)
+    for steps, state in ((127, PcState.ACTIVE), (128, PcState.HOLD)):
+        errors = [0.004 * steps, 0.004 * steps]
+        desk.pc.predict_by(UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=errors, backlash_mm=0.0))
+        desk.cycle(RUNNING)
+        assert desk.pc.view.state is state
+    assert desk.pc.view.reason is HoldReason.BEYOND_WORD
+
+
+@pytest.mark.parametrize(("state", "code"), [(5, 0), (RUNNING, 12), (RUNNING, Status.LINK_LOST), (RUNNING, 1)])
+def test_a_status_that_no_box_has_holds_the_machine(desk, state, code):
+    active(desk)
+    desk.cycle(state, code=code)
+    assert desk.pc.view.reason is HoldReason.STATUS_WRONG
+
+
+@pytest.mark.parametrize("lost", [1, 2, 3])
+def test_a_frozen_word_is_found_whatever_else_is_lost(desk, lost):
+    """The word stands at 0 while what the box adds up goes on; of every four positions some are lost."""
+    active(desk)
+    for k in range(1, 20):
+        desk.cycle(RUNNING, position=0, counted=50 * k, position_lost=k % 4 < lost)
+        if desk.pc.view.state is PcState.HOLD:
+            break
+    # with many lost, none that can be is heard for too long
+    assert desk.pc.view.reason in (HoldReason.POSITION_IMPLAUSIBLE, HoldReason.BOX_SILENT)
+    assert k <= 6
+
+
+def test_a_latch_of_the_past_is_no_latch(desk):
+    active(desk)
+
+    def say_latch(sequence, trips, position):
+        body = bytes([0, sequence, *position.to_bytes(4, "little", signed=True), trips, 9])
+        desk.pc.receive(Frame(identifier=PROBE + 1, data=sealed(PROBE + 1, body)), at_ps=desk.pc.due_ps - MS)
+
+    say_latch(1, 1, 1111)
+    say_latch(2, 2, 2222)
+    say_latch(1, 1, 1111)  # played again
+    assert (desk.pc.view.trips, desk.pc.view.trip_position) == (2, 2222)
+    assert desk.pc.view.frames_refused == 1
