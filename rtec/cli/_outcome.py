@@ -109,7 +109,9 @@ def _explained(error: Exception) -> int:
 def _say(message: str, code: int) -> int:
     """Write one line on stderr; return ``code``."""
     with suppress(OSError, ValueError):
-        sys.stderr.write(f"rtec: {' '.join(message.split())}\n")
+        # what a file says may end up in a message; it must not steer the terminal
+        line = "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(message.split()))
+        sys.stderr.write(f"rtec: {line}\n")
         sys.stderr.flush()
     return code
 

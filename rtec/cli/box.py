@@ -102,7 +102,7 @@ def box(
     numbers = axes_of(axis, axes)
     pace = _speed(speed)
     settings = [_settings(number, design, timing, count, window, cycle, watch, limit, pace) for number in numbers]
-    moves = [] if stand else _moves(program, length(home, "--home"), pace)
+    moves = _moves(program, length(home, "--home"), pace, stand=stand)
     first = _first_session(seed)
     until_s = None if duration is None else seconds(duration, "--duration")
     announce_compilation()
@@ -118,7 +118,7 @@ def box(
             near = stack.enter_context(Line(name=bus.line)).near
         transport = stack.enter_context(logged(bus.open(near), log, force))
         command = _pc_command(bus, axis, axes, design, count, window, cycle)
-        note(f"in another terminal: {command}")
+        note(_way_in(interface, command))
         stop = stack.enter_context(StopWish())
         view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=True))
         stack.enter_context(quiet_collector())
@@ -189,7 +189,11 @@ def _settings(
         )
     try:
         conversation = Conversation(window_steps=whole(window, name="--window"))
-        conversation = dataclasses.replace(conversation, box_period_ps=round(conversation.box_period_ps * speed))
+        conversation = dataclasses.replace(
+            conversation,
+            box_period_ps=round(conversation.box_period_ps * speed),
+            retry_ps=round(conversation.retry_ps * min(speed, 1.0)),
+        )
         cycle_ps = picoseconds(cycle, "--cycle")
         cautions = Precautions(
             cycle_ps=cycle_ps, watch_ps=watch_of(watch, cycle_ps), limit_steps=whole(limit, name="--limit")
@@ -228,10 +232,21 @@ def _as_option(error: ArgumentError) -> ArgumentError:
     return ArgumentError(_OPTIONS.get(error.name, error.name), error.value, error.allowed, error.hint)
 
 
-def _moves(program: Path | None, home_mm: float, speed: float) -> list[Move]:
-    """Return the moves of a measuring program, or a slow shuttle of 100 mm."""
+def _way_in(interface: str | None, command: str) -> str:
+    """Return how a PC joins."""
+    if interface == "virtual":
+        return "no other program can join: a virtual bus of python-can ends where its process does"
+    return f"in another terminal: {command}"
+
+
+def _moves(program: Path | None, home_mm: float, speed: float, *, stand: bool) -> list[Move]:
+    """Return the moves of a measuring program, or a slow shuttle of 100 mm, or none."""
     from rtec.live.programs import from_home, read_moves, shuttle
 
+    if stand and program is not None:
+        raise ArgumentError("--program", program, "--stand or --program", "leave one of them out")
+    if stand:
+        return []
     moves = shuttle() if program is None else read_moves(program, home_mm=home_mm)
     return from_home(moves, rest_s=_HOME_REST_S * speed)
 

@@ -189,6 +189,8 @@ def _predictor(
 
     if table is not None and model is not None:
         raise ArgumentError("--model", model, "--table or --model", "leave one of them out")
+    if table_unit is not None and (table is None or table.suffix.lower() == ".csv"):
+        raise ArgumentError("--table-unit", table_unit, "it with a table of LinuxCNC", "a .csv says its units itself")
     home_mm = 0.0 if home is None else length(home, "--home")
     known: Predictor
     if table is not None and table.suffix.lower() != ".csv":

@@ -19,6 +19,9 @@ from rtec.units import PS_PER_S
 LOOK_PS = 20 * 10**9
 """Orders are taken, and changes looked for, this often."""
 
+MOST_ORDERS = 8
+"""Orders carried out between two looks: whoever pours them in does not keep the axes from running."""
+
 TIDY_PS = PS_PER_S
 
 
@@ -108,7 +111,7 @@ class BoxRun:
 
     def _take_orders(self, at_s: float) -> None:
         if self._typed is not None:
-            self._orders.extend(self._typed.take())
+            self._orders.extend(self._typed.take(MOST_ORDERS - len(self._orders)))
         while self._orders and at_s >= self._wait_until_s and self._ended is None:
             self._obey(self._orders.popleft(), at_s)
 

@@ -7,11 +7,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.machine.faults import FaultKind, FaultPlace
 from rtec.machine.station import Station
 from rtec.units import LENGTH, SPEED, TIME, parse_quantity
 
+LONGEST_WAIT_S = 1e6
 FEED_MM_S = 10.0
 """Of a move without a feed: 600 mm/min."""
 
@@ -118,7 +120,7 @@ def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
             raise ArgumentError(word.value, repr(rest[:40]), "on or off")
         return Order(word=word, axis=axis, on=rest.lower() == "on")
     if word is Word.WAIT:
-        return Order(word=word, axis=axis, wait_s=parse_quantity(rest, TIME, name="wait"))
+        return Order(word=word, axis=axis, wait_s=_waiting_s(rest))
     if word is Word.FAULT or (word is Word.MEND and rest):
         name = _WHILE.sub("", rest).lower()
         if name not in FAULTS:
@@ -127,6 +129,10 @@ def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
     if rest:
         raise ArgumentError(word.value, repr(rest[:40]), "nothing behind it")
     return Order(word=word, axis=axis)
+
+
+def _waiting_s(text: str) -> float:
+    return number_within("wait", parse_quantity(text, TIME, name="wait"), 0.0, LONGEST_WAIT_S, unit="s")
 
 
 def carry_out(order: Order, stations: Sequence[Station]) -> None:

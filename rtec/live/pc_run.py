@@ -170,6 +170,9 @@ class PcRun:
         if at_s >= self._start_up_s and not self._ready:
             axis, view = waiting[0]
             words = f"axis {axis}: not ready after {self._start_up_s:g} s: {waiting_words(view)}{self._others(view)}"
+            if len(waiting) < len(self._loop.nodes):  # the others are corrected already: their boxes are told
+                self._loop.hold(HoldReason.OTHER_AXIS)
+                self._leave_at_s = at_s + GOODBYE_TURNS * self._turn_s
             return PcEnding(why="nobody answers" if not view.connected else "not ready", text=words, good=False)
         return None
 
@@ -181,6 +184,8 @@ class PcRun:
         others = sorted(self._loop.heard_axes - mine)
         if others:
             return f"; there is a box with axis {', '.join(map(str, others))}: is --axis right?"
+        if self._loop.heard_axes:
+            return f"; heard are {', '.join(map(str, sorted(self._loop.heard_axes)))}: are --axis and --axes right?"
         if self._loop.strangers:
             return f"; {self._loop.strangers} frames of others were heard, none of a box"
         garbled = self._loop.transport.traffic.garbled

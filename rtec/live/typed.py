@@ -9,8 +9,10 @@ import time
 from collections import deque
 
 READ_BYTES = 4096
+MOST_WAITING = 1000
+"""Lines that wait to be taken; whoever types faster is not read until some are."""
 LOOK_AGAIN_S = 0.5
-"""A process in the background of a terminal must not read from it; it looks this often whether it is in front."""
+"""A process in the background of a terminal must not read from it; it looks this often whether it may again."""
 
 
 def standard_input() -> int | None:
@@ -54,10 +56,10 @@ class TypedLines:
         self._ended = threading.Event()
         threading.Thread(target=self._read, name="rtec typed lines", daemon=True).start()
 
-    def take(self) -> list[str]:
-        """Return the lines that have come since the last time."""
-        lines = []
-        while self._lines:
+    def take(self, most: int = MOST_WAITING) -> list[str]:
+        """Return lines that have come since the last time, ``most`` of them."""
+        lines: list[str] = []
+        while self._lines and len(lines) < most:
             lines.append(self._lines.popleft())
         return lines
 
@@ -69,7 +71,7 @@ class TypedLines:
         rest = b""
         try:
             while True:
-                if self._in_background():
+                if self._in_background() or len(self._lines) > MOST_WAITING:
                     time.sleep(LOOK_AGAIN_S)
                     continue
                 data = os.read(self._descriptor, READ_BYTES)

@@ -60,9 +60,13 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--program", "none.nc"], "none.nc: cannot be read"),
         (["--log", "bus.txt"], ".log (candump), .asc or .blf"),
         (["--channel", "../x"], "name: '../x'"),
+        (["--stand", "--program", "none.nc"], "--stand or --program"),
+        (["--dbc", "steers.dbc"], "\ufffd[31m"),
     ],
 )
 def test_bad_words_are_refused_in_one_line(capsys, monkeypatch, tmp_path, words, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "steers.dbc").write_text("\x1b[31mred \x07\n")
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # lines of its own: somebody may have a box running
     assert main(["box", "--duration", "1s", *words]) == 2
     _, err = capsys.readouterr()
@@ -167,3 +171,22 @@ def test_two_terminals(child):
     assert box.end(signal.SIGINT) == 0
     assert "ended: Ctrl-C" in box.said
     assert not Path(os.environ.get("XDG_RUNTIME_DIR", "/nowhere"), "rtec", line[1]).exists()
+
+
+@pytest.mark.parametrize("speed", ["0.1", "20"])
+def test_speeds_that_are_allowed_run(capsys, speed):
+    assert main(["box", "--channel", f"speed-{os.getpid()}", "--speed", speed, "--duration", "0.3s", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["axes"][0]["state"] == "NOT_HOMED"
+
+
+def test_orders_without_end_do_not_keep_it_from_ending():
+    with subprocess.Popen(["yes", "status"], stdout=subprocess.PIPE) as endless:
+        words = ["box", "--channel", f"poured-{os.getpid()}", "--duration", "500ms", "--json"]
+        done = subprocess.run(
+            [sys.executable, "-m", "rtec", *words], stdin=endless.stdout, capture_output=True, timeout=120, check=True
+        )
+        endless.kill()
+    found = json.loads(done.stdout)
+    assert found["ended"] == "duration"
+    assert found["run_s"] < 1.0
+    assert found["frames_sent"] + found["frames_unsent"] > 50

@@ -110,6 +110,7 @@ def test_no_box_offers_a_line(capsys):
     [
         (["--table", "none.csv"], "none.csv"),
         (["--table", "none.comp"], "--table-unit"),
+        (["--table", "none.csv", "--table-unit", "inch"], "--table-unit"),
         (["--table", "a.csv", "--model", "b.toml"], "--model: b.toml"),
         (["--home", "0mm"], "--home: 0 mm is not allowed; allowed: 25.4 to 1016 mm, the range of the predictor"),
         (["--home", "1"], "--home: '1'"),

@@ -52,6 +52,8 @@ def test_orders(text, expected):
         ("fault frame-lost", "cable-open"),
         ("quit now", "nothing behind it"),
         ("wait 3", "unit"),
+        ("wait -1 s", "wait: -1"),
+        ("wait 1e99 s", "wait: "),
         ("", "go, home"),
         ("axis 2", "go, home"),
     ],

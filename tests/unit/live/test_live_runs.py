@@ -21,9 +21,9 @@ class Typed:
     def __init__(self, clock, lines):
         self.clock, self.lines = clock, list(lines)
 
-    def take(self):
-        due = [text for at_s, text in self.lines if at_s * 1e12 <= self.clock.now_ps]
-        self.lines = [(at_s, text) for at_s, text in self.lines if at_s * 1e12 > self.clock.now_ps]
+    def take(self, most):
+        due = [text for at_s, text in self.lines if at_s * 1e12 <= self.clock.now_ps][:most]
+        self.lines = self.lines[len(due) :]
         return due
 
 
