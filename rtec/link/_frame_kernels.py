@@ -27,7 +27,6 @@ PROBING = 2
 GO_HOME = 4
 ENABLE = 8
 RESET = 16
-REQUESTER_SHIFT = 5
 
 # flags of the status
 SWITCH_ON = 8
