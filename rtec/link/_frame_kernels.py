@@ -27,6 +27,7 @@ PROBING = 2
 GO_HOME = 4
 ENABLE = 8
 RESET = 16
+REQUESTER_SHIFT = 5
 
 # flags of the status
 SWITCH_ON = 8
@@ -63,7 +64,7 @@ def pack_request(axis: int, sequence: int, total: int, flags: int, requester: in
     word |= (total & 0xFFFF) << 16
     word |= (~total & 0xFFFF) << 32
     word |= (flags & 0x1F) << 48
-    word |= (requester & 7) << 53
+    word |= (requester & 7) << (48 + REQUESTER_SHIFT)
     word |= signed(session, 0, 8) << 56
     return sealed(REQUEST + axis, word)
 
@@ -89,7 +90,7 @@ def request_flags(payload: int) -> int:
 @step
 def request_requester(payload: int) -> int:
     """Return the number of the PC."""
-    return unsigned(payload, 53, 3)
+    return unsigned(payload, 48 + REQUESTER_SHIFT, 3)
 
 
 @step
