@@ -166,13 +166,15 @@ class BoxRules:
         else:
             self.waiting = ("total", request.total, flags)
 
-    def tick(self, t_ps: int) -> None:
-        """Judge what has come since the last reading: the last word only, and only once."""
+    def tick(self, t_ps: int, *, at_home: bool) -> None:
+        """Judge what has come since the last reading: the last word only, and only once; home only at home."""
         if not self.powered:
             return
         if self.state == "RUNNING" and t_ps - self.heard_ps > self.watch_ps:
             self.fail("LINK_LOST")
         word, self.waiting = self.waiting, None
+        if word is not None and word[0] == "home" and not at_home:
+            return
         if word is None or self.state == "FATAL":
             return
         what, total, flags = word

@@ -141,7 +141,7 @@ class BoxUnderFire:
                 return
             _station_kernels.run(self.state, due_ps + 1, *self.station._moves)
             self.now_ps = due_ps + 1
-            self.rules.tick(due_ps)
+            self.rules.tick(due_ps, at_home=bool(self.at_home))
             if self.waiting:
                 self.check_sent()
             self.compare()

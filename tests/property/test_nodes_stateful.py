@@ -146,7 +146,9 @@ class Arena:
             was, state = self.rules.state, station._state
             if 0 < state.struck_ps <= due_ps:  # a switch that waited for an insertion
                 self.rules.switch_on = bool(state.node.box.switch_on)
-            self.rules.tick(due_ps)
+            # where it was at each of several readings is not kept: one that has homed was at home
+            at_home = bool(state.node.at_home) or station.view.box_state is not BoxState.NOT_HOMED
+            self.rules.tick(due_ps, at_home=at_home)
             homed = homed or (was == "NOT_HOMED" and self.rules.state == "RUNNING")
             due_ps += MS
         self.t_ps = until_ps
