@@ -8,15 +8,15 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from rtec.blind.secret import Secret
+from rtec.inference.results import Diagnosis
 from rtec.metrology import Measurement
-from rtec.twin.results import Diagnosis
 
 
 class Answer(NamedTuple):
     """What a judge says of a measurement."""
 
     verdict: str
-    """As in `rtec.twin.results.Verdict`."""
+    """As in `rtec.inference.results.Verdict`."""
     effects: tuple[str, ...] = ()
     """Accepted."""
     tied: tuple[str, ...] = ()

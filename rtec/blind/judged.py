@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from rtec.blind.answer import Answer, answer_of
+from rtec.dataset.load import load_dataset
 from rtec.effects import effect_named
+from rtec.inference.compare import compare
+from rtec.inference.diagnose import diagnose
+from rtec.inference.model import Model, Term
 from rtec.metrology import Measurement
-from rtec.twin.compare import compare
-from rtec.twin.diagnose import diagnose
-from rtec.twin.load import load_dataset
-from rtec.twin.model import Model, Term
 
 
 def judged(measurement: Measurement) -> Answer:

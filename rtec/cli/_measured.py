@@ -15,8 +15,8 @@ import typer
 from rtec.errors import ArgumentError, OutputError
 
 if TYPE_CHECKING:
-    from rtec.twin.dataset import Dataset
-    from rtec.twin.model import Model
+    from rtec.dataset.dataset import Dataset
+    from rtec.inference.model import Model
 
 _FACTS = {
     "screw_pitch": "--screw-pitch",
@@ -115,10 +115,10 @@ def read_inputs(
     RtecError
         A file that cannot be read or does not fit the others, or an option that is wrong.
     """
-    from rtec.twin.compare import check_model
-    from rtec.twin.load import load_dataset
-    from rtec.twin.lock import locked
-    from rtec.twin.model_file import read_model, read_observe
+    from rtec.dataset.load import load_dataset
+    from rtec.dataset.lock import locked
+    from rtec.inference.compare import check_model
+    from rtec.inference.model_file import read_model, read_observe
 
     if lock and heldout is not None:
         raise ArgumentError("--lock", "given beside --heldout", "one of the two", "either judges instead of blocks")

@@ -16,8 +16,8 @@ from rtec.errors import ArgumentError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rtec.dataset.dataset import Dataset
     from rtec.effects import Effect, Shape
-    from rtec.twin.dataset import Dataset
 
 _SHAPE = "Shape of the effect, where a scan shall not find it"
 _FEWEST_NODES, _MOST_NODES = 2, 1000
@@ -68,8 +68,8 @@ def add(
     Example: rtec add backlash z_axis.csv --model known.toml -o better.toml
     """
     from rtec.effects import effect_named
-    from rtec.twin.addition import add as added
-    from rtec.twin.model_file import write_model
+    from rtec.inference.addition import add as added
+    from rtec.inference.model_file import write_model
 
     what = effect_named(effect)
     _measured.check_new_file("-o", output, force=force)
@@ -116,7 +116,7 @@ def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dat
     ArgumentError
         An option that is none of the effect, a value that is wrong, or an option without one that it needs.
     """
-    from rtec.twin.shape_text import field_keys, read_shape
+    from rtec.inference.shape_text import field_keys, read_shape
 
     known = field_keys(effect.shape_type)
     values = dict(given)

@@ -33,6 +33,7 @@ def compare(
 
     Example: rtec compare z_axis.csv --model known.toml
     """
+    from rtec.inference.compare import compare as compared
     from rtec.report.destination import check_folder, report_folder
     from rtec.report.diagnosis import (
         comparison_document,
@@ -40,7 +41,6 @@ def compare(
         comparison_table,
         write_comparison,
     )
-    from rtec.twin.compare import compare as compared
 
     if output is not None:
         check_folder(output, force=force)

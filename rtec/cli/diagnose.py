@@ -11,7 +11,7 @@ from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
 
 if TYPE_CHECKING:
-    from rtec.twin.results import Diagnosis
+    from rtec.inference.results import Diagnosis
 
 
 def diagnose(
@@ -40,10 +40,10 @@ def diagnose(
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml
     """
+    from rtec.inference.diagnose import diagnose as diagnosed
+    from rtec.inference.model_file import write_model
     from rtec.report.destination import check_folder, report_folder
     from rtec.report.diagnosis import write_diagnosis
-    from rtec.twin.diagnose import diagnose as diagnosed
-    from rtec.twin.model_file import write_model
 
     if output is not None:
         check_folder(output, force=force)

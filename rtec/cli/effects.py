@@ -68,7 +68,7 @@ def _document(effect: Effect) -> dict[str, Any]:
 
 def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
     """Return shape parameters and amplitudes by name, unit and meaning."""
-    from rtec.twin.shape_text import parameter_unit
+    from rtec.inference.shape_text import parameter_unit
 
     items = fields(effect.shape_type)
     found = [

@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from rtec.inference.model_file import write_model
 from rtec.metrology import Readings, measurement_of_readings, write_laser_file, write_measurement
 from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.document import study_document
@@ -17,7 +18,6 @@ from rtec.report.search import search_figures
 from rtec.report.tables import curves_csv, rows_csv
 from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
 from rtec.signal import coarsest_timescale, write_vcd
-from rtec.twin.model_file import write_model
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9-]+")
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.inference.results import Diagnosis
 from rtec.metrology import MeasuringPlan, PositioningFigures, Readings
 from rtec.signal import EdgeStream
-from rtec.twin.results import Diagnosis
 
 Floats = NDArray[np.float64]
 

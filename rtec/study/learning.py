@@ -8,7 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
+from rtec.inference.diagnose import diagnose
+from rtec.inference.model import Model
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, Readings, measurement_of_readings
 from rtec.predictors import BidirectionalTable, Predictor
@@ -16,9 +19,6 @@ from rtec.report.results import Learned, LeftOut, TruthScore
 from rtec.study.definition import Study
 from rtec.study.model_predictor import predictor_of_model, static_part
 from rtec.study.workers import Tell
-from rtec.twin.diagnose import diagnose
-from rtec.twin.load import load_dataset
-from rtec.twin.model import Model
 from rtec.units import MM_PER_INCH
 
 SOURCE = "readings/calibration.csv"

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from rtec.effects import Conditions
 from rtec.errors import ArgumentError
+from rtec.inference.model import Model, Term
 from rtec.predictors import FORWARD, REVERSE, BidirectionalTable
 from rtec.report.results import LeftOut
-from rtec.twin.model import Model, Term
 
 Floats = NDArray[np.float64]
 

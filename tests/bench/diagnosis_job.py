@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
+from rtec.dataset.load import load_dataset
 from rtec.effects import Effect, Floats, Shape
+from rtec.inference.noise import Noise
+from rtec.inference.whitening import Correlation
+from rtec.inference.workspace import Choice, Workspace, is_map
 from rtec.metrology import Column, Measurement
 from rtec.predictors import LatheNetwork
-from rtec.twin.dataset import Dataset
-from rtec.twin.load import load_dataset
-from rtec.twin.noise import Noise
-from rtec.twin.whitening import Correlation
-from rtec.twin.workspace import Choice, Workspace, is_map
 from rtec.units import MM_PER_INCH
 
 TARGETS = 1561

@@ -4,8 +4,8 @@ import pytest
 from diagnosis_job import agree, by_lstsq, by_score, scan_job
 
 from rtec.blind import Scenario, play
-from rtec.twin.diagnose import diagnose
-from rtec.twin.load import load_dataset
+from rtec.dataset.load import load_dataset
+from rtec.inference.diagnose import diagnose
 
 
 @pytest.fixture(scope="module")

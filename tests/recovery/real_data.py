@@ -20,16 +20,16 @@ from pathlib import Path
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
+from rtec.dataset.load import load_dataset
 from rtec.effects import Floats
+from rtec.inference.compare import compare
+from rtec.inference.diagnose import diagnose
+from rtec.inference.fit import residual_of, values_of
+from rtec.inference.model import Model
+from rtec.inference.model_file import read_model
+from rtec.inference.results import Diagnosis, Value
 from rtec.metrology import write_measurement
-from rtec.twin.compare import compare
-from rtec.twin.dataset import Dataset
-from rtec.twin.diagnose import diagnose
-from rtec.twin.fit import residual_of, values_of
-from rtec.twin.load import load_dataset
-from rtec.twin.model import Model
-from rtec.twin.model_file import read_model
-from rtec.twin.results import Diagnosis, Value
 from tests.bench.diagnosis_job import lathe_calibration
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"

@@ -348,7 +348,7 @@ def test_json_keys_of_the_firmware(json_keys, tmp_path, capsys):
 
 def test_models_of_the_pages_are_read(tmp_path):
     from rtec.effects import Units
-    from rtec.twin.model_file import read_model
+    from rtec.inference.model_file import read_model
 
     read = 0
     for page in (ROOT / "docs" / "reference.md", ROOT / "docs" / "how-to.md"):
@@ -361,7 +361,7 @@ def test_models_of_the_pages_are_read(tmp_path):
 
 
 def test_verdicts_are_those_of_the_search():
-    from rtec.twin.results import Verdict
+    from rtec.inference.results import Verdict
 
     rows = re.findall(r"^\| `([A-Z_]+)` \|", text_of(ROOT / "docs" / "reference.md"), re.MULTILINE)
     assert set(rows) == {verdict.value for verdict in Verdict}

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Card, Units
+from rtec.inference.model import Model, Term
+from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Value
 from rtec.report.appearance import MISSING, joined, number, printable
 from rtec.report.diagnosis.likeness import (
     effect_or_none,
@@ -28,9 +31,6 @@ from rtec.report.diagnosis.quantities import (
     value_text,
 )
 from rtec.report.diagnosis.sentence import heldout_words, spoken
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model, Term
-from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Value
 
 _MOST_PARAMETERS = 12
 _CORRELATED = 0.1

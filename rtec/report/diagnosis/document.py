@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Any
 
+from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
 from rtec.report.diagnosis.likeness import look_alikes, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 from rtec.report.plain_data import plain
-from rtec.twin.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
 
 if TYPE_CHECKING:
-    from rtec.twin.compare import Comparison, Where
+    from rtec.inference.compare import Comparison, Where
 
 
 def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
+from rtec.inference.model import Model
+from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import shown_of
 from rtec.report.diagnosis.readings import (
     ALL,
@@ -29,9 +32,6 @@ from rtec.report.diagnosis.readings import (
     ways,
 )
 from rtec.report.figures_style import GUIDE, legend_above, new_figure
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model
-from rtec.twin.results import NoiseFloor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
+from rtec.inference.model import Model, Term
+from rtec.inference.prediction import component
+from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis.likeness import ALIKE, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of
 from rtec.report.diagnosis.readings import (
@@ -28,10 +32,6 @@ from rtec.report.diagnosis.readings import (
 )
 from rtec.report.diagnosis.sentence import spoken
 from rtec.report.figures_style import ALARM, GUIDE, INK, legend_above, new_figure
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model, Term
-from rtec.twin.prediction import component
-from rtec.twin.results import Cosines, Experiment
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

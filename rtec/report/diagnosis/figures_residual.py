@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
+from rtec.inference.model import Model
+from rtec.inference.results import NoiseFloor, Unknown
 from rtec.report.diagnosis.quantities import shown_of
 from rtec.report.diagnosis.readings import (
     AT_REST,
@@ -23,9 +26,6 @@ from rtec.report.diagnosis.readings import (
     ways,
 )
 from rtec.report.figures_style import GUIDE, legend_above, new_figure
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model
-from rtec.twin.results import NoiseFloor, Unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
 from rtec.report.diagnosis.quantities import Shown, probability, rounded, shown_of
 from rtec.report.diagnosis.readings import BAND, FORWARD, NEUTRAL, REVERSE, figure_text
 from rtec.report.diagnosis.sentence import spoken
 from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
-from rtec.twin.results import Candidate, Diagnosis, NoiseFloor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
+from rtec.inference.model import Model
+from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import rounded, shown_of, symbol
 from rtec.report.diagnosis.readings import FORWARD, NEUTRAL, period_of, residual
 from rtec.report.diagnosis.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
 from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model
-from rtec.twin.results import NoiseFloor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

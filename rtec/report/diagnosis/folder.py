@@ -7,15 +7,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rtec.inference.results import Diagnosis
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
 from rtec.report.diagnosis.page import comparison_page, diagnosis_page
 from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.illustrations import Illustration
 from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
-from rtec.twin.results import Diagnosis
 
 if TYPE_CHECKING:
-    from rtec.twin.compare import Comparison
+    from rtec.inference.compare import Comparison
 
 Render = Callable[[Sequence[Illustration], Sequence[str]], str]
 

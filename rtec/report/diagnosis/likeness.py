@@ -6,7 +6,7 @@ import math
 
 from rtec.effects import Effect, Rival, effect_named
 from rtec.errors import ArgumentError
-from rtec.twin.results import Candidate, Cosines
+from rtec.inference.results import Candidate, Cosines
 
 ALIKE = 0.95
 """Cosine above which two effects explain the same data equally well."""

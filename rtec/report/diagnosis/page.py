@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis import chapters
 from rtec.report.diagnosis.quantities import probability, shown_of
 from rtec.report.diagnosis.sentence import comparison_sentence, floor_words, stretch_words, verdict_sentence
 from rtec.report.illustrations import Illustration
 from rtec.report.rendering import embedded, page_environment
-from rtec.twin.results import Diagnosis, Verdict
 
 if TYPE_CHECKING:
+    from rtec.inference.compare import Comparison, Where
     from rtec.report.diagnosis.quantities import Shown
-    from rtec.twin.compare import Comparison, Where
 
 TONES = {
     Verdict.NAMED: "good",

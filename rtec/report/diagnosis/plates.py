@@ -6,6 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rtec.dataset.dataset import Dataset
+from rtec.inference.model import Model
+from rtec.inference.results import Diagnosis, NoiseFloor
 from rtec.report.diagnosis.figures_measured import measured_figure
 from rtec.report.diagnosis.figures_model import components_figure, cosines_figure, experiment_figure
 from rtec.report.diagnosis.figures_residual import residual_panels
@@ -16,9 +19,6 @@ from rtec.report.diagnosis.readings import MOST_DOTS
 from rtec.report.diagnosis.sentence import heldout_words
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model
-from rtec.twin.results import Diagnosis, NoiseFloor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 
 from rtec.effects import Units
+from rtec.inference.results import Value
 from rtec.report.appearance import MISSING, printable
-from rtec.twin.results import Value
 
 _PARTS_OF_UNITS = re.compile(r"[^A-Za-z0-9/]+")
 _CERTAIN = 1e-3

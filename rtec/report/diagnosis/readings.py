@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
+from rtec.inference.model import Model, Term
+from rtec.inference.prediction import dataset_prediction
 from rtec.report.diagnosis.quantities import symbol
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model, Term
-from rtec.twin.prediction import dataset_prediction
 
 FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
 """Of the palette of Okabe and Ito (2008), as in the other figures."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.likeness import tied_groups
 from rtec.report.diagnosis.quantities import Shown, rounded, shown_of, symbol
-from rtec.twin.results import Diagnosis, NoiseFloor, Unknown, Verdict
 
 if TYPE_CHECKING:
-    from rtec.twin.compare import Comparison, Stretch
+    from rtec.inference.compare import Comparison, Stretch
 
 _ERRORS = frozenset({"cosine", "cyclic", "interpolation", "scale"})
 """Effects whose names are no nouns of their own."""

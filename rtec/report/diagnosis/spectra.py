@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.effects import Floats
-from rtec.twin.results import NoiseFloor
+from rtec.inference.results import NoiseFloor
 
 PROBABILITY = 0.01
 """That noise alone passes the threshold anywhere in the spectrum."""

@@ -10,13 +10,13 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_of
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words
-from rtec.twin.results import Diagnosis, Verdict
 
 if TYPE_CHECKING:
-    from rtec.twin.compare import Comparison
+    from rtec.inference.compare import Comparison
 
 _STYLES = {
     Verdict.NAMED: "bold green",

@@ -24,7 +24,7 @@ from rtec.blind import (
 from rtec.blind.answer import label_of
 from rtec.effects import Units
 from rtec.errors import ArgumentError
-from rtec.twin.results import Verdict
+from rtec.inference.results import Verdict
 
 POOR = PLANS["single_pass"]
 

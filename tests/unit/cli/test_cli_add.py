@@ -9,11 +9,11 @@ import pytest
 
 from rtec.cli import main
 from rtec.cli.add import add, shape_from_options
+from rtec.dataset.load import load_dataset
 from rtec.effects import LIBRARY, effect_named
 from rtec.errors import ArgumentError
-from rtec.twin.load import load_dataset
-from rtec.twin.model_file import read_model
-from rtec.twin.shape_text import field_keys
+from rtec.inference.model_file import read_model
+from rtec.inference.shape_text import field_keys
 
 LEAD = 'observe = "deviation"\n[[effect]]\nname = "scale"\nscale = "30 um/m"\n'
 

@@ -7,7 +7,7 @@ import pytest
 
 from rtec.cli import main
 from rtec.effects import LIBRARY
-from rtec.twin.model_file import read_model
+from rtec.inference.model_file import read_model
 
 VERDICTS = {"NAMED", "TIED", "NOT_TESTABLE", "INCONCLUSIVE", "UNKNOWN", "NONE"}
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from rtec.dataset.load import load_dataset
+from rtec.inference.diagnose import diagnose
+from rtec.inference.model_file import read_model
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_positioning_test
 from rtec.report import Learned, LeftOut, TruthScore, staircase_table, study_document, write_report
 from rtec.report.appearance import scale_of
 from rtec.report.diagnosis import diagnosis_document, verdict_sentence
 from rtec.report.search import alias_words, search_figures, search_of
-from rtec.twin.diagnose import diagnose
-from rtec.twin.load import load_dataset
-from rtec.twin.model_file import read_model
 
 PLAN = MeasuringPlan(
     start_inch=1, end_inch=3, increment_inch=0.1, dwell_s=6, runs=3, feed_inch_min=50, overshoot_inch=0.1

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
+from rtec.inference.diagnose import diagnose
 from rtec.injector import Design
 from rtec.machine import Growth, Laser
 from rtec.metrology import MeasuringPlan, read_measurement, write_measurement
@@ -14,8 +16,6 @@ from rtec.report import study_document
 from rtec.study import builtin_study, run_study
 from rtec.study.learning import calibrate, calibration_measurement, learn
 from rtec.study.run import _machine
-from rtec.twin.diagnose import diagnose
-from rtec.twin.load import load_dataset
 
 INCH = 25.4
 

@@ -5,8 +5,8 @@ import pytest
 
 from rtec.effects import Shape, Units, effect_named
 from rtec.errors import ArgumentError
+from rtec.inference.model import Model, Term
 from rtec.study.model_predictor import FEWEST_POINTS, MOST_POINTS, predictor_of_model, static_part
-from rtec.twin.model import Model, Term
 
 UNITS = Units("mm", "mm", "s")
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Backlash, Conditions, Cyclic, CyclicShape, Observable, Shape, Units, distance_since_reversal
-from rtec.twin.compare import Comparison, Stretch, Where
-from rtec.twin.dataset import Dataset
-from rtec.twin.model import Model, Term
-from rtec.twin.results import Candidate, Cosines, Diagnosis, Experiment, NoiseFloor, Step, Value, Verdict
+from rtec.inference.compare import Comparison, Stretch, Where
+from rtec.inference.model import Model, Term
+from rtec.inference.results import Candidate, Cosines, Diagnosis, Experiment, NoiseFloor, Step, Value, Verdict
 
 PERIOD_MM = 6.35
 SIGMA_MM = 0.001

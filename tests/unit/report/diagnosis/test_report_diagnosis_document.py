@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from rtec.effects import Units
+from rtec.inference.results import Unknown, Value, Verdict
 from rtec.report.diagnosis import comparison_document, diagnosis_document
 from rtec.report.diagnosis.document import parameters_document
 from rtec.report.diagnosis.quantities import value_text
-from rtec.twin.results import Unknown, Value, Verdict
 
 CONTRACT = {
     "verdict", "effects", "steps", "candidates", "noise_floor", "rms_before", "rms_after", "unit", "not_testable",

@@ -12,6 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from rtec.effects import Conditions, Coulomb, Observable, Shape, Units, Viscous, distance_since_reversal
+from rtec.inference.model import Model, Term
+from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.figures_measured import measured_figure
 from rtec.report.diagnosis.figures_model import components_figure, cosines_figure, experiment_figure
@@ -19,8 +21,6 @@ from rtec.report.diagnosis.figures_residual import residual_panels
 from rtec.report.diagnosis.figures_search import candidates_figure, staircase_figure
 from rtec.report.diagnosis.figures_spectra import spectra_figure
 from rtec.report.figures_style import figure_style
-from rtec.twin.model import Model, Term
-from rtec.twin.results import Cosines, Experiment
 
 ALL = ["measured", "staircase", "components", "candidates", "residual", "spectra", "cosines"]
 

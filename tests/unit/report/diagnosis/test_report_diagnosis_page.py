@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from rtec.errors import OutputError
+from rtec.inference.results import Experiment, Unknown, Verdict
 from rtec.report.diagnosis import folder as folder_module, verdict_sentence, write_comparison, write_diagnosis
 from rtec.report.illustrations import Illustration
-from rtec.twin.results import Experiment, Unknown, Verdict
 
 HOSTILE = "<script>alert('x')</script> \"&amp; {{ 7 * 7 }} {% raw %} $\\frac{"
 XHTML = "{http://www.w3.org/1999/xhtml}"

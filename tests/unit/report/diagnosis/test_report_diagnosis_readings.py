@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rtec.effects import Conditions
+from rtec.inference.model import Model, Term
 from rtec.report.diagnosis.readings import (
     abscissas,
     clock,
@@ -19,7 +20,6 @@ from rtec.report.diagnosis.readings import (
     some_rows,
     ways,
 )
-from rtec.twin.model import Model, Term
 
 
 def _conditions(**changes: object) -> Conditions:

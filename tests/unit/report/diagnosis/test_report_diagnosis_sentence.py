@@ -7,9 +7,9 @@ import io
 import pytest
 from rich.console import Console
 
+from rtec.inference.results import Experiment, Unknown, Value, Verdict
 from rtec.report.diagnosis import comparison_sentence, comparison_table, diagnosis_table, verdict_sentence
 from rtec.report.diagnosis.likeness import permanent_look_alikes, tied_groups
-from rtec.twin.results import Experiment, Unknown, Value, Verdict
 
 HOSTILE = "[red]x[/red] <script>\x1b[31m\x00 {{ 7 * 7 }}"
 

@@ -1,0 +1,128 @@
+"""What to measure next: the experiment that separates rivals, or shows what this plan cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from rtec.effects import Conditions, Effect, Observable, distance_since_reversal, effect_named
+from rtec.inference.fit import needs_datum, solved
+from rtec.inference.lookalikes import Rivalry
+from rtec.inference.results import Experiment, Unknown
+from rtec.inference.workspace import Choice, Workspace
+
+_PLACES = 15
+_FEED_SHARES = (1.0, 0.5, 0.05)
+_AFTER_REVERSAL = (0.0, 0.01, 0.02, 0.04)
+_PAUSE_S = 10.0
+
+
+def experiment_for_rivals(workspace: Workspace, choices: Sequence[Choice], rivalry: Rivalry) -> Experiment:
+    """Return the experiment that separates two effects, with what each of them predicts there."""
+    text = _between(effect_named(rivalry.effect), effect_named(rivalry.rival))
+    plan = separating_plan(workspace)
+    place = [effect.name for effect, _ in choices].index(rivalry.effect)
+    if plan is None or rivalry.candidacy is None:
+        return Experiment(text=text, rivals=(rivalry.effect, rivalry.rival))
+    rest = [*choices[:place], *choices[place + 1 :]]
+    predictions = []
+    for choice in (choices[place], (rivalry.candidacy.effect, rivalry.candidacy.shape)):
+        model = [*rest, choice]
+        amplitudes, _ = solved(workspace, model, datum=needs_datum(workspace, model))
+        predictions.append(choice[0].contribution(plan, choice[1], amplitudes[-1].tolist()))
+    return Experiment(
+        text=text,
+        rivals=(rivalry.effect, rivalry.rival),
+        label="reading of the suggested plan",
+        abscissa=np.arange(1.0, plan.rows + 1.0),
+        predictions=tuple(predictions),
+    )
+
+
+def _between(first: Effect, second: Effect) -> str:
+    """Return the words of the experiment that separates two effects, from the card of either."""
+    for own, other in ((first, second), (second, first)):
+        for rival in own.rivals:
+            if rival.name == other.name:
+                return rival.experiment
+    return (
+        f"vary what {first.name} depends on while what {second.name} depends on stays ({first.name} needs "
+        f"{first.needs}; {second.name} needs {second.needs})"
+    )
+
+
+def separating_plan(workspace: Workspace) -> Conditions | None:
+    """Return a plan on which what looks alike here differs: feeds, returns, dense points after reversals, heat.
+
+    Three bidirectional runs over the places measured, each at another feed, continued in time, the temperature going
+    from the coldest to the hottest measured. None for logs of a drive.
+    """
+    c = workspace.conditions
+    if workspace.dataset.observable is not Observable.DEVIATION or c.time_is_coordinate or c.places.size < 2:
+        return None
+    shares = np.unique(np.concatenate([np.linspace(0.0, 1.0, _PLACES), _AFTER_REVERSAL]))
+    way_up = c.places[0] + shares * c.span
+    way_down = c.places[-1] - shares * c.span
+    runs = len(_FEED_SHARES)
+    position = np.tile(np.concatenate([way_up, way_down]), runs)
+    direction = np.tile(np.repeat([1.0, -1.0], shares.size), runs)
+    run = np.repeat(np.arange(1, runs + 1), 2 * shares.size)
+    rows = position.size
+    speed = 0.0 if c.velocity is None else float(np.abs(c.velocity).max())
+    feeds = np.repeat(np.array(_FEED_SHARES) * speed, 2 * shares.size)
+    pause = float(np.median(np.diff(c.time_s))) if c.time_s is not None and c.rows > 1 else _PAUSE_S
+    course = np.linspace(0.0, 1.0, rows)
+    return Conditions(
+        position=position,
+        position_unit=c.position_unit,
+        run=run,
+        direction=direction,
+        time_s=None if c.time_s is None else np.arange(rows, dtype=np.float64) * max(pause, 1e-9),
+        velocity=None if c.velocity is None else direction * feeds,
+        acceleration=None if c.acceleration is None else np.zeros(rows),
+        since_reversal=distance_since_reversal(position, direction, run),
+        temperatures=MappingProxyType({
+            name: float(heat.min()) + course * float(np.ptp(heat)) for name, heat in c.temperatures.items()
+        }),
+        reference_temperature_degc=c.reference_temperature_degc,
+        screw_pitch=c.screw_pitch,
+        signal_period=c.signal_period,
+        revolution=c.revolution,
+    )  # fmt: skip
+
+
+def experiment_for_unknown(unknown: Unknown) -> Experiment:
+    """Return what would tell more about structure that nothing in the library explains."""
+    ways = {
+        "position": "measure twice as many targets, closer where the residual is largest",
+        "direction": "approach some targets repeatedly from each side with different dwells before the reversal",
+        "run": "repeat the same run at once and after a pause, with the time and the dwell recorded",
+        "time": "measure one target for an hour with time and temperatures recorded",
+        "velocity": "measure at several feeds",
+    }
+    asked = [ways.get(name, f"vary {name} on purpose while everything else stays") for name in unknown.depends_on]
+    return Experiment(text="; ".join(asked))
+
+
+def experiment_for_more(
+    workspace: Workspace, not_testable: Mapping[str, str], minimum: Mapping[str, float]
+) -> Experiment:
+    """Return what this plan would need to show more."""
+    if not workspace.noise.from_repeats:
+        return Experiment(
+            text="repeat the same targets from the same directions at least five times: without repeats there is no "
+            "noise floor, and what is left cannot be judged"
+        )
+    if minimum:
+        name = max(minimum, key=lambda key: minimum[key])
+        unit, factor = workspace.dataset.units.shown
+        unit = unit.replace("um", "µm")
+        need = f": {effect_named(name).needs}" if name in not_testable else ""
+        return Experiment(
+            text=f"four times as many repeats halve what can be seen at least; the hardest to see here is {name} "
+            f"(from {minimum[name] * factor:.3g} {unit} RMS on){need}"
+        )
+    name = next(iter(not_testable), "")
+    return Experiment(text=f"{name} needs {effect_named(name).needs}" if name else "repeat with more targets")

@@ -1,0 +1,171 @@
+"""What compare, diagnose and add find: plain results, without computation."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.dataset.dataset import Dataset
+from rtec.effects import Floats
+from rtec.inference.model import Model, Term
+
+
+class Verdict(enum.Enum):
+    """What a search comes to once it stops."""
+
+    NAMED = "NAMED"
+    TIED = "TIED"
+    NOT_TESTABLE = "NOT_TESTABLE"
+    INCONCLUSIVE = "INCONCLUSIVE"
+    UNKNOWN = "UNKNOWN"
+    NONE = "NONE"
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A parameter as people read it: value ± standard error, with its unit."""
+
+    name: str
+    value: float | str
+    error: float | None
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """One step of a search: an effect added or taken out again, everything refitted."""
+
+    effect: str
+    added: bool
+    """False: the effect was taken out again."""
+    params: tuple[Value, ...]
+    rms_train: float
+    rms_heldout: float
+    """RMS of what is left, in training and held out, in the observed unit inside."""
+    gain: float
+    gain_error: float
+    """Fall of the held-out mean square by this step and its paired standard error over the blocks."""
+    p_adjusted: float
+    """Probability of so large a statistic by noise alone, anywhere in library and scan grid."""
+    reason: str
+    model: Model
+    """After the step."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """An effect of the library, judged against this measurement."""
+
+    effect: str
+    accepted: bool
+    predicted_rms: float
+    """Training RMS that the score test promised when the effect was judged (last, where more than once)."""
+    achieved_rms: float | None
+    """Training RMS after it was added; None where it was not."""
+    p_adjusted: float
+    params: tuple[Value, ...]
+    tied_with: tuple[str, ...]
+    cosine: float | None
+    """With the nearest rival, after projection off the rest of the model."""
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NoiseFloor:
+    """Noise of one reading, and where the figure comes from."""
+
+    from_repeats: bool
+    sigma: float
+    """Standard deviation of a reading about its cell, in the observed unit inside; of the residual where there are no
+    repeats."""
+    correlation: float
+    """From reading to reading."""
+    white_share: float
+    """Share of the variance that is white; the rest is correlated."""
+    degrees_of_freedom: float
+    sigma_adjacent: float | None
+    """From adjacent repeats only: where it lies clearly below ``sigma_pooled``, something changes in time."""
+    sigma_pooled: float | None = None
+    """From all repeats, with what changes in time still in it."""
+
+    @property
+    def floor(self) -> float | None:
+        """Noise floor in the observed unit inside; None where there are no repeats."""
+        return self.sigma if self.from_repeats else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unknown:
+    """Repeatable structure that nothing in the library explains."""
+
+    depends_on: tuple[str, ...]
+    """``position``, ``direction``, ``velocity``, ``time``, ``run`` or the heading of an unknown column."""
+    period: float | None
+    """Of the strongest line, in position units."""
+    frequency_hz: float | None
+    description: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cosines:
+    """How alike the effects look on this plan, after projection off a constant: a symmetric matrix."""
+
+    names: tuple[str, ...]
+    cosine: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Experiment:
+    """What to measure next, and what the rivals predict there."""
+
+    text: str
+    rivals: tuple[str, ...] = ()
+    label: str = ""
+    """Of the abscissa of the prediction, with its unit."""
+    abscissa: Floats | None = None
+    predictions: tuple[Floats, ...] = ()
+    """Of each rival over ``abscissa``, in the observed unit inside."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Diagnosis:
+    """A whole search."""
+
+    verdict: Verdict
+    dataset: Dataset
+    heldout: Dataset | None
+    start: Model
+    model: Model
+    steps: tuple[Step, ...]
+    candidates: tuple[Candidate, ...]
+    noise: NoiseFloor
+    rms_before: float
+    rms_after: float
+    rms_heldout: float
+    heldout_by: str
+    """What was held out: ``run`` by run, ``block`` by block, or the name of the other file."""
+    not_testable: tuple[tuple[str, str], ...]
+    minimum_detectable: tuple[tuple[str, float], ...]
+    """RMS contribution of each effect that would be found nine times out of ten, in the observed unit inside."""
+    lack_of_fit: tuple[tuple[str, float], ...]
+    """p of what is left against repeats, by what was looked at."""
+    unknown: Unknown | None
+    cosines: Cosines | None
+    experiment: Experiment
+    notes: tuple[str, ...]
+    rms_heldout_before: float = float("nan")
+    """Held-out RMS of the model that the search began with."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Accepted effects, in the order in which they were found."""
+        return self.model.names
+
+    @property
+    def added(self) -> tuple[Term, ...]:
+        """Terms that the search added to the model that it began with."""
+        known = {term.name for term in self.start.terms}
+        return tuple(term for term in self.model.terms if term.name not in known)

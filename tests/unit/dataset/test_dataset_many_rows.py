@@ -1,0 +1,113 @@
+"""Very large measurements: which part is looked at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import measured
+
+from rtec.dataset.drive_signals import Resample
+from rtec.dataset.many_rows import ENOUGH_REPEATS, MOST_ROWS, looked_at, one_of_every
+from rtec.inference.diagnose import diagnose
+from rtec.inference.repeat_space import equal_runs
+
+
+def counts(data):
+    return np.bincount(data.cell[data.cell >= 0])
+
+
+def test_what_is_not_too_large_is_looked_at_as_it_is():
+    data = measured()
+    assert looked_at(data) is data
+    assert looked_at(data, most=210) is data
+    assert looked_at(data, most=209) is not data
+
+
+def test_of_many_runs_whole_ones_are_kept_evenly_spaced():
+    data = measured(runs=200, targets=3)
+    part = looked_at(data, most=300)
+    assert part.rows == 300
+    assert equal_runs(part) == (50, 6)
+    steps = np.diff(np.unique(part.conditions.run))
+    assert set(steps.tolist()) <= {4, 5}
+    assert (np.unique(part.conditions.run)[[0, -1]] == (1, 200)).all()
+    assert part.notes[-1].startswith("of 1200 readings 300 are looked at, 50 of 200 runs")
+
+
+def test_of_many_conditions_some_are_drawn_with_all_their_readings():
+    data = measured(runs=5, targets=100)
+    part = looked_at(data, most=200)
+    assert equal_runs(part) == (5, 40)
+    assert (counts(part) == 5).all()
+    slots = np.flatnonzero(np.isin(data.observed, part.observed))[:40]
+    assert len(set(np.diff(slots).tolist())) > 2  # not at equal steps
+    assert "40 of 200 conditions" in part.notes[-1]
+
+
+def test_many_runs_of_many_conditions():
+    part = looked_at(measured(runs=100, targets=50), most=1500)
+    assert equal_runs(part) == (ENOUGH_REPEATS, 50)
+    assert "30 of 100 runs, 50 of 100 conditions" in part.notes[-1]
+
+
+def test_cells_are_numbered_anew_and_those_without_repeats_are_told():
+    data = measured(runs=3, targets=60).take(np.arange(250))  # the last run is short
+    part = looked_at(data, most=60)
+    used = counts(part)
+    assert (used > 1).all()
+    assert used.size == np.unique(part.cell[part.cell >= 0]).size
+    for k in range(used.size):
+        own = part.cell == k
+        assert np.ptp(part.conditions.position[own]) == 0.0
+        assert np.ptp(part.conditions.direction[own]) == 0.0
+
+
+def test_a_cell_read_very_often_in_one_run():
+    data = measured(runs=400, targets=5)
+    one = replace(data, conditions=replace(data.conditions, run=np.ones(4000, dtype=np.int64)))
+    part = looked_at(one, most=200)
+    assert part.rows <= 200
+    assert (counts(part) == ENOUGH_REPEATS).all()
+
+
+def test_without_repeats_rows_are_drawn_from_all_of_the_file():
+    data = measured(runs=1, targets=5000)
+    part = looked_at(data, most=1000)
+    assert part.rows == 1000
+    rows = part.conditions.order
+    assert (np.floor(rows / 10) == np.arange(1000)).all()
+    assert len(set((rows % 10).tolist())) == 10
+    assert (looked_at(data, most=1000).observed == part.observed).all()  # always the same draw
+    assert (part.observed == data.observed[rows.astype(int)]).all()
+
+
+@pytest.mark.parametrize(("step", "rows"), [(1, 5), (4, 9), (7, 7), (10, 3)])
+def test_one_row_of_every_so_many(step, rows):
+    found = one_of_every(step, rows, np.random.default_rng(0))
+    assert (found // step == np.arange(-(-rows // step))).all()
+    assert found.max() < rows
+
+
+def test_a_decimated_log_stays_whole():
+    data = measured(runs=1, targets=5000)
+    whole = Resample(stretches=((0, 10_000),), stages=())
+    assert looked_at(replace(data, resample=whole), most=100).rows == 10_000
+
+
+@pytest.mark.parametrize("plan", [{"runs": 4, "targets": 5000}, {"runs": 2500, "targets": 8}])
+def test_a_search_in_a_large_measurement_finds_the_same(plan):
+    data = measured(lambda x, way, t, run: 0.004 * way, timed=False, **plan)
+    assert data.rows >= 2 * MOST_ROWS
+    part = looked_at(data, most=400)
+    assert 380 <= part.rows <= 400
+    result = diagnose(part)
+    assert result.effects == ("backlash",)
+    assert result.model.terms[0].amplitudes[0] == pytest.approx(0.008, abs=4 * 0.002 / 10)
+
+
+def test_the_diagnosis_looks_at_a_part_and_says_so(monkeypatch):
+    monkeypatch.setattr("rtec.inference.diagnose.looked_at", lambda data: looked_at(data, most=210))
+    result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=5, targets=42, timed=False))
+    assert result.dataset.rows == 210
+    assert any("420 readings 210 are looked at" in note for note in result.notes)
+    assert result.effects == ("backlash",)

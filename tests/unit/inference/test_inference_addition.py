@@ -1,0 +1,102 @@
+"""One effect added by name: what it brings, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import SIGMA, measured
+
+from rtec.effects import Shape, effect_named
+from rtec.errors import ArgumentError
+from rtec.inference.addition import add
+from rtec.inference.model import Model, Term
+from rtec.inference.results import Verdict
+
+SCALE, BACKLASH, CYCLIC = effect_named("scale"), effect_named("backlash"), effect_named("cyclic")
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
+
+
+def model(*terms, observe="deviation"):
+    return Model(observe=observe, units=measured().units, terms=terms)
+
+
+def test_an_effect_is_added_and_everything_refitted():
+    data = measured(TILTED)
+    wrong = Term(effect=SCALE, shape=Shape(), amplitudes=(3e-5,))
+    result = add("backlash", data, model(wrong))
+    assert result.model.names == ("scale", "backlash")
+    assert [step.effect for step in result.steps] == ["backlash"]
+    table = np.array([np.ones(210), data.conditions.position, data.conditions.direction / 2]).T
+    numbers, *_ = np.linalg.lstsq(table, data.observed)
+    assert result.model.terms[0].amplitudes[0] == pytest.approx(numbers[1])
+    assert result.model.terms[1].amplitudes[0] == pytest.approx(numbers[2])
+    left = data.observed - table @ numbers
+    assert result.rms_after == pytest.approx(np.sqrt(np.mean(left**2)))
+    before = table[:, :2]
+    without = data.observed - before @ np.linalg.lstsq(before, data.observed)[0]
+    assert result.rms_before == pytest.approx(np.sqrt(np.mean(without**2)))
+    assert result.steps[0].p_adjusted < 1e-6
+    assert result.steps[0].gain > 2 * result.steps[0].gain_error
+    assert result.verdict is Verdict.NAMED
+
+
+def test_what_explains_nothing_is_added_all_the_same_and_judged():
+    result = add("scale", measured(lambda x, way, t, run: 0.004 * way))
+    assert result.model.names == ("scale",)
+    assert result.steps[0].p_adjusted > 0.01 or result.steps[0].gain < 2 * result.steps[0].gain_error
+    assert "not" in result.steps[0].reason
+
+
+def test_a_shape_is_found_or_taken_as_it_is_said():
+    data = measured(lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 47.0))
+    assert add("cyclic", data).model.terms[0].shape.period == pytest.approx(47.0, rel=0.01)
+    said = CYCLIC.shape_type(50.0, 2)
+    assert add("cyclic", data, shape=said).model.terms[0].shape == said
+
+
+def test_the_other_measurement_scores():
+    data, other = measured(TILTED), measured(TILTED, seed=5, runs=3)
+    result = add("backlash", data, model(Term(effect=SCALE)), other)
+    left = other.observed - result.model.predict(other.conditions)
+    assert result.rms_heldout == pytest.approx(np.sqrt(np.mean(left**2)))
+    assert result.rms_heldout == pytest.approx(SIGMA, rel=0.2)
+    assert result.heldout_by == other.source
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("backlas", "backlash"),
+        ("scale", "does not hold yet"),
+        ("thermal_growth", "no temperature column"),
+        ("inertia", "effects of deviation data"),
+    ],
+)
+def test_what_cannot_be_added_is_refused(name, why):
+    with pytest.raises(ArgumentError, match=why):
+        add(name, measured(TILTED), model(Term(effect=SCALE)))
+
+
+def test_steps_may_be_added_twice():
+    jumps = lambda x, way, t, run: np.where(t > 505.0, 0.02, 0.0) - np.where(t > 1505.0, 0.03, 0.0)
+    data = measured(jumps)
+    first = add("lost_counts", data)
+    second = add("lost_counts", data, first.model)
+    assert sorted(term.shape.moment for term in second.model.terms) == pytest.approx([505.0, 1505.0])
+    assert second.rms_after == pytest.approx(SIGMA, rel=0.1)
+
+
+def test_nothing_is_added_to_what_never_changes():
+    data = measured()
+    for level in (0.0, 0.003):
+        with pytest.raises(ArgumentError, match="never changes"):
+            add("backlash", replace(data, observed=np.full(210, level)))
+
+
+def test_an_added_tie_is_told():
+    data = measured(lambda x, way, t, run: 0.006 * way, timed=False)
+    data = replace(data, conditions=replace(data.conditions, velocity=20.0 * data.conditions.direction))
+    result = add("servo_lag", data)
+    assert result.verdict is Verdict.TIED
+    assert result.candidates[0].tied_with == ("backlash",)
+    assert "three feeds" in result.experiment.text

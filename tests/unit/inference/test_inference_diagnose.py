@@ -1,0 +1,470 @@
+"""Every verdict by a small measurement made with numpy; files as users have them; logs; what must never be named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import SIGMA, measured
+
+from rtec.dataset.load import load_dataset
+from rtec.effects import Shape, effect_named
+from rtec.errors import ArgumentError, RtecError
+from rtec.inference.diagnose import MOST_ROWS_SEARCHED, diagnose, thinned
+from rtec.inference.fit import values_of
+from rtec.inference.model import Model, Term
+from rtec.inference.results import Verdict
+
+SCALE, BACKLASH, CYCLIC = effect_named("scale"), effect_named("backlash"), effect_named("cyclic")
+
+
+def wave(period=47.0, size=0.006):
+    return lambda x, way, t, run: size * np.sin(2 * np.pi * x / period)
+
+
+def value(result, effect, name):
+    term = next(term for term in result.model.terms if term.name == effect)
+    return next(v for v in values_of(term, result.model) if v.name == name)
+
+
+def candidate(result, name):
+    return next(c for c in result.candidates if c.effect == name)
+
+
+# verdicts
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9])
+def test_named(rho):
+    result = diagnose(measured(lambda x, way, t, run: 0.010 * way / 2 + 5e-5 * x, rho=rho, timed=False))
+    assert result.verdict is Verdict.NAMED
+    assert set(result.effects) == {"backlash", "scale"}
+    for effect, truth in (("backlash", 10.0), ("scale", 50.0)):
+        found = value(result, effect, effect)
+        assert abs(found.value - truth) < 4 * found.error
+        assert candidate(result, effect).accepted
+    assert candidate(result, "scale").tied_with == ("cosine",)
+    assert result.rms_after == pytest.approx(SIGMA, rel=0.5 if rho else 0.15)
+    assert result.rms_heldout < 1.1 * result.noise.sigma
+    rms = [result.rms_before, *(step.rms_train for step in result.steps)]
+    assert rms == sorted(rms, reverse=True)
+    assert result.rms_after == result.steps[-1].rms_train
+
+
+def test_named_periods_have_their_size():
+    result = diagnose(measured(wave(47.0, 0.006)))
+    assert (result.verdict, result.effects) == (Verdict.NAMED, ("cyclic",))
+    period, size = value(result, "cyclic", "period"), value(result, "cyclic", "amplitude_1")
+    assert abs(period.value - 47.0) < 4 * period.error
+    # two amplitudes from 210 readings
+    assert abs(size.value - 6.0) < 4 * 2.0 * np.sqrt(2 / 210)
+
+
+def test_tied_backlash_and_lag_at_one_feed():
+    data = measured(lambda x, way, t, run: 0.006 * way, timed=False)
+    result = diagnose(replace(data, conditions=replace(data.conditions, velocity=20.0 * data.conditions.direction)))
+    assert result.verdict is Verdict.TIED
+    tied = {c.effect for c in result.candidates if c.tied_with} - {"cosine"}
+    assert tied == {"backlash", "servo_lag"}
+    assert "three feeds" in result.experiment.text
+    assert set(result.experiment.rivals) == {"backlash", "servo_lag"}
+
+
+def test_tied_scale_and_drift_in_one_pass():
+    result = diagnose(measured(lambda x, way, t, run: 1e-4 * x, runs=1, bidirectional=False))
+    assert result.verdict is Verdict.TIED
+    assert {"scale", "drift"} <= {c.effect for c in result.candidates if c.tied_with}
+    assert "drift" in result.experiment.text
+
+
+def test_unknown_reversal_error_that_changes_from_run_to_run():
+    sizes = np.array([0.0, 0.010, -0.006, 0.012, 0.002])
+    result = diagnose(measured(lambda x, way, t, run: sizes[run - 1] * way))
+    assert result.verdict is Verdict.UNKNOWN
+    assert {"direction", "run"} <= set(result.unknown.depends_on)
+    assert dict(result.lack_of_fit)["changes in direction"] < 0.01
+
+
+def test_unknown_errors_of_single_targets():
+    jagged = np.random.default_rng(5).normal(0, 0.02, 42)
+    result = diagnose(measured(lambda x, way, t, run: np.tile(jagged, 5)))
+    assert result.verdict is Verdict.UNKNOWN
+    assert result.unknown.depends_on[0] == "position"
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9])
+def test_none(rho):
+    verdicts = []
+    for seed in range(8):
+        result = diagnose(measured(seed=seed, rho=rho, runs=6))
+        verdicts.append(result.verdict)
+        if not result.effects:
+            assert result.steps == ()
+            assert result.rms_after == result.rms_before
+    # a name at most 5 % of the time: two of eight would be 1 in 20
+    assert sum(v in (Verdict.NAMED, Verdict.TIED) for v in verdicts) < 2
+    assert verdicts.count(Verdict.NONE) >= 4
+
+
+def test_inconclusive_without_repeats():
+    result = diagnose(measured(runs=1))
+    assert (result.verdict, result.effects) == (Verdict.INCONCLUSIVE, ())
+    assert "repeat the same targets" in result.experiment.text
+    assert any("no noise floor" in note for note in result.notes)
+    assert result.noise.floor is None
+
+
+def test_inconclusive_with_few_repeats():
+    result = diagnose(measured(runs=2, targets=2))
+    assert (result.verdict, result.effects) == (Verdict.INCONCLUSIVE, ())
+    sizes = sorted(v for _, v in result.minimum_detectable)
+    assert sizes[len(sizes) // 2] > 3 * result.noise.sigma
+
+
+@pytest.mark.parametrize("level", [0.0, 0.003, 1e6])
+def test_not_testable_where_nothing_changes(level):
+    data = measured()
+    result = diagnose(replace(data, observed=np.full(data.rows, level) * (1 + 1e-15 * data.conditions.direction)))
+    assert (result.verdict, result.effects, result.steps) == (Verdict.NOT_TESTABLE, (), ())
+    assert set(dict(result.not_testable).values()) == {"the observed column never changes"}
+    assert "recorded at all" in result.experiment.text
+
+
+def test_not_testable_cyclic_at_whole_turns():
+    data = measured(wave(5.0, 0.02), at=15.0 * np.arange(21.0), screw_pitch=5.0)
+    result = diagnose(data)
+    assert "cyclic" not in result.effects
+    assert "whole turns of the screw" in dict(result.not_testable)["cyclic"]
+    shifted = measured(wave(5.0, 0.02), at=15.0 * np.arange(21.0) + 0.7 * np.arange(21.0), screw_pitch=5.0)
+    assert diagnose(shifted).effects == ("cyclic",)
+
+
+# what is known already, another measurement, seeds
+
+
+def test_given_effects_are_refitted_and_kept():
+    data = measured(lambda x, way, t, run: 0.005 * way + 5e-5 * x)
+    given = Term(effect=SCALE, shape=Shape(), amplitudes=(1e-3,))
+    result = diagnose(data, Model(observe="deviation", units=data.units, terms=(given,)))
+    assert result.effects == ("scale", "backlash")
+    assert [term.name for term in result.added] == ["backlash"]
+    assert result.start.terms[0].amplitudes[0] == pytest.approx(5e-5, rel=0.2)
+    assert [step.effect for step in result.steps] == ["backlash"]
+
+
+def test_a_model_of_something_else_is_refused():
+    data = measured()
+    with pytest.raises(ArgumentError, match="a model of force"):
+        diagnose(data, Model(observe="force", units=data.units))
+    hot = Model(observe="deviation", units=data.units, terms=(Term(effect=effect_named("thermal_growth")),))
+    with pytest.raises(ArgumentError, match="no temperature column"):
+        diagnose(data, hot)
+
+
+def test_the_other_measurement_decides():
+    data = measured(lambda x, way, t, run: 0.006 * way + 5e-5 * x)
+    same = measured(lambda x, way, t, run: 0.006 * way + 5e-5 * x, seed=9, runs=3, targets=15)
+    result = diagnose(data, heldout=same)
+    assert set(result.effects) == {"backlash", "scale"}
+    assert result.rms_heldout == pytest.approx(SIGMA, rel=0.2)
+    assert result.heldout_by == same.source
+    other = measured(lambda x, way, t, run: 5e-5 * x, seed=9)
+    result = diagnose(data, heldout=other)
+    assert result.verdict is Verdict.UNKNOWN
+    assert "backlash" not in result.effects
+    assert "two standard errors" in candidate(result, "backlash").reason
+
+
+def test_one_seed_one_answer_and_progress_that_grows():
+    shares = []
+    data = measured(wave())
+    first, second = diagnose(data, seed=3, progress=shares.append), diagnose(data, seed=3)
+    assert first.steps[0].p_adjusted == second.steps[0].p_adjusted
+    assert [c.effect for c in first.candidates] == [c.effect for c in second.candidates]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+# exact repeats
+
+
+def test_exact_repeats_name_what_is_there_and_leave_nothing():
+    result = diagnose(measured(lambda x, way, t, run: 0.005 * way, sigma=0.0))
+    assert (result.verdict, result.effects) == (Verdict.NAMED, ("backlash",))
+    assert value(result, "backlash", "backlash").value == pytest.approx(10.0)
+    assert result.unknown is None
+
+
+def test_exact_repeats_of_something_else_are_unknown():
+    jagged = np.random.default_rng(5).normal(0, 0.02, 42)
+    result = diagnose(measured(lambda x, way, t, run: np.tile(jagged, 5), sigma=0.0))
+    assert result.verdict is Verdict.UNKNOWN
+    assert "run" not in result.unknown.depends_on  # nothing changes from run to run
+
+
+# long logs
+
+
+def one_pass(error, rows, step=0.05):
+    rng = np.random.default_rng(0)
+    x = step * np.arange(float(rows))
+    data = measured(runs=1, at=x[:4], bidirectional=False, timed=False)
+    conditions = replace(
+        data.conditions, position=x, run=np.ones(rows, dtype=np.int64), direction=np.ones(rows), since_reversal=x
+    )
+    return replace(
+        data,
+        conditions=conditions,
+        observed=error(x) + rng.normal(0, SIGMA, rows),
+        cell=np.full(rows, -1),
+        block=np.arange(rows) * 5 // rows,
+    )
+
+
+def test_a_long_log_is_thinned_to_drawn_rows():
+    data = one_pass(np.sin, 10_001)
+    part = thinned(data)
+    rows = np.searchsorted(data.conditions.position, part.conditions.position)
+    assert part.rows == 2001
+    assert (rows // 5 == np.arange(2001)).all()  # one of every five
+    assert len(set((rows % 5).tolist())) == 5  # not always the same
+    assert thinned(one_pass(np.sin, MOST_ROWS_SEARCHED)).rows == MOST_ROWS_SEARCHED
+    repeated = measured(runs=80)
+    assert repeated.rows > MOST_ROWS_SEARCHED
+    assert thinned(repeated) is repeated
+
+
+def test_a_short_period_does_not_pass_for_a_long_one_in_a_thinned_log():
+    # a period of 0.35 in steps of 0.05, every eighth of which would show 2.8
+    result = diagnose(one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 20_000))
+    for step in result.steps:
+        assert value(result, step.effect, "period").value == pytest.approx(0.35, rel=0.01)
+    assert result.verdict is not Verdict.NAMED or result.rms_after < 1.1 * SIGMA
+
+
+def test_a_period_that_the_thinned_log_resolves_is_fitted_to_all_of_it():
+    result = diagnose(one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 2.1), 10_000))
+    assert result.effects == ("cyclic",)
+    assert value(result, "cyclic", "period").value == pytest.approx(2.1, abs=5e-4)
+    assert result.rms_after == pytest.approx(SIGMA, rel=0.05)
+    assert result.dataset.rows == 10_000
+
+
+def test_what_the_rest_of_the_log_does_not_bear_out_is_struck_off(monkeypatch):
+    """A search that looks at every eighth row, as it must not: what it finds is confirmed on all rows."""
+    data = one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 20_000)
+    monkeypatch.setattr("rtec.inference.diagnose.one_of_every", lambda step, rows, rng: np.arange(0, rows, step))
+    result = diagnose(data)
+    assert (result.verdict, result.effects) == (Verdict.INCONCLUSIVE, ())
+    assert "taken out" in candidate(result, "cyclic").reason
+
+
+# files as users have them
+
+
+def written(tmp_path, header, *columns, facts=()):
+    lines = [f"# {fact}" for fact in facts] + [header]
+    lines += [",".join(v if isinstance(v, str) else f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)]
+    file = tmp_path / "plan.csv"
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+def plan(runs=5, **kwargs):
+    data = measured(lambda x, way, t, run: 0.005 * way, runs=runs, **kwargs)
+    c = data.conditions
+    return c.run, c.direction, c.position, 1e3 * data.observed
+
+
+HEADER = "run,direction,target_mm,deviation_um"
+
+
+def test_any_order_of_the_rows(tmp_path):
+    columns = plan()
+    for order in (np.argsort(np.arange(210) % 42, kind="stable"), np.random.default_rng(3).permutation(210)):
+        result = diagnose(load_dataset(written(tmp_path, HEADER, *(column[order] for column in columns))))
+        assert (result.verdict, result.effects) == (Verdict.NAMED, ("backlash",))
+
+
+def test_runs_of_unequal_length_and_missing_readings(tmp_path):
+    kept = np.ones(210, dtype=bool)
+    kept[[50, 51, 90, 170, 171, 172, 200, 201, 202, 203, 204, 205, 206, 207, 208, 209]] = False
+    result = diagnose(load_dataset(written(tmp_path, HEADER, *(column[kept] for column in plan()))))
+    assert (result.verdict, result.effects) == (Verdict.NAMED, ("backlash",))
+    assert result.noise.from_repeats
+
+
+@pytest.mark.parametrize("runs", [2, 30])
+def test_few_and_many_runs(tmp_path, runs):
+    result = diagnose(load_dataset(written(tmp_path, HEADER, *plan(runs))))
+    assert result.effects == ("backlash",)
+    assert value(result, "backlash", "backlash").value == pytest.approx(10.0, abs=8 * 2.0 / np.sqrt(42 * runs / 4))
+
+
+def test_positions_read_twice(tmp_path):
+    columns = [np.repeat(column, 2) for column in plan()]
+    columns[3] = columns[3] + np.random.default_rng(0).normal(0, 2, 420)
+    assert diagnose(load_dataset(written(tmp_path, HEADER, *columns))).effects == ("backlash",)
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e9])
+def test_units_nobody_uses(tmp_path, factor):
+    run, way, x, deviation = plan()
+    for columns in ((run, way, x, factor * deviation), (run, way, factor * x, deviation)):
+        assert diagnose(load_dataset(written(tmp_path, HEADER, *columns))).effects == ("backlash",)
+
+
+@pytest.mark.parametrize("factor", [1e-160, 1e-290])
+def test_numbers_whose_squares_vanish(tmp_path, factor):
+    run, way, x, deviation = plan()
+    result = diagnose(load_dataset(written(tmp_path, HEADER, run, way, x, factor * deviation)))
+    assert result.verdict is Verdict.NOT_TESTABLE
+
+
+def test_far_from_zero(tmp_path):
+    run, way, x, deviation = plan()
+    far = written(tmp_path, HEADER, run, way, x, [f"{v + 1e7:.6f}" for v in deviation])
+    assert set(diagnose(load_dataset(far)).effects) == {"offset", "backlash"}
+
+
+def test_degrees_and_seconds_of_arc(tmp_path):
+    run, way, x, deviation = plan()
+    result = diagnose(
+        load_dataset(written(tmp_path, "run,direction,target_deg,deviation_arcsec", run, way, x, deviation))
+    )
+    assert (result.effects, value(result, "backlash", "backlash").unit) == (("backlash",), "arcsec")
+    assert value(result, "backlash", "backlash").value == pytest.approx(10.0, abs=1.2)
+
+
+def test_fahrenheit(tmp_path):
+    run, way, x, deviation = plan()
+    rise = 2.0 * (run - 1.0)
+    grown = deviation - 5.0 * way + 11.5e-3 * x * rise
+    file = written(tmp_path, HEADER + ",temperature_degf", run, way, x, grown, 68.0 + 1.8 * rise)
+    result = diagnose(load_dataset(file))
+    assert result.effects == ("thermal_growth",)
+    assert value(result, "thermal_growth", "expansion").value == pytest.approx(11.5, abs=1.0)
+
+
+@pytest.mark.parametrize("heat", ["constant", "twice", "noise"])
+def test_temperatures_that_explain_nothing(tmp_path, heat):
+    run, way, x, deviation = plan()
+    first = {"constant": 0 * x + 21.0, "twice": 20.0 + run, "noise": np.random.default_rng(0).normal(20, 1, 210)}[
+        heat
+    ]
+    header = HEADER + ",temperature_a_degc,temperature_b_degc"
+    result = diagnose(load_dataset(written(tmp_path, header, run, way, x, deviation, first, first)))
+    assert result.effects == ("backlash",)
+    assert ("thermal_growth" in dict(result.not_testable)) is (heat == "constant")
+
+
+def test_one_place_only(tmp_path):
+    run, way = np.repeat(np.arange(1, 10), 2), np.tile([1.0, -1.0], 9)
+    noise = np.random.default_rng(0).normal(0, 2, 18)
+    columns = (run, way, np.full(18, 100.0))
+    nothing = diagnose(load_dataset(written(tmp_path, HEADER, *columns, noise)))
+    assert nothing.effects == ()
+    assert dict(nothing.not_testable)["scale"] == "one position only"
+    assert diagnose(load_dataset(written(tmp_path, HEADER, *columns, noise + 8 * way))).effects == ("backlash",)
+
+
+@pytest.mark.parametrize("rows", range(3, 10))
+def test_a_handful_of_readings_names_nothing_for_certain(tmp_path, rows):
+    for seed in range(4):
+        run, way, x, deviation = (column[:rows] for column in plan(seed=seed))
+        for slope in (0.0, 0.1):
+            file = written(tmp_path, HEADER, run, way, x, deviation - 5.0 * way + slope * x)
+            result = diagnose(load_dataset(file))
+            assert result.verdict in (Verdict.INCONCLUSIVE, Verdict.TIED)  # in one pass a slope may be a drift
+            assert set(result.effects) <= ({"scale", "drift"} if slope else set())
+
+
+def test_one_direction_has_no_backlash(tmp_path):
+    run, way, x, deviation = (column[plan()[1] > 0] for column in plan())
+    result = diagnose(load_dataset(written(tmp_path, HEADER, run, way, x, deviation)))
+    assert dict(result.not_testable)["backlash"] == "one direction only"
+    assert "backlash" not in result.effects
+
+
+def test_times_that_stand_still_do_not_make_a_log(tmp_path):
+    for clock in (0 * plan()[0], np.floor(np.arange(210) / 10) * 60.0):
+        data = load_dataset(written(tmp_path, HEADER + ",time_s", *plan(), clock))
+        assert not data.conditions.moving
+        assert data.has_repeats
+        assert diagnose(data).effects == ("backlash",)
+
+
+def test_a_log_whose_clock_is_coarser_than_its_readings(tmp_path):
+    t = np.arange(0, 8, 0.002)
+    x = 100 * np.sin(2 * np.pi * t / 5)
+    lagging = x - 0.002 * np.gradient(x, t) + np.random.default_rng(0).normal(0, 0.001, t.size)
+    coarse = np.repeat(t[::2], 2)
+    result = diagnose(load_dataset(written(tmp_path, "time_s,target_mm,actual_mm", coarse, x, lagging)))
+    assert result.effects == ("servo_lag",)
+    assert value(result, "servo_lag", "lag").value == pytest.approx(2.0, rel=0.05)
+
+
+def test_a_force_that_never_changes(tmp_path):
+    t = np.arange(0, 4, 0.002)
+    x = 100 * np.sin(2 * np.pi * t / 2)
+    result = diagnose(load_dataset(written(tmp_path, "time_s,actual_mm,force_n", t, x, 0 * t + 3)))
+    assert result.verdict is Verdict.NOT_TESTABLE
+
+
+def test_a_drive_of_equal_parts(tmp_path):
+    t = np.arange(0, 10, 0.002)
+    x = 100 * np.sin(2 * np.pi * t / 5)
+    v = np.gradient(x, t)
+    force = 0.3 * v + 10 * np.sign(v) + np.random.default_rng(0).normal(0, 1, t.size)
+    result = diagnose(load_dataset(written(tmp_path, "time_s,actual_mm,force_n", t, x, force)))
+    assert {"viscous", "coulomb"} <= set(result.effects)
+    assert value(result, "coulomb", "coulomb").value == pytest.approx(10.0, abs=0.5)
+    assert value(result, "viscous", "viscous").value == pytest.approx(300.0, rel=0.05)
+
+
+def test_nothing_but_time(tmp_path):
+    t = np.arange(400.0)
+    noise = np.random.default_rng(0).normal(0, 2, 400)
+    result = diagnose(
+        load_dataset(written(tmp_path, "time_s,deviation_arcsec", t, noise + 8 * np.sin(2 * np.pi * t / 37)))
+    )
+    assert result.effects == ("cyclic",)
+    assert value(result, "cyclic", "period").value == pytest.approx(37.0, abs=0.2)
+    quiet = diagnose(load_dataset(written(tmp_path, "time_s,deviation_arcsec", t, noise)))
+    assert (quiet.verdict, quiet.effects) == (Verdict.INCONCLUSIVE, ())
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "word"),
+    [
+        (HEADER, "1,1,10,nan", "nan"),
+        (HEADER, "1,1,10,", "empty"),
+        (HEADER, "1,1,10,inf", "inf"),
+        (HEADER, "1,1,10,1e30", "at most"),
+        ("run,direction,target_deg,deviation_um", "1,1,10,3", "units mixed"),
+        (HEADER + ",time_s", "1,1,10,3,-5", "backwards"),
+        ("deviation_um", "3", "neither a position nor a time"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_in_a_sentence(tmp_path, header, row, word):
+    columns = header.count(",") + 1
+    good = [["1", "1", f"{5 * k}", f"{k}", f"{10 * k}"][:columns] for k in range(6)]
+    file = tmp_path / "bad.csv"
+    file.write_text("\n".join([header, *(",".join(r) for r in good), row]) + "\n")
+    with pytest.raises(RtecError, match=word):
+        load_dataset(file)
+
+
+def test_two_rows_are_refused(tmp_path):
+    with pytest.raises(RtecError, match="at least 3"):
+        load_dataset(written(tmp_path, HEADER, *(column[:2] for column in plan())))
+
+
+def test_noise_that_wanders_slowly_may_be_something_else():
+    """A room that is heated and cooled comes and goes in time, which no effect of the library does."""
+    cycled = diagnose(measured(lambda x, way, t, run: 0.0085 * np.sin(t / 160.0)))
+    assert cycled.effects == ()
+    assert cycled.verdict is Verdict.INCONCLUSIVE
+    assert any("wanders over some" in note for note in cycled.notes)
+    quiet = diagnose(measured(rho=0.9, seed=3))
+    assert quiet.verdict is Verdict.NONE
+    assert not any("wanders" in note for note in quiet.notes)

@@ -1,0 +1,125 @@
+"""What to measure next."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import SIGMA, measured
+
+from rtec.effects import Observable, Shape, distance_since_reversal, effect_named
+from rtec.inference.experiment import (
+    experiment_for_more,
+    experiment_for_rivals,
+    experiment_for_unknown,
+    separating_plan,
+)
+from rtec.inference.lookalikes import Rivalry, rivalries
+from rtec.inference.noise import Noise
+from rtec.inference.results import Unknown
+from rtec.inference.whitening import Correlation
+from rtec.inference.workspace import Workspace
+
+BACKLASH, SCALE = effect_named("backlash"), effect_named("scale")
+
+
+def work_of(data, *, from_repeats=True):
+    return Workspace(data, Noise(sigma=SIGMA, correlation=Correlation(), freedom=168.0, from_repeats=from_repeats))
+
+
+def at_one_feed():
+    data = measured(lambda x, way, t, run: 0.005 * way + 5e-5 * x)
+    return replace(data, conditions=replace(data.conditions, velocity=20.0 * data.conditions.direction))
+
+
+def test_rivals_predict_different_readings_on_the_plan_that_separates_them():
+    work, choices = work_of(at_one_feed()), [(SCALE, Shape()), (BACKLASH, Shape())]
+    rivalry = next(r for r in rivalries(work, choices, 1) if r.rival == "servo_lag")
+    found = experiment_for_rivals(work, choices, rivalry)
+    assert "three feeds" in found.text
+    assert found.rivals == ("backlash", "servo_lag")
+    play, lag = found.predictions
+    plan = separating_plan(work)
+    assert found.abscissa.tolist() == list(range(1, plan.rows + 1))
+    assert play == pytest.approx(0.005 * plan.direction, abs=0.0008)
+    # a lag of 0.005 mm at 20 mm/s, the reading ahead where the axis comes from below
+    assert lag == pytest.approx(0.005 / 20.0 * plan.velocity, abs=0.0008)
+    creep = np.abs(plan.velocity) < 2.0
+    assert np.abs(lag[creep]).max() < 0.1 * np.abs(play[creep]).min()
+
+
+@pytest.mark.parametrize(("first", "second"), [("backlash", "servo_lag"), ("servo_lag", "backlash")])
+def test_the_words_stand_on_the_card_of_either(first, second):
+    work = work_of(measured())
+    choices = [(effect_named(first), Shape())]
+    found = experiment_for_rivals(work, choices, Rivalry(effect=first, rival=second, cosine=1.0, lack=0.0))
+    assert "three feeds" in found.text
+    assert found.abscissa is None
+
+
+def test_rivals_without_a_card_are_told_apart_by_their_needs():
+    work = work_of(measured())
+    choices = [(BACKLASH, Shape())]
+    found = experiment_for_rivals(work, choices, Rivalry(effect="backlash", rival="warm_up", cosine=1.0, lack=0.0))
+    assert "a time column" in found.text
+    assert "both directions" in found.text
+
+
+def test_the_plan_varies_what_the_measurement_kept():
+    data = at_one_feed()
+    heat = np.linspace(20.0, 24.0, data.rows)
+    work = work_of(replace(data, conditions=replace(data.conditions, temperatures={"screw": heat}, screw_pitch=5.0)))
+    plan = separating_plan(work)
+    c = work.conditions
+    assert (plan.position.min(), plan.position.max()) == (c.places[0], c.places[-1])
+    assert plan.both_directions
+    speeds = np.unique(np.abs(plan.velocity).round(9))
+    assert speeds.tolist() == [1.0, 10.0, 20.0]
+    assert (np.sign(plan.velocity) == plan.direction).all()
+    assert (plan.temperatures["screw"].min(), plan.temperatures["screw"].max()) == (20.0, 24.0)
+    assert plan.since_reversal == pytest.approx(distance_since_reversal(plan.position, plan.direction, plan.run))
+    # dense points after a reversal: four within a tenth of the span
+    assert np.unique(plan.since_reversal[plan.since_reversal < 0.1 * c.span].round(6)).size >= 5
+    assert np.unique(np.diff(plan.time_s)).tolist() == [10.0]
+    assert (plan.screw_pitch, plan.position_unit) == (5.0, "mm")
+    assert plan.acceleration is None
+
+
+def test_the_plan_is_no_plan_for_drives_clocks_and_single_places():
+    data = measured()
+    assert separating_plan(work_of(replace(data, observable=Observable.DRIVE))) is None
+    assert separating_plan(work_of(measured(unit="s", bidirectional=False))) is None
+    assert separating_plan(work_of(measured(at=np.array([10.0])))) is None
+    untimed = separating_plan(work_of(measured(timed=False)))
+    assert (untimed.time_s, untimed.velocity) == (None, None)
+
+
+def unknown(*depends):
+    return Unknown(depends_on=depends, period=None, frequency_hz=None, description="")
+
+
+def test_what_is_unknown_is_varied_on_purpose():
+    text = experiment_for_unknown(unknown("position", "direction", "dwell_s")).text
+    assert "twice as many targets" in text
+    assert "dwells before the reversal" in text
+    assert "vary dwell_s on purpose" in text
+    assert experiment_for_unknown(unknown("time")).text != experiment_for_unknown(unknown("run")).text
+
+
+def test_more_repeats_where_there_are_none():
+    text = experiment_for_more(work_of(measured(runs=1), from_repeats=False), {}, {"scale": 0.001}).text
+    assert "repeat the same targets" in text
+    assert "five times" in text
+
+
+def test_the_hardest_effect_to_see_is_named_with_its_size():
+    work = work_of(measured())
+    text = experiment_for_more(work, {}, {"scale": 0.001, "windup": 0.0042})
+    assert "windup (from 4.2 µm RMS on)" in text.text or "windup (from 4.2 um RMS on)" in text.text
+    assert "needs" not in text.text
+
+
+def test_what_cannot_be_tested_says_what_it_needs():
+    work = work_of(measured())
+    text = experiment_for_more(work, {"thermal_growth": "no temperature column"}, {}).text
+    assert "thermal_growth needs a temperature column" in text
+    assert experiment_for_more(work, {}, {}).text == "repeat with more targets"
