@@ -1,20 +1,29 @@
 """The hidden-effect game: an emulated axis with something hidden in it, measured for others to find."""
 
 from rtec.blind.answer import EXPERIMENTS, Answer, Judge, Rule, answer_of, is_right
-from rtec.blind.confusion import Confusion, Game, LineScore, Refit, confusion, wilson
+from rtec.blind.calibration import evidence
+from rtec.blind.confusion import Confusion, Refit, confusion
+from rtec.blind.drawn_plans import drawn_log, drawn_plan
 from rtec.blind.game import play
+from rtec.blind.harder_lines import the_pools
 from rtec.blind.hidden import Hidden, Parameter
-from rtec.blind.lines import Line, the_lines
+from rtec.blind.line import Line, Pool
+from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Plan, plan_named
-from rtec.blind.scenario import INSIDE, LOOK_ALIKES, OUTSIDE, Scenario, scenario_of
+from rtec.blind.record import appending, paired, read_games
+from rtec.blind.scenario import INSIDE, LOOK_ALIKES, OF_DRIVE, OUTSIDE, Scenario, scenario_of
+from rtec.blind.scored import Game, LineScore
 from rtec.blind.sealing import document_of, new, reveal, sealed_path
 from rtec.blind.secret import Secret
+from rtec.blind.shares import mcnemar, wilson
+from rtec.blind.tables import comparison
 
 __all__ = [
     "EXPERIMENTS",
     "INSIDE",
     "LOOK_ALIKES",
+    "OF_DRIVE",
     "OUTSIDE",
     "PLANS",
     "Answer",
@@ -27,20 +36,30 @@ __all__ = [
     "Noise",
     "Parameter",
     "Plan",
+    "Pool",
     "Refit",
     "Rule",
     "Scenario",
     "Secret",
     "answer_of",
+    "appending",
+    "comparison",
     "confusion",
     "document_of",
+    "drawn_log",
+    "drawn_plan",
+    "evidence",
     "is_right",
+    "mcnemar",
     "new",
+    "paired",
     "plan_named",
     "play",
+    "read_games",
     "reveal",
     "scenario_of",
     "sealed_path",
     "the_lines",
+    "the_pools",
     "wilson",
 ]

@@ -8,7 +8,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from rtec.blind.secret import Secret
-from rtec.inference.results import Diagnosis
+from rtec.inference.fit import values_of
+from rtec.inference.results import Diagnosis, Value
 from rtec.metrology import Measurement
 
 
@@ -25,6 +26,12 @@ class Answer(NamedTuple):
     """That would separate them; empty where the judge does not tell."""
     detectable_um: Mapping[str, float] = MappingProxyType({})
     """RMS contribution of each effect that the judge says it would find."""
+    accepted: tuple[str, ...] = ()
+    """Of the candidates; under TIED the judge puts them forward, whatever it counts as effects."""
+    values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+    """Numbers of each effect of the model that was found, as people read them."""
+    probability: Mapping[str, float] = MappingProxyType({})
+    """Of each accepted effect; empty where the judge gives none."""
 
 
 Judge = Callable[[Measurement], "Answer | tuple[str, tuple[str, ...]]"]
@@ -44,6 +51,9 @@ def answer_of(diagnosis: Diagnosis) -> Answer:
         tied=tuple(tied),
         experiment=diagnosis.experiment.text,
         detectable_um={name: value * to_um for name, value in diagnosis.minimum_detectable},
+        accepted=tuple(dict.fromkeys(one.effect for one in diagnosis.candidates if one.accepted)),
+        values=tuple((term.name, values_of(term, diagnosis.model)) for term in diagnosis.model.terms),
+        probability=dict(getattr(diagnosis, "probability", {})),
     )
 
 
@@ -54,6 +64,7 @@ class Rule(enum.Enum):
     NAMED = "what was hidden is named, and nothing else"
     UNKNOWN = "the verdict is UNKNOWN"
     TIED = "the verdict is TIED, and the right experiment is suggested"
+    WRONG_NAME = "no effect is named that is not there"
     FLOOR = "held-out error within 10 % of the noise floor"
 
 
@@ -68,7 +79,32 @@ EXPERIMENTS: Mapping[frozenset[str], tuple[str, ...]] = MappingProxyType(
 """Words of which the experiment that separates a pair has one."""
 
 
-def is_right(rule: Rule, answer: Answer, secret: Secret) -> bool:
+NAMES = ("NAMED", "LIKELY", "TIED")
+"""Verdicts that put names forward."""
+_NO_NAME = "offset"
+"""What any record may have, and no effect."""
+NAMES_OF_NOISE: Mapping[str, frozenset[str]] = MappingProxyType({"offsets per run": frozenset(("run_offset",))})
+"""Effects that a family of noise is: to name them there is right."""
+
+
+def named(answer: Answer) -> frozenset[str]:
+    """Return the effects that an answer puts forward.
+
+    Those accepted under NAMED, LIKELY and TIED, where candidates that were accepted count as well; where a tie has
+    accepted none, all that are tied.
+
+    Examples
+    --------
+    >>> sorted(named(Answer("LIKELY", ("drift", "offset")))), named(Answer("UNKNOWN", ("drift",)))
+    (['drift'], frozenset())
+    """
+    if answer.verdict not in NAMES:
+        return frozenset()
+    names = {*answer.effects, *(answer.accepted if answer.verdict == "TIED" else ())}
+    return frozenset(names or answer.tied if answer.verdict == "TIED" else names) - {_NO_NAME}
+
+
+def is_right(rule: Rule, answer: Answer, secret: Secret, *, repeated: bool = True) -> bool:
     """Return whether an answer is right.
 
     Parameters
@@ -79,6 +115,8 @@ def is_right(rule: Rule, answer: Answer, secret: Secret) -> bool:
         What the judge said.
     secret
         What was hidden.
+    repeated
+        Whether the plan repeats its readings; where it does not, LIKELY is as good as NAMED.
 
     Examples
     --------
@@ -87,15 +125,30 @@ def is_right(rule: Rule, answer: Answer, secret: Secret) -> bool:
     (True, False)
     """
     if rule is Rule.NOTHING:
-        return not answer.effects and answer.verdict not in ("NAMED", "TIED")
+        return not answer.effects and answer.verdict not in NAMES
     if rule is Rule.NAMED:
-        return answer.verdict == "NAMED" and set(answer.effects) == set(secret.names)
+        said = ("NAMED",) if repeated else ("NAMED", "LIKELY")
+        return answer.verdict in said and set(answer.effects) == set(secret.names)
+    if rule is Rule.WRONG_NAME:
+        return not wrong_names(answer, secret)
     if rule is Rule.UNKNOWN:
         return answer.verdict == "UNKNOWN"
     if answer.verdict != "TIED" or (answer.tied and not set(secret.names) <= set(answer.tied)):
         return False
     words = [word for pair in _pairs_of(secret) for word in EXPERIMENTS[pair]]
     return not answer.experiment or any(word in answer.experiment.lower() for word in words)
+
+
+def wrong_names(answer: Answer, secret: Secret) -> frozenset[str]:
+    """Return the effects that an answer puts forward and that are not there.
+
+    Examples
+    --------
+    >>> bare = Secret(effects=(), noise="offsets per run", sigma_um=2.0, seed=1, plan="base", outside=())
+    >>> wrong_names(Answer("NAMED", ("offset", "run_offset", "drift")), bare)
+    frozenset({'drift'})
+    """
+    return named(answer) - set(secret.names) - NAMES_OF_NOISE.get(secret.noise, frozenset())
 
 
 def _pairs_of(secret: Secret) -> Iterator[frozenset[str]]:
@@ -111,7 +164,7 @@ def label_of(answer: Answer) -> str:
     >>> label_of(Answer("NAMED", ("scale", "drift"))), label_of(Answer("UNKNOWN", ("scale",)))
     ('drift + scale', 'UNKNOWN')
     """
-    return truth_label(answer.effects) if answer.verdict == "NAMED" else answer.verdict
+    return truth_label(answer.effects) if answer.verdict in ("NAMED", "LIKELY") else answer.verdict
 
 
 def truth_label(names: tuple[str, ...]) -> str:

@@ -9,7 +9,8 @@ import numpy as np
 from rtec.blind.axis_run import COUNT_MM, Pass, measure
 from rtec.blind.draws import Draw, stream
 from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
-from rtec.blind.noise import noise_of, resolved
+from rtec.blind.noise import Readings, noise_of, resolved
+from rtec.blind.outside import KINDS
 from rtec.blind.plan import Course, Floats, draw_course
 from rtec.blind.scenario import Scenario
 from rtec.blind.slow_errors import SLOW, Circumstances, sensed_temperature, simulate_temperature
@@ -57,7 +58,10 @@ def measure_at_rest(scenario: Scenario, seed: int) -> tuple[list[Column], dict[s
     heat = simulate_temperature(course, measured.time_s, stream(seed, Draw.HEAT))
     circumstances = Circumstances(course=course, measured=measured, temperature_degc=heat)
     deviation_mm = measured.deviation_mm + _slow(scenario.wanted, seed, circumstances, sigma_mm, hidden)
-    deviation_mm += noise_of(scenario.noise, deviation_mm.size, sigma_mm, stream(seed, Draw.NOISE))
+    readings = Readings(
+        time_s=measured.time_s, position_mm=course.target_mm, direction=circumstances.direction, run=course.run
+    )
+    deviation_mm += noise_of(scenario.noise, readings, sigma_mm, stream(seed, Draw.NOISE))
     shown_degc = sensed_temperature(heat, stream(seed, Draw.SENSOR))
     return _columns(course, measured, deviation_mm, shown_degc), {"dwell_s": course.turn_dwell_s}, hidden
 
@@ -67,8 +71,9 @@ def _slow(
 ) -> Floats:
     """Return the sum of the slow errors at each reading, and write down what they are."""
     total_mm = np.zeros(circumstances.course.target_mm.size)
-    for name in (name for name in wanted if name in SLOW):
-        slow = SLOW[name](circumstances, stream(seed, Draw.EFFECT, name))
+    for name in (name for name in wanted if name in SLOW or name in KINDS):
+        draw = SLOW[name] if name in SLOW else KINDS[name].draw
+        slow = draw(circumstances, stream(seed, Draw.EFFECT, name))
         factor = wanted[name] * sigma_mm / rms(slow.added_mm)
         total_mm += factor * slow.added_mm
         hidden[name] = hidden_of(name, slow.description, slow.parameters, factor, slow.added_mm, sigma_mm)

@@ -19,6 +19,7 @@ class Draw(enum.IntEnum):
     SENSOR = 4
     EFFECT = 5
     TRIAL = 6
+    PLAN = 7
 
 
 def checked_seed(seed: object) -> int:

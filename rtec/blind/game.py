@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rtec.blind.at_rest import measure_at_rest
 from rtec.blind.draws import checked_seed
+from rtec.blind.drive_log import measure_drive
 from rtec.blind.in_motion import measure_in_motion
 from rtec.blind.plan import PITCH_MM, SIGNAL_PERIOD_MM, Heating, Plan, Reading
 from rtec.blind.scenario import OUTSIDE, Scenario
@@ -12,6 +13,11 @@ from rtec.blind.slow_errors import REFERENCE_DEGC
 from rtec.metrology import Measurement
 
 _ALWAYS = ("run", "target", "actual")
+_MEASURED = {
+    Reading.AT_REST: measure_at_rest,
+    Reading.MOVING: measure_in_motion,
+    Reading.DRIVE: measure_drive,
+}
 
 
 def play(scenario: Scenario, seed: int) -> tuple[Measurement, Secret]:
@@ -38,7 +44,8 @@ def play(scenario: Scenario, seed: int) -> tuple[Measurement, Secret]:
 
     Notes
     -----
-    How the measurement comes about stands in `rtec.blind.at_rest` and `rtec.blind.in_motion`.
+    How the measurement comes about stands in `rtec.blind.at_rest`, `rtec.blind.in_motion` and
+    `rtec.blind.drive_log`.
 
     Examples
     --------
@@ -48,8 +55,7 @@ def play(scenario: Scenario, seed: int) -> tuple[Measurement, Secret]:
     """
     checked_seed(seed)
     plan = scenario.plan
-    measured = measure_in_motion if plan.reading is Reading.MOVING else measure_at_rest
-    columns, unknown, hidden = measured(scenario, seed)
+    columns, unknown, hidden = _MEASURED[plan.reading](scenario, seed)
     kept = {*_ALWAYS, *plan.columns}
     measurement = Measurement(
         source=f"blind game, {plan.name} plan",
@@ -76,6 +82,8 @@ def facts_of(plan: Plan) -> dict[str, str]:
     >>> facts_of(PLANS["base"])["screw_pitch"]
     '5 mm'
     """
+    if plan.reading is Reading.DRIVE:
+        return {"axis": "emulated"}
     facts = {"axis": "emulated", "screw_pitch": f"{PITCH_MM:g} mm", "scale_signal_period": f"{SIGNAL_PERIOD_MM:g} mm"}
     if plan.heating is not Heating.NONE:
         facts["reference_temperature"] = f"{REFERENCE_DEGC:g} degC"

@@ -11,8 +11,8 @@ from rtec.axis import Encoder, Limits, MotionSegments, ProfileShape, Program, Se
 from rtec.blind.axis_run import COUNT_MM
 from rtec.blind.draws import Draw, stream
 from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
-from rtec.blind.noise import noise_of, resolved
-from rtec.blind.plan import PROGRAM_STEP_MM, Floats, Plan
+from rtec.blind.noise import Readings, noise_of, resolved
+from rtec.blind.plan import PROGRAM_STEP_MM, Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
 from rtec.blind.static_errors import table_of
 from rtec.blind.strength import hide_static
@@ -59,7 +59,7 @@ def measure_in_motion(scenario: Scenario, seed: int) -> tuple[list[Column], dict
     """
     plan = scenario.plan
     motion, begin_s, repeat_s = moves_of(plan, stream(seed, Draw.COURSE))
-    time_s = np.arange(math.ceil(begin_s / SAMPLE_S), math.floor(motion.total_ps / 1e12 / SAMPLE_S)) * SAMPLE_S
+    time_s, run = sampled(plan, motion, begin_s, repeat_s)
     time_ps = np.round(time_s * 1e12).astype(np.int64)
     speed, gain = motion.velocity_at(time_ps), motion.acceleration_at(time_ps)
     sigma_mm = plan.sigma_um * 1e-3
@@ -71,15 +71,32 @@ def measure_in_motion(scenario: Scenario, seed: int) -> tuple[list[Column], dict
     trace = np.asarray(run_machine(machine, motion, trace_every=every, skip_rest=False).trace)
     rows = trace[np.round(time_s / SAMPLE_S).astype(np.int64)]
     deviation_mm = rows[:, _TRUE_MM] - rows[:, _COMMAND_MM]
-    deviation_mm += noise_of(scenario.noise, deviation_mm.size, sigma_mm, stream(seed, Draw.NOISE))
+    readings = Readings(time_s=time_s, position_mm=rows[:, _COMMAND_MM], direction=_way(speed), run=run)
+    deviation_mm += noise_of(scenario.noise, readings, sigma_mm, stream(seed, Draw.NOISE))
     columns = [
-        Column("run", "", np.floor((time_s - begin_s) / repeat_s).clip(0, plan.runs - 1) + 1.0),
+        Column("run", "", run.astype(np.float64)),
         Column("time", "s", np.round(time_s - time_s[0], 3)),
         Column("target", "mm", resolved(rows[:, _COMMAND_MM])),
         Column("actual", "mm", resolved(rows[:, _COMMAND_MM] + deviation_mm)),
         Column("velocity", "mm_s", np.round(speed, 3)),
     ]
     return columns, {}, hidden
+
+
+def sampled(plan: Plan, motion: MotionSegments, begin_s: float, repeat_s: float) -> tuple[Floats, Ints]:
+    """Return when a log in motion is read, in s, and the number of the repetition then, from 1, shape (n,) each.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS
+    >>> moves = moves_of(PLANS["moving"], np.random.default_rng(0))
+    >>> time_s, run = sampled(PLANS["moving"], *moves)
+    >>> round(float(time_s[1] - time_s[0]), 6), np.unique(run).tolist()
+    (0.02, [1, 2])
+    """
+    samples = np.arange(math.ceil(begin_s / SAMPLE_S), math.floor(motion.total_ps / 1e12 / SAMPLE_S))
+    time_s: Floats = samples.astype(np.float64) * SAMPLE_S
+    return time_s, np.floor((time_s - begin_s) / repeat_s).clip(0, plan.runs - 1).astype(np.int64) + 1
 
 
 def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, float, float]:

@@ -4,49 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from rtec.blind.answer import Rule
+from rtec.blind.harder_lines import harder_lines
+from rtec.blind.line import Line
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS
-from rtec.blind.scenario import LAGS, LOOK_ALIKES, OUTSIDE, Scenario
-from rtec.errors import ArgumentError
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
-    """One line of what must be shown.
-
-    Parameters
-    ----------
-    title
-        What is hidden.
-    rule
-        What makes an answer right.
-    share
-        Least share of right answers.
-    scenarios
-        Played in turn.
-    above_detectable
-        Only those trials count in which the effect is at least as strong as the judge says that it would find.
-
-    Raises
-    ------
-    ArgumentError
-        No scenario.
-    """
-
-    title: str
-    rule: Rule
-    share: float
-    scenarios: tuple[Scenario, ...]
-    above_detectable: bool = False
-
-    def __post_init__(self) -> None:
-        """Check that there is something to play."""
-        if not self.scenarios:
-            raise ArgumentError("scenarios", "none", "one or more")
-
+from rtec.blind.scenario import LAGS, LOOK_ALIKES, OUTSIDE_OF_GAME, Scenario
 
 SINGLES = (
     "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "thermal_growth", "warm_up", "drift",
@@ -149,7 +113,7 @@ def the_lines() -> tuple[Line, ...]:
             title="outside the library, 3 sigma, white noise",
             rule=Rule.UNKNOWN,
             share=0.80,
-            scenarios=tuple(Scenario(names=(name,)) for name in OUTSIDE),
+            scenarios=tuple(Scenario(names=(name,)) for name in OUTSIDE_OF_GAME),
         ),
         Line(
             title="look-alikes on a poor plan, 5 sigma, white noise",
@@ -169,4 +133,5 @@ def the_lines() -> tuple[Line, ...]:
             share=0.95,
             scenarios=moving,
         ),
+        *harder_lines(),
     )

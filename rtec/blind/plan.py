@@ -51,6 +51,7 @@ class Reading(enum.Enum):
 
     AT_REST = "at rest at each target"
     MOVING = "at equal times while the axis moves"
+    DRIVE = "the force of the drive, at equal times while the axis moves"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,9 +61,9 @@ class Plan:
     Parameters
     ----------
     name
-        In `PLANS`.
+        In `PLANS`, or what was drawn.
     reading
-        At rest at targets, or in motion.
+        At rest at targets, or in motion the position or the force.
     runs
         Number of runs; of a moving log, repetitions of the program.
     targets
@@ -84,6 +85,10 @@ class Plan:
         ``temperature``.
     sigma_um
         Standard deviation of the repeat noise.
+    sigma_n
+        The same of a drive's force, in N.
+    wave_shares
+        Shortest and longest period, as shares of the span, of a wave that the screw does not make.
 
     Raises
     ------
@@ -111,6 +116,8 @@ class Plan:
     turn_dwells_s: tuple[float, float] = (2.0, 60.0)
     columns: tuple[str, ...] = ("direction", "time")
     sigma_um: float = 2.0
+    sigma_n: float = 2.0
+    wave_shares: tuple[float, float] = (0.14, 0.4)
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -125,11 +132,24 @@ class Plan:
         for dwell in self.turn_dwells_s:
             number_within("turn_dwells_s", dwell, 1.0, 1000.0, unit="s")
         number_within("sigma_um", self.sigma_um, 0.1, 100.0, unit="um")
+        number_within("sigma_n", self.sigma_n, 0.1, 100.0, unit="N")
+        for share in self.wave_shares:
+            number_within("wave_shares", share, 0.01, 0.5)
 
     @property
     def readings(self) -> int:
         """Number of readings at rest."""
         return self.runs * self.targets * (2 if self.passes is Passes.BOTH else 1)
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether the axis moves while it is read."""
+        return self.reading is not Reading.AT_REST
+
+    @property
+    def repeated(self) -> bool:
+        """Whether places are passed again under the same conditions, so that there is a floor to judge by."""
+        return self.runs > 1
 
     @property
     def end_mm(self) -> float:
@@ -151,6 +171,16 @@ _ALL = (
         span_mm=100.0,
         feeds_mm_s=(5.0, 20.0, 60.0),
         columns=("time", "velocity"),
+    ),
+    Plan(
+        name="drive",
+        reading=Reading.DRIVE,
+        runs=2,
+        targets=60,
+        span_mm=100.0,
+        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
+        columns=("time", "velocity", "force"),
+        wave_shares=(0.08, 0.2),
     ),
     Plan(name="single_pass", runs=1, passes=Passes.FORWARD),
     Plan(name="one_feed", columns=("direction", "time", "feed")),

@@ -8,18 +8,23 @@ import numpy as np
 
 from rtec.blind.draws import Draw, checked_seed, stream
 from rtec.blind.noise import Noise
-from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading
+from rtec.blind.outside import KINDS
+from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading, Spacing
 from rtec.blind.slow_errors import SLOW
 from rtec.blind.static_errors import STATIC
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 
-OUTSIDE = ("moving_bump", "chirped_cyclic", "dwell_reversal")
+OUTSIDE_OF_GAME = ("moving_bump", "chirped_cyclic", "dwell_reversal")
+"""What `scenario_of` draws of it, so that a seed keeps its game."""
+OUTSIDE = (*OUTSIDE_OF_GAME, *(name for name in KINDS if name not in OUTSIDE_OF_GAME))
 """What lies outside the library of effects."""
 LAGS = ("servo_lag", "acceleration_lag")
 """What shows in motion only."""
+OF_DRIVE = ("inertia", "viscous", "coulomb", "stribeck", "cogging", "force_offset")
+"""What the force of a drive shows."""
 INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE)))
-"""Effects of the library that the game can hide."""
+"""Effects of the library that the game can hide in an axis."""
 LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
     frozenset(pair)
     for pair in (
@@ -43,6 +48,8 @@ LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
     )
 )
 """Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
+_TWO_WAYS = ("backlash", "backlash_map", "windup", *OUTSIDE)
+_KNOWN = INSIDE + OUTSIDE + OF_DRIVE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +59,11 @@ class Scenario:
     Parameters
     ----------
     names
-        Effects, of `INSIDE` and `OUTSIDE`; none hides nothing.
+        Effects, of `INSIDE` and `OUTSIDE`, in a drive's log of `OF_DRIVE`; none hides nothing.
     strength_sigma
         RMS contribution over the readings, mean removed, in units of the repeat noise: one for all, or one each.
     noise
-        White or correlated.
+        Its family.
     plan
         What is measured.
 
@@ -80,8 +87,8 @@ class Scenario:
         """Check names, strengths and that the plan can show them."""
         object.__setattr__(self, "names", tuple(self.names))
         for name in self.names:
-            if name not in INSIDE and name not in OUTSIDE:
-                raise ArgumentError("names", repr(name)[:60], "effects of the game", nearest(name, INSIDE + OUTSIDE))
+            if name not in _KNOWN:
+                raise ArgumentError("names", repr(name)[:60], "effects of the game", nearest(name, _KNOWN))
             if (why := unfit(name, self.plan)) is not None:
                 raise ArgumentError("names", name, f"effects that the plan {self.plan.name} can show", why)
         if len(set(self.names)) != len(self.names):
@@ -115,19 +122,20 @@ def unfit(name: str, plan: Plan) -> str | None:
     >>> unfit("backlash", PLANS["base"]) is None
     True
     """
-    moving = plan.reading is Reading.MOVING
-    if name in LAGS and not moving:
-        return "it shows in motion only"
-    if moving and name not in LAGS and name not in STATIC:
-        return "a moving log is too short for what is slow"
-    if name == "thermal_growth" and plan.heating is Heating.NONE:
-        return "the temperature does not change"
-    both = moving or plan.passes is Passes.BOTH
-    if not both and name in ("backlash", "backlash_map", "windup", "dwell_reversal"):
-        return "it needs both directions"
-    if name in ("moving_bump", "dwell_reversal") and plan.runs < 3:
-        return "it needs several runs"
-    return None
+    moving, drive = plan.reading is Reading.MOVING, plan.reading is Reading.DRIVE
+    runs, targets = (KINDS[name].runs, KINDS[name].targets) if name in KINDS else (1, 2)
+    one_way = not moving and plan.passes is Passes.FORWARD
+    reasons = (
+        (name in OF_DRIVE and not drive, "it shows in the force of a drive only"),
+        (drive and name not in OF_DRIVE, "it does not show in a force"),
+        (name in LAGS and not moving, "it shows in motion only"),
+        (moving and name not in LAGS and name not in STATIC, "a moving log is too short for what is slow"),
+        (name == "thermal_growth" and plan.heating is Heating.NONE, "the temperature does not change"),
+        (one_way and name in _TWO_WAYS, "it needs both directions"),
+        (plan.runs < runs, "it needs several runs"),
+        (plan.targets < targets, "it needs more targets"),
+    )
+    return next((why for unfit_here, why in reasons if unfit_here), None)
 
 
 _KINDS = (("nothing", 0.12), ("outside", 0.18), ("one", 0.30), ("two", 0.28), ("three", 0.12))
@@ -160,12 +168,12 @@ def scenario_of(seed: int) -> Scenario:
     kind = str(rng.choice([name for name, _ in _KINDS], p=[share for _, share in _KINDS]))
     noise = Noise.WHITE if rng.uniform() < 0.7 else Noise.CORRELATED
     if kind == "outside":
-        name = str(rng.choice(OUTSIDE))
+        name = str(rng.choice(OUTSIDE_OF_GAME))
         plan = PLANS["dwell"] if name == "dwell_reversal" and rng.uniform() < 0.5 else PLANS["base"]
         return Scenario(names=(name,), strength_sigma=_strengths(1, rng), noise=Noise.WHITE, plan=plan)
     plan = PLANS[str(rng.choice(["base", "temperature", "dense", "moving", "dwell"], p=[0.5, 0.2, 0.1, 0.1, 0.1]))]
     count = {"nothing": 0, "one": 1, "two": 2, "three": 3}[kind]
-    names = _companions(plan, count, rng)
+    names = companions(plan, count, rng)
     return Scenario(names=names, strength_sigma=_strengths(len(names), rng), noise=noise, plan=plan)
 
 
@@ -173,14 +181,20 @@ def _strengths(count: int, rng: np.random.Generator) -> tuple[float, ...]:
     return tuple(float(x) for x in np.round(rng.uniform(1.5, 4.0, count), 2))
 
 
-def _companions(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, ...]:
-    """Draw effects that the plan can show and that are no look-alikes of each other."""
+def companions(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, ...]:
+    """Draw so many effects, or fewer, that the plan can show and that are no look-alikes of each other.
+
+    Examples
+    --------
+    >>> len(companions(PLANS["base"], 2, np.random.default_rng(0)))
+    2
+    """
     names: list[str] = []
     for name in (str(name) for name in rng.permutation([name for name in INSIDE if unfit(name, plan) is None])):
         if len(names) == count:
             break
         # dense points just after the reversal show what builds up there; elsewhere it passes for lost motion
-        if name == "windup" and plan.name != "dense":
+        if name == "windup" and plan.spacing is not Spacing.DENSE_AT_ENDS:
             continue
         if all(frozenset((name, other)) not in LOOK_ALIKES for other in names):
             names.append(name)

@@ -116,7 +116,7 @@ def cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return a screw that runs eccentrically in its bearings, or a wheel that turns once in many of its turns."""
     x = grid_of(plan)
     on_screw = rng.uniform() < 0.6
-    period = PITCH_MM if on_screw else float(rng.uniform(0.14, 0.4) * plan.span_mm)
+    period = PITCH_MM if on_screw else float(rng.uniform(*plan.wave_shares) * plan.span_mm)
     angle = 2.0 * np.pi * x / period + rng.uniform(0.0, 2.0 * np.pi)
     throw = rng.uniform(0.1, 0.3) if on_screw else 0.02
     # the angle at which something eccentric is read: a fundamental and a second harmonic of throw / 2

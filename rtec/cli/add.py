@@ -53,10 +53,14 @@ def add(
     carried: Annotated[
         bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)
     ] = False,
+    settled: Annotated[
+        bool, typer.Option("--settled", help="A log begins wound up by the motion before it.", rich_help_panel=_SHAPE)
+    ] = False,
     overshoot: Annotated[_Text, _option("'1 mm'", "From the last reading to the reversal, of wind-up.")] = None,
     sensor: Annotated[_Text, _option("COLUMN", "Temperature column of thermal growth.")] = None,
     time_constant: Annotated[_Text, _option("'30 min'", "Of the warm-up.")] = None,
     moment: Annotated[_Text, _option("'90 s'", "At which counts were lost.")] = None,
+    over: Annotated[_Text, _option("'1 s'", "Time that the loss of counts took.")] = None,
     step: Annotated[_Text, _option("'1 um'", "Of the quantisation.")] = None,
     speed: Annotated[_Text, _option("'10 mm/s'", "Stribeck speed.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
@@ -80,10 +84,12 @@ def add(
         "nodes": nodes,
         "distance": distance,
         "carried": carried or None,
+        "settled": settled or None,
         "overshoot": overshoot,
         "sensor": sensor,
         "time_constant": time_constant,
         "moment": moment,
+        "over": over,
         "step": step,
         "speed": speed,
     }

@@ -110,7 +110,8 @@ def score(
         print_json(_document(result) | ({} if output is None else {"table": str(output)}))
     else:
         typer.echo(result.as_markdown(), nl=False)
-    raise typer.Exit(0 if all(line.reached for line in result.scores) else _MISSED)
+    reached = all(line.reached for line in result.scores) and all(pool.reached for pool in result.pools)
+    raise typer.Exit(0 if reached else _MISSED)
 
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:

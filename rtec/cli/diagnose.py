@@ -36,7 +36,7 @@ def diagnose(
 ) -> None:
     """Find which physical effects a measurement shows that the model lacks, one by one, down to the noise floor.
 
-    The verdict is NAMED, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer.
+    The verdict is NAMED, LIKELY, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer.
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml
     """

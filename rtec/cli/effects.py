@@ -62,7 +62,7 @@ def _document(effect: Effect) -> dict[str, Any]:
             for rival in effect.rivals
         ],
         "contains": sorted(effect.contains),
-        "repeatable": effect.repeatable,
+        "at_most": effect.at_most,
     }
 
 

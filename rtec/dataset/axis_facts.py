@@ -6,45 +6,31 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rtec.effects.conditions import Floats
 from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
-from rtec.metrology import Column, Measurement
+from rtec.metrology import Measurement
 from rtec.metrology.text_file import shown
 from rtec.units import ANGLE, LENGTH, TIME, Kind, parse_quantity
 
-FACTS = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature")
-"""Facts that a file or an option may state."""
-
+_FACTS = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature")
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _COUNTS = re.compile(rf"\s*({_NUMBER})\s*(?:counts?(?:\s*/\s*rev|\s+per\s+rev\w*)?)?\s*", re.IGNORECASE)
 _COUNTS_IN_WORDS = re.compile(rf"(?<![\w.])({_NUMBER})\s*counts?\s*(?:/|per)\s*rev", re.IGNORECASE)
 _COUNT_PERIOD = re.compile(rf"\s*({_NUMBER})\s*counts?\s*", re.IGNORECASE)
 _TEMPERATURE = re.compile(rf"\s*({_NUMBER})\s*°?\s*(degc|degf|c|f|k|kelvin|celsius|fahrenheit)\s*", re.IGNORECASE)
 _KINDS: dict[str, Kind] = {"mm": LENGTH, "deg": ANGLE, "s": TIME}
-_COLDEST_DEGC = -273.15
+_COLDEST_DEGC, _ROOM_DEGC = -273.15, 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisFacts:
-    """What a file and the options say of the axis.
-
-    Parameters
-    ----------
-    measurement
-        The file.
-    given
-        Options by the names of `FACTS`, with units; they go before what the file says.
-
-    Raises
-    ------
-    ArgumentError
-        An option of another name.
+    """What a file says of the axis, and the options ``given``, which go before it and are refused under another name.
 
     Examples
     --------
     >>> import numpy as np
-    >>> file = Measurement(source="x.csv", facts={"screw_pitch": "0.25 inch", "axis": "motor, 8192 counts/rev"},
-    ...     columns={"target": Column("target", "mm", np.zeros(3))}, unknown={})
+    >>> from rtec.metrology import Column
+    >>> said = {"screw_pitch": "0.25 inch", "axis": "motor, 8192 counts/rev"}
+    >>> file = Measurement(source="x.csv", facts=said, columns={"time": Column("time", "s", np.zeros(1))}, unknown={})
     >>> facts = AxisFacts(measurement=file, given={"reference_temperature": "68 degF"})
     >>> facts.period("screw_pitch", "mm"), facts.counts_per_rev(), facts.reference_temperature_degc()
     (6.35, (8192.0, 'axis'), 20.0)
@@ -56,8 +42,8 @@ class AxisFacts:
     def __post_init__(self) -> None:
         """Refuse options that are none."""
         for key in self.given:
-            if key not in FACTS:
-                raise ArgumentError("facts", repr(key), ", ".join(FACTS), nearest(key, FACTS))
+            if key not in _FACTS:
+                raise ArgumentError("facts", repr(key), ", ".join(_FACTS), nearest(key, _FACTS))
 
     def text(self, key: str) -> str | None:
         """Return what is said of one fact, or None."""
@@ -73,8 +59,7 @@ class AxisFacts:
     def counts_per_rev(self) -> tuple[float, str] | None:
         """Return the counts of a turn and the fact that states them, or None.
 
-        Without a fact ``counts_per_rev``, words such as ``8192 counts/rev`` in any other fact are taken, unless two
-        of them contradict each other.
+        Words such as ``8192 counts/rev`` in any other fact will do, unless two of them contradict each other.
         """
         key = "counts_per_rev"
         if (text := self.text(key)) is not None:
@@ -87,20 +72,10 @@ class AxisFacts:
         return said[0] if len(different) == 1 and 0.0 < said[0][0] < 1e12 else None
 
     def period(self, key: str, position_unit: str) -> float | None:
-        """Return a stated period in the unit of the position, or None where nothing is stated or it cannot be used.
+        """Return a stated period in the unit of the position (``mm``, ``deg``, ``count``, ``s``), or None.
 
-        Parameters
-        ----------
-        key
-            ``screw_pitch`` or ``scale_signal_period``.
-        position_unit
-            ``mm``, ``deg``, ``count``, or ``s``. A length or an angle cannot be turned into counts or into time: then
-            None.
-
-        Raises
-        ------
-        FileFormatError, ArgumentError
-            No quantity above zero, or of another dimension than the position.
+        A length or an angle cannot be turned into counts or into time: then None. What is no quantity above zero, or
+        of another dimension than the position, is refused.
         """
         text = self.text(key)
         if text is None:
@@ -118,35 +93,13 @@ class AxisFacts:
         example = {"mm": "6.35 mm, 0.25 inch, 20 um", "deg": "4 deg, 20 arcsec"}.get(position_unit, "6.35 mm, 4 deg")
         raise self.wrong(key, f"a period above zero with its unit, in that of the position, such as {example}")
 
-    def reference_temperature_degc(self) -> float | None:
-        """Return the reference temperature in degC, or None where it is not stated."""
+    def reference_temperature_degc(self) -> float:
+        """Return the reference temperature in degC, 20 where it is not stated."""
         key = "reference_temperature"
         text = self.text(key)
-        if text is None:
-            return None
-        match = _TEMPERATURE.fullmatch(text)
-        degc = _degc(float(match[1]), match[2]) if match is not None else -1e9
+        match = _TEMPERATURE.fullmatch(f"{_ROOM_DEGC} degC" if text is None else text)
+        value, scale = (float(match[1]), match[2].lower().removeprefix("deg")[0]) if match else (-1e9, "c")
+        degc = {"c": value, "f": (value - 32.0) / 1.8, "k": value + _COLDEST_DEGC}[scale]
         if not _COLDEST_DEGC <= degc < 1e4:
             raise self.wrong(key, "a temperature with its unit, such as 20 degC, 68 degF, 293.15 K")
         return degc
-
-
-def _degc(value: float, unit: str) -> float:
-    scale = unit.lower().removeprefix("deg")[0]
-    return {"c": value, "f": (value - 32.0) / 1.8, "k": value + _COLDEST_DEGC}[scale]
-
-
-def in_axis_unit(column: Column, counts_per_rev: float | None) -> tuple[Floats, str]:
-    """Return a position column in mm, in degrees, or in counts where nothing says how many make a turn.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> in_axis_unit(Column("actual", "count", np.array([2048.0])), 8192.0)
-    (array([90.]), 'deg')
-    """
-    if column.unit == "rev":
-        return column.values * 360.0, "deg"
-    if column.unit == "count" and counts_per_rev is not None:
-        return column.values * (360.0 / counts_per_rev), "deg"
-    return column.values, column.unit

@@ -3,37 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.drive_signals import Resample
+from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Effect, Floats, Observable, Shape, Units
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, FileFormatError
 
-Ints = NDArray[np.int64]
-
-_ROUNDING = 1e-12
-"""Share of the largest value that is rounding: a filter turns a constant into nearly a constant."""
-_NOTHING = 1e-100
-
-_SCANNED_AT_ONCE = 1 << 23
-"""Numbers of full-rate columns (64 MiB) that a scan holds at one time."""
+_ROUNDING, _NOTHING = 1e-12, 1e-100  # a filter turns a constant into nearly a constant: share of the largest value
+_STATED = ("screw_pitch", "signal_period", "revolution")  # facts of the axis that one file may take from another
+_SCANNED_AT_ONCE = 1 << 23  # numbers of full-rate columns (64 MiB) that a scan holds at one time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dataset:
     """A measurement, ready to be explained.
 
+    What depends on the conditions in a nonlinear way (the sign of a velocity) must go through the same filter as the
+    observed force did: so columns are computed for every sample and then decimated by ``columns``, never computed
+    from decimated conditions. ``coordinates`` are decimated conditions, for pictures and tables only.
+
     Parameters
     ----------
     source
         File, for messages.
-    observe
-        Quantity to be explained: ``deviation``, or the name of a column.
-    observable
-        What kind of quantity that is, which decides which effects are in question.
+    observe, observable
+        Quantity to be explained (``deviation``, or the name of a column), and its kind, for which there are effects.
     units
         Units inside.
     observed
@@ -41,10 +40,15 @@ class Dataset:
     conditions
         The same rows; where ``resample`` is given, every sample of the log before it was decimated.
     cell
-        Number of the cell of each reading: readings of one cell were taken under the same conditions (target and
-        direction) in different runs; −1 where a reading has no repeat. Shape (rows,).
+        Number of the cell of each reading, shape (rows,): readings of one cell were taken under the same conditions
+        (target and direction; in a log place, direction and speed) in different passes; −1 without a repeat.
     block
         Number of the block that each reading is held out with, 0, 1, ...; shape (rows,).
+    stands_for
+        How many rows of the file were put together into each, shape (rows,); None where all stayed apart.
+    passage
+        Number of the pass, 0, 1, ..., that each reading belongs to: a stretch in one direction within a run. Readings
+        of one pass and cell are correlated with each other. Shape (rows,); where it is left out, a run is a pass.
     held_out_by
         What a block is: a ``run`` (or a group of runs) or a ``stretch`` of readings.
     notes
@@ -52,18 +56,12 @@ class Dataset:
     unknown
         Numeric columns that name no known quantity, by heading: they can be looked at, but no effect uses them.
     resample
-        How a column that was computed for every sample becomes one of ``rows`` readings; None where nothing was
-        decimated.
+        How a column of every sample becomes one of ``rows`` readings; None where nothing was decimated.
     coordinate
-        Where the position comes from: ``target``, ``actual`` or ``time``.
+        Where the position comes from: ``target``, ``actual`` or ``time``; ``velocity`` for a table of readings at
+        several speeds, which has no positions (all are 0).
     cutoff_hz
         Of the low pass in front of the derivatives; None where positions were not filtered.
-
-    Notes
-    -----
-    What depends on the conditions in a nonlinear way (the sign of a velocity) must go through the same filter as the
-    observed force did: so columns are computed for every sample and then decimated by ``columns``, never computed
-    from decimated conditions. ``coordinates`` are decimated conditions, for pictures and tables only.
     """
 
     source: str
@@ -74,6 +72,8 @@ class Dataset:
     conditions: Conditions
     cell: Ints
     block: Ints
+    stands_for: Floats | None = None
+    passage: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     notes: tuple[str, ...] = ()
     unknown: tuple[tuple[str, Floats], ...] = ()
     held_out_by: str = "stretch"
@@ -83,18 +83,16 @@ class Dataset:
 
     def __post_init__(self) -> None:
         """Check that everything has the same rows."""
-        sizes = {self.observed.shape, self.cell.shape, self.block.shape, *(x.shape for _, x in self.unknown)}
-        if self.resample is None:
-            sizes.add(self.conditions.position.shape)
-        else:
-            sizes.add((self.resample.rows,))
-            if self.conditions.rows != self.resample.samples:
-                found = f"{self.conditions.rows} samples"
-                raise ArgumentError("dataset", found, f"{self.resample.samples}, as many as the decimation takes")
+        if self.resample is not None and self.conditions.rows != self.resample.samples:
+            found = f"{self.conditions.rows} samples"
+            raise ArgumentError("dataset", found, f"{self.resample.samples}, as many as the decimation takes")
+        if self.passage.size == 0:
+            object.__setattr__(self, "passage", np.unique(self.coordinates.run, return_inverse=True)[1])
+        columns = (self.observed, self.cell, self.block, self.passage, *(values for _, values in self.unknown))
+        sizes = {(self.coordinates.rows,), *(values.shape for values in columns)}
         if len(sizes) != 1:
-            raise ArgumentError(
-                "dataset", f"shapes {sorted(sizes)}", "observed, cell, block and conditions row by row"
-            )
+            allowed = "observed, cell, block, passage and conditions row by row"
+            raise ArgumentError("dataset", f"shapes {sorted(sizes)}", allowed)
 
     @property
     def rows(self) -> int:
@@ -125,22 +123,65 @@ class Dataset:
         """Return the columns of several shapes with as many amplitudes each, shape (shapes, amplitudes, rows)."""
         if self.resample is None:
             return effect.scan(self.conditions, shapes)
-        first = effect.scan(self.conditions, shapes[:1])
-        at_once = max(1, _SCANNED_AT_ONCE // first.size)
-        found = np.empty((len(shapes), first.shape[1], self.rows))
-        for begin in range(0, len(shapes), at_once):
-            full = effect.scan(self.conditions, shapes[begin : begin + at_once])
-            found[begin : begin + at_once] = self.resample.apply_rows(full)
-        return found
+        at_once = max(1, _SCANNED_AT_ONCE // effect.scan(self.conditions, shapes[:1]).size)
+        parts = [shapes[begin : begin + at_once] for begin in range(0, len(shapes), at_once)]
+        return np.concatenate([self.resample.apply_rows(effect.scan(self.conditions, part)) for part in parts])
+
+    def rms(self, values: Floats) -> float:
+        """Return the root mean square over all rows of the file; those put together count as many."""
+        return float(np.sqrt(np.average(values**2, weights=self.stands_for)))
 
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Dataset:
         """Return some of the readings."""
-        return replace(
-            self,
-            observed=self.observed[rows],
-            conditions=self.conditions.take(rows) if self.resample is None else self.conditions,
-            resample=None if self.resample is None else self.resample.take(rows),
-            cell=self.cell[rows],
-            block=self.block[rows],
-            unknown=tuple((name, values[rows]) for name, values in self.unknown),
-        )
+        columns = {name: getattr(self, name) for name in ("observed", "cell", "block", "passage", "stands_for")}
+        found: dict[str, Any] = {name: values[rows] for name, values in columns.items() if values is not None}
+        found["unknown"] = tuple((name, values[rows]) for name, values in self.unknown)
+        if self.resample is None:
+            return replace(self, conditions=self.conditions.take(rows), **found)
+        return replace(self, resample=self.resample.take(rows), **found)
+
+
+def same_kind(data: Dataset, like: Dataset) -> Dataset:
+    """Return a data set to score on, with the facts of the axis that only the training file (``like``) states.
+
+    Units or kinds of columns that differ, so that a model of one says nothing of the other, are refused.
+    """
+    mine, theirs = data.conditions, like.conditions
+    problem, allowed = "", "columns and facts of the same kind in both files"
+    for what, here, there in (
+        ("positions", data.units.position, like.units.position),
+        (data.observe, data.units.observed, like.units.observed),
+    ):
+        if here != there and not problem:
+            problem = f"units mixed between files: {what} in {here} here, in {there} in {like.source}"
+            if "count" in (here, there):
+                allowed += "; a fact counts_per_rev turns counts into angles"
+    lacking = [name for name in _columns(theirs) if name not in _columns(mine)]
+    if not problem and mine.moving != theirs.moving:
+        kinds, allowed = {True: "a log of a moving axis", False: "readings at rest"}, "two files of the same kind"
+        problem = f"{kinds[mine.moving]} here, {kinds[theirs.moving]} in {like.source}"
+    elif not problem and lacking:
+        problem = f"no {', '.join(lacking)} here, but in {like.source}"
+        allowed = "the same kinds of columns in both files"
+    if problem:
+        raise FileFormatError(data.source, None, problem, allowed)
+    notes = list(data.notes)
+    facts: dict[str, Any] = {name: getattr(theirs, name) for name in _STATED if getattr(mine, name) is None}
+    facts["reference_temperature_degc"] = theirs.reference_temperature_degc
+    if mine.temperatures and mine.reference_temperature_degc != theirs.reference_temperature_degc:
+        notes.append(f"reference temperature as in {like.source}: {theirs.reference_temperature_degc:g} degC")
+    units = data.units
+    if theirs.time_s is None and mine.time_s is not None:
+        facts["time_s"], units = None, like.units
+        notes.append(f"time is not used: {like.source} has none, and row order counts as time")
+    if theirs.time_s is None and not theirs.moving and mine.run.min() > theirs.run.max():
+        facts["first_row"] = like.rows
+        notes.append(f"its runs follow those of {like.source}: row order goes on from there")
+    return replace(data, conditions=replace(mine, **facts), units=units, notes=tuple(notes))
+
+
+def _columns(conditions: Conditions) -> list[str]:
+    """Return the kinds of columns that effects can depend on."""
+    names = {"direction": "direction", "time_s": "time", "velocity": "velocity", "acceleration": "acceleration"}
+    have = [word for name, word in names.items() if getattr(conditions, name) is not None]
+    return have + list(conditions.temperatures)

@@ -8,40 +8,37 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rtec.dataset.at_rest import conditions_of, prepare_at_rest, run_clocks, velocity_of
+from rtec.dataset.at_rest import conditions_of, held_places, merge_bursts, prepare_at_rest, run_clocks, velocity_of
 from rtec.dataset.axis_facts import AxisFacts
-from rtec.dataset.dataset import Dataset
+from rtec.dataset.dataset import Dataset, same_kind
 from rtec.dataset.drive_signals import Resample
 from rtec.dataset.log_rows import leave_out_transient, prepare_log
-from rtec.dataset.moving_log import is_moving, unwrapped
+from rtec.dataset.moving_log import is_moving
 from rtec.dataset.observed import (
-    Positions,
     coordinate_of,
-    deviation_of,
     observable_of,
+    observed_of,
     observed_quantity,
+    position_of,
     positions_of,
+    without_wraps,
 )
+from rtec.dataset.passes import passages, passed_again
 from rtec.dataset.repeats import blocks_of, cells_of
 from rtec.dataset.rows import Rows
-from rtec.dataset.same_kind import same_kind
 from rtec.effects import Units
-from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
+from rtec.effects.conditions import Conditions, distance_since_reversal
 from rtec.errors import FileFormatError
-from rtec.metrology import (
-    Measurement,
-    is_laser_file,
-    measurement_of_readings,
-    read_laser_file,
-    read_measurement,
-)
+from rtec.metrology import Measurement, is_laser_file, measurement_of_readings, read_laser_file, read_measurement
 from rtec.metrology.text_file import read_text
 
-FEWEST_ROWS = 3
-"""Below, nothing at all can be told from noise."""
-LARGEST = 1e12
-"""Largest number in a unit inside: squares and sums of such numbers stay finite."""
-_ROOM_DEGC = 20.0
+_FEWEST_ROWS = 3  # below, nothing at all can be told from noise
+_NO_POSITION = {
+    "time": "no position: time is the coordinate, and what is periodic in position is periodic in time",
+    "velocity": "neither time nor position: each row is a reading of its own, and row order counts as time",
+}
+_SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "moving")
+_LARGEST = 1e12  # in a unit inside: squares and sums of such numbers stay finite
 
 
 def load_dataset(
@@ -77,7 +74,8 @@ def load_dataset(
 
     Notes
     -----
-    Positions are in mm, degrees, or counts of unknown size; without a position, time is the coordinate. What tells a
+    Positions are in mm, degrees, or counts of unknown size; without a position, time is the coordinate, and without
+    either a velocity makes the file a table of readings at rest, all at place 0. What tells a
     log of a moving axis from readings at rest, and what is done to it, say `rtec.dataset.moving_log` and
     `rtec.dataset.log_rows`; everything that was done to this file say its ``notes``.
 
@@ -95,195 +93,153 @@ def load_dataset(
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1], 'run')
     """
     measurement = _measurement(path_or_measurement)
-    if measurement.rows < FEWEST_ROWS:
-        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
-        raise FileFormatError(measurement.source, None, problem, f"at least {FEWEST_ROWS} readings")
-    _refuse_monsters(measurement)
     axis = AxisFacts(measurement=measurement, given=facts or {})
-    positions = positions_of(measurement, axis)
-    quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)
-    rows, observed_unit, moving = _rows(measurement, positions, quantity, like)
+    rows = _rows(measurement, axis, observe, like)
     resample = cutoff_hz = None
-    if moving:
+    if rows.moving:
         leave_out_transient(rows)
-        evenly = like is None or like.cutoff_hz is not None
-        resample, cutoff_hz = prepare_log(rows, None if like is None else like.cutoff_hz, evenly)
+        rows.moving = not (rows.of_drive and held_places(rows))
+    elif rows.of_drive:
+        merge_bursts(rows)
+    if rows.moving:
+        resample, cutoff_hz = prepare_log(rows, like)
     else:
         prepare_at_rest(rows)
-    if len(rows) < FEWEST_ROWS:
-        raise FileFormatError(measurement.source, None, f"{len(rows)} rows are left", f"at least {FEWEST_ROWS}")
-    conditions = _conditions(rows, axis, positions, moving)
-    data = _dataset(rows, conditions, observed_unit, resample, cutoff_hz)
+    if len(rows) < _FEWEST_ROWS:
+        raise FileFormatError(measurement.source, None, f"{len(rows)} rows are left", f"at least {_FEWEST_ROWS}")
+    data = _dataset(rows, _conditions(rows, axis), resample, cutoff_hz)
     return data if like is None else same_kind(data, like)
 
 
 def _measurement(given: str | Path | Measurement) -> Measurement:
+    """Return what is in a file; refuse one of hardly any rows, or with monsters in it."""
     if isinstance(given, Measurement):
-        return given
-    if is_laser_file(read_text(given)):
+        measurement = given
+    elif is_laser_file(read_text(given)):
         readings = measurement_of_readings(read_laser_file(given), {})
-        return Measurement(source=str(given), facts={}, columns=readings.columns, unknown={})
-    return read_measurement(given)
-
-
-def _refuse_monsters(measurement: Measurement) -> None:
+        measurement = Measurement(source=str(given), facts={}, columns=readings.columns, unknown={})
+    else:
+        measurement = read_measurement(given)
+    if measurement.rows < _FEWEST_ROWS:
+        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
+        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
     for column in measurement.columns.values():
-        size = np.abs(column.values)
-        if not size.max() <= LARGEST:
-            row = int(np.flatnonzero(~(size <= LARGEST))[0])
-            problem, allowed = f"{column.heading} is {column.values[row]:g}", f"at most {LARGEST:g} in size"
+        monsters = np.flatnonzero(~(np.abs(column.values) <= _LARGEST))
+        if monsters.size:
+            row, allowed = int(monsters[0]), f"at most {_LARGEST:g} in size"
+            problem = f"{column.heading} is {column.values[row]:g}"
             raise FileFormatError(measurement.source, measurement.line_of(row), problem, allowed)
+    return measurement
 
 
-def _rows(
-    measurement: Measurement, positions: Positions, quantity: str, like: Dataset | None
-) -> tuple[Rows, str, bool]:
-    """Return the readings, the unit inside of what is observed, and whether they are a log of a moving axis."""
+def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: Dataset | None) -> Rows:
+    """Return the readings of a file, whose log is made continuous and whose clock goes on from run to run."""
     columns = measurement.columns
-    coordinate = coordinate_of(quantity, positions, None if like is None else like.coordinate)
+    positions = positions_of(measurement, axis)
+    quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)
+    coordinate = coordinate_of(measurement, positions, quantity, None if like is None else like.coordinate)
     run = columns["run"].values.astype(np.int64) if "run" in columns else np.ones(measurement.rows, dtype=np.int64)
     time_s = columns["time"].values if "time" in columns else None
-    position = _position(measurement, positions, coordinate)
+    position, unit = position_of(measurement, positions, coordinate)
     has_velocity = "velocity" in columns and quantity != "velocity"
     # where time is the coordinate, only a column can say that something moves
-    moving = (has_velocity or coordinate != "time") and is_moving(time_s, position, run, has_velocity)
-    if moving and positions.turn is not None:
-        positions = _without_wraps(positions, positions.turn)
-        position = _position(measurement, positions, coordinate)
-    observed, unit = _observed(measurement, positions, quantity)
+    moving = coordinate != "velocity" and (has_velocity or coordinate != "time")
+    moving = moving and is_moving(time_s, position, run, has_velocity)
+    if moving:
+        positions = without_wraps(positions)
+        position, _ = position_of(measurement, positions, coordinate)
+    observed, observed_unit = observed_of(measurement, positions, quantity)
+    heat = [name for name in columns if name.startswith("temperature") and name != quantity]
+    numeric = {name: values for name, values in measurement.unknown.items() if values.dtype.kind == "f"}
     rows = Rows(
         measurement=measurement,
         observe=quantity,
         coordinate=coordinate,
-        position_unit="s" if coordinate == "time" else positions.unit,
+        position_unit=unit,
+        observed_unit=observed_unit,
+        moving=moving,
+        turn=None if coordinate in _NO_POSITION else positions.turn,
         position=position,
         observed=observed,
         run=run,
         time_s=time_s,
         direction=columns["direction"].values if "direction" in columns else None,
-        temperatures={
-            name: column.values
-            for name, column in columns.items()
-            if name.startswith("temperature") and name != quantity
-        },
-        unknown={
-            name: values.astype(np.float64)
-            for name, values in measurement.unknown.items()
-            if values.dtype.kind == "f"
-        },
+        feed=np.abs(columns["feed"].values) if "feed" in columns and not moving and quantity != "feed" else None,
+        temperatures={name: columns[name].values for name in heat},
+        unknown={name: values.astype(np.float64) for name, values in numeric.items()},
         notes=list(positions.notes),
     )
     if has_velocity:
         rows.velocity = velocity_of(rows)
-    if time_s is not None and (moving or "run" in columns or coordinate == "time"):
+    if coordinate in _NO_POSITION:
+        rows.notes.insert(0, _NO_POSITION[coordinate])
+    if moving or "run" in columns or coordinate == "time":
         run_clocks(rows)
-    _name_what_is_not_used(rows, moving)
-    return rows, unit, moving
+    _name_what_is_not_used(rows)
+    return rows
 
 
-def _position(measurement: Measurement, positions: Positions, coordinate: str) -> Floats:
-    if coordinate != "time":
-        found: Floats = getattr(positions, coordinate)
-        return found
-    if "time" in measurement.columns:
-        return measurement.columns["time"].values
-    problem = "neither a position nor a time"
-    raise FileFormatError(
-        measurement.source, None, problem, "a column target_mm, actual_mm or time_s (or other units)"
-    )
-
-
-def _without_wraps(positions: Positions, turn: float) -> Positions:
-    target, actual = (None if x is None else unwrapped(x, turn) for x in (positions.target, positions.actual))
-    notes, deviation = positions.notes, positions.deviation
-    if target is not positions.target or actual is not positions.actual:
-        notes = (*notes, "the position jumps by a turn where the single-turn counter starts again: made continuous")
-        if target is not None and actual is not None and deviation is None:
-            deviation = (actual - target + turn / 2) % turn - turn / 2
-    return Positions(target=target, actual=actual, deviation=deviation, unit=positions.unit, notes=notes)
-
-
-def _observed(measurement: Measurement, positions: Positions, quantity: str) -> tuple[Floats, str]:
-    """Return what is explained, with its unit inside."""
-    if quantity == "deviation":
-        deviation = deviation_of(positions)
-        if deviation is None:
-            raise ValueError("no deviation")
-        return deviation, positions.unit
-    if quantity == "actual" and positions.actual is not None:
-        return positions.actual, positions.unit
-    column = measurement.columns[quantity]
-    return column.values, column.unit
-
-
-def _name_what_is_not_used(rows: Rows, moving: bool) -> None:
+def _name_what_is_not_used(rows: Rows) -> None:
     """Note the columns that nothing looks at."""
     used = {"run", "direction", "time", "deviation", "velocity", rows.observe, rows.coordinate, *rows.temperatures}
     if rows.observe == "deviation" and "deviation" not in rows.measurement.columns:
         used |= {"target", "actual"}
-    if not moving:
+    if not rows.moving:
         used.add("feed")
     idle = [column.heading for name, column in rows.measurement.columns.items() if name not in used]
     text = [name for name in rows.measurement.unknown if name not in rows.unknown]
-    if idle:
-        rows.notes.append(f"not used: {', '.join(idle)}")
-    if rows.unknown:
-        rows.notes.append(f"of no known quantity, looked at but used by no effect: {', '.join(rows.unknown)}")
-    if text:
-        rows.notes.append(f"not used, because not all of it are numbers: {', '.join(text)}")
+    unused = {"not used": idle, "of no known quantity, looked at but used by no effect": rows.unknown}
+    unused["not used, because not all of it are numbers"] = text
+    rows.notes += [f"{what}: {', '.join(names)}" for what, names in unused.items() if names]
 
 
-def _conditions(rows: Rows, axis: AxisFacts, positions: Positions, moving: bool) -> Conditions:
-    unit = rows.position_unit
-    since = None
-    if rows.held_direction is not None and rows.coordinate != "time":
+def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
+    unit, since, periods = rows.position_unit, None, {}
+    if rows.held_direction is not None and rows.coordinate not in _NO_POSITION:
         since = distance_since_reversal(rows.position, rows.held_direction, rows.run)
-    pitch, signal = axis.period("screw_pitch", unit), axis.period("scale_signal_period", unit)
-    for key, period in (("screw_pitch", pitch), ("scale_signal_period", signal)):
-        if axis.text(key) is not None and period is None:
+    for key in ("screw_pitch", "scale_signal_period"):
+        periods[key] = axis.period(key, unit)
+        if axis.text(key) is not None and periods[key] is None:
             what = "time" if unit == "s" else "counts of unknown size"
             rows.notes.append(f"{key}: {axis.text(key)} is not used, because positions are {what}")
-    if rows.time_s is None:
-        rows.notes.append("no time column: row order counts as time")
-    reference = axis.reference_temperature_degc()
+    if rows.time_s is None and rows.coordinate != "velocity":
+        rows.notes.insert(0, "no time column: row order counts as time")
     return Conditions(
-        position=rows.position,
-        position_unit=unit,
-        run=rows.run,
-        direction=rows.direction,
-        time_s=rows.time_s,
-        velocity=rows.velocity,
-        acceleration=rows.acceleration,
+        **{name: getattr(rows, name) for name in _SHARED},
         since_reversal=since,
         temperatures=MappingProxyType(rows.temperatures),
-        reference_temperature_degc=_ROOM_DEGC if reference is None else reference,
-        screw_pitch=pitch,
-        signal_period=signal,
-        revolution=positions.turn if rows.coordinate != "time" else None,
-        moving=moving,
+        reference_temperature_degc=axis.reference_temperature_degc(),
+        screw_pitch=periods["screw_pitch"],
+        signal_period=periods["scale_signal_period"],
+        revolution=rows.turn,
     )
 
 
-def _dataset(
-    rows: Rows, conditions: Conditions, unit: str, resample: Resample | None, cutoff_hz: float | None
-) -> Dataset:
+def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cutoff_hz: float | None) -> Dataset:
     observed, run, unknown = rows.observed, rows.run, rows.unknown
     if resample is not None:
         observed, run = resample.apply_rows(observed), run[resample.kept]
         unknown = {name: resample.apply_rows(values) for name, values in unknown.items()}
-    cell = np.full(observed.size, -1, dtype=np.int64)
-    if not conditions.moving and rows.coordinate != "time":
-        cell = cells_of(conditions_of(rows), run)
+    if rows.moving:
+        passage, cell = passed_again(rows, resample, observed)
+    elif rows.coordinate == "time":
+        passage, cell = passages(run, None), np.full(len(rows), -1, dtype=np.int64)
+    else:
+        stated = rows.position if "direction" in rows.measurement.columns else None
+        passage = passages(run, rows.direction, stated)
+        cell = cells_of(conditions_of(rows), passage)
     block, held_out_by = blocks_of(run)
     return Dataset(
         source=rows.measurement.source,
         observe=rows.observe,
         observable=observable_of(rows.observe),
-        units=Units(unit, rows.position_unit, conditions.clock_unit),
+        units=Units(rows.observed_unit, rows.position_unit, conditions.clock_unit),
         observed=observed,
         conditions=conditions,
         cell=cell,
         block=block,
+        stands_for=rows.stands_for if resample is None else resample.stands_for,
+        passage=passage,
         notes=tuple(rows.notes),
         unknown=tuple(unknown.items()),
         held_out_by=held_out_by,

@@ -6,17 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtec.dataset.dataset import Dataset, Ints
+from rtec.dataset.dataset import Dataset
 from rtec.dataset.repeats import cells_of
-from rtec.effects import Conditions
 from rtec.errors import ArgumentError
 
-EVERY = 5
-"""One part in so many is locked away."""
-FEWEST_RUNS = 3
-"""From so many runs on, whole runs are locked away."""
-FEWEST_ROWS = 3
-"""Of each part."""
+_EVERY = 5  # one part in so many is locked away
+_FEWEST_RUNS = 3  # from so many runs on, whole runs are locked away
+_FEWEST_ROWS = 3  # of each part
 
 
 def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
@@ -41,34 +37,25 @@ def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
     ArgumentError
         Too few readings for two parts.
     """
-    conditions = dataset.coordinates
-    away, name = _away(conditions, dataset.rows)
-    if min(int(away.sum()), int((~away).sum())) < FEWEST_ROWS:
+    run, order = dataset.coordinates.run, np.arange(dataset.rows)
+    runs = list(dict.fromkeys(run.tolist()))
+    if len(runs) >= _FEWEST_RUNS:
+        last = runs[-max(1, round(len(runs) / _EVERY)) :]
+        away, name = np.isin(run, last), "the last run" if len(last) == 1 else f"the last {len(last)} runs"
+    elif dataset.conditions.moving:
+        away, name = order >= dataset.rows - dataset.rows // _EVERY, "the last fifth"
+    else:
+        away, name = order % _EVERY == _EVERY - 1, "every fifth reading"
+    if min(int(away.sum()), int((~away).sum())) < _FEWEST_ROWS:
         found = f"{dataset.rows} reading" + "s" * (dataset.rows != 1)
-        raise ArgumentError("--lock", found, f"enough for two parts of {FEWEST_ROWS} readings at least")
+        raise ArgumentError("--lock", found, f"enough for two parts of {_FEWEST_ROWS} readings at least")
     hidden = replace(dataset.take(away), source=f"{name} of {dataset.source}")
     return _renumbered(dataset.take(~away)), _renumbered(hidden)
 
 
-def _away(conditions: Conditions, rows: int) -> tuple[np.ndarray, str]:
-    """Return which readings are locked away, and what to call them."""
-    runs = list(dict.fromkeys(conditions.run.tolist()))
-    if len(runs) >= FEWEST_RUNS:
-        last = runs[-max(1, round(len(runs) / EVERY)) :]
-        return np.isin(conditions.run, last), "the last run" if len(last) == 1 else f"the last {len(last)} runs"
-    order = np.arange(rows)
-    if conditions.moving:
-        return order >= rows - rows // EVERY, "the last fifth"
-    return order % EVERY == EVERY - 1, "every fifth reading"
-
-
-def _renumbered(dataset: Dataset) -> Dataset:
-    """Return the data with the cells and blocks that are left: what one run visited alone is no repeat any more."""
-    cell, block = np.full(dataset.rows, -1, dtype=np.int64), np.unique(dataset.block, return_inverse=True)[1]
-    member = dataset.cell >= 0
-    if member.any():
-        cell[member] = cells_of(dataset.cell[member], dataset.coordinates.run[member])
+def _renumbered(part: Dataset) -> Dataset:
+    """Return the data with the cells and blocks that are left: what one pass visited alone is no repeat any more."""
+    block = np.unique(part.block, return_inverse=True)[1]
     if block.max() == 0:
-        block = np.arange(dataset.rows) * EVERY // dataset.rows
-    blocks: Ints = block.astype(np.int64)
-    return replace(dataset, cell=cell, block=blocks)
+        block = np.arange(part.rows) * _EVERY // part.rows
+    return replace(part, cell=cells_of(part.cell, part.passage), block=block.astype(np.int64))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.dataset.axis_facts import AxisFacts, in_axis_unit
+from rtec.dataset.axis_facts import AxisFacts
+from rtec.dataset.moving_log import unwrapped
 from rtec.effects import Observable
 from rtec.effects.conditions import Floats
 from rtec.errors import ArgumentError, FileFormatError, nearest
@@ -15,106 +18,60 @@ from rtec.metrology.columns import quantity_of_heading
 
 DRIVE = ("force", "current", "torque", "voltage")
 """Quantities of a drive."""
-_NEVER_OBSERVED = ("run", "direction", "time", "target")
+_NEVER_OBSERVED = ("run", "direction", "time", "target", "deviation")
 _POSITIONS = ("target", "actual", "deviation")
-_FULL_TURN_DEG = 360.0
+_LIKE_A_POSITION = set("target command commanded nominal setpoint demand actual position pos angle".split())
+_LIKE_A_DIRECTION = {"direction", "dir", "approach", "sense", "richtung"}
+"""Words in the headings of other people's files."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Positions:
-    """The position columns of a file, in mm, degrees or counts, all of one unit.
+    """Those of target, actual and deviation that a file holds or lets be computed, shape (rows,), in one unit."""
 
-    Parameters
-    ----------
-    target, actual, deviation
-        Shape (rows,); None where the file neither holds them nor lets them be computed.
-    unit
-        ``mm``, ``deg``, ``count``, or nothing where the file has none of the three.
-    notes
-        What was taken from where, in sentences.
-    """
-
-    target: Floats | None
-    actual: Floats | None
-    deviation: Floats | None
+    values: Mapping[str, Floats]
     unit: str
     notes: tuple[str, ...]
 
     @property
     def turn(self) -> float | None:
         """A whole turn of a rotary axis, in the unit; None where it is not known, or the axis is linear."""
-        return _FULL_TURN_DEG if self.unit == "deg" else None
+        return 360.0 if self.unit == "deg" else None
 
 
 def positions_of(measurement: Measurement, facts: AxisFacts) -> Positions:
-    """Return the position columns of a measurement in one unit.
-
-    Raises
-    ------
-    FileFormatError
-        Linear and angular columns in one file, or counts of unknown size beside another unit.
-    """
-    found = {name: measurement.columns[name] for name in _POSITIONS if name in measurement.columns}
+    """Return the position columns of a file in mm, in degrees, or in counts of unknown size; refuse mixtures."""
+    found = {name: column for name, column in measurement.columns.items() if name in _POSITIONS}
     counts, notes = None, []
     if any(column.unit == "count" for column in found.values()) and (stated := facts.counts_per_rev()) is not None:
         counts, key = stated
         notes.append(f"{counts:g} counts a revolution, as '{key}' says: positions are in degrees")
-    values, units = {}, {}
-    for name, column in found.items():
-        values[name], units[name] = in_axis_unit(column, counts)
+    degrees = {"rev": 360.0} if counts is None else {"rev": 360.0, "count": 360.0 / counts}
+    units = {name: "deg" if found[name].unit in degrees else found[name].unit for name in _POSITIONS if name in found}
     if len(set(units.values())) > 1:
         problem = "units mixed: " + ", ".join(f"{name} in {unit}" for name, unit in units.items())
         allowed = "all lengths, or all angles"
         if "count" in units.values():
             allowed += "; a line '# counts_per_rev: 8192' turns counts into angles"
         raise FileFormatError(measurement.source, None, problem, allowed)
-    target, actual, deviation = (values.get(name) for name in _POSITIONS)
-    if target is None and actual is not None and deviation is not None:
-        target = actual - deviation
+    values = {name: column.values * degrees.get(column.unit, 1.0) for name, column in found.items()}
+    if values.keys() == {"actual", "deviation"}:
+        values["target"] = values["actual"] - values["deviation"]
         notes.append("target: actual less deviation")
-    return Positions(
-        target=target,
-        actual=actual,
-        deviation=deviation,
-        unit=next(iter(units.values()), ""),
-        notes=tuple(notes),
-    )
-
-
-def deviation_of(positions: Positions) -> Floats | None:
-    """Return the deviation: as given, else actual less target; None where there is neither."""
-    if positions.deviation is not None or positions.actual is None or positions.target is None:
-        return positions.deviation
-    difference = positions.actual - positions.target
-    turn = positions.turn
-    if turn is not None and max(np.ptp(positions.actual), np.ptp(positions.target)) <= turn:
-        # one of the two may be through zero already, the other not yet
-        difference = np.where(np.abs(difference) > turn / 2, (difference + turn / 2) % turn - turn / 2, difference)
-    return difference
+    return Positions(values=values, unit=next(iter(units.values()), ""), notes=tuple(notes))
 
 
 def observed_quantity(measurement: Measurement, observe: str | None) -> str:
-    """Return the quantity to be explained.
+    """Return the quantity to be explained: one that is asked for by its name or heading, else the deviation or drive.
 
-    Parameters
-    ----------
-    measurement
-        The file.
-    observe
-        A quantity or a heading of the file; None for ``deviation`` where it is known, else for the one column of a
-        drive.
-
-    Raises
-    ------
-    ArgumentError
-        ``observe`` names no quantity of the file.
-    FileFormatError
-        Nothing was asked for, and there is nothing or more than one quantity to explain.
+    An ArgumentError says that the file has no such quantity, a FileFormatError that it has none or too many.
     """
     columns = measurement.columns
-    possible = [name for name in columns if name not in _NEVER_OBSERVED and name != "deviation"]
+    possible = [name for name in columns if name not in _NEVER_OBSERVED]
     if "deviation" in columns or {"actual", "target"} <= set(columns):
         possible.insert(0, "deviation")
+    every = ", ".join([*(column.heading for column in columns.values()), *measurement.unknown])
+    every = repr(every if len(every) <= 200 else every[:197] + "...")
     if observe is not None:
         word = observe.strip().lower()
         named = quantity_of_heading(word)
@@ -122,20 +79,17 @@ def observed_quantity(measurement: Measurement, observe: str | None) -> str:
         if quantity in possible:
             return quantity
         if not possible:
-            problem = f"nothing to explain in the columns {_headings(measurement)}"
+            problem = f"nothing to explain in the columns {every}"
             raise FileFormatError(measurement.source, None, problem, "a column of a deviation, force or current")
         raise ArgumentError("--observe", repr(observe[:60]), ", ".join(possible), nearest(quantity, possible))
-    if possible[:1] == ["deviation"]:
-        return "deviation"
     drive = [name for name in possible if name in DRIVE]
-    if len(drive) == 1:
-        return drive[0]
+    if possible[:1] == ["deviation"] or len(drive) == 1:
+        return "deviation" if possible[0] == "deviation" else drive[0]
     choices = drive or possible
-    problem = f"no deviation to explain in the columns {_headings(measurement)}"
-    allowed = "target with actual or deviation, or a force or current"
-    if choices:
-        problem += f", and {'several' if len(choices) > 1 else 'only'} other quantities"
-        allowed = " or ".join(f"--observe {name}" for name in choices)
+    others = f", and {'several' if len(choices) > 1 else 'only'} other quantities" if choices else ""
+    problem = f"no deviation to explain in the columns {every}{others}"
+    allowed = " or ".join(f"--observe {name}" for name in choices)
+    allowed = allowed or "target with actual or deviation, or a force or current"
     raise FileFormatError(measurement.source, None, problem, allowed)
 
 
@@ -150,18 +104,73 @@ def observable_of(quantity: str) -> Observable:
     return Observable.DRIVE if quantity in DRIVE else Observable.DEVIATION
 
 
-def coordinate_of(quantity: str, positions: Positions, preferred: str | None) -> str:
+def coordinate_of(measurement: Measurement, positions: Positions, quantity: str, preferred: str | None) -> str:
     """Return which column is the position: ``target``, ``actual`` or ``time``.
 
-    A deviation belongs to the target, a force to where the axis really is.
+    A deviation belongs to the target, a force to where the axis really is. A table of what was read at each speed has
+    neither position nor time: ``velocity``. Refused is a file without any of them, or with a column that looks like a
+    position or a direction and is not understood, where something else would be taken for it.
     """
-    order = ["actual", "target"] if quantity in DRIVE else ["target", "actual"]
-    have = [name for name in order if getattr(positions, name) is not None and name != quantity]
-    if preferred in (*have, "time"):
-        return preferred
-    return have[0] if have else "time"
+    columns, order = measurement.columns, ("actual", "target") if quantity in DRIVE else ("target", "actual")
+    have = [name for name in order if name in positions.values and name != quantity]
+    table = "velocity" in columns and "time" not in columns and quantity != "velocity"
+    found = preferred if preferred in (*have, "time") else [*have, "velocity" if table else "time"][0]
+    for heading in measurement.unknown:
+        words = set(re.split(r"[^a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", heading).lower()))
+        if found in ("time", "velocity") and words & _LIKE_A_POSITION:
+            what, name = "position", "target_mm or actual_mm (or other units)"
+        elif "direction" not in columns and words & _LIKE_A_DIRECTION:
+            what, name = "direction", "direction, with +1 and -1 in it"
+        else:
+            continue
+        problem = f"column {heading[:60]!r} looks like a {what}, but is not understood"
+        allowed = f"the heading {name}; or take the column out of the file, if it is something else"
+        raise FileFormatError(measurement.source, None, problem, allowed)
+    if found == "time" and "time" not in columns:
+        allowed = "a column target_mm, actual_mm, time_s or velocity_mm_s (or other units)"
+        raise FileFormatError(measurement.source, None, "neither a position nor a time nor a velocity", allowed)
+    return found
 
 
-def _headings(measurement: Measurement) -> str:
-    every = ", ".join([*(column.heading for column in measurement.columns.values()), *measurement.unknown])
-    return repr(every if len(every) <= 200 else every[:197] + "...")
+def position_of(measurement: Measurement, positions: Positions, coordinate: str) -> tuple[Floats, str]:
+    """Return the column that is the position, zeros where there is only a velocity, shape (rows,), and its unit."""
+    if coordinate == "velocity":
+        return np.zeros(measurement.rows), measurement.columns["velocity"].unit.removesuffix("_s")
+    if coordinate == "time":
+        return measurement.columns["time"].values, "s"
+    return positions.values[coordinate], positions.unit
+
+
+def without_wraps(positions: Positions) -> Positions:
+    """Return the positions of a log without the jumps of a single-turn counter, with a note."""
+    turn, values = positions.turn, dict(positions.values)
+    if turn is None:
+        return positions
+    for name in ("target", "actual"):
+        if name in values:
+            values[name] = unwrapped(values[name], turn)
+    if all(values[name] is positions.values[name] for name in values):
+        return positions
+    if values.keys() == {"target", "actual"}:
+        values["deviation"] = _within_a_turn(values["actual"] - values["target"], turn)
+    note = "the position jumps by a turn where the single-turn counter starts again: made continuous"
+    return Positions(values=values, unit=positions.unit, notes=(*positions.notes, note))
+
+
+def _within_a_turn(angle: Floats, turn: float) -> Floats:
+    return np.asarray((angle + turn / 2) % turn - turn / 2)
+
+
+def observed_of(measurement: Measurement, positions: Positions, quantity: str) -> tuple[Floats, str]:
+    """Return what is explained, with its unit inside: a deviation as given, else actual less target."""
+    turn, values = positions.turn, positions.values
+    if quantity in ("deviation", "actual") and quantity in values:
+        return values[quantity], positions.unit
+    if quantity == "deviation":
+        difference = values["actual"] - values["target"]
+        if turn is not None and max(np.ptp(values["actual"]), np.ptp(values["target"])) <= turn:
+            # one of the two may be through zero already, the other not yet
+            difference = np.where(np.abs(difference) > turn / 2, _within_a_turn(difference, turn), difference)
+        return difference, positions.unit
+    column = measurement.columns[quantity]
+    return column.values, column.unit

@@ -2,64 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.dataset.observed import DRIVE
+from rtec.dataset.standstill import Ints, group_means
 from rtec.effects.conditions import Floats
 from rtec.metrology import Measurement
 
-Ints = NDArray[np.int64]
+_NAMES = ("run", "rest", "direction", "held_direction")  # numbers that only name something: no mean of them
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Rows:
     """Columns of equal length, which steps of the preparation replace, and what they did.
 
-    Parameters
-    ----------
-    measurement
-        The file.
-    observe, coordinate
-        What is explained, and which column is the position.
-    position, observed, run
-        Shape (rows,); units as in the data set.
-    time_s, direction, velocity, acceleration
-        Shape (rows,), or None where the file does not tell.
-    held_direction
-        Direction of the last motion, also at rest; None as above.
-    temperatures, unknown
-        By name and by heading.
-    notes
-        In sentences.
+    They are of shape (rows,), with the names and units of the data set; None is what the file does not tell.
+    ``held_direction`` is that of the last motion, also at rest, ``rest`` the number of the standstill that a row of a
+    log belongs to, −1 in motion; ``turn`` is a whole turn of a rotary axis.
     """
 
     measurement: Measurement
     observe: str
     coordinate: str
     position_unit: str
+    observed_unit: str
+    moving: bool
+    turn: float | None
     position: Floats
     observed: Floats
     run: Ints
     time_s: Floats | None = None
     direction: Floats | None = None
     held_direction: Floats | None = None
+    rest: Ints | None = None
     velocity: Floats | None = None
     acceleration: Floats | None = None
+    feed: Floats | None = None
     temperatures: dict[str, Floats] = field(default_factory=dict)
     unknown: dict[str, Floats] = field(default_factory=dict)
+    stands_for: Floats | None = None
     notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
-        """Return the number of rows."""
         return int(self.position.size)
+
+    @property
+    def of_drive(self) -> bool:
+        """Whether a quantity of the drive is explained."""
+        return self.observe in DRIVE
 
     def keep(self, rows: NDArray[np.bool_]) -> None:
         """Leave out rows."""
+        self._change(lambda _, values: values[rows])
+
+    def merge(self, starts: Ints) -> None:
+        """Put each group of successive rows, given by its first row, together into one row of their means."""
+        each = np.ones(len(self)) if self.stands_for is None else self.stands_for
+        self._change(lambda name, values: values[starts] if name in _NAMES else group_means(values, starts))
+        self.stands_for = np.add.reduceat(each, starts)
+
+    def _change(self, changed: Callable[[str, Floats], Floats]) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
-                setattr(self, item.name, value[rows])
-        self.temperatures = {name: values[rows] for name, values in self.temperatures.items()}
-        self.unknown = {name: values[rows] for name, values in self.unknown.items()}
+                setattr(self, item.name, changed(item.name, value))
+            elif isinstance(value, dict):
+                setattr(self, item.name, {name: changed("", values) for name, values in value.items()})

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,22 +14,32 @@ from rtec.effects.frequency_grid import (
     ENOUGH_PHASES,
     FEWEST_CYCLES,
     FEWEST_PLACES,
-    NEARLY,
+    FEWEST_STATED,
+    NEAR_TWO,
+    alias_limit,
     frequencies,
     highest_frequency,
     phases_seen,
     resolved_harmonics,
     resolved_limit,
+    stated_base,
+    stated_periods,
 )
 from rtec.effects.protocol import Effect, Shape, Tunable
 
 MOST_HARMONICS = 8
+LEAST_FUNDAMENTAL = 0.5
+"""Of the strongest harmonic: a family with a weaker first wave is one of a fraction of its period, and another."""
+EDGE = 0.02
+"""Cycles from the end of the scan within which the true period may as well lie beyond."""
+WAVES_A_TARGET = 0.4
+"""Amplitudes of a family, at most, for each target: more of them follow anything."""
+MOST_UNSTATED = 4
+"""Harmonics of a period that nobody stated: more of them fit anything that comes back a few times."""
 FAMILIES = 6
 """The strongest line may be the first to the sixth harmonic of its family."""
 REFIT = 0.3
 """How far a refit may move the frequency, in units of 1 / span: past the neighbours on the grid."""
-SAME_PERIOD = 0.01
-"""Share by which a period found may differ from the stated one and still be it."""
 UNIFORM = 1e-9
 """Frequencies that deviate by less, in cycles over the positions, are equally spaced."""
 
@@ -35,9 +47,11 @@ UNIFORM = 1e-9
 class Periodic(Effect):
     """Base of the effects that are periodic in position with a period that has to be found."""
 
+    is_wave = True
+
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why no period can be seen, or None."""
-        if frequencies(conditions).size:
+        if frequencies(conditions).size or stated_periods(conditions).size:
             return None
         found = conditions.places.size
         if found < FEWEST_PLACES:
@@ -56,8 +70,46 @@ class Periodic(Effect):
         """Return the period, free by a little more than the spacing of the scan, as long as the span holds enough."""
         period = period_of(shape)
         room = REFIT * period**2 / conditions.span
-        longest = conditions.span / (NEARLY * FEWEST_CYCLES)
+        if conditions.revolution is not None and stated_base(conditions, period) is not None:
+            return ()  # a turn is a turn
+        longest = conditions.span / FEWEST_CYCLES
         return (Tunable("period", period - room, max(period, min(period + room, longest))),)
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the number of stated periods for one of them, else that of all periods of the scan."""
+        if stated_base(conditions, period_of(shape)) is not None:
+            return float(max(stated_periods(conditions).size, 1))
+        return float(max(frequencies(conditions).size, 1)) * MOST_UNSTATED
+
+    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
+        """Return why the positions cannot bear out a period that nobody stated, or None."""
+        return wave_doubt(conditions, period_of(shape))
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why a family of an unstated period is no such family: its first wave hardly takes part."""
+        size = np.hypot(amplitudes[::2], amplitudes[1::2])
+        harmonics = _harmonics(shape)
+        if harmonics < 2 or stated_base(conditions, period_of(shape)) is not None:
+            return None
+        each = np.sqrt((size.reshape(-1, harmonics) ** 2).sum(axis=0))
+        if each[0] >= LEAST_FUNDAMENTAL * each.max():
+            return None
+        return "its first wave is weaker than its harmonics: a multiple of the true period"
+
+    def regrouped(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the families that hold a harmonic of this one: it may have brought two periods together."""
+        single: dict[str, Any] = {"harmonics": 1}
+        lines = [
+            replace(shape, **single, **{"period": period_of(shape) / k}) for k in range(1, _harmonics(shape) + 1)
+        ]
+        found = [v for line in lines for v in self.variants(conditions, line)]
+        return [
+            other
+            for other in found
+            if _harmonics(other) <= _harmonics(shape)
+            and (abs(period_of(other) / period_of(shape) - 1.0) > UNIFORM or _harmonics(other) < _harmonics(shape))
+            and self.doubtful(conditions, other) is None
+        ]
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by compiled code."""
@@ -76,6 +128,12 @@ def period_of(shape: Shape) -> float:
     """Return the period of a shape that has one."""
     period: float = getattr(shape, "period")  # noqa: B009 - shapes of several effects have it, their base has not
     return period
+
+
+def _harmonics(shape: Shape) -> int:
+    """Return how many harmonics a shape has."""
+    harmonics: int = getattr(shape, "harmonics", 1)
+    return harmonics
 
 
 def fill(wanted: Floats, position: Floats, out: Floats) -> None:
@@ -106,7 +164,8 @@ def families(
     Parameters
     ----------
     conditions
-        Of the readings: harmonics that alias are left out, and fundamentals that the span does not hold twice.
+        Of the readings: harmonics that alias are left out, and fundamentals that the span does not hold often enough:
+        five times, or once where the period is stated.
     frequency
         Of the strongest line, in cycles per position unit.
     parts
@@ -120,22 +179,43 @@ def families(
         The simplest first.
     """
     top = max(resolved_limit(conditions), frequency) * (1.0 + 1e-9)
+    most = max(1, min(most, int(WAVES_A_TARGET * conditions.places.size) // 2))
     found = []
+    whole = conditions.revolution is not None and stated_base(conditions, 1.0 / frequency) is not None
     for part in parts:
-        base = frequency / part
-        if part > 1 and base < NEARLY * FEWEST_CYCLES / conditions.span:
+        if part > MOST_UNSTATED and stated_base(conditions, part / frequency) is None:
             continue
-        found += [
-            (base, count)
-            for count in range(part, most + 1)
-            if count * base <= top or _stated(conditions, base, count)
-        ]
+        base = frequency / part
+        stated = stated_base(conditions, 1.0 / base)
+        if stated is not None:
+            base = 1.0 / stated
+        elif whole:  # of whole cycles a turn the fundamental goes round in whole cycles, too
+            continue
+        if base < (FEWEST_STATED if stated is not None else FEWEST_CYCLES if part > 1 else 0.0) / conditions.span:
+            continue
+        for count in range(part, (most if stated is not None else min(most, MOST_UNSTATED)) + 1):
+            if count * base <= top:
+                found.append((base, count))
+            elif stated is None or phases_seen(conditions.places, stated / count) < ENOUGH_PHASES:
+                break
+            else:
+                found.append((base, count))
     return found
 
 
-def _stated(conditions: Conditions, base: float, count: int) -> bool:
-    """Return whether a harmonic is one of the stated screw pitch, and shows at enough phases, fast as it is."""
-    pitch = conditions.screw_pitch
-    if pitch is None or abs(base * pitch - 1.0) > SAME_PERIOD:
-        return False
-    return all(phases_seen(conditions.places, pitch / k) >= ENOUGH_PHASES for k in range(1, count + 1))
+def wave_doubt(conditions: Conditions, period: float) -> str | None:
+    """Return why the positions cannot bear out a wave whose period nobody stated; None where they can."""
+    if stated_base(conditions, period) is not None:
+        return None
+    cycles, unit = conditions.span / period, conditions.position_unit
+    if cycles < FEWEST_CYCLES + EDGE:
+        return (
+            f"{cycles:.1f} cycles of {period:.4g} {unit} only, and nobody stated that period: a span of "
+            f"{FEWEST_CYCLES * period:.4g} {unit} would settle it"
+        )
+    if 1.0 / period > NEAR_TWO * alias_limit(conditions) * (1.0 + 1e-9):
+        return (
+            f"a period of {period:.4g} {unit} is two readings long, and nobody stated it: targets "
+            "twice as dense would settle it"
+        )
+    return None

@@ -9,8 +9,8 @@ import numpy as np
 from rtec.effects.conditions import Conditions, Floats
 
 FEWEST_NODES, MOST_NODES = 4, 64
-NODES_A_TARGET = 0.75
-"""At most: what is left of the targets has to show whether the map fits."""
+NODES_A_TARGET = 0.6
+"""At most: what is left of the targets has to show whether the map fits, and a wave is no smooth curve."""
 TABLE_TARGETS = 12
 """With so few targets a node stands at each: a smooth function and a table cannot be told apart."""
 

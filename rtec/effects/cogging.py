@@ -11,7 +11,7 @@ from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.frequency_grid import NEARLY, frequencies, highest_frequency, stated_periods
+from rtec.effects.frequency_grid import frequencies, stated_periods
 from rtec.effects.protocol import (
     Amplitude,
     Card,
@@ -19,7 +19,6 @@ from rtec.effects.protocol import (
     Quantity,
     Rival,
     Shape,
-    Tunable,
     Units,
     own_shape,
     parameter,
@@ -27,11 +26,6 @@ from rtec.effects.protocol import (
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
-NEAR = 0.5
-"""A line this near to whole cycles a turn, in units of 1 / span, cannot be told from them."""
-
-FEWEST_TURNS = 2.0
-"""Whole cycles a turn are no smooth curve by chance: two of them over the positions are enough."""
 MOST_HARMONICS = 12
 """Magnets and slots give more of them than a screw does."""
 
@@ -70,7 +64,7 @@ class Cogging(Periodic):
     observable = Observable.DRIVE
     needs = "a period that the positions resolve and do not alias: six positions at least, moving or held"
     shape_type = CoggingShape
-    repeatable = True
+    at_most = 4
     rivals = (
         Rival("inertia", experiments.TWO_STROKES),
         Rival("force_offset", experiments.OVER_A_PERIOD),
@@ -97,28 +91,13 @@ class Cogging(Periodic):
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""
-        stated = stated_periods(conditions, conditions.screw_pitch)
-        scanned = np.concatenate([frequencies(conditions), _whole_cycles(conditions), 1.0 / stated])
+        scanned = np.concatenate([frequencies(conditions), 1.0 / stated_periods(conditions)])
         return [CoggingShape(period) for period in (1.0 / scanned).tolist()]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return families of harmonics that hold the wave found, of whole cycles a turn where that is possible."""
-        frequency = 1.0 / own_shape(shape, CoggingShape).period
-        cycles = _cycles_a_turn(conditions, frequency)
-        if cycles is None or conditions.revolution is None:
-            found = families(conditions, frequency, PARTS, MOST_HARMONICS)
-        else:
-            parts = [part for part in PARTS if cycles % part == 0]
-            found = families(conditions, cycles / conditions.revolution, parts, MOST_HARMONICS)
+        found = families(conditions, 1.0 / own_shape(shape, CoggingShape).period, PARTS, MOST_HARMONICS)
         return [CoggingShape(1.0 / base, harmonics) for base, harmonics in found]
-
-    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the period; nothing where it is a whole fraction of a turn."""
-        period = own_shape(shape, CoggingShape).period
-        turn = conditions.revolution
-        if turn is not None and abs(turn / period - round(turn / period)) < 1e-9 * turn / period:
-            return ()
-        return super().tunables(conditions, shape)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return sine and cosine of each harmonic, shape (rows, amplitudes)."""
@@ -137,23 +116,3 @@ class Cogging(Periodic):
 
     def _more_than_one_wave(self, shape: Shape) -> bool:
         return own_shape(shape, CoggingShape).harmonics > 1
-
-
-def _whole_cycles(conditions: Conditions) -> Floats:
-    """Return the whole numbers of cycles a turn within the scan, as frequencies, shape (frequencies,)."""
-    grid = frequencies(conditions)
-    if conditions.revolution is None or grid.size == 0:
-        return np.empty(0)
-    turn = conditions.revolution
-    first = int(np.ceil(NEARLY * FEWEST_TURNS / conditions.span * turn))
-    last = int(np.floor(highest_frequency(conditions) * turn + 1e-9))
-    return np.arange(max(first, 1), last + 1) / turn
-
-
-def _cycles_a_turn(conditions: Conditions, frequency: float) -> int | None:
-    """Return the whole number of cycles a turn that a line stands for, or None where there is none so near."""
-    if conditions.revolution is None:
-        return None
-    cycles = round(frequency * conditions.revolution)
-    away = abs(frequency - cycles / conditions.revolution)
-    return cycles if cycles >= 1 and away <= NEAR / conditions.span else None

@@ -76,6 +76,8 @@ class Conditions:
     moving: bool = False
     first_row: int = 0
     """Row order of the first reading, where these conditions are a part of more."""
+    whole: Conditions | None = None
+    """The conditions of which these are a drawn part, where its places say what the part resolves."""
     order_of_rows: Floats | None = None
     """Row order of each reading, where these conditions are a selection."""
 
@@ -119,12 +121,14 @@ class Conditions:
 
     @cached_property
     def span(self) -> float:
-        """Length over which positions spread."""
-        return float(np.ptp(self.position))
+        """Length over which positions spread; those of the whole, where these are a drawn part of it."""
+        return float(np.ptp(self.position)) if self.whole is None else self.whole.span
 
     @cached_property
     def places(self) -> Floats:
-        """Distinct positions, ascending."""
+        """Distinct positions, ascending; of the whole, where these are a drawn part of it."""
+        if self.whole is not None:
+            return self.whole.places
         ordered = np.unique(self.position)
         if ordered.size < 2 or self.span == 0.0:
             return ordered[:1]

@@ -52,6 +52,7 @@ class Cyclic(Periodic):
     name = "cyclic"
     needs = "a period that the positions resolve and do not alias: six positions at least"
     shape_type = CyclicShape
+    at_most = 3
     contains = frozenset({"eccentricity", "interpolation"})
     rivals = (
         Rival("interpolation", experiments.FRACTIONS_OF_SIGNAL),
@@ -100,7 +101,7 @@ class Cyclic(Periodic):
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, then the stated pitch and its fractions."""
-        stated = stated_periods(conditions, conditions.screw_pitch)
+        stated = stated_periods(conditions)
         grid = frequencies(conditions)
         return [CyclicShape(period) for period in np.concatenate([1.0 / grid, stated]).tolist()]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,17 +11,27 @@ from rtec.effects.conditions import Conditions, Floats
 
 FEWEST_PLACES = 6
 """With fewer positions a sine through them proves nothing."""
-SPACING = 0.2
-"""Of the frequencies, in units of 1 / span: between two of them a sine keeps a cosine of 0.98."""
-MOST_FREQUENCIES = 7500
-FEWEST_CYCLES = 2.5
-"""Over the span: what comes back no more than once may as well be a smooth curve."""
-NEARLY = 0.95
-"""Share of these cycles that is enough for a fundamental: readings over a turn end a step before it is full."""
+SPACING = 0.3
+"""Of the frequencies, in units of 1 / span: between two of them a sine keeps a cosine of 0.96."""
+MOST_FREQUENCIES = 3000
+FEWEST_CYCLES = 5.0
+"""Over the span, of a wave whose period nobody stated: of real measurements every doubtful wave had four cycles or
+fewer, every confirmed one six or more. What comes back less often may as well be a smooth curve."""
+FEWEST_STATED = 0.9
+"""Over the span, of a wave with a stated period: readings over a turn end a step before it is full."""
+NEAR_TWO = 0.95
+"""Share of the sampling's limit up to which an unstated wave counts: at two readings a cycle noise is a wave."""
 IRREGULAR = 0.05
 """Positions whose gaps deviate by more than this share from whole steps resolve more than half a cycle a step."""
 SAME_PHASE = 0.02
 """Phases nearer than this share of a period count as one."""
+MOST_PARTS, MOST_A_TURN = 5, 400
+MOST_PLACES = 500
+"""Looked at for the phases of a period: so many show them as well as all."""
+SAME_PERIOD = 0.01
+"""Share by which a period found may differ from the stated one and still be it."""
+SAME_LINE = 0.5
+"""Of 1 / span: frequencies nearer than this cannot be told apart."""
 ENOUGH_PHASES = 3
 """Sine and cosine cannot be told apart from two phases."""
 
@@ -67,17 +79,18 @@ def highest_frequency(conditions: Conditions) -> float:
     --------
     >>> c = Conditions(position=np.arange(0.0, 101.0, 5.0), position_unit="mm", run=np.ones(21, dtype=np.int64))
     >>> round(highest_frequency(c), 4)
-    0.0976
+    0.095
     """
     if conditions.span == 0.0:
         return 0.0
-    return min(resolved_limit(conditions), (FEWEST_CYCLES + SPACING * (MOST_FREQUENCIES - 1)) / conditions.span)
+    most = (FEWEST_CYCLES + SPACING * (MOST_FREQUENCIES - 1)) / conditions.span
+    return min(resolved_limit(conditions), NEAR_TWO * alias_limit(conditions), most)
 
 
 def frequencies(conditions: Conditions) -> Floats:
     """Return the frequencies to scan, equally spaced, in cycles per position unit, shape (frequencies,).
 
-    From two and a half cycles over the span to the highest frequency; empty where the places resolve nothing.
+    From five cycles over the span to the highest frequency; empty where the places resolve nothing.
     """
     top = highest_frequency(conditions)
     if top == 0.0:
@@ -136,9 +149,51 @@ def phases_seen(places: Floats, period: float) -> int:
     return seen
 
 
-def stated_periods(conditions: Conditions, stated: float | None, parts: int = 5) -> NDArray[np.float64]:
-    """Return a stated period and its fractions 1/2, 1/3, ... of which the places show enough phases."""
-    if stated is None or conditions.places.size < FEWEST_PLACES:
+@lru_cache(maxsize=8)
+def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[np.float64]:
+    """Return the periods that the file states and whole fractions of them, as far as the positions show them.
+
+    Parameters
+    ----------
+    conditions
+        The screw's pitch and the turn of a rotary axis are stated periods.
+    parts
+        Fractions of a pitch, down to 1 / parts; of a turn as many as the positions resolve, at most 1 / 400.
+
+    Returns
+    -------
+    ndarray
+        Longest first, shape (periods,). At least nine tenths of a cycle lie within the span, and the positions show
+        three phases of it.
+    """
+    if conditions.places.size < FEWEST_PLACES:
         return np.empty(0)
-    fractions = stated / np.arange(1, parts + 1)
-    return fractions[[phases_seen(conditions.places, period) >= ENOUGH_PHASES for period in fractions]]
+    found: list[float] = []
+    top = resolved_limit(conditions)
+    places = conditions.places
+    if places.size > MOST_PLACES:  # drawn: at equal steps a period of four readings would be seen twice
+        places = np.sort(np.random.default_rng(0).choice(places, MOST_PLACES, replace=False))
+    for stated, most in ((conditions.screw_pitch, parts), (conditions.revolution, MOST_A_TURN)):
+        if stated is None:
+            continue
+        for part in range(1, most + 1):
+            period = stated / part
+            if period > conditions.span / FEWEST_STATED:
+                continue
+            if stated is conditions.revolution and part / stated > top:
+                break
+            if phases_seen(places, period) >= ENOUGH_PHASES:
+                found.append(period)
+    return np.unique(np.array(found))[::-1]
+
+
+def stated_base(conditions: Conditions, period: float) -> float | None:
+    """Return the stated period, or whole fraction of one, that a period cannot be told from, or None."""
+    for stated, most in ((conditions.revolution, MOST_A_TURN), (conditions.screw_pitch, MOST_PARTS)):
+        if stated is None or period > stated * (1.0 + SAME_PERIOD):
+            continue
+        part = round(stated / period)
+        away = abs(1.0 / period - part / stated)
+        if 1 <= part <= most and away <= min(SAME_LINE / conditions.span, SAME_PERIOD * part / stated):
+            return stated / part
+    return None

@@ -18,13 +18,15 @@ DENSEST = 0.1
 """Of the readings to the nearer end, how far apart moments to try may lie: a cosine of 0.97 between them."""
 MOST_MOMENTS = 1000
 MOST_NEARBY = 64
+GRADUAL = 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class StepShape(Shape):
-    """When the counts were lost."""
+    """When the counts were lost; spread over a while it is no loss of counts, but what that has to outdo."""
 
     moment: float = field(default=1.0, metadata=parameter(Quantity.CLOCK, "moment"))
+    over: float = field(default=0.0, metadata=parameter(Quantity.CLOCK, "time that the change takes"))
 
 
 class LostCounts(Effect):
@@ -46,7 +48,7 @@ class LostCounts(Effect):
     needs = "a time column"
     shape_type = StepShape
     in_time = True
-    repeatable = True
+    at_most = 3
     rivals = (
         Rival("backlash", experiments.REPEAT_CYCLES),
         Rival("drift", experiments.INDEX_OFTEN),
@@ -101,6 +103,21 @@ class LostCounts(Effect):
             near = near[np.linspace(0, near.size - 1, MOST_NEARBY).astype(np.int64)]
         return sorted({shape, *(StepShape(moment) for moment in near.tolist())}, key=_moment)
 
+    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
+        """Return why a change that takes its time is no loss of counts."""
+        return None if own_shape(shape, StepShape).over == 0.0 else "counts are lost at a moment, not over a while"
+
+    def softer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the same step spread over a fiftieth of a log: what wanders slowly there passes for a step, too."""
+        if not conditions.moving:
+            return ()
+        over = GRADUAL * float(np.ptp(conditions.clock))
+        return (StepShape(_moment(shape) - over / 2.0, over),)
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 1 for the moment."""
+        return 1
+
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return 0 before the moment and 1 after it, shape (rows, 1)."""
         column: Floats = self.scan(conditions, [shape])[0].T
@@ -111,11 +128,19 @@ class LostCounts(Effect):
         time = self._needed(conditions.time_s, "a time column")
         moments = np.array([_moment(shape) for shape in shapes])
         after: Floats = (time > moments[:, None]).astype(np.float64)
+        for k, shape in enumerate(shapes):
+            over = own_shape(shape, StepShape).over
+            if over > 0.0:
+                after[k] = np.clip((time - moments[k]) / over, 0.0, 1.0)
         return after[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the height of the step."""
         return (Amplitude("step", *units.shown),)
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return moment and step; the time that it took where it took any."""
+        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "over" or x[1] > 0.0)
 
 
 def _moment(shape: Shape) -> float:

@@ -23,6 +23,7 @@ class Offset(Effect):
     """
 
     name = "offset"
+    is_datum = True
     needs = "nothing"
     card = Card(
         title="Offset",

@@ -12,6 +12,9 @@ from rtec.effects._smooth import node_ladder, node_names, smooth_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
+CIRCLE = (0.75, 1.5)
+"""Turns of a rotary axis over which a map is none: the end of the turn is its beginning."""
+
 
 @dataclass(frozen=True, slots=True)
 class MapShape(Shape):
@@ -44,6 +47,7 @@ class PitchMap(Effect):
     name = "pitch_map"
     needs = "positions dense enough: three at least"
     shape_type = MapShape
+    is_map = True
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "eccentricity", "interpolation"})
     rivals = (Rival("thermal_growth", experiments.COLD_AND_HOT),)
     card = Card(
@@ -69,6 +73,9 @@ class PitchMap(Effect):
         """Return why the data cannot show a map, or None."""
         if conditions.time_is_coordinate:
             return "no positions: time stands for them, and what is smooth in time is a drift or a warm-up"
+        turn = conditions.revolution
+        if turn is not None and CIRCLE[0] * turn <= conditions.span <= CIRCLE[1] * turn:
+            return "one turn of a rotary axis closes: what is smooth over it comes back every turn (cyclic)"
         count = conditions.places.size
         return (
             None if node_ladder(conditions) else f"{count} position{'s' if count > 1 else ''} only: at least 3 needed"

@@ -177,8 +177,14 @@ class Effect(abc.ABC):
     """Amplitudes cannot be below zero (friction, inertia)."""
     in_time: ClassVar[bool] = False
     """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""
-    repeatable: ClassVar[bool] = False
-    """A model may hold it more than once (several families of periods)."""
+    at_most: ClassVar[int] = 1
+    """How many of it a model may hold (several families of periods, steps at several moments)."""
+    is_map: ClassVar[bool] = False
+    """A smooth function of position; how many nodes it has is chosen by what they explain."""
+    is_datum: ClassVar[bool] = False
+    """A constant, which beside anything else only says where the instrument was set to zero."""
+    is_wave: ClassVar[bool] = False
+    """Periodic in position: a decimated log shows it at its rows as well as at every sample."""
     builds_on: ClassVar[frozenset[str]] = frozenset()
     """Effects to which this one is an addition: it is looked for beside them only."""
     never_ranked: ClassVar[bool] = False
@@ -191,6 +197,26 @@ class Effect(abc.ABC):
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the scan grid: shapes close enough together that none between them is missed."""
         return (self.shape_type(),)
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return from how many shapes one like ``shape`` is chosen, which is what its choice costs a model."""
+        return float(len(self.shapes(conditions)))
+
+    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
+        """Return why these data cannot bear out a shape, however well it fits; None where they can."""
+        return None
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why a fit is no such effect, whatever it explains; None where it may be one."""
+        return None
+
+    def softer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the same change spread over a while, which a sudden one has to outdo; none where none is."""
+        return ()
+
+    def regrouped(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return shapes that hold a part of this one, in other company: single harmonics of a family, and theirs."""
+        return ()
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return simpler and richer forms around the best of the scan (harmonics, nodes, directions)."""

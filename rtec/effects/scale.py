@@ -52,6 +52,8 @@ class Scale(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a slope, or None."""
+        if conditions.time_is_coordinate:
+            return "no positions: time stands for them, and what is proportional to time is a drift"
         return None if conditions.places.size >= 2 else "one position only"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

@@ -74,6 +74,8 @@ class ThermalGrowth(Effect):
         """Return why the data cannot show growth, or None."""
         if not conditions.temperatures:
             return "no temperature column"
+        if conditions.time_is_coordinate:
+            return "no positions: what grows with them cannot be seen"
         if conditions.places.size < 2:
             return "one position only"
         change = max(float(np.ptp(values)) for values in conditions.temperatures.values())

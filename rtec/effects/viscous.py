@@ -9,6 +9,9 @@ from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
+ONE_SPEED = 0.2
+"""Of the usual speed: where the middle half of the readings in a direction lies closer together, it is one speed."""
+
 
 class Viscous(Effect):
     """Friction that grows with speed.
@@ -54,7 +57,9 @@ class Viscous(Effect):
         """Return why the data cannot show friction that grows with speed, or None."""
         if conditions.velocity is None:
             return "no velocity or feed column"
-        return None if np.any(conditions.velocity) else "the velocity is zero throughout"
+        if not np.any(conditions.velocity):
+            return "the velocity is zero throughout"
+        return "one speed each way: it cannot be told from dry friction" if _one_speed_each_way(conditions) else None
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, shape (rows, 1)."""
@@ -63,3 +68,14 @@ class Viscous(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the coefficient, in N/(m/s) on a linear axis."""
         return (Amplitude("viscous", *per_speed(units)),)
+
+
+def _one_speed_each_way(conditions: Conditions) -> bool:
+    """Return whether the axis moves at a single speed in each of two directions, but for starts, stops and noise."""
+    if conditions.velocity is None or conditions.direction is None or not conditions.both_directions:
+        return False
+    for way in (-1.0, 1.0):
+        low, usual, high = np.percentile(np.abs(conditions.velocity[conditions.direction == way]), (25, 50, 75))
+        if high - low > ONE_SPEED * usual:
+            return False
+    return True

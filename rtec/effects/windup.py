@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -38,12 +38,14 @@ class WindupShape(Shape):
     """Over which distance the drive winds up, whether it starts from the wind-up of the motion before, and where.
 
     ``overshoot`` is the way from the reversal back to the last reading before it, which a table of targets does not
-    hold: a measuring program goes past its last target before it turns.
+    hold: a measuring program goes past its last target before it turns. ``settled`` says that a run in motion begins
+    wound up, as where the last motion before it went the same way.
     """
 
     distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
     carried: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "carried over the reversal"))
     overshoot: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "overshoot"))
+    settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "wound up before the run began"))
 
 
 class Windup(Effect):
@@ -119,15 +121,19 @@ class Windup(Effect):
         gone = _distances(conditions)
         if gone.size < FEWEST_DISTANCES:
             return []
-        return [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
+        here = [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
+        if not conditions.moving:
+            return here
+        remembered = [replace(shape, carried=True) for shape in here]
+        return [*here, *remembered, *(replace(shape, settled=True) for shape in remembered)]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape started from nothing and carried over, turned at the last reading and beyond it."""
+        if conditions.moving:  # a log in motion holds the reversal itself
+            return [shape]
         distance = own_shape(shape, WindupShape).distance
         lower = [distance * step for step in (1.0, 0.75, 0.55)]  # carried over, the same curve has a shorter distance
         here = [WindupShape(distance), *(WindupShape(way, carried=True) for way in lower)]
-        if conditions.moving:  # a log in motion holds the reversal itself
-            return here
         return [*here, *(WindupShape(w.distance, w.carried, 0.1 * w.distance) for w in here)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
@@ -161,8 +167,12 @@ class Windup(Effect):
         distances = np.array([shape.distance for shape in own])[:, None]
         missing = np.array([2.0 if shape.carried else 1.0 for shape in own])[:, None]
         beyond = np.array([shape.overshoot for shape in own])[:, None]
-        built: Floats = (1.0 - missing * np.exp(-(gone + beyond) / distances)) * (way / 2)
-        return built[:, None, :]
+        built = 1.0 - missing * np.exp(-(gone + beyond) / distances)
+        added: Floats = built * (way / 2)
+        remembers = np.array([shape.carried for shape in own]) & conditions.moving
+        if remembers.any():
+            added[remembers] = _remembered(conditions, [shape for shape in own if shape.carried]) / 2
+        return added[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the reversal error once it is fully built up."""
@@ -171,6 +181,18 @@ class Windup(Effect):
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
         """Return distance, overshoot where there is one, and the reversal error once it is fully built up."""
         return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "overshoot" or x[1] > 0.0)
+
+
+def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats:
+    """Return what a log in motion has wound up when it remembers its whole way, -1 to 1; shape (shapes, rows)."""
+    from rtec.effects._windup_kernels import wind_up  # noqa: PLC0415 - loads numba, for logs only
+
+    new_run = np.concatenate([[True], np.diff(conditions.run) != 0])
+    way = np.zeros(conditions.rows) if conditions.direction is None else np.sign(conditions.direction)
+    first = np.array([float(shape.settled) for shape in shapes])[:, None] * way
+    found = np.empty((len(shapes), conditions.rows))
+    wind_up(conditions.position, new_run, first, np.array([shape.distance for shape in shapes]), found)
+    return found
 
 
 def _distances(conditions: Conditions) -> Floats:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import looked_at
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
-from rtec.inference.calibration import independent_tests
-from rtec.inference.fit import fit_model, noise_after, opened_model, shapes_found
-from rtec.inference.judgement import judged
+from rtec.inference.fit import check_testable, fit_model, opened_model
+from rtec.inference.judgement import Finding, judged
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Diagnosis
-from rtec.inference.trial import Search, first_noise, refitted
-from rtec.inference.workspace import Choice, Workspace
+from rtec.inference.scored import Judge
+from rtec.inference.search import Search, probabilities
+from rtec.inference.space import Choice, Space
 
 
 def add(
@@ -43,11 +41,11 @@ def add(
     heldout
         Another measurement, on which the model is scored.
     locked
-        Whether ``heldout`` is only scored: what the effect brings is then judged by held-out parts of ``dataset``.
+        Whether ``heldout`` is only scored; an effect that is added as the user says is never taken out by it.
     shape
         Period, nodes, ...; None: the best of the scan.
     seed
-        Of the draws that calibrate.
+        Kept with the result.
 
     Returns
     -------
@@ -66,27 +64,31 @@ def add(
             "data in which something changes",
         )  # fmt: skip
     start = Model(observe=dataset.observe, units=dataset.units) if model is None else model
-    if effect_name in start.names and not effect.repeatable:
+    if start.names.count(effect_name) >= effect.at_most:
         raise ArgumentError(
             "EFFECT", effect_name, f"an effect that the model does not hold yet ({', '.join(start.names)})"
         )
     term = Term(effect=effect, shape=shape)
-    opened_model(dataset, start.with_terms([term]))  # refuses what the data cannot show
+    check_testable(dataset, [term])  # refuses what the data cannot show
     begun = fit_model(dataset, start, all_open=True) if start.terms else start
-    base: list[Choice] = [(t.effect, t.shape) for t in begun.terms if t.shape is not None]
-    rng = np.random.default_rng(seed)
-    workspace = Workspace(dataset, first_noise(dataset, base))
-    state = Search(
-        dataset=dataset,
-        heldout=heldout,
-        locked=locked,
-        start=begun,
-        workspace=workspace,
-        rng=rng,
-        searched=False,
+    given: tuple[Choice, ...] = tuple((t.effect, t.shape) for t in begun.terms if t.shape is not None)
+    opened = opened_model(dataset, begun.with_terms([*begun.terms, term]), all_open=True)
+    assert opened is not None  # noqa: S101 - a term without amplitudes is open
+    new = next(choice for choice in opened.scored.choices if choice[0] is effect and choice not in given)
+    search = Search(Judge(Space(dataset)), given)
+    found = search.judge.score([*given, new])
+    if shape is None:
+        found = search.reshaped(found)
+    search.children(search.judge.score(given))  # what would do as well in its place
+    return judged(
+        Finding(
+            search=search,
+            model=found,
+            scout=search,
+            scouted=found,
+            begun=begun,
+            probability=probabilities(search, found),
+            heldout=heldout,
+            searched=False,
+        )
     )
-    state.tests = independent_tests(workspace.strict, rng)
-    new = shapes_found(workspace, [*begun.terms, term])[-1]
-    state.kept = [*base, new] if shape is not None else refitted(workspace, [*base, new])
-    state.workspace = Workspace(dataset, noise_after(workspace, state.kept, datum=workspace.has_datum))
-    return judged(state, begun, base, rng, lambda share: None)

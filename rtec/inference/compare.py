@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
 from rtec.errors import ArgumentError
-from rtec.inference.fit import fit_model
-from rtec.inference.heldout import blocked_rms, held_out_by
+from rtec.inference.chessboard import HELD_OUT_BY, board_of, held_out_residual
+from rtec.inference.fit import fit_model, opened_model, residual_of
 from rtec.inference.model import Model
-from rtec.inference.noise import noise_of
+from rtec.inference.noise import noise_floor
 from rtec.inference.prediction import dataset_prediction
 from rtec.inference.results import NoiseFloor
+from rtec.inference.scored import Judge
+from rtec.inference.space import Space
 
 MOST_PLACES = 200
 """With more positions than these they are put together in bins."""
@@ -115,22 +117,34 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
     for data in (dataset,) if heldout is None else (dataset, heldout):
         check_model(start, data)
     fitted = fit_model(dataset, start)
+    judge = Judge(Space(dataset))
     residual = dataset.observed - dataset_prediction(dataset, fitted)
     if heldout is None:
-        rms_heldout, by = blocked_rms(dataset, start), held_out_by(dataset)
+        rms_heldout, by = blocked_rms(dataset, start), HELD_OUT_BY
     else:
-        rms_heldout, by = _rms(heldout.observed - dataset_prediction(heldout, fitted)), heldout.source
+        rms_heldout, by = heldout.rms(heldout.observed - dataset_prediction(heldout, fitted)), heldout.source
     return Comparison(
         dataset=dataset,
         heldout=heldout,
         model=fitted,
         residual=residual,
-        rms=_rms(residual),
+        rms=dataset.rms(residual),
         rms_heldout=rms_heldout,
         heldout_by=by,
-        noise=noise_of(dataset),
+        noise=noise_floor(judge, judge.score(())),
         where=residual_by(dataset, residual),
     )
+
+
+def blocked_rms(dataset: Dataset, model: Model) -> float:
+    """Return the RMS of a model on readings that took no part in the fit of what it leaves open.
+
+    Every fold is predicted by the model fitted to the others; a model with nothing open is simply compared.
+    """
+    opened = opened_model(dataset, model)
+    if opened is None:
+        return dataset.rms(residual_of(dataset, model))
+    return dataset.rms(held_out_residual(opened.judge, opened.scored, board_of(dataset)))
 
 
 def check_model(model: Model, dataset: Dataset) -> None:
@@ -292,7 +306,3 @@ def _worst(residual: Floats, values: Floats, labels: Labels, ways: Floats | None
             )
         )
     return tuple(found)
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

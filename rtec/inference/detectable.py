@@ -3,71 +3,60 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import special
-from scipy.optimize import brentq
 
 from rtec.effects import Effect
-from rtec.inference.score import INDEPENDENT, orthonormal
-from rtec.inference.workspace import Workspace, is_map, scan_cost
+from rtec.inference.probes import Probe
+from rtec.inference.proposals import Beside, beside, orthonormal
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.search import WORTH
 
-POWER = 0.95
-"""Probability with which an effect so large is found."""
-LEVEL = 0.01
-HELD_OUT = 16.0
-"""Fall, in units of the noise's variance, from which on the held-out gain lies above two standard errors."""
-IN_TIME = 3.0
-"""For what changes in time beside correlated noise: the correlation comes from the same few repeats, and slow noise
-feigns slow effects."""
+ERRORS = 1.64
+"""Standard errors that the noise may take away: so the effect is found 95 times of 100."""
+IN_TIME = 2.0
+"""For what changes in time beside slow noise or the zeros of runs, which are fitted together with it."""
 _SHAPES, _ROWS = 25, 60_000
 """Shapes looked at, and rows of all their columns: of few rows every shape, of many a sample."""
 
 
-def minimum_detectable(workspace: Workspace, tests: float) -> dict[str, float]:
+def minimum_detectable(judge: Judge, model: Scored) -> dict[str, float]:
     """Return the RMS contribution of each testable effect that would be found 95 times of 100, in the observed unit.
 
     Notes
     -----
-    The fall of the residual sum of squares is noncentral chi-square (Wald 1943) with the contribution's energy beside
-    a constant, in whitened space, over the noise's variance. It has to pass the adjusted probability, the cost of its
-    parameters and the held-out test. Of several shapes the least favourable counts.
+    An effect of which a share of energy ``l`` (over the noise's variance) is new beside the constant raises the score
+    by ``l / 2`` less its price and half a logarithm of the readings for each amplitude, give or take ``sqrt(l)``.
+    Of several shapes the least favourable counts.
     """
-    strict = workspace.strict
-    return {effect.name: found for effect in strict.library if (found := _of(strict, effect, tests)) is not None}
+    back = beside(judge.space, (), model.colour, zeros=False)
+    sigma = float(np.sqrt(judge.fit(model).variance))
+    return {
+        effect.name: found
+        for effect in judge.space.library
+        if not isinstance(effect, Probe) and (found := _of(judge, effect, back, sigma, model)) is not None
+    }
 
 
-def _of(workspace: Workspace, effect: Effect, tests: float) -> float | None:
-    back = workspace.background((), datum=False if effect.name == "offset" else None)
-    shapes = effect.shapes(workspace.conditions)
-    if is_map(effect):
-        shapes = workspace.maps(effect)[:1]
-    elif len(shapes) > (most := max(_SHAPES, _ROWS // workspace.dataset.rows)):
+def _of(judge: Judge, effect: Effect, back: Beside, sigma: float, model: Scored) -> float | None:
+    space = judge.space
+    shapes, sound = space.shapes(effect)
+    shapes = [shape for shape, good in zip(shapes, sound, strict=True) if good]
+    if effect.is_map:
+        shapes = shapes[:1]
+    elif len(shapes) > (most := max(_SHAPES, _ROWS // space.dataset.rows)):
         shapes = [shapes[k] for k in np.linspace(0, len(shapes) - 1, most).astype(int)]
+    slow = effect.in_time and (model.zeros or model.colour.rho > 0.0)
     worst = None
     for shape in shapes:
-        white = workspace.columns(effect, shape)
-        raw = workspace.dataset.columns(effect, shape)
-        if workspace.has_datum and effect.name != "offset":
-            raw = raw - raw.mean(axis=0)
-        basis = orthonormal(white, back.basis)
-        whole = float((white**2).sum())
-        energy = whole - float(((white @ back.basis) ** 2).sum())
-        if not basis.shape[1] or energy < INDEPENDENT * whole:
+        raw = space.raw((effect, shape))
+        if space.has_datum:
+            raw = raw - raw.mean(axis=1, keepdims=True)
+        white = space.whitening(model.colour).of(raw)
+        new = white - (white @ back.basis.T) @ back.basis
+        whole, energy = float((white**2).sum()), float((new**2).sum())
+        if energy <= 1e-8 * whole or not orthonormal(new).size:
             continue
-        widen = IN_TIME if effect.in_time and not workspace.noise.correlation.is_white else 1.0
-        needed = widen * _noncentrality(workspace, basis.shape[1], scan_cost(effect, shape), tests)
-        found = workspace.noise.sigma * float(np.sqrt(needed / energy * (raw**2).sum() / raw.shape[0]))
+        price = judge.price((effect, shape)) + 0.5 * raw.shape[0] * float(np.log(max(space.readings, 2)))
+        root = ERRORS + float(np.sqrt(ERRORS**2 + 2.0 * (WORTH + price)))
+        found = sigma * root * float(np.sqrt((raw**2).sum() / raw.shape[1] / energy)) * (IN_TIME if slow else 1.0)
         worst = found if worst is None else max(worst, found)
     return worst
-
-
-def _noncentrality(workspace: Workspace, amplitudes: int, cost: int, tests: float) -> float:
-    """Return the noncentrality at which the fall passes every test with the wanted probability."""
-    single = -np.expm1(np.log1p(-LEVEL) / tests)
-    by_chance = float(special.fdtri(amplitudes, max(workspace.noise.freedom, 1.0), 1.0 - single)) * amplitudes
-    by_cost = (amplitudes + cost) * workspace.cost
-    threshold = max(by_chance, by_cost, HELD_OUT)
-
-    def lack(noncentrality: float) -> float:
-        return 1.0 - float(special.chndtr(threshold, amplitudes, noncentrality)) - POWER
-
-    return float(brentq(lack, 1e-6, 40.0 * threshold + 100.0))

@@ -1,4 +1,4 @@
-"""The search for what is missing: rank, calibrate, add, refit, hold out, test for removal - until nothing is left."""
+"""The search for what is missing: every model with its own noise, the likeliest in which every effect is sure."""
 
 from __future__ import annotations
 
@@ -7,26 +7,21 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.many_rows import looked_at, one_of_every
+from rtec.dataset.many_rows import looked_at
 from rtec.errors import ArgumentError
-from rtec.inference.calibration import independent_tests
-from rtec.inference.exchange import search
-from rtec.inference.fit import fit_model, noise_after
-from rtec.inference.heldout import gain_on
-from rtec.inference.judgement import judged, nothing_testable
+from rtec.inference.answer import settled
+from rtec.inference.drawn import drawn
+from rtec.inference.experiment import experiment_for_more
+from rtec.inference.fit import fit_model, residual_of
+from rtec.inference.judgement import Finding, judged
 from rtec.inference.model import Model
-from rtec.inference.results import Diagnosis
-from rtec.inference.selection import coherent, forward, reshaped
-from rtec.inference.trial import LEVEL, Search, Trial, first_noise, refitted, trial_of
-from rtec.inference.workspace import Choice, Workspace
-
-MOST_ROWS_SEARCHED = 2500
-"""Of a log without repeats: its neighbours say nearly the same; the final fit takes them all."""
-ROUNDS = 4
-"""The noise is estimated again as effects come in; so often at most."""
-SETTLED = 0.03
-BANS = 12
-"""So many effects may be struck out."""
+from rtec.inference.noise import noise_floor
+from rtec.inference.outliers import far, far_from_neighbours
+from rtec.inference.probes import Probe
+from rtec.inference.results import Diagnosis, Experiment, Outlier, Verdict
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.search import Search
+from rtec.inference.space import Choice, Space
 
 Progress = Callable[[float], None]
 
@@ -54,7 +49,7 @@ def diagnose(
     locked
         Whether ``heldout`` is only scored, when everything is decided.
     seed
-        Of the draws that calibrate the best of many.
+        Kept with the result; the search itself draws nothing but by a fixed seed.
     progress
         Called with the share done.
 
@@ -69,152 +64,133 @@ def diagnose(
         A model of another quantity, or one with effects that the data cannot show.
     """
     tell = progress or (lambda share: None)
-    rng = np.random.default_rng(seed)
     dataset = looked_at(dataset)
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
+    dataset, outliers = _without(dataset, far_from_neighbours(dataset))
     begun = fit_model(dataset, start, all_open=True) if start.terms else start
-    base: list[Choice] = [(term.effect, term.shape) for term in begun.terms if term.shape is not None]
-    searched = thinned(dataset)
-    state = Search(
-        dataset=searched,
-        heldout=heldout,
-        locked=locked,
-        start=begun,
-        rng=rng,
-        workspace=Workspace(searched, first_noise(searched, base), quick=True),
-    )
+    given: tuple[Choice, ...] = tuple((term.effect, term.shape) for term in begun.terms if term.shape is not None)
+    space = Space(dataset)
     tell(0.05)
-    constant = dataset.never_changes
-    if constant or not state.workspace.library:
-        return nothing_testable(state, begun, constant)
-    state.tests = 1.0
-    _find(state, base, tell)
-    state.tests = independent_tests(state.workspace.strict, rng)
-    for _ in range(BANS):
-        if not (_strike_out(state, base) or _made_simpler(state, base)):
-            break
-    if searched is not dataset or dataset.resample is not None:
-        state.dataset = dataset
-        choices = refitted(Workspace(dataset, state.workspace.noise), state.kept)
-        state.kept = choices
-        state.workspace = Workspace(dataset, noise_after(state.workspace, choices, datum=state.workspace.has_datum))
-        _confirm(state, base)
-    held = {effect.name for effect, _ in state.kept}
-    state.rejected = {name: trial for name, trial in state.rejected.items() if name not in held}
-    tell(0.7)
-    return judged(state, begun, base, rng, tell)
+    if dataset.never_changes or not any(not isinstance(effect, Probe) for effect in space.library):
+        return nothing_testable(Search(Judge(space), given), begun)
+    part = drawn(dataset)
+    search = Search(Judge(space if part is dataset else Space(part)), given)
+    best = search.run(lambda share: tell(0.05 + 0.6 * share))
+    more, found = _without(dataset, _off(search, best)) if part is dataset else (dataset, ())
+    if found:  # what no noise explains beside the best model may have hidden the rest of it
+        dataset, outliers = more, (*outliers, *found)
+        search = Search(Judge(Space(dataset)), given)
+        best = search.run(lambda share: tell(0.4 + 0.25 * share))
+    best, probability = settled(search, best)
+    scout, scouted = search, best
+    if scout.space.dataset is not dataset:
+        search, best = _on_all(search, best, dataset, given)
+    if heldout is not None and not locked:
+        best = _confirmed(search, best, heldout, begun)
+    tell(0.75)
+    result = judged(
+        Finding(
+            search=search,
+            model=best,
+            scout=scout,
+            scouted=scouted,
+            begun=begun,
+            probability=probability,
+            outliers=tuple(sorted(outliers, key=lambda one: one.row)),
+            heldout=heldout,
+        )
+    )
+    tell(1.0)
+    return result
 
 
-def thinned(dataset: Dataset) -> Dataset:
-    """Return what a search looks at of a long log: one of every k rows; where there are repeats, everything.
-
-    Which one of them is drawn: at equal steps a short period would pass for a long one.
-    """
-    every = -(-dataset.rows // MOST_ROWS_SEARCHED)
-    if dataset.has_repeats or every == 1:
-        return dataset
-    return dataset.take(one_of_every(every, dataset.rows, np.random.default_rng(0)))
+def _without(dataset: Dataset, out: np.ndarray) -> tuple[Dataset, tuple[Outlier, ...]]:
+    """Return the data without some readings, and these."""
+    if not out.any():
+        return dataset, ()
+    order = dataset.coordinates.order[out]
+    found = tuple(Outlier(int(row) + 1, float(y)) for row, y in zip(order, dataset.observed[out], strict=True))
+    return dataset.take(~out), found
 
 
-def _find(state: Search, base: Sequence[Choice], tell: Progress) -> None:
-    """Search, estimate the noise again with what was found taken out, and search again until that changes nothing.
-
-    Without repeats one search has to do: its last residual says what noise is, and the tests are strict.
-    """
-    choices = list(base)
-    for turn in range(ROUNDS):
-        choices = refitted(state.workspace, search(state.workspace, base, banned=state.banned, most=state.most))
-        noise = noise_after(state.workspace, choices, datum=state.workspace.has_datum)
-        settled = abs(np.log(max(noise.sigma / state.workspace.noise.sigma, 1e-12))) < SETTLED
-        state.workspace = Workspace(state.dataset, noise, quick=True)
-        tell(0.05 + 0.6 * (turn + 1) / ROUNDS)
-        if settled or not noise.from_repeats or not any(effect.in_time for effect, _ in choices):
-            break
-    state.kept = choices
+def _off(search: Search, model: Scored) -> np.ndarray:
+    """Return which readings the best model leaves far off, by the steps of what is left; shape (rows,)."""
+    left = search.judge.left(model)
+    return far(search.space.project(left[None, :], model.colour)[0])
 
 
-def _made_simpler(state: Search, base: Sequence[Choice]) -> bool:
-    """Put a special case in the place of an effect where that predicts the other measurement better."""
-    judge = state.judge
-    if judge is None:
-        return False
-    given = {effect.name for effect, _ in base}
-    for k, (own, _) in enumerate(state.kept):
-        rest = [*state.kept[:k], *state.kept[k + 1 :]]
-        for simple in state.workspace.library:
-            held = {effect.name for effect, _ in state.kept}
-            if own.name in given or simple.name not in own.contains or simple.name in held or simple.name == "offset":
-                continue
-            best = state.workspace.best_of_scan(simple, state.workspace.background(rest))
-            if best is None:
-                continue
-            trial = refitted(state.workspace, [*rest, (simple, best.shape)])
-            before, after = state.model(state.kept), state.model(trial)
-            if gain_on(before, after, judge, state.workspace.noise).gain > 0.0:
-                state.kept = trial
-                state.banned.add(own.name)
-                state.removed[own.name] = f"{simple.name} predicts the other measurement better"
-                return True
-    return False
+def _on_all(search: Search, best: Scored, dataset: Dataset, given: Sequence[Choice]) -> tuple[Search, Scored]:
+    """Return search and model on all rows: shapes refined there, and what they do not bear out struck off."""
+    whole = Search(Judge(Space(dataset)), tuple(given), refused=search.refused)
+    library = {effect.name: effect for effect in whole.space.library}
+    choices = [(library.get(effect.name, effect), shape) for effect, shape in best.choices]
+    model = whole.reshaped(whole.judge.score(choices), maps=True)
+    while True:
+        failing = [
+            k
+            for k, choice in enumerate(model.choices)
+            if choice not in whole.given
+            and (whole.why_not(model, k) is not None or whole.gain(whole.without(model, k), model).gain <= 0.0)
+        ]
+        if not failing:
+            return whole, model
+        worst = min(failing, key=lambda k: whole.gain(whole.without(model, k), model).gain)
+        whole.refused[model.choices[worst][0].name] = (
+            whole.why_not(model, worst) or "the held-out error does not fall"
+        )
+        model = whole.without(model, worst)
 
 
-def _strike_out(state: Search, base: Sequence[Choice]) -> bool:
-    """Test each effect for removal, strike the worst off and go on without it; return whether one was struck.
-
-    Effects of the given model stay. What is struck out may have stood where others belong, so these are looked for
-    again.
-    """
-    worst = _worst(state, base)
-    if worst is None:
-        return False
-    k, trial = worst
-    name = state.kept[k][0].name
-    state.rejected[name] = trial
-    names = [effect.name for effect, _ in state.kept]
-    if names.count(name) > 1:
-        state.most[name] = names.count(name) - 1
-    else:
-        state.banned.add(name)
-    given_names = [effect.name for effect, _ in base]
-    rest = [*state.kept[:k], *state.kept[k + 1 :]]
-    library = [effect for effect in state.workspace.library if effect.name not in state.banned]
-    state.workspace.most = state.most
-    rest = forward(state.workspace, reshaped(state.workspace, rest), library, given=given_names)
-    state.kept = refitted(state.workspace, rest)
-    if not state.workspace.noise.from_repeats:
-        noise = noise_after(state.workspace, state.kept, datum=state.workspace.has_datum)
-        state.workspace = Workspace(state.dataset, noise, quick=True)
-    return True
+def _confirmed(search: Search, best: Scored, heldout: Dataset, begun: Model) -> Scored:
+    """Return the model without the effects that make another measurement worse."""
+    while True:
+        found = Finding(
+            search=search, model=best, scout=search, scouted=best, begun=begun, probability={}, heldout=heldout
+        )
+        error = found.rms_heldout(best)
+        worse = [
+            (found.rms_heldout(rest), k, rest)
+            for k, choice in enumerate(best.choices)
+            if choice not in search.given
+            for rest in [search.without(best, k)]
+            if found.rms_heldout(rest) < error
+        ]
+        if not worse:
+            return best
+        _, k, rest = min(worse, key=lambda item: item[0])
+        search.refused[best.choices[k][0].name] = "it makes the other measurement worse"
+        best = rest
 
 
-def _worst(state: Search, base: Sequence[Choice]) -> tuple[int, Trial] | None:
-    """Return the effect that fails its test for removal most clearly, with its test; None where none fails.
-
-    Where there are repeats the probability decides which is the worst, else the held-out error.
-    """
-    given = {effect.name for effect, _ in base}
-    tested = [k for k, (effect, _) in enumerate(state.kept) if effect.name not in given]
-    failed = []
-    for k in tested:
-        trial = trial_of(state, state.kept, k)
-        if not trial.passes and coherent([*state.kept[:k], *state.kept[k + 1 :]]):
-            certainty = trial.held_out.gain / max(trial.held_out.error, 1e-300)
-            last = state.kept[k][0].name == "offset"  # the datum takes its place: nothing else depends on it
-            p = trial.p_adjusted if state.workspace.noise.from_repeats else 0.0
-            failed.append((not last, p >= LEVEL, p, -certainty, k, trial))
-    if not failed:
-        return None
-    *_, k, trial = max(failed, key=lambda f: f[:5])
-    return k, trial
-
-
-def _confirm(state: Search, base: Sequence[Choice]) -> None:
-    """Strike off what the rows that the search did not look at do not bear out."""
-    while (worst := _worst(state, base)) is not None:
-        k, trial = worst
-        state.rejected[state.kept[k][0].name] = trial
-        state.kept = refitted(state.workspace, [*state.kept[:k], *state.kept[k + 1 :]])
-        noise = noise_after(state.workspace, state.kept, datum=state.workspace.has_datum)
-        state.workspace = Workspace(state.dataset, noise)
+def nothing_testable(search: Search, begun: Model) -> Diagnosis:
+    """Return the diagnosis of data that can show nothing at all."""
+    dataset, judge = search.space.dataset, search.judge
+    reasons = {name: why for name, why in search.space.reasons.items() if why is not None}
+    experiment = experiment_for_more(dataset, reasons, {}, None)
+    if dataset.never_changes:
+        reasons = dict.fromkeys(search.space.reasons, "the observed column never changes")
+        experiment = Experiment(text=f"see that {dataset.observe} is recorded at all, and with enough digits")
+    left = dataset.rms(residual_of(dataset, begun))
+    return Diagnosis(
+        verdict=Verdict.NOT_TESTABLE,
+        dataset=dataset,
+        heldout=None,
+        start=begun,
+        model=begun,
+        steps=(),
+        candidates=(),
+        noise=noise_floor(judge, judge.score(search.given)),
+        rms_before=left,
+        rms_after=left,
+        rms_heldout=left,
+        heldout_by="",
+        not_testable=tuple(reasons.items()),
+        minimum_detectable=(),
+        lack_of_fit=(),
+        unknown=None,
+        cosines=None,
+        experiment=experiment,
+        notes=dataset.notes,
+    )

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Effect, Observable, distance_since_reversal, effect_named
-from rtec.inference.fit import needs_datum, solved
-from rtec.inference.lookalikes import Rivalry
+from rtec.inference.answer import Rivalry
+from rtec.inference.fit import fitted_terms
 from rtec.inference.results import Experiment, Unknown
-from rtec.inference.workspace import Choice, Workspace
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.space import Space
 
 _PLACES = 15
 _FEED_SHARES = (1.0, 0.5, 0.05)
@@ -19,19 +21,16 @@ _AFTER_REVERSAL = (0.0, 0.01, 0.02, 0.04)
 _PAUSE_S = 10.0
 
 
-def experiment_for_rivals(workspace: Workspace, choices: Sequence[Choice], rivalry: Rivalry) -> Experiment:
+def experiment_for_rivals(judge: Judge, model: Scored, rivalry: Rivalry) -> Experiment:
     """Return the experiment that separates two effects, with what each of them predicts there."""
     text = _between(effect_named(rivalry.effect), effect_named(rivalry.rival))
-    plan = separating_plan(workspace)
-    place = [effect.name for effect, _ in choices].index(rivalry.effect)
-    if plan is None or rivalry.candidacy is None:
+    plan = separating_plan(judge.space)
+    if plan is None or rivalry.model is None:
         return Experiment(text=text, rivals=(rivalry.effect, rivalry.rival))
-    rest = [*choices[:place], *choices[place + 1 :]]
     predictions = []
-    for choice in (choices[place], (rivalry.candidacy.effect, rivalry.candidacy.shape)):
-        model = [*rest, choice]
-        amplitudes, _ = solved(workspace, model, datum=needs_datum(workspace, model))
-        predictions.append(choice[0].contribution(plan, choice[1], amplitudes[-1].tolist()))
+    for name, one in ((rivalry.effect, model), (rivalry.rival, rivalry.model)):
+        terms, _ = fitted_terms(judge, one)
+        predictions.append(next(term for term in terms if term.name == name).contribution(plan))
     return Experiment(
         text=text,
         rivals=(rivalry.effect, rivalry.rival),
@@ -53,14 +52,14 @@ def _between(first: Effect, second: Effect) -> str:
     )
 
 
-def separating_plan(workspace: Workspace) -> Conditions | None:
+def separating_plan(space: Space) -> Conditions | None:
     """Return a plan on which what looks alike here differs: feeds, returns, dense points after reversals, heat.
 
     Three bidirectional runs over the places measured, each at another feed, continued in time, the temperature going
     from the coldest to the hottest measured. None for logs of a drive.
     """
-    c = workspace.conditions
-    if workspace.dataset.observable is not Observable.DEVIATION or c.time_is_coordinate or c.places.size < 2:
+    c = space.dataset.conditions
+    if space.dataset.observable is not Observable.DEVIATION or c.time_is_coordinate or c.places.size < 2:
         return None
     shares = np.unique(np.concatenate([np.linspace(0.0, 1.0, _PLACES), _AFTER_REVERSAL]))
     way_up = c.places[0] + shares * c.span
@@ -107,17 +106,20 @@ def experiment_for_unknown(unknown: Unknown) -> Experiment:
 
 
 def experiment_for_more(
-    workspace: Workspace, not_testable: Mapping[str, str], minimum: Mapping[str, float]
+    dataset: Dataset, not_testable: Mapping[str, str], minimum: Mapping[str, float], unseen: str | None
 ) -> Experiment:
     """Return what this plan would need to show more."""
-    if not workspace.noise.from_repeats:
+    if not dataset.has_repeats:
+        again = f"; {unseen}" if unseen else ""
         return Experiment(
             text="repeat the same targets from the same directions at least five times: without repeats there is no "
-            "noise floor, and what is left cannot be judged"
+            f"noise floor, and what is left cannot be judged{again}"
         )
+    if unseen:
+        return Experiment(text=unseen)
     if minimum:
         name = max(minimum, key=lambda key: minimum[key])
-        unit, factor = workspace.dataset.units.shown
+        unit, factor = dataset.units.shown
         unit = unit.replace("um", "µm")
         need = f": {effect_named(name).needs}" if name in not_testable else ""
         return Experiment(

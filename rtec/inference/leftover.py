@@ -2,147 +2,105 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
+from scipy import stats
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats
-from rtec.effects._periodic import fill
+from rtec.effects._harmonics import harmonic_columns
 from rtec.effects.frequency_grid import frequencies
-from rtec.inference import tails
-from rtec.inference.repeat_space import equal_runs, repeat_space
+from rtec.inference.noise import lack_of_fit
+from rtec.inference.probes import Probe
+from rtec.inference.proposals import Beside, falls
 from rtec.inference.results import Unknown
-from rtec.inference.score import Background, gains, orthonormal
-from rtec.inference.structure import SIGNIFICANT
-from rtec.inference.workspace import Choice, Workspace
+from rtec.inference.scored import Judge, Scored
 
-MATTERS = 0.1
+MATTERS = 0.2
 """Share of the noise floor below which repeatable structure is of no interest, however significant."""
+OF_EXPLAINED = 0.02
+"""Share of what was explained below which a leftover is a hair: no effect has exactly the form of its formula."""
+SIGNIFICANT = 0.005
 _LINE = 1e-3
-_COLUMN = 1e-4
-_MOST_LINES = 2000
+_MOST_LINES = 1500
+_DIRECTION_SHARE = 0.25
 
 
-def describe_leftover(
-    workspace: Workspace, choices: Sequence[Choice], p_means: float | None, p_changes: Mapping[str, float]
-) -> Unknown | None:
-    """Return what repeatable structure is left, or None where what is left is noise.
+def unknown_structure(judge: Judge, model: Scored, floor: float | None) -> tuple[Unknown | None, float | None]:
+    """Return what structure is left, or None where what is left is noise; and the probability that it fits.
 
     Parameters
     ----------
-    workspace, choices
-        The data and the model.
-    p_means
-        Probability that the means over repeats fit, or None.
-    p_changes
-        Probability of the changes left between repeats, by what they depend on.
+    judge, model
+        The data and the model found, probes included: a probe that earned its place is structure without a name.
+    floor
+        Noise floor in the observed unit inside; None without repeats.
     """
-    changing = [name for name, p in p_changes.items() if p < SIGNIFICANT]
-    steady = p_means is not None and p_means < SIGNIFICANT and _excess(workspace, choices) > MATTERS
-    if not (changing or steady):
-        return None
-    depends: list[str] = []
-    period = frequency = None
-    if steady:
-        depends += _position_or_direction(workspace, choices)
-        period = _strongest_period(workspace, choices)
-    for name in changing:
-        depends += {"time": ["time"], "direction": ["direction", "run"], "position": ["position", "run"]}[name]
-    depends += _unknown_columns(workspace, choices)
-    if period is not None and workspace.conditions.time_is_coordinate:
-        frequency = 1.0 / period
+    probes = [effect for effect, _ in model.choices if isinstance(effect, Probe)]
+    depends = [name for probe in probes for name in probe.depends_on]
+    tested = lack_of_fit(judge, model)
+    period = None
+    repeats = False
+    if tested is not None and floor is not None:
+        fit = judge.fit(model)
+        explained = sum((fit.contribution(k) for k in range(len(model.choices))), np.zeros(judge.space.dataset.rows))
+        least = max(MATTERS * floor, OF_EXPLAINED * float(np.std(explained)))
+        repeats = tested[0] < SIGNIFICANT and tested[1] > least
+    if repeats:
+        left = judge.left(model)
+        left = left - left.mean()
+        depends += _position_or_direction(judge.space.dataset, left)
+        period = _strongest_period(judge.space.dataset, left)
+    p = None if tested is None else tested[0]
+    if not depends:
+        return None, p
     depends = list(dict.fromkeys(depends))
-    unit = workspace.conditions.position_unit
-    line = "" if period is None else f"; the strongest line has a period of {period:.4g} {unit}"
-    changes = "changes from run to run" if changing and not steady else "repeats from run to run"
-    if changing and steady:
-        changes = "partly repeats and partly changes from run to run"
+    c = judge.space.dataset.conditions
+    line = "" if period is None else f"; the strongest line has a period of {period:.4g} {c.position_unit}"
+    how = "repeats from run to run" if repeats else "is no effect of the library"
     return Unknown(
         depends_on=tuple(depends),
         period=period,
-        frequency_hz=frequency,
-        description=f"what is left depends on {', '.join(depends)} and {changes}{line}",
-    )
+        frequency_hz=1.0 / period if period is not None and c.time_is_coordinate else None,
+        description=f"what is left depends on {', '.join(depends)} and {how}{line}",
+    ), p
 
 
-def _mean_run(workspace: Workspace, choices: Sequence[Choice]) -> Floats:
-    """Return the residual's mean over equal runs at each reading of the data, whitened, shape (rows,)."""
-    back = workspace.background(choices)
-    space = repeat_space(workspace.dataset)
-    if space is None or space.slots is None:
-        return back.residual
-    return np.tile(back.residual.reshape(space.runs, -1).mean(axis=0), space.runs)
-
-
-def _excess(workspace: Workspace, choices: Sequence[Choice]) -> float:
-    """Return the RMS of the repeatable part of the residual beyond what noise gives, in units of the noise."""
-    space = repeat_space(workspace.dataset)
-    if space is None:
-        return 0.0
-    mean = _mean_run(workspace, choices)
-    runs = space.runs if space.slots is not None else 1
-    parameters = workspace.background(choices).basis.shape[1]
-    slots = workspace.dataset.rows / runs
-    expected = workspace.noise.sigma**2 / runs * max(1.0 - parameters / slots, 0.0)
-    return float(np.sqrt(max(np.mean(mean**2) - expected, 0.0))) / workspace.noise.sigma
-
-
-def _position_or_direction(workspace: Workspace, choices: Sequence[Choice]) -> list[str]:
-    """Return whether the repeatable part is common to both directions, differs between them, or both."""
-    c = workspace.conditions
+def _position_or_direction(dataset: Dataset, left: Floats) -> list[str]:
+    """Return whether what repeats is common to both directions, differs between them, or both."""
+    c = dataset.coordinates
     if not c.both_directions or c.direction is None:
         return ["position"]
-    mean = _mean_run(workspace, choices)
-    places = np.searchsorted(c.places, c.position + 1e-7 * c.span) - 1
-    both, differing = _variance_by(places, mean), _variance_by(places, mean * c.direction)
-    scale = max(both, differing)
-    found = ["position"]
-    if differing > 0.25 * scale:
-        found.append("direction")
-    return found
+    member = dataset.cell >= 0
+    edges = np.quantile(c.position[member], np.linspace(0.0, 1.0, 33)[1:-1])
+    place = np.searchsorted(np.unique(edges), c.position[member], side="right")
+    both = _variance_by(place, left[member])
+    differing = _variance_by(place, left[member] * np.sign(c.direction[member]))
+    return ["position", "direction"] if differing > _DIRECTION_SHARE * max(both, differing) else ["position"]
 
 
-def _variance_by(places: np.ndarray, values: Floats) -> float:
-    number = np.maximum(places, 0)
+def _variance_by(number: np.ndarray, values: Floats) -> float:
     count = np.bincount(number)
     means = np.bincount(number, weights=values) / np.maximum(count, 1)
     return float(np.mean(means[count > 0] ** 2))
 
 
-def _strongest_period(workspace: Workspace, choices: Sequence[Choice]) -> float | None:
-    """Return the period of the strongest line in position, where there is one above chance."""
-    grid = frequencies(workspace.conditions)[:_MOST_LINES]
-    if not grid.size:
+def _strongest_period(dataset: Dataset, left: Floats) -> float | None:
+    """Return the period of the strongest line in position, where there is one above chance.
+
+    Looked at are the means over repeats: what repeats without a wave would be one by as many repeats.
+    """
+    grid = frequencies(dataset.coordinates)[:_MOST_LINES]
+    member = dataset.cell >= 0
+    cell, count = np.unique(dataset.cell[member], return_inverse=True, return_counts=True)[1:]
+    if not grid.size or count.size > 20 * _MOST_LINES:
         return None
-    residual = _mean_run(workspace, choices)
-    rows = equal_runs(workspace.dataset)
-    slots = workspace.dataset.rows if rows is None else rows[1]
-    place, left = workspace.conditions.position[:slots], residual[:slots]
-    waves = np.empty((grid.size, 2, place.size))
-    fill(grid, place, waves)
-    m, q, n = waves.shape
-    empty = Background(basis=np.empty((n, 0)), residual=left * np.sqrt(workspace.dataset.rows / slots))
-    fall = gains(workspace.whitened_part(waves.reshape(m * q, n)).reshape(m, q, n), empty)
+    position, left = (
+        np.bincount(cell, weights=values[member]) / count for values in (dataset.coordinates.position, left)
+    )
+    left = left - left.mean()
+    waves = np.stack([harmonic_columns(position, 1.0 / f, 1).T for f in grid])
+    fall = falls(waves, Beside(np.ones((1, left.size)) / np.sqrt(left.size), left, float(left @ left)))
     k = int(np.argmax(fall))
-    p = grid.size * float(tails.chi_squared(fall[k] / workspace.noise.sigma**2, 2))
+    spread = float(left @ left - fall[k]) / max(left.size - 3, 1)
+    p = grid.size * float(stats.chi2.sf(fall[k] / max(spread, 1e-300), 2))
     return float(1.0 / grid[k]) if p < _LINE else None
-
-
-def _unknown_columns(workspace: Workspace, choices: Sequence[Choice]) -> list[str]:
-    """Return the headings of columns that no effect uses and that go with what is left, alone or by direction."""
-    dataset = workspace.dataset
-    back = workspace.background(choices)
-    direction = dataset.coordinates.direction
-    found = []
-    for heading, values in dataset.unknown:
-        if np.ptp(values) == 0.0:
-            continue
-        shifted = values - values.mean()
-        columns = [shifted] if direction is None else [shifted, shifted * direction]
-        basis = orthonormal(workspace.whitened(np.array(columns)), back.basis)
-        if basis.shape[1]:
-            fall = float(((basis.T @ back.residual) ** 2).sum())
-            spread = back.rss / back.residual.size
-            if tails.chi_squared(fall / spread, basis.shape[1]) < _COLUMN:
-                found.append(heading)
-    return found

@@ -141,9 +141,10 @@ class ModelEntry:
             allowed = f"effects of {kinds[observable_of(observe)]}; 'rtec effects' lists them"
             raise FileFormatError(self.path, None, f"effect {self.number}: {problem}", allowed)
         again = [term for term in terms if term.name == self.effect.name]
-        if len(again) > 1 and not self.effect.repeatable:
-            problem = f"effect {self.number}: {self.effect.name} stands there twice"
-            raise FileFormatError(self.path, None, problem, "once")
+        if len(again) > self.effect.at_most:
+            problem = f"effect {self.number}: {self.effect.name} stands there {len(again)} times"
+            allowed = "once" if self.effect.at_most == 1 else f"{self.effect.at_most} times at most"
+            raise FileFormatError(self.path, None, problem, allowed)
 
     def term(self, units: Units) -> Term:
         """Return the effect with the numbers that the file gives.

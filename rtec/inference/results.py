@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ class Verdict(enum.Enum):
     """What a search comes to once it stops."""
 
     NAMED = "NAMED"
+    LIKELY = "LIKELY"
+    """As NAMED, but nothing was repeated: there is no noise floor by which to judge what is left."""
     TIED = "TIED"
     NOT_TESTABLE = "NOT_TESTABLE"
     INCONCLUSIVE = "INCONCLUSIVE"
@@ -71,6 +75,8 @@ class Candidate:
     cosine: float | None
     """With the nearest rival, after projection off the rest of the model."""
     reason: str
+    probability: float = 0.0
+    """Over the models that compete."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,6 +136,16 @@ class Experiment:
     """Of each rival over ``abscissa``, in the observed unit inside."""
 
 
+@dataclass(frozen=True, slots=True)
+class Outlier:
+    """A reading that belongs to nothing and was left out."""
+
+    row: int
+    """Of the file's readings, from 1."""
+    value: float
+    """Observed, in its unit inside."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Diagnosis:
     """A whole search."""
@@ -158,6 +174,11 @@ class Diagnosis:
     notes: tuple[str, ...]
     rms_heldout_before: float = float("nan")
     """Held-out RMS of the model that the search began with."""
+    probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    """Of each effect that competed, by name: accepted or not."""
+    outliers: tuple[Outlier, ...] = ()
+    unseen_periods: tuple[str, ...] = ()
+    """Periods that these targets cannot show."""
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -11,16 +11,18 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.load import load_dataset
 from rtec.effects import Effect, Floats, Shape
-from rtec.inference.noise import Noise
-from rtec.inference.whitening import Correlation
-from rtec.inference.workspace import Choice, Workspace, is_map
+from rtec.inference.colour import Colour
+from rtec.inference.probes import Probe
+from rtec.inference.proposals import beside, falls
+from rtec.inference.space import Choice, Space
 from rtec.metrology import Column, Measurement
 from rtec.predictors import LatheNetwork
 from rtec.units import MM_PER_INCH
 
 TARGETS = 1561
-AGREE = 1e-6
-"""Of the largest fall, by which the three ways may differ."""
+AGREE = 1e-5
+"""Of the largest fall, by which the three ways may differ: the scan is made in single precision."""
+WHITE = Colour()
 
 
 def lathe_calibration(runs: int, noise_um: float, seed: int = 0) -> Measurement:
@@ -59,37 +61,35 @@ class Scan:
     falls: Floats
 
 
-def scan_job(runs: int = 4) -> tuple[Dataset, Noise, list[Choice]]:
-    """Return a calibration, its noise, and the model beside which the library is scanned: a constant and backlash."""
+def scan_job(runs: int = 4) -> tuple[Dataset, list[Choice]]:
+    """Return a calibration and the model beside which the library is scanned: a constant and backlash."""
     dataset = load_dataset(lathe_calibration(runs, 1.0))
-    noise = Noise(sigma=1e-3, correlation=Correlation(), freedom=1e4, from_repeats=True)
-    effect = next(effect for effect in Workspace(dataset, noise).library if effect.name == "backlash")
-    return dataset, noise, [(effect, effect.shapes(dataset.conditions)[0])]
+    effect = next(effect for effect in Space(dataset).library if effect.name == "backlash")
+    return dataset, [(effect, effect.shapes(dataset.conditions)[0])]
 
 
-def by_score(dataset: Dataset, noise: Noise, model: list[Choice]) -> Scan:
+def by_scan(dataset: Dataset, model: list[Choice]) -> Scan:
     """Scan as the diagnosis does: the model's columns are taken out once, and nothing is refitted."""
     begun = time.process_time()
-    workspace = Workspace(dataset, noise)
-    back = workspace.background(model)
-    falls, count = [], 0
-    for effect, shapes in _grid(workspace, model):
-        if is_map(effect):  # its best shape weighs the fall against the nodes; the largest fall is what is compared
-            falls.append(max(workspace.judge(effect, shape, back).gain for shape in shapes))
+    space = Space(dataset)
+    back = beside(space, model, WHITE, zeros=False)
+    found, count = [], 0
+    for effect, shapes in _grid(space, model):
+        if effect.is_map:  # its shapes have different numbers of amplitudes
+            each = [float(falls(space.white(space.part_of((effect, s)), WHITE)[None], back)[0]) for s in shapes]
         else:
-            best = workspace.best_of_scan(effect, back)
-            falls.append(0.0 if best is None else best.gain)
+            each = np.concatenate([falls(columns, back) for columns in space.scan(effect, shapes, WHITE)]).tolist()
+        found.append(max(each))
         count += len(shapes)
-    return Scan(seconds=time.process_time() - begun, candidates=count, falls=np.array(falls))
+    return Scan(seconds=time.process_time() - begun, candidates=count, falls=np.array(found))
 
 
-def by_lstsq(dataset: Dataset, noise: Noise, model: list[Choice]) -> Scan:
+def by_lstsq(dataset: Dataset, model: list[Choice]) -> Scan:
     """Fit model and candidate together by ``numpy.linalg.lstsq``, each candidate anew."""
-    workspace = Workspace(dataset, noise)
     table = _model_columns(dataset, model)
     before = _left(table, dataset.observed)
     begun, falls, count = time.process_time(), [], 0
-    for effect, shapes in _grid(workspace, model):
+    for effect, shapes in _grid(Space(dataset), model):
         best = 0.0
         for shape in shapes:
             best = max(best, before - _left(np.hstack([table, dataset.columns(effect, shape)]), dataset.observed))
@@ -98,15 +98,14 @@ def by_lstsq(dataset: Dataset, noise: Noise, model: list[Choice]) -> Scan:
     return Scan(seconds=time.process_time() - begun, candidates=count, falls=np.array(falls))
 
 
-def by_lmfit(dataset: Dataset, noise: Noise, model: list[Choice]) -> Scan:
+def by_lmfit(dataset: Dataset, model: list[Choice]) -> Scan:
     """Refit model and candidate together by lmfit's Levenberg-Marquardt, given the analytic Jacobian."""
     import lmfit
 
-    workspace = Workspace(dataset, noise)
     table = _model_columns(dataset, model)
     before = _left(table, dataset.observed)
     begun, falls, count = time.process_time(), [], 0
-    for effect, shapes in _grid(workspace, model):
+    for effect, shapes in _grid(Space(dataset), model):
         best = 0.0
         for shape in shapes:
             columns = np.hstack([table, dataset.columns(effect, shape)])
@@ -134,13 +133,12 @@ def agree(first: Scan, second: Scan) -> bool:
     return bool(np.abs(first.falls - second.falls).max() <= AGREE * first.falls.max())
 
 
-def _grid(workspace: Workspace, model: list[Choice]) -> Iterator[tuple[Effect, Sequence[Shape]]]:
-    """Yield each effect that is not in the model with the shapes that are tried."""
+def _grid(space: Space, model: list[Choice]) -> Iterator[tuple[Effect, Sequence[Shape]]]:
+    """Yield each effect of the library that is not in the model with the shapes that are tried."""
     held = {effect.name for effect, _ in model}
-    for effect in workspace.library:
-        if effect.name in held or effect.name == "offset":  # the constant is in the model
-            continue
-        yield effect, workspace.maps(effect) if is_map(effect) else effect.shapes(workspace.conditions)
+    for effect in space.library:
+        if effect.name not in held and not isinstance(effect, Probe):
+            yield effect, space.shapes(effect)[0]
 
 
 def _model_columns(dataset: Dataset, model: list[Choice]) -> Floats:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from children import ChildFailedError, measure, rtec
-from diagnosis_job import Scan, agree, by_lmfit, by_lstsq, by_score, lathe_calibration, scan_job
+from diagnosis_job import Scan, agree, by_lmfit, by_lstsq, by_scan, lathe_calibration, scan_job
 from figures import Bar, Figure, Setting, Spread, on_cores, skipped
 from open_path_job import WrongResultError
 
@@ -84,10 +84,10 @@ def _drive(setting: Setting, folder: Path) -> Figure:
 def scan(setting: Setting) -> Iterator[Figure]:
     """Measure one scan of the whole library beside two loops that fit every candidate of the same grid."""
     job = scan_job(RUNS if not setting.quick else 1)
-    by_score(*job)
+    by_scan(*job)
     ours, plain, refit = [], [], []
     for _ in range(setting.of(3, 1)):
-        ours.append(by_score(*job))
+        ours.append(by_scan(*job))
         plain.append(by_lstsq(*job))
         refit.append(by_lmfit(*job))
     for peer in (*plain, *refit):
@@ -96,7 +96,7 @@ def scan(setting: Setting) -> Iterator[Figure]:
     best = min(one.seconds for one in ours)
     grid = f"{ours[0].candidates} candidates on {job[0].rows} rows"
     yield Figure(
-        what=f"The score scan of the whole library: {grid}",
+        what=f"The scan of the whole library: {grid}",
         measured=_spread(ours).text(lambda s: f"{s:.2f} s"),
         value=best,
         command=THIS,

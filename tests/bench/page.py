@@ -93,7 +93,7 @@ least the reversal error along the axis and the wave of the screw found, or noth
     "scan": (
         "The scan beside refitting",
         """\
-Which of all shapes of all effects would lower the residual most, beside a constant and backlash: the score scan,
+Which of all shapes of all effects would lower the residual most, beside a constant and backlash: the scan,
 which takes the model's columns out once and refits nothing, and two loops over the same grid in the same run, each
 fitting model and candidate together. Times are processor time, the computing of the columns included; all three
 have to find the same largest fall for each effect.

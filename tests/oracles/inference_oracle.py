@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy import linalg, optimize, stats
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Observable, Units
@@ -13,13 +14,21 @@ SIGMA = 0.002
 """Noise of the plans, mm."""
 
 
-def covariance(rho: float, white: float, starts: np.ndarray) -> np.ndarray:
-    """Correlation matrix: Toeplitz rho^|i-j| within a segment, a white share on the diagonal, 0 between segments."""
-    n = starts.size
-    segment = np.cumsum(starts)
-    lag = np.abs(np.arange(n)[:, None] - np.arange(n)[None, :])
-    same = segment[:, None] == segment[None, :]
-    return np.where(same, (1.0 - white) * rho**lag, 0.0) + white * np.eye(n)
+def covariance(rho: float, white: float, gap: np.ndarray) -> np.ndarray:
+    """Correlation matrix: rho to the distance within a chain, a white share on the diagonal, 0 between chains.
+
+    ``gap`` is how far each reading lies behind the one before, infinite where a chain begins.
+    """
+    begins = np.isinf(gap)
+    chain, place = np.cumsum(begins), np.cumsum(np.where(begins, 0.0, gap))
+    lag = np.abs(place[:, None] - place[None, :])
+    same = chain[:, None] == chain[None, :]
+    return np.where(same, (1.0 - white) * rho**lag, 0.0) + white * np.eye(gap.size)
+
+
+def one_chain(rows: int) -> np.ndarray:
+    """Gaps of readings one after the other."""
+    return np.append(np.inf, np.ones(rows - 1))
 
 
 def whitened(columns: np.ndarray, matrix: np.ndarray) -> np.ndarray:
@@ -27,21 +36,39 @@ def whitened(columns: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return np.linalg.solve(np.linalg.cholesky(matrix), columns.T).T
 
 
-def restricted_likelihood(observed: np.ndarray, nuisance: np.ndarray, matrix: np.ndarray) -> tuple[float, float]:
-    """REML with the variance profiled out (Patterson and Thompson), up to a constant; and that variance.
-
-    ``nuisance`` has shape (columns, rows); its columns are scaled to length 1, which fixes the constant.
-    """
+def generalised_rss(columns: np.ndarray, observed: np.ndarray, matrix: np.ndarray) -> float:
+    """Residual of generalised least squares, by the inverse of the covariance; columns of shape (columns, rows)."""
     inverse = np.linalg.inv(matrix)
-    x = (nuisance / np.linalg.norm(nuisance, axis=1)[:, None]).T
-    n, p = observed.size, x.shape[1]
-    information = x.T @ inverse @ x
-    fitted = np.linalg.solve(information, x.T @ inverse @ observed) if p else np.empty(0)
-    left = observed - x @ fitted
-    rss = float(left @ inverse @ left)
-    _, det = np.linalg.slogdet(matrix)
-    _, det_x = np.linalg.slogdet(information) if p else (1.0, 0.0)
-    return -0.5 * ((n - p) * np.log(rss / (n - p)) + det + det_x), rss / (n - p)
+    if not columns.size:
+        return float(observed @ inverse @ observed)
+    numbers = np.linalg.solve(columns @ inverse @ columns.T, columns @ inverse @ observed)
+    left = observed - numbers @ columns
+    return float(left @ inverse @ left)
+
+
+def log_marginal(
+    observed: np.ndarray, columns: np.ndarray, deviations: np.ndarray, matrix: np.ndarray, *, datum: bool
+) -> float:
+    """Log density of the readings under the best variance, by scipy's multivariate normal.
+
+    Amplitudes are normal with ``deviations`` in units of the noise; columns of shape (columns, rows). With ``datum``
+    the readings are known up to a constant: what is judged are their contrasts. Constants of the number of readings
+    are taken off, as are those of the contrasts, so that it compares with a flat prior of the constant.
+    """
+    total = matrix + (columns * deviations[:, None] ** 2).T @ columns
+    y = observed
+    if datum:
+        contrasts = linalg.null_space(np.ones((1, observed.size))).T
+        y, total = contrasts @ observed, contrasts @ total @ contrasts.T
+
+    def minus(log_variance: float) -> float:
+        return -float(stats.multivariate_normal.logpdf(y, cov=np.exp(log_variance) * total))
+
+    centre = float(np.log(y @ np.linalg.solve(total, y) / y.size))
+    found = optimize.minimize_scalar(minus, bracket=(centre - 0.5, centre + 0.7), tol=1e-10)
+    n = y.size
+    constant = -0.5 * n * (np.log(2.0 * np.pi) + 1.0 - np.log(n))
+    return -float(found.fun) - constant - (0.5 * np.log(observed.size) if datum else 0.0)
 
 
 def rss(columns: np.ndarray, observed: np.ndarray) -> float:
@@ -58,13 +85,24 @@ def fall(model: np.ndarray, more: np.ndarray, observed: np.ndarray) -> float:
     return rss(model, observed) - rss(np.vstack([model, more]), observed)
 
 
-def left_out_residual(table: np.ndarray, observed: np.ndarray, fold: np.ndarray) -> np.ndarray:
-    """Residual of each reading by a literal refit to all other folds; table of shape (rows, columns)."""
-    left = observed.copy()
+def left_out_residual(
+    table: np.ndarray,
+    raw: np.ndarray,
+    observed: np.ndarray,
+    seen: np.ndarray,
+    fold: np.ndarray,
+    precision: np.ndarray,
+) -> np.ndarray:
+    """Residual of each reading by a literal refit to the rows of all other folds, held towards zero by ``precision``.
+
+    ``table`` and ``observed`` are whitened, ``raw`` and ``seen`` are not; tables of shape (rows, columns).
+    """
+    left = seen.copy()
+    held = np.diag(np.sqrt(precision))
     for number in set(fold.tolist()):
         test = fold == number
-        numbers, *_ = np.linalg.lstsq(table[~test], observed[~test], rcond=None)
-        left[test] -= table[test] @ numbers
+        rows, wanted = np.vstack([table[~test], held]), np.append(observed[~test], np.zeros(precision.size))
+        left[test] -= raw[test] @ np.linalg.lstsq(rows, wanted, rcond=None)[0]
     return left
 
 
@@ -128,11 +166,10 @@ def measured(
     way = np.tile(np.repeat([1.0, -1.0], up.size) if bidirectional else np.ones(up.size), runs)
     run = np.repeat(np.arange(1, runs + 1), once.size)
     t = 10.0 * np.arange(x.size)
-    starts = np.arange(x.size) % once.size == 0
     rng = np.random.default_rng(1000 + seed)
     noise = rng.standard_normal(x.size)
     if rho:
-        noise = coloured(rng, covariance(rho, white, starts))
+        noise = coloured(rng, covariance(rho, white, one_chain(x.size)))
     parts = np.array_split(np.arange(x.size), 5)
     block = run - 1 if runs > 1 else np.repeat(np.arange(5), [part.size for part in parts])
     return Dataset(

@@ -288,8 +288,9 @@ HEAD = """\
 
 Written by `python -m tests.recovery.real_data -o docs/real-data.md`. Each row is one `rtec diagnose`, told nothing
 but the files; "held out" is the RMS on readings that took no part in the fit. The bars are those of independent
-least-squares fits, with the preprocessing stated; they are met to the digits they have. The measurements are public
-data that the project does not carry; the lathe's curve is that of its printed network
+least-squares fits, with the preprocessing stated, and count to the digits they have. Those of the stages are of fits
+with a drift, which the search does not believe: three runs cannot tell it from noise that wanders. The measurements
+are public data that the project does not carry; the lathe's curve is that of its printed network
 (`rtec.predictors.LatheNetwork`): four runs of 1561 targets in both directions with {noise:g} µm of noise, judged on
 the curve itself.
 

@@ -7,18 +7,59 @@ from pathlib import Path
 
 import pytest
 
-from rtec.blind import Rule, confusion, the_lines, wilson
+from rtec.blind import Rule, confusion, the_lines, the_pools, wilson
 from rtec.blind.judged import judged, refitted
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "confusion.md"
 LINES = the_lines()
 FEW = 3
-PUBLISHED = 200
-"""Games of each line, at least."""
+SURE = 3.0
+"""Standard errors: a few games contradict a bar only where they are this far below it."""
+PUBLISHED = 20
+"""Games of each line, at least, unless too many are left out as too weak."""
 ROW = re.compile(
     r"^\| (?P<title>[^|]+) \| [^|]+ \| (?P<bar>[^|]+) \| (?P<right>\d+) of (?P<trials>\d+)[^|]* (?P<rest>\|.*)$", re.M
 )
+MARKS = ("reached", "missed", "shown")
+
+
+def numbers_of(*titles):
+    return [word for title in titles for word in ("--only", str([line.title for line in LINES].index(title)))]
+
+
+def run(*words):
+    return subprocess.run(
+        [sys.executable, "-m", "tests.recovery.confusion", "--workers", "1", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
+    )
+
+
+def section_of(text, title):
+    return text.split(f"### {title[:1].upper()}{title[1:]}\n")[1].split("\n#")[0]
+
+
+def check_row(text, row, line):
+    """Check one row of a page, and what stands under its heading, against each other; return its mark."""
+    right, trials = int(row["right"]), int(row["trials"])
+    low, high = wilson(right, trials)
+    mark = row["rest"].rstrip(" |").rsplit("| ", 1)[1]
+    assert row["rest"].startswith(f"| {right / trials:.1%} | {low:.1%} to {high:.1%} |"), line.title
+    if line.share == 0.0:
+        assert (row["bar"], mark) == ("none", "shown"), line.title
+    elif line.most_left_out == 1.0:
+        assert mark == ("reached" if right / trials >= line.share else "missed"), line.title
+    section = section_of(text, line.title)
+    if line.draw is not None and line.rule is Rule.NAMED:
+        verdicts = re.search(r"^Verdicts: (.*)\.$", section, re.M)
+        assert sum(map(int, re.findall(r"\d+", verdicts[1]))) == trials, line.title
+    else:
+        cells = [cell for found in section.splitlines()[3:] for cell in re.findall(r"\| (\d+) (?=\|)", found)]
+        assert sum(map(int, cells)) == trials, line.title
+    return mark
 
 
 @pytest.mark.parametrize("line", LINES, ids=lambda line: line.title)
@@ -26,7 +67,7 @@ def test_a_few_games_do_not_contradict_the_bar(line):
     result = confusion([line], FEW, judged, seed=20, refit=refitted)
     score = result.scores[0]
     told = [f"seed {game.seed}: {game.hidden} -> {game.said}" for game in score.games if game.right is False]
-    assert score.interval[1] >= line.share, told
+    assert wilson(score.right, score.trials, z=SURE)[1] >= line.share, told
 
 
 def test_two_processes_play_the_same_games_as_one():
@@ -36,47 +77,68 @@ def test_two_processes_play_the_same_games_as_one():
     assert together == alone
 
 
+def test_two_processes_draw_the_same_games_as_one():
+    lines = [next(line for line in LINES if line.draw is not None)]
+    assert confusion(lines, 3, judged, seed=4, workers=2) == confusion(lines, 3, judged, seed=4)
+
+
 def test_the_command_writes_a_page_with_every_game_that_went_wrong(tmp_path):
-    page = tmp_path / "confusion.md"
-    tied = str([line.rule for line in LINES].index(Rule.TIED))
-    words = ["--trials", "1", "--only", "0", "--only", tied, "--workers", "1", "-o", str(page)]
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.recovery.confusion", *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=ROOT,
-    )
+    page, games = tmp_path / "confusion.md", tmp_path / "games.jsonl"
+    tied = next(line.title for line in LINES if line.rule is Rule.TIED)
+    drawn = next(line.title for line in LINES if line.draw is not None)
+    words = ["--trials", "2", *numbers_of(LINES[0].title, tied, drawn), "--resume", str(games)]
+    done = run(*words, "-o", str(page))
     assert done.returncode in (0, 1), done.stderr
     text = page.read_text()
-    rows = ROW.findall(text)
-    assert [row[0] for row in rows] == [LINES[0].title, LINES[int(tied)].title]
-    wrong = sum(int(trials) - int(right) for _, _, right, trials, _ in rows)
-    assert len(re.findall(r"^\| \d{8,} \|", text, re.M)) == wrong
-    assert done.returncode == (1 if wrong else 0)
+    rows = list(ROW.finditer(text.split("\n## ")[0]))
+    assert [row["title"] for row in rows] == [LINES[0].title, tied, drawn]
+    by_title = {line.title: line for line in LINES}
+    marks = [check_row(text, row, by_title[row["title"]]) for row in rows]
+    wrong = sum(int(row["trials"]) - int(row["right"]) for row in rows)
+    assert len(re.findall(r"^\| \d+ \| \d{8,} \|", text, re.M)) == wrong
+    assert done.returncode == (1 if "missed" in marks else 0)
+    for heading in ("Periods of waves", "Coverage of the standard errors", "Calibration of the probabilities"):
+        assert f"\n## {heading}\n" in text
+    assert len(games.read_text().splitlines()) == 6
+    again = run(*words, "-o", str(page))
+    assert again.returncode == done.returncode
+    assert page.read_text().split("\nPlayed in")[0] == text.split("\nPlayed in")[0]
+    assert len(games.read_text().splitlines()) == 6
+    compared = run("--resume", str(games), "--compare", str(games))
+    assert compared.returncode == 0, compared.stderr
+    assert f"| {LINES[0].title} | 2 |" in compared.stdout
+
+
+def test_the_command_refuses_a_record_of_other_games(tmp_path):
+    games = tmp_path / "games.jsonl"
+    games.write_text("{}\n")
+    done = run("--trials", "1", "--only", "0", "--resume", str(games))
+    assert done.returncode == 2
+    assert "this is no game" in done.stderr
+    done = run("--compare", str(games))
+    assert done.returncode == 2
+    assert "--resume" in done.stderr
 
 
 def test_the_published_page_counts_right():
     text = PAGE.read_text(encoding="utf-8")
     rows = {row["title"]: row for row in ROW.finditer(text)}
+    assert not [line.title for line in LINES if line.title not in rows], "write the page again"
     for line in LINES:
-        row = rows[line.title]
-        right, trials = int(row["right"]), int(row["trials"])
-        low, high = wilson(right, trials)
-        mark = "reached" if right / trials >= line.share else "missed"
-        assert f"| {right / trials:.1%} | {low:.1%} to {high:.1%} | {mark} |" in row["rest"], line.title
-        section = text.split(f"### {line.title[:1].upper()}{line.title[1:]}\n")[1].split("\n#")[0]
-        cells = [cell for found in section.splitlines()[3:] for cell in re.findall(r"\| (\d+) (?=\|)", found)]
-        assert sum(map(int, cells)) == trials, line.title
-        assert trials >= PUBLISHED, line.title
-        assert mark == "reached", line.title
-    assert "python -m tests.recovery.confusion --trials 200 -o docs/confusion.md" in " ".join(text.split())
+        assert check_row(text, rows[line.title], line) in MARKS
+        weak = line.above_detectable and "too weak" in rows[line.title][0]
+        assert int(rows[line.title]["trials"]) >= PUBLISHED or weak, line.title
+    for pool in the_pools():
+        row = rows[pool.title]
+        together = [sum(int(rows[title][key]) for title in pool.members) for key in ("right", "trials")]
+        assert [int(row["right"]), int(row["trials"])] == together
+        assert row["rest"].rstrip(" |").endswith("reached" if together[0] / together[1] >= pool.share else "missed")
+    assert f"python -m tests.recovery.confusion --trials {PUBLISHED} -o docs/confusion.md" in " ".join(text.split())
 
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("line", LINES, ids=lambda line: line.title)
 def test_two_hundred_games_reach_the_bar(line):
-    score = confusion([line], 200, judged, refit=refitted, workers=2, patience=4).scores[0]
+    score = confusion([line], PUBLISHED, judged, refit=refitted, workers=2, patience=4).scores[0]
     told = [f"seed {game.seed}: {game.hidden} -> {game.said}" for game in score.games if game.right is False]
-    assert score.trials == 200
     assert score.reached, told

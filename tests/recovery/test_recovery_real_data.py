@@ -8,8 +8,16 @@ from tests.recovery import real_data as real
 
 QUICK = ("stage_", "worm_drive", "emps_train, with")
 """Rows that take a second or two; the others are a sweep."""
+DRIFTS = pytest.mark.xfail(
+    strict=True,
+    reason="the bar is that of a fit with a drift, which three runs under noise that wanders cannot bear out",
+)
 JUDGED = [
-    pytest.param(case, id=case.name, marks=() if case.name.startswith(QUICK) else pytest.mark.sweep)
+    pytest.param(
+        case,
+        id=case.name,
+        marks=DRIFTS if case.name.startswith("stage_") else () if case.name.startswith(QUICK) else pytest.mark.sweep,
+    )
     for case in real.CASES
     if case.bar is not None
 ]
@@ -63,11 +71,11 @@ def test_the_friction_of_the_drive_is_found_in_the_published_order():
 def test_the_worm_shows_once_a_turn_and_a_second_harmonic():
     row = row_of("worm_drive")
     by_step = {name: held for name, _, held in row.steps}
-    assert by_step["drift"] <= 2.85
+    assert by_step["drift"] < 0.25 * row.before
     wave = numbers(row, "cyclic")[0]
     assert wave["period"] == pytest.approx(384.0, abs=5.0)
     assert wave["harmonics"] >= 2
-    assert "drift with scale" in row.verdict
+    assert row.verdict == "LIKELY"  # one run: nothing says whether that is all
 
 
 @pytest.mark.parametrize("name", ["stage_x, runs", "stage_y, runs", "stage_z, runs"])
@@ -92,7 +100,7 @@ def test_the_page_states_steps_bars_and_preprocessing():
     row = row_of("stage_x, runs")
     text = real.page([row])
     assert f"| {row.case.name} | {row.before:.3g} um |" in text
-    assert "≤ 4.3 | met |" in text
+    assert "≤ 4.3 | missed |" in text
     assert "row order counts as time" in text
     assert "held-out file: its runs follow those of stage_x_1-3.csv" in text
     for name, _, _ in row.steps:

@@ -255,7 +255,7 @@ def test_study_keys_are_those_of_the_builtin_study():
             assert shown.strip("`") == str(value), key
 
 
-def keys_of(document, under=("params", "not_testable", "minimum_detectable", "lack_of_fit")):
+def keys_of(document, under=("params", "not_testable", "minimum_detectable", "probability", "lack_of_fit")):
     """Return every key of a document, but not those that are names of effects and parameters."""
     if isinstance(document, list):
         return set().union(*(keys_of(item) for item in document))
@@ -316,10 +316,14 @@ def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, c
 
     assert json_keys["compare"] == printed("compare", "z.csv", "-o", "report")
     found = printed("diagnose", "z.csv", "-o", "report", "--save", "m.toml", "--force")
-    # what only some answers hold: an unknown structure, and effects that look alike
-    sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description"}
+    # what only some answers hold: an unknown structure, and readings that were left out
+    of_outliers = {"row", "deviation"}
+    sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description"} | of_outliers
     assert json_keys["diagnose"] - sometimes <= found <= json_keys["diagnose"]
-    assert sometimes <= printed("diagnose", "bump.csv") <= json_keys["diagnose"]
+    assert sometimes - of_outliers <= printed("diagnose", "bump.csv") <= json_keys["diagnose"]
+    *lines, last = bumpy_axis(0.0).splitlines()
+    Path("far.csv").write_text("\n".join([*lines, last.rpartition(",")[0] + ",500.0"]) + "\n")
+    assert of_outliers <= printed("diagnose", "far.csv") <= json_keys["diagnose"]
     assert printed("add", "backlash", "z.csv", "-o", "b.toml") <= json_keys["diagnose"]
     assert json_keys["effects"] == printed("effects")
     assert json_keys["blind new"] == printed("blind", "new", "--seed", "7", "-o", "data.csv")

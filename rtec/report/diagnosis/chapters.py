@@ -60,6 +60,7 @@ DEFINITIONS = (
     ),
     ("lack of fit", "Test of what is left against the repeats: a small p says that something repeatable is left."),
     ("NAMED", "Effects were found, and what is left is at the noise floor."),
+    ("LIKELY", "Effects were found; nothing was repeated, so no noise floor says whether something is left."),
     ("TIED", "Two or more effects explain the data equally; the suggested experiment separates them."),
     ("UNKNOWN", "Repeatable structure is left that nothing in the library explains."),
     ("INCONCLUSIVE", "The data could not have shown what would matter."),

@@ -42,6 +42,11 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "unit": shown.unit,
         "not_testable": dict(diagnosis.not_testable),
         "minimum_detectable": {name: shown.number(value) for name, value in diagnosis.minimum_detectable},
+        "outliers": [
+            {"row": one.row, diagnosis.dataset.observe: shown.number(one.value)} for one in diagnosis.outliers
+        ],
+        "probability": dict(diagnosis.probability),
+        "unseen_periods": list(diagnosis.unseen_periods),
         "unknown": _unknown(diagnosis.unknown, diagnosis.dataset.units.position),
         "suggested_experiment": diagnosis.experiment.text,
         "observe": diagnosis.dataset.observe,

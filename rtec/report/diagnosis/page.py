@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 TONES = {
     Verdict.NAMED: "good",
+    Verdict.LIKELY: "good",
     Verdict.NONE: "good",
     Verdict.TIED: "mind",
     Verdict.INCONCLUSIVE: "mind",

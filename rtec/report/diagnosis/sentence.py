@@ -35,6 +35,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     shown = shown_of(diagnosis.dataset.units)
     return {
         Verdict.NAMED: _named,
+        Verdict.LIKELY: _likely,
         Verdict.TIED: _tied,
         Verdict.NOT_TESTABLE: _not_testable,
         Verdict.INCONCLUSIVE: _inconclusive,
@@ -145,6 +146,16 @@ def _named(diagnosis: Diagnosis, shown: Shown) -> str:
     text = (
         f"{joined(names)} {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}; "
         f"{floor_words(diagnosis.noise, shown)}."
+    )
+    return text[:1].upper() + text[1:]
+
+
+def _likely(diagnosis: Diagnosis, shown: Shown) -> str:
+    names = explanation_names(diagnosis) or ["the datum alone"]
+    verb = "explains" if len(names) == 1 else "explain"
+    text = (
+        f"{joined(names)} most likely {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}. "
+        "Nothing was repeated, so no noise floor says whether that is all."
     )
     return text[:1].upper() + text[1:]
 

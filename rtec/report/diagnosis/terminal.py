@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _STYLES = {
     Verdict.NAMED: "bold green",
+    Verdict.LIKELY: "bold green",
     Verdict.NONE: "bold green",
     Verdict.TIED: "bold yellow",
     Verdict.INCONCLUSIVE: "bold yellow",

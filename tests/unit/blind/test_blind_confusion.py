@@ -29,9 +29,9 @@ from rtec.inference.results import Verdict
 POOR = PLANS["single_pass"]
 
 
-def secret(*names, plan="base", strength=3.0):
+def secret(*names, plan="base", strength=3.0, noise="white"):
     effects = tuple(Hidden(name=name, description="", parameters=(), rms_sigma=strength) for name in names)
-    return Secret(effects=effects, noise="white", sigma_um=2.0, seed=0, plan=plan, outside=())
+    return Secret(effects=effects, noise=noise, sigma_um=2.0, seed=0, plan=plan, outside=())
 
 
 def line(rule=Rule.NAMED, names=("scale",), share=0.5, **more):
@@ -64,6 +64,20 @@ RIGHT = [
     (Rule.NAMED, Answer("NAMED", ("drift", "scale")), secret("scale", "drift"), True),
     (Rule.NAMED, Answer("NAMED", ("drift",)), secret("scale", "drift"), False),
     (Rule.NAMED, Answer("UNKNOWN", ("scale",)), secret("scale"), False),
+    (Rule.NAMED, Answer("LIKELY", ("scale",)), secret("scale"), False),
+    (Rule.NOTHING, Answer("LIKELY", ("scale",)), secret(), False),
+    (Rule.WRONG_NAME, Answer("NONE"), secret(), True),
+    (Rule.WRONG_NAME, Answer("NAMED", ("offset",)), secret(), True),
+    (Rule.WRONG_NAME, Answer("NAMED", ("drift",)), secret(), False),
+    (Rule.WRONG_NAME, Answer("LIKELY", ("drift",)), secret(), False),
+    (Rule.WRONG_NAME, Answer("UNKNOWN", ("drift",)), secret(), True),
+    (Rule.WRONG_NAME, Answer("TIED", (), ("scale", "drift")), secret(), False),
+    (Rule.WRONG_NAME, Answer("TIED", (), (), accepted=("offset",)), secret(), True),
+    (Rule.WRONG_NAME, Answer("TIED", (), (), accepted=("drift",)), secret(), False),
+    (Rule.WRONG_NAME, Answer("NAMED", ("pitch_map",)), secret("moving_bump"), False),
+    (Rule.WRONG_NAME, Answer("NAMED", ("drift",)), secret("drift", "scale"), True),
+    (Rule.WRONG_NAME, Answer("NAMED", ("run_offset",)), secret(), False),
+    (Rule.WRONG_NAME, Answer("NAMED", ("run_offset",)), secret(noise="offsets per run"), True),
     (Rule.UNKNOWN, Answer("UNKNOWN", ("backlash",)), secret("moving_bump"), True),
     (Rule.UNKNOWN, Answer("NAMED", ("pitch_map",)), secret("moving_bump"), False),
     (Rule.TIED, Answer("TIED"), secret("scale"), True),
@@ -78,6 +92,16 @@ RIGHT = [
 @pytest.mark.parametrize(("rule", "answer", "hidden", "right"), RIGHT)
 def test_what_is_right(rule, answer, hidden, right):
     assert is_right(rule, answer, hidden) is right
+
+
+def test_likely_will_do_where_nothing_is_repeated():
+    likely = Answer("LIKELY", ("scale",))
+    assert is_right(Rule.NAMED, likely, secret("scale"), repeated=False)
+    assert not is_right(Rule.NAMED, likely, secret("drift"), repeated=False)
+    assert is_right(Rule.NAMED, Answer("NAMED", ("scale",)), secret("scale"), repeated=False)
+    assert confusion([line()], 1, lambda _: ("LIKELY", ("scale",))).scores[0].right == 1  # a single pass
+    twice = Line(title="x", rule=Rule.NAMED, share=0.5, scenarios=(Scenario(names=("scale",)),))
+    assert confusion([twice], 1, lambda _: ("LIKELY", ("scale",))).scores[0].right == 0
 
 
 def test_trials_are_counted_and_tabulated():
@@ -176,9 +200,9 @@ def test_the_lines_are_those_that_must_be_shown():
 
 def test_a_diagnosis_gives_its_answer_in_micrometres():
     rivals = [
-        SimpleNamespace(effect="scale", tied_with=("drift",)),
-        SimpleNamespace(effect="drift", tied_with=("scale",)),
-        SimpleNamespace(effect="cyclic", tied_with=()),
+        SimpleNamespace(effect="scale", tied_with=("drift",), accepted=True),
+        SimpleNamespace(effect="drift", tied_with=("scale",), accepted=False),
+        SimpleNamespace(effect="cyclic", tied_with=(), accepted=False),
     ]
     diagnosis = SimpleNamespace(
         verdict=Verdict.TIED,
@@ -187,11 +211,17 @@ def test_a_diagnosis_gives_its_answer_in_micrometres():
         experiment=SimpleNamespace(text="return to the datum"),
         minimum_detectable=(("cyclic", 0.002),),
         dataset=SimpleNamespace(units=Units("mm", "mm", "s")),
+        model=SimpleNamespace(terms=()),
     )
     answer = answer_of(diagnosis)
-    assert answer == Answer("TIED", ("scale",), ("scale", "drift"), "return to the datum", {"cyclic": 2.0})
+    assert answer == Answer(
+        "TIED", ("scale",), ("scale", "drift"), "return to the datum", {"cyclic": 2.0}, accepted=("scale",)
+    )
+    diagnosis.probability = {"scale": 0.97}
+    assert answer_of(diagnosis).probability == {"scale": 0.97}
 
 
 def test_an_answer_without_a_name_is_labelled_by_its_verdict():
     assert label_of(Answer("INCONCLUSIVE")) == "INCONCLUSIVE"
     assert label_of(Answer("NAMED", ("b", "a"))) == "a + b"
+    assert label_of(Answer("LIKELY", ("b", "a"))) == "a + b"

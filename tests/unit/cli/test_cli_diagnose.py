@@ -9,7 +9,7 @@ from rtec.cli import main
 from rtec.effects import LIBRARY
 from rtec.inference.model_file import read_model
 
-VERDICTS = {"NAMED", "TIED", "NOT_TESTABLE", "INCONCLUSIVE", "UNKNOWN", "NONE"}
+VERDICTS = {"NAMED", "LIKELY", "TIED", "NOT_TESTABLE", "INCONCLUSIVE", "UNKNOWN", "NONE"}
 
 
 def text_of(error, seed=1, sigma=1.0, runs=5):
@@ -62,16 +62,23 @@ def test_two_effects_are_named_with_their_sizes(here, capsys):
     assert model.names == tuple(document["effects"])
     assert document["model"] == "found.toml"
     backlash = next(term for term in model.terms if term.name == "backlash")
-    assert backlash.amplitudes[0] * 1000.0 == pytest.approx(numbers["backlash_um"])
+    # in the file stand the numbers of the whole model: those of its last step
+    last = steps[-1]["effect"]
+    term, key = {"backlash": (backlash, "backlash_um"), "scale": (model.terms[-1], "scale_um_per_m")}[last]
+    assert term.amplitudes[0] * (1e3 if last == "backlash" else 1e6) == pytest.approx(numbers[key])
+    assert backlash.amplitudes[0] * 1e3 == pytest.approx(10.0, abs=5 * 2 / np.sqrt(210))
 
 
 def test_the_document_has_the_keys_that_scripts_rely_on(here, capsys):
     document = answer(capsys, "two.csv")
     for key in (
         "verdict", "effects", "steps", "candidates", "noise_floor", "rms_before", "rms_after", "unit", "not_testable",
-        "minimum_detectable", "unknown", "suggested_experiment",
+        "minimum_detectable", "unknown", "suggested_experiment", "unseen_periods", "outliers", "probability",
     ):  # fmt: skip
         assert key in document
+    assert set(document["probability"]) >= set(document["effects"])
+    assert all(0.95 <= document["probability"][name] <= 1.0 for name in document["effects"])
+    assert document["outliers"] == []
     assert set(document["steps"][0]) >= {"effect", "params", "rms_train", "rms_heldout", "p_adjusted"}
     assert set(document["candidates"][0]) >= {"effect", "predicted_rms", "p_adjusted", "tied_with", "reason"}
     assert document["not_testable"]["thermal_growth"] == "no temperature column"
@@ -153,7 +160,7 @@ def test_what_exists_is_not_overwritten(here, capsys):
     ("name", "text"),
     [
         ("constant", "run,direction,target_mm,deviation_um\n" + "".join(f"1,1,{x},3\n" for x in range(20))),
-        ("one place", "run,direction,target_mm,deviation_um\n" + "".join(f"{r},1,5,{r % 3}\n" for r in range(9))),
+        ("one place", "run,direction,target_mm,deviation_um\n" + "".join(f"{r},1,5,{r % 3 - 1}\n" for r in range(9))),
         ("three rows", "target_mm,deviation_um\n1,2\n2,3.5\n3,1\n"),
         ("one way", text_of(lambda x, way: 0.0, runs=1).split("\n1,-1")[0] + "\n"),
     ],
@@ -161,8 +168,35 @@ def test_what_exists_is_not_overwritten(here, capsys):
 def test_poor_data_get_a_verdict_but_no_name(here, capsys, name, text):
     (here / "poor.csv").write_text(text)
     document = answer(capsys, "poor.csv")
-    assert document["verdict"] in VERDICTS - {"NAMED", "TIED"}
+    assert document["verdict"] in VERDICTS - {"NAMED", "LIKELY", "TIED"}
     assert document["effects"] == []
+
+
+def test_a_single_run_is_likely_at_most(here, capsys):
+    (here / "once.csv").write_text(text_of(lambda x, way: 8.0 * np.sin(2 * np.pi * x / 61.0), runs=1))
+    document = answer(capsys, "once.csv")
+    assert (document["verdict"], document["effects"]) == ("LIKELY", ["cyclic"])
+    assert document["noise_floor"] is None
+    assert document["probability"]["cyclic"] >= 0.95
+
+
+def test_an_outlier_is_listed_with_its_row_and_value(here, capsys):
+    lines = text_of(lambda x, way: 5.0 * way).splitlines()
+    cells = lines[100].split(",")
+    lines[100] = ",".join([*cells[:-1], "88"])
+    (here / "spoilt.csv").write_text("\n".join(lines) + "\n")
+    document = answer(capsys, "spoilt.csv")
+    assert document["outliers"] == [{"row": 100, "deviation": 88.0}]
+    assert (document["verdict"], document["effects"]) == ("NAMED", ["backlash"])
+
+
+def test_periods_that_the_targets_hide_are_listed(here, capsys):
+    noise = np.random.default_rng(2).normal(size=(5, 21))
+    rows = [f"{r + 1},1,{20 * k},{noise[r, k]:.4f}" for r in range(5) for k in range(21)]
+    (here / "grid.csv").write_text("run,direction,target_mm,deviation_um\n" + "\n".join(rows) + "\n")
+    document = answer(capsys, "grid.csv")
+    assert document["unseen_periods"] == ["20 mm / k"]
+    assert "shift the targets by 6 mm" in document["suggested_experiment"]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ import pytest
 from scipy.signal import butter, decimate, filtfilt
 
 from rtec.dataset.load import load_dataset
-from rtec.dataset.moving_log import even_rate, is_moving, last_direction, stretches_of, transient_rows, unwrapped
+from rtec.dataset.moving_log import even_rate, is_moving, transient_rows, unwrapped
+from rtec.dataset.standstill import last_direction, stretches_of
 from rtec.effects import Observable
 from rtec.errors import FileFormatError
 from rtec.metrology import Column, Measurement
@@ -213,7 +214,7 @@ def test_a_drive_log_is_prepared_as_it_is_by_hand():
     np.testing.assert_array_equal(load_dataset(pulses).unknown[0][1], data.observed)
     for words in ("Butterworth low pass at 100 Hz", "0.2 s dropped", "decimated by 10", "1000 Hz to 100 Hz"):
         assert any(words in note for note in data.notes)
-    assert not data.has_repeats
+    assert data.has_repeats  # the motion comes twice
     # the physics comes back out
     columns = np.stack([found.acceleration, found.velocity, found.direction], axis=1)
     fit = np.linalg.lstsq(data.resample.apply(columns), data.observed, rcond=None)[0]
@@ -250,14 +251,15 @@ def test_direction_at_rest():
     speed = np.select([time < 2, time < 4, time < 6], [0.0, 50.0, 0.0], -50.0)
     position = np.cumsum(speed) * 1e-3
     columns = {"time": ("s", time), "actual": ("mm", position), "force": ("n", speed)}
-    middle = [int((t - 0.2) * 1000) for t in (1, 3, 5, 7)]
     drive = load_dataset(measured(**columns)).conditions
+    middle = [int(np.argmin(np.abs(drive.time_s - t))) for t in (1, 3, 5, 7)]
     assert drive.direction[middle].tolist() == [0, 1, 0, -1]
     target = {"target": ("mm", position)}
     deviation = load_dataset(measured(**columns, **target)).conditions
-    assert deviation.direction[middle].tolist() == [1, 1, 1, -1]
-    for found in (drive, deviation):
-        np.testing.assert_allclose(found.since_reversal[middle], [0, 50, 100, 50], atol=0.5)
+    kept = [int(np.argmin(np.abs(deviation.time_s - t))) for t in (1, 3, 5, 7)]
+    assert deviation.direction[kept].tolist() == [1, 1, 1, -1]
+    for found, rows in ((drive, middle), (deviation, kept)):
+        np.testing.assert_allclose(found.since_reversal[rows], [0, 50, 100, 50], atol=0.5)
 
 
 def test_direction_column_of_a_log():

@@ -9,7 +9,15 @@ from inference_oracle import measured
 from rtec.dataset.drive_signals import Resample
 from rtec.dataset.many_rows import ENOUGH_REPEATS, MOST_ROWS, looked_at, one_of_every
 from rtec.inference.diagnose import diagnose
-from rtec.inference.repeat_space import equal_runs
+
+
+def equal_runs(data):
+    """Number of runs and of readings in each, all with the same conditions in the same order."""
+    run, cell = data.conditions.run, data.cell
+    numbers = np.unique(run)
+    first = cell[run == numbers[0]]
+    assert all((cell[run == number] == first).all() for number in numbers)
+    return numbers.size, first.size
 
 
 def counts(data):

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -129,12 +130,30 @@ def test_simpler_effects_are_of_the_library_and_observed_alike(effect):
 def test_friction_and_mass_are_not_negative():
     assert {e.name for e in LIBRARY if e.not_negative} == {"inertia", "viscous", "coulomb", "stribeck"}
     assert {e.name for e in LIBRARY if e.in_time} == {"thermal_growth", "warm_up", "drift", "lost_counts"}
-    assert {e.name for e in LIBRARY if e.repeatable} == {"lost_counts", "cogging"}
+    several = {e.name: e.at_most for e in LIBRARY if e.at_most != 1}
+    assert several == {"lost_counts": 3, "cyclic": 3, "cogging": 4}
+
+
+def test_the_search_knows_effects_by_their_traits():
+    assert {e.name for e in LIBRARY if e.is_map} == {"pitch_map", "backlash_map"}
+    assert {e.name for e in LIBRARY if e.is_datum} == {"offset"}
+    assert {e.name for e in LIBRARY if e.is_wave} == {"cyclic", "cogging"}
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
+def test_a_shape_is_chosen_from_as_many_as_are_tried(effect, everything):
+    """At least one; a stated period is one of few, a scanned one of as many as the scan has."""
+    shapes = effect.shapes(everything)
+    assert all(effect.tried(everything, shape) >= 1.0 for shape in shapes)
+    if not effect.is_wave:
+        assert effect.tried(everything, shapes[0]) == len(shapes)
+        assert all(effect.doubtful(everything, shape) is None for shape in shapes)
 
 
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)
 def test_columns_scan_and_contribution_agree(effect, everything):
-    assert effect.untestable(everything) is None
+    # over one turn of a rotary axis there is no map: its end is its beginning
+    assert effect.untestable(replace(everything, revolution=None) if effect.is_map else everything) is None
     shapes = list(effect.shapes(everything))
     assert shapes
     for shape in shapes[:: max(1, len(shapes) // 7)]:

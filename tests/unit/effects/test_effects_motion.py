@@ -125,6 +125,11 @@ def test_the_viscous_coefficient_by_direction():
         (Inertia(), {"acceleration": np.zeros(4000)}, "the acceleration is zero throughout"),
         (Viscous(), {"velocity": None}, "no velocity or feed column"),
         (Viscous(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
+        (
+            Viscous(),
+            {"velocity": np.tile([5.0, 5.2, -9.0, -9.1], 1000), "direction": np.tile([1.0, 1.0, -1.0, -1.0], 1000)},
+            "one speed each way",
+        ),
         (Coulomb(), {"direction": None}, "no directions"),
         (Coulomb(), {"direction": np.ones(4000)}, "one direction only"),
         (AsymmetricFriction(), {"velocity": None}, "no velocity or feed column"),
@@ -138,6 +143,13 @@ def test_the_viscous_coefficient_by_direction():
 )
 def test_what_the_data_cannot_show(log, effect, change, reason):
     assert reason in effect.untestable(log(**change))
+
+
+def test_two_speeds_one_way_show_viscous_friction(log):
+    two = {"velocity": np.tile([5.0, 9.0, -9.0, -9.1], 1000), "direction": np.tile([1.0, 1.0, -1.0, -1.0], 1000)}
+    assert Viscous().untestable(log(**two)) is None
+    one_way = {"velocity": np.full(4000, 5.0), "direction": np.ones(4000)}
+    assert Viscous().untestable(log(**one_way)) is None, "a force in proportion, as far as one direction tells"
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,42 @@ def test_windup_takes_both_starts_into_question(bidirectional):
     beyond = [(v.distance, v.carried, v.overshoot) for v in variants[4:]]
     assert beyond == [(v.distance, v.carried, pytest.approx(0.1 * v.distance)) for v in variants[:4]]
     moving = replace(bidirectional(), velocity=np.ones(bidirectional().rows), moving=True)
-    assert Windup().variants(moving, WindupShape(8.0)) == variants[:4]
+    assert Windup().variants(moving, WindupShape(8.0)) == [WindupShape(8.0)], "a log holds the reversal itself"
+
+
+@pytest.mark.parametrize("settled", [False, True])
+def test_windup_in_a_log_remembers_every_reversal(settled):
+    """Nested loops: short strokes never wind it up wholly. Integrated in small steps."""
+    position, direction = path([0.0, 30.0, 27.0, 30.0, 24.0, 50.0, 0.0], step=0.002)
+    full, distance = 0.03, 4.0
+    bend, deviation = full / 2 if settled else 0.0, []
+    for i, way in enumerate(direction):
+        travel = abs(position[i] - position[i - 1]) if i else 0.0
+        bend += travel / distance * (full / 2 * way - bend)
+        deviation.append(bend)
+    log = replace(conditions(position, direction), moving=True)
+    shape = WindupShape(distance, carried=True, settled=settled)
+    assert Windup().contribution(log, shape, [full]) == pytest.approx(np.array(deviation), abs=1e-5)
+    assert shape in [replace(s, distance=distance) for s in Windup().shapes(log)]
+    # after a stroke of 3 mm it has not turned round, as one that forgets has
+    forgets = Windup().contribution(conditions(position, direction), WindupShape(distance, carried=True), [full])
+    assert np.abs(forgets - deviation).max() > 0.1 * full
+
+
+def test_windup_in_a_log_begins_anew_with_each_run():
+    position, direction = path([0.0, 30.0, 0.0], step=0.1)
+    both = Conditions(
+        position=np.tile(position, 2),
+        position_unit="mm",
+        run=np.repeat([1, 2], position.size),
+        direction=np.tile(direction, 2),
+        since_reversal=np.zeros(2 * position.size),
+        moving=True,
+    )
+    for settled in (False, True):
+        column = Windup().columns(both, WindupShape(4.0, carried=True, settled=settled))[:, 0]
+        assert column[: position.size] == pytest.approx(column[position.size :])
+        assert column[0] == (0.5 if settled else 0.0)
 
 
 def test_windup_turned_beyond_the_last_reading_has_come_farther(bidirectional):
@@ -171,6 +206,10 @@ def test_nodes_that_lie_close_have_names_of_their_own():
         (Cosine(), {"position": np.full(210, 5.0)}, "one position only"),
         (PitchMap(), {"position": np.tile([0.0, 5.0], 105)}, "2 positions only"),
         (PitchMap(), {"position": np.full(210, 5.0)}, "1 position only"),
+        (PitchMap(), {"revolution": 394.0}, "one turn of a rotary axis closes"),
+        (BacklashMap(), {"revolution": 394.0}, "one turn of a rotary axis closes"),
+        (PitchMap(), {"position_unit": "s"}, "time stands for them"),
+        (Scale(), {"position_unit": "s"}, "what is proportional to time is a drift"),
         (Backlash(), {"direction": np.ones(210)}, "one direction only"),
         (Backlash(), {"direction": None}, "one direction only"),
         (BacklashMap(), {"direction": np.ones(210)}, "one direction only"),
@@ -196,6 +235,13 @@ def test_what_the_data_cannot_show(bidirectional, effect, change, reason):
 @pytest.mark.parametrize("effect", [Offset(), Scale(), Cosine(), PitchMap(), Backlash(), BacklashMap(), Windup()])
 def test_what_the_base_plan_shows(bidirectional, effect):
     assert effect.untestable(bidirectional()) is None
+
+
+@pytest.mark.parametrize(
+    ("turn", "closes"), [(394.0 / 0.7, False), (394.0 / 0.8, True), (270.0, True), (250.0, False)]
+)
+def test_a_map_is_none_where_its_end_is_its_beginning(bidirectional, turn, closes):
+    assert (PitchMap().untestable(bidirectional(revolution=turn)) is not None) is closes
 
 
 def test_distances_of_the_measuring_program_are_those_of_windup(bidirectional):

@@ -1,5 +1,7 @@
 """Effects of time and temperature, against simulations that know nothing of columns."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -111,6 +113,11 @@ def test_the_rate_is_one_an_hour_or_a_reading():
         (ThermalGrowth(), {}, "no temperature column"),
         (
             ThermalGrowth(),
+            {"temperatures": {"t": np.linspace(20.0, 25.0, 210)}, "position_unit": "s"},
+            "no positions: what grows with them cannot be seen",
+        ),
+        (
+            ThermalGrowth(),
             {"temperatures": {"t": np.linspace(20.0, 20.02, 210)}},
             "the temperature changes by 0.02 degC only: at least 0.5 needed",
         ),
@@ -125,3 +132,15 @@ def test_what_the_data_cannot_show(bidirectional, effect, change, reason):
     assert effect.untestable(bidirectional(**change)) == reason or reason in effect.untestable(
         bidirectional(**change)
     )
+
+
+def test_a_step_in_a_log_has_a_gradual_rival(bidirectional):
+    """Spread over a fiftieth of the log, the same in the middle: what wanders slowly passes for a step, too."""
+    still = bidirectional()
+    assert LostCounts().softer(still, StepShape(500.0)) == ()
+    log = replace(still, moving=True)
+    (soft,) = LostCounts().softer(log, StepShape(500.0))
+    assert soft.over == pytest.approx(1045.0 / 50)
+    ramp = LostCounts().columns(log, soft)[:, 0]
+    expected = np.interp(log.time_s, [500.0 - 10.45, 500.0 + 10.45], [0.0, 1.0])
+    assert ramp == pytest.approx(expected)

@@ -28,13 +28,14 @@ def test_an_effect_is_added_and_everything_refitted():
     assert [step.effect for step in result.steps] == ["backlash"]
     table = np.array([np.ones(210), data.conditions.position, data.conditions.direction / 2]).T
     numbers, *_ = np.linalg.lstsq(table, data.observed)
-    assert result.model.terms[0].amplitudes[0] == pytest.approx(numbers[1])
-    assert result.model.terms[1].amplitudes[0] == pytest.approx(numbers[2])
+    # the noise that is found is as good as white
+    assert result.model.terms[0].amplitudes[0] == pytest.approx(numbers[1], rel=0.01)
+    assert result.model.terms[1].amplitudes[0] == pytest.approx(numbers[2], rel=0.01)
     left = data.observed - table @ numbers
-    assert result.rms_after == pytest.approx(np.sqrt(np.mean(left**2)))
+    assert result.rms_after == pytest.approx(np.sqrt(np.mean(left**2)), rel=0.01)
     before = table[:, :2]
     without = data.observed - before @ np.linalg.lstsq(before, data.observed)[0]
-    assert result.rms_before == pytest.approx(np.sqrt(np.mean(without**2)))
+    assert result.rms_before == pytest.approx(np.sqrt(np.mean(without**2)), rel=0.01)
     assert result.steps[0].p_adjusted < 1e-6
     assert result.steps[0].gain > 2 * result.steps[0].gain_error
     assert result.verdict is Verdict.NAMED
@@ -43,8 +44,13 @@ def test_an_effect_is_added_and_everything_refitted():
 def test_what_explains_nothing_is_added_all_the_same_and_judged():
     result = add("scale", measured(lambda x, way, t, run: 0.004 * way))
     assert result.model.names == ("scale",)
-    assert result.steps[0].p_adjusted > 0.01 or result.steps[0].gain < 2 * result.steps[0].gain_error
-    assert "not" in result.steps[0].reason
+    (step,) = result.steps
+    assert step.p_adjusted > 0.01
+    assert ("does not fall" in step.reason) is (step.gain <= 0.0)
+    assert result.verdict not in (Verdict.NAMED, Verdict.TIED)
+    worse = add("warm_up", measured(runs=2, seed=1)).steps[0]
+    assert worse.gain < 0.0
+    assert worse.reason.endswith("held-out error does not fall")
 
 
 def test_a_shape_is_found_or_taken_as_it_is_said():

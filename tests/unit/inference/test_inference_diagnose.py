@@ -9,7 +9,7 @@ from inference_oracle import SIGMA, measured
 from rtec.dataset.load import load_dataset
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError, RtecError
-from rtec.inference.diagnose import MOST_ROWS_SEARCHED, diagnose, thinned
+from rtec.inference.diagnose import diagnose
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Verdict
@@ -69,11 +69,32 @@ def test_tied_backlash_and_lag_at_one_feed():
     assert set(result.experiment.rivals) == {"backlash", "servo_lag"}
 
 
+def test_likely_without_repeats():
+    for error, name in ((wave(41.0), "cyclic"), (lambda x, way, t, run: 0.005 * way, "backlash")):
+        result = diagnose(measured(error, runs=1, targets=41, timed=False))
+        assert (result.verdict, result.effects) == (Verdict.LIKELY, (name,))
+        assert result.noise.floor is None
+        assert result.probability[name] >= 0.95
+        assert any("no noise floor" in note for note in result.notes)
+
+
+@pytest.mark.xfail(reason="slow noise takes the slope for itself; beside it the reversal error looks like a wind-up")
+def test_a_slope_and_a_reversal_error_of_a_single_run_are_no_windup():
+    for seed in range(6):
+        error = lambda x, way, t, run: 0.005 * way + 5e-5 * x
+        result = diagnose(measured(error, runs=1, targets=41, timed=False, seed=seed))
+        assert "windup" not in result.effects
+        assert result.verdict is not Verdict.UNKNOWN
+
+
 def test_tied_scale_and_drift_in_one_pass():
-    result = diagnose(measured(lambda x, way, t, run: 1e-4 * x, runs=1, bidirectional=False))
-    assert result.verdict is Verdict.TIED
-    assert {"scale", "drift"} <= {c.effect for c in result.candidates if c.tied_with}
-    assert "drift" in result.experiment.text
+    for seed in range(4):
+        result = diagnose(
+            measured(lambda x, way, t, run: 1e-4 * x, runs=1, bidirectional=False, seed=seed, targets=41)
+        )
+        assert result.verdict is Verdict.TIED
+        assert {"scale", "drift"} <= {c.effect for c in result.candidates if c.tied_with}
+        assert "drift" in result.experiment.text
 
 
 def test_unknown_reversal_error_that_changes_from_run_to_run():
@@ -81,7 +102,6 @@ def test_unknown_reversal_error_that_changes_from_run_to_run():
     result = diagnose(measured(lambda x, way, t, run: sizes[run - 1] * way))
     assert result.verdict is Verdict.UNKNOWN
     assert {"direction", "run"} <= set(result.unknown.depends_on)
-    assert dict(result.lack_of_fit)["changes in direction"] < 0.01
 
 
 def test_unknown_errors_of_single_targets():
@@ -99,7 +119,8 @@ def test_none(rho):
         verdicts.append(result.verdict)
         if not result.effects:
             assert result.steps == ()
-            assert result.rms_after == result.rms_before
+            # but for zeros of runs and the datum, which count as noise
+            assert (0.9 - 0.3 * rho) * result.rms_before < result.rms_after <= result.rms_before
     # a name at most 5 % of the time: two of eight would be 1 in 20
     assert sum(v in (Verdict.NAMED, Verdict.TIED) for v in verdicts) < 2
     assert verdicts.count(Verdict.NONE) >= 4
@@ -171,7 +192,7 @@ def test_the_other_measurement_decides():
     result = diagnose(data, heldout=other)
     assert result.verdict is Verdict.UNKNOWN
     assert "backlash" not in result.effects
-    assert "two standard errors" in candidate(result, "backlash").reason
+    assert "makes the other measurement worse" in candidate(result, "backlash").reason
 
 
 def test_one_seed_one_answer_and_progress_that_grows():
@@ -216,26 +237,14 @@ def one_pass(error, rows, step=0.05):
         conditions=conditions,
         observed=error(x) + rng.normal(0, SIGMA, rows),
         cell=np.full(rows, -1),
+        passage=np.zeros(rows, dtype=np.int64),
         block=np.arange(rows) * 5 // rows,
     )
 
 
-def test_a_long_log_is_thinned_to_drawn_rows():
-    data = one_pass(np.sin, 10_001)
-    part = thinned(data)
-    rows = np.searchsorted(data.conditions.position, part.conditions.position)
-    assert part.rows == 2001
-    assert (rows // 5 == np.arange(2001)).all()  # one of every five
-    assert len(set((rows % 5).tolist())) == 5  # not always the same
-    assert thinned(one_pass(np.sin, MOST_ROWS_SEARCHED)).rows == MOST_ROWS_SEARCHED
-    repeated = measured(runs=80)
-    assert repeated.rows > MOST_ROWS_SEARCHED
-    assert thinned(repeated) is repeated
-
-
 def test_a_short_period_does_not_pass_for_a_long_one_in_a_thinned_log():
     # a period of 0.35 in steps of 0.05, every eighth of which would show 2.8
-    result = diagnose(one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 20_000))
+    result = diagnose(one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 6_000))
     for step in result.steps:
         assert value(result, step.effect, "period").value == pytest.approx(0.35, rel=0.01)
     assert result.verdict is not Verdict.NAMED or result.rms_after < 1.1 * SIGMA
@@ -251,11 +260,11 @@ def test_a_period_that_the_thinned_log_resolves_is_fitted_to_all_of_it():
 
 def test_what_the_rest_of_the_log_does_not_bear_out_is_struck_off(monkeypatch):
     """A search that looks at every eighth row, as it must not: what it finds is confirmed on all rows."""
-    data = one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 20_000)
-    monkeypatch.setattr("rtec.inference.diagnose.one_of_every", lambda step, rows, rng: np.arange(0, rows, step))
+    data = one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 8_000)
+    monkeypatch.setattr("rtec.inference.diagnose.drawn", lambda data: data.take(np.arange(0, data.rows, 8)))
     result = diagnose(data)
-    assert (result.verdict, result.effects) == (Verdict.INCONCLUSIVE, ())
-    assert "taken out" in candidate(result, "cyclic").reason
+    assert "cyclic" not in result.effects
+    assert "not accepted" in candidate(result, "cyclic").reason
 
 
 # files as users have them
@@ -323,7 +332,9 @@ def test_numbers_whose_squares_vanish(tmp_path, factor):
 def test_far_from_zero(tmp_path):
     run, way, x, deviation = plan()
     far = written(tmp_path, HEADER, run, way, x, [f"{v + 1e7:.6f}" for v in deviation])
-    assert set(diagnose(load_dataset(far)).effects) == {"offset", "backlash"}
+    result = diagnose(load_dataset(far))
+    assert result.effects == ("offset", "backlash")
+    assert value(result, "offset", "offset").value == pytest.approx(1e7, rel=1e-6), "10 m, in um"
 
 
 def test_degrees_and_seconds_of_arc(tmp_path):

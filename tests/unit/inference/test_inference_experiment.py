@@ -4,26 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from inference_oracle import SIGMA, measured
+from inference_oracle import measured
 
 from rtec.effects import Observable, Shape, distance_since_reversal, effect_named
+from rtec.inference.answer import Rivalry, rivalries
 from rtec.inference.experiment import (
     experiment_for_more,
     experiment_for_rivals,
     experiment_for_unknown,
     separating_plan,
 )
-from rtec.inference.lookalikes import Rivalry, rivalries
-from rtec.inference.noise import Noise
 from rtec.inference.results import Unknown
-from rtec.inference.whitening import Correlation
-from rtec.inference.workspace import Workspace
+from rtec.inference.scored import Judge
+from rtec.inference.search import Search
+from rtec.inference.space import Space
 
 BACKLASH, SCALE = effect_named("backlash"), effect_named("scale")
-
-
-def work_of(data, *, from_repeats=True):
-    return Workspace(data, Noise(sigma=SIGMA, correlation=Correlation(), freedom=168.0, from_repeats=from_repeats))
 
 
 def at_one_feed():
@@ -32,13 +28,16 @@ def at_one_feed():
 
 
 def test_rivals_predict_different_readings_on_the_plan_that_separates_them():
-    work, choices = work_of(at_one_feed()), [(SCALE, Shape()), (BACKLASH, Shape())]
-    rivalry = next(r for r in rivalries(work, choices, 1) if r.rival == "servo_lag")
-    found = experiment_for_rivals(work, choices, rivalry)
+    judge = Judge(Space(at_one_feed()))
+    model = judge.score([(SCALE, Shape()), (BACKLASH, Shape())])
+    other = judge.score([(SCALE, Shape()), (effect_named("servo_lag"), Shape())])
+    rivalry = next(r for r in rivalries(Search(judge), model, 1) if r.rival == "servo_lag")
+    assert rivalry.model is other
+    found = experiment_for_rivals(judge, model, rivalry)
     assert "three feeds" in found.text
     assert found.rivals == ("backlash", "servo_lag")
     play, lag = found.predictions
-    plan = separating_plan(work)
+    plan = separating_plan(judge.space)
     assert found.abscissa.tolist() == list(range(1, plan.rows + 1))
     assert play == pytest.approx(0.005 * plan.direction, abs=0.0008)
     # a lag of 0.005 mm at 20 mm/s, the reading ahead where the axis comes from below
@@ -47,19 +46,20 @@ def test_rivals_predict_different_readings_on_the_plan_that_separates_them():
     assert np.abs(lag[creep]).max() < 0.1 * np.abs(play[creep]).min()
 
 
+def alone(name, data=None):
+    judge = Judge(Space(measured() if data is None else data))
+    return judge, judge.score([(effect_named(name), Shape())])
+
+
 @pytest.mark.parametrize(("first", "second"), [("backlash", "servo_lag"), ("servo_lag", "backlash")])
 def test_the_words_stand_on_the_card_of_either(first, second):
-    work = work_of(measured())
-    choices = [(effect_named(first), Shape())]
-    found = experiment_for_rivals(work, choices, Rivalry(effect=first, rival=second, cosine=1.0, lack=0.0))
+    found = experiment_for_rivals(*alone(first, at_one_feed()), Rivalry(effect=first, rival=second, cosine=1.0))
     assert "three feeds" in found.text
     assert found.abscissa is None
 
 
 def test_rivals_without_a_card_are_told_apart_by_their_needs():
-    work = work_of(measured())
-    choices = [(BACKLASH, Shape())]
-    found = experiment_for_rivals(work, choices, Rivalry(effect="backlash", rival="warm_up", cosine=1.0, lack=0.0))
+    found = experiment_for_rivals(*alone("backlash"), Rivalry(effect="backlash", rival="warm_up", cosine=1.0))
     assert "a time column" in found.text
     assert "both directions" in found.text
 
@@ -67,9 +67,9 @@ def test_rivals_without_a_card_are_told_apart_by_their_needs():
 def test_the_plan_varies_what_the_measurement_kept():
     data = at_one_feed()
     heat = np.linspace(20.0, 24.0, data.rows)
-    work = work_of(replace(data, conditions=replace(data.conditions, temperatures={"screw": heat}, screw_pitch=5.0)))
-    plan = separating_plan(work)
-    c = work.conditions
+    data = replace(data, conditions=replace(data.conditions, temperatures={"screw": heat}, screw_pitch=5.0))
+    plan = separating_plan(Space(data))
+    c = data.conditions
     assert (plan.position.min(), plan.position.max()) == (c.places[0], c.places[-1])
     assert plan.both_directions
     speeds = np.unique(np.abs(plan.velocity).round(9))
@@ -86,10 +86,10 @@ def test_the_plan_varies_what_the_measurement_kept():
 
 def test_the_plan_is_no_plan_for_drives_clocks_and_single_places():
     data = measured()
-    assert separating_plan(work_of(replace(data, observable=Observable.DRIVE))) is None
-    assert separating_plan(work_of(measured(unit="s", bidirectional=False))) is None
-    assert separating_plan(work_of(measured(at=np.array([10.0])))) is None
-    untimed = separating_plan(work_of(measured(timed=False)))
+    assert separating_plan(Space(replace(data, observable=Observable.DRIVE))) is None
+    assert separating_plan(Space(measured(unit="s", bidirectional=False))) is None
+    assert separating_plan(Space(measured(at=np.array([10.0])))) is None
+    untimed = separating_plan(Space(measured(timed=False)))
     assert (untimed.time_s, untimed.velocity) == (None, None)
 
 
@@ -106,20 +106,25 @@ def test_what_is_unknown_is_varied_on_purpose():
 
 
 def test_more_repeats_where_there_are_none():
-    text = experiment_for_more(work_of(measured(runs=1), from_repeats=False), {}, {"scale": 0.001}).text
+    text = experiment_for_more(measured(runs=1), {}, {"scale": 0.001}, None).text
     assert "repeat the same targets" in text
     assert "five times" in text
+    shift = experiment_for_more(measured(runs=1), {}, {"scale": 0.001}, "shift the targets by 1.5 mm").text
+    assert shift.startswith(text)
+    assert shift.endswith("shift the targets by 1.5 mm")
+
+
+def test_targets_that_hide_periods_are_shifted_first():
+    assert experiment_for_more(measured(), {}, {"scale": 0.001}, "shift the targets").text == "shift the targets"
 
 
 def test_the_hardest_effect_to_see_is_named_with_its_size():
-    work = work_of(measured())
-    text = experiment_for_more(work, {}, {"scale": 0.001, "windup": 0.0042})
-    assert "windup (from 4.2 µm RMS on)" in text.text or "windup (from 4.2 um RMS on)" in text.text
-    assert "needs" not in text.text
+    found = experiment_for_more(measured(), {}, {"scale": 0.001, "windup": 0.0042}, None)
+    assert "windup (from 4.2 µm RMS on)" in found.text
+    assert "needs" not in found.text
 
 
 def test_what_cannot_be_tested_says_what_it_needs():
-    work = work_of(measured())
-    text = experiment_for_more(work, {"thermal_growth": "no temperature column"}, {}).text
+    text = experiment_for_more(measured(), {"thermal_growth": "no temperature column"}, {}, None).text
     assert "thermal_growth needs a temperature column" in text
-    assert experiment_for_more(work, {}, {}).text == "repeat with more targets"
+    assert experiment_for_more(measured(), {}, {}, None).text == "repeat with more targets"

@@ -310,7 +310,10 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         (HEAD + 'name = "jitter"', ["effect 1", "'jitter'", "capture"]),
         (HEAD + 'name = "cyclic"\nperod = "3 mm"', ["effect 1 (cyclic)", "'perod'", "did you mean 'period'?"]),
         (HEAD + 'name = "backlash"\nbacklsh = "3 mm"', ["'backlsh'", "did you mean 'backlash'?"]),
-        (HEAD + 'name = "scale"\n[[effect]]\nname = "scale"', ["effect 2", "scale stands there twice"]),
+        (
+            HEAD + 'name = "scale"\n[[effect]]\nname = "scale"',
+            ["effect 2", "scale stands there 2 times; allowed: once"],
+        ),
         (HEAD + 'name = "viscous"', ["effect 1", "viscous belongs to force", "not to 'deviation'"]),
         (HEAD + 'name = "cyclic"\nperiod = 6.35', ["effect 1 (cyclic): period", "6.35", "unit"]),
         (HEAD + 'name = "cyclic"\nperiod = "6.35"', ["effect 1 (cyclic): period", "write the unit"]),

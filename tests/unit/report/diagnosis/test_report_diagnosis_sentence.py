@@ -32,6 +32,12 @@ def test_without_repeats_there_is_no_noise_floor(make_diagnosis, make_noise):
     assert "nothing was repeated, so there is no noise floor" in text and "floor from repeats is" not in text
 
 
+def test_likely_names_and_says_that_there_is_no_floor(make_diagnosis, make_noise):
+    text = verdict_sentence(make_diagnosis(verdict=Verdict.LIKELY, noise=make_noise(from_repeats=False)))
+    assert text.startswith("Backlash and cyclic error most likely explain the deviation")
+    assert "no noise floor" in text
+
+
 def test_tied_names_every_rival_and_what_stands_beside(make_diagnosis):
     text = verdict_sentence(make_diagnosis(verdict=Verdict.TIED))
     assert text.startswith("Either backlash or windup explains the deviation beside cyclic error, and no fit")

@@ -1,0 +1,164 @@
+"""Hiding effects in the log of a drive: the force that it needs is read at equal times while the axis moves.
+
+A mass is moved, guides and seals rub, a motor pulls at its teeth, an inclined axis weighs on it. The friction is that
+of bristles that bend before the surfaces slip, not a sign of the velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from rtec.axis import MotionSegments
+from rtec.blind.draws import Draw, stream
+from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
+from rtec.blind.in_motion import SAMPLE_S, moves_of, sampled
+from rtec.blind.noise import Readings, noise_of
+from rtec.blind.plan import Floats, Plan
+from rtec.blind.scenario import Scenario
+from rtec.metrology import Column
+
+FORCE_STEP_N = 0.01
+"""Resolution of the drive's force."""
+PRESLIDING_MM = 1e-6
+"""Over which the bristles bend before the surfaces slip: gone within a reading; softer ones are another effect."""
+_FINE = 20
+"""Steps of the friction's state from reading to reading."""
+_STRIBECK_MM_S = (3.0, 8.0)
+"""Speeds at which the surfaces part, below the third of four feeds."""
+
+
+class _Motion:
+    """What the axis does at each reading: position, velocity, acceleration, and how far the bristles are bent."""
+
+    def __init__(self, motion: MotionSegments, time_s: Floats) -> None:
+        time_ps = np.round(time_s * 1e12).astype(np.int64)
+        self.position_mm = motion.position_at(time_ps)
+        self.velocity_mm_s = motion.velocity_at(time_ps)
+        self.acceleration_mm_s2 = motion.acceleration_at(time_ps)
+        fine_s = np.arange(round(time_s[-1] / SAMPLE_S) * _FINE + 1) * (SAMPLE_S / _FINE)
+        bent = bent_bristles(motion.velocity_at(np.round(fine_s * 1e12).astype(np.int64)), SAMPLE_S / _FINE)
+        self.bent = bent[np.round(time_s / SAMPLE_S).astype(np.int64) * _FINE]
+
+
+def bent_bristles(velocity_mm_s: Floats, step_s: float) -> Floats:
+    """Return how far bristles between two surfaces are bent, from -1 to 1 where they slip, shape (n,).
+
+    Notes
+    -----
+    ``s' = (v - |v| s) / presliding`` is solved exactly for the velocity at each step.
+
+    References
+    ----------
+    P. R. Dahl, Solid friction damping of mechanical vibrations, AIAA Journal 14 (1976) 1675; C. Canudas de Wit et
+    al., A new model for control of systems with friction, IEEE Trans. Autom. Control 40 (1995) 419.
+
+    Examples
+    --------
+    >>> bent_bristles(np.array([0.0, 1e-3, 1e-3, -1e-3]), 0.001).round(3).tolist()
+    [0.0, 0.632, 0.865, -0.314]
+    """
+    bent = np.empty(velocity_mm_s.size)
+    state = 0.0
+    for i, velocity in enumerate(velocity_mm_s.tolist()):
+        way = math.copysign(1.0, velocity)
+        state = way + (state - way) * math.exp(-abs(velocity) * step_s / PRESLIDING_MM)
+        bent[i] = state
+    return bent
+
+
+_Part = tuple[Floats, str, tuple[Parameter, ...]]
+
+
+def _inertia(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    # a kilogram needs a newton for each m/s2
+    added = 1e-3 * m.acceleration_mm_s2
+    return added, "the mass that is moved", (Parameter("mass", 1.0, "kg", scales=True),)
+
+
+def _viscous(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    added = 1e-3 * m.velocity_mm_s
+    return added, "oil that is sheared", (Parameter("viscous", 1.0, "N/(m/s)", scales=True),)
+
+
+def _coulomb(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    return m.bent.copy(), "guides and seals that rub", (Parameter("friction", 1.0, "N", scales=True),)
+
+
+def _stribeck(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    speed = rng.uniform(*_STRIBECK_MM_S)
+    added = m.bent * np.exp(-((m.velocity_mm_s / speed) ** 2))
+    numbers = (Parameter("speed", speed, "mm/s"), Parameter("friction", 1.0, "N", scales=True))
+    return added, "surfaces that touch at creep and part with speed", numbers
+
+
+def _cogging(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    period = float(rng.uniform(*plan.wave_shares) * plan.span_mm)
+    angle = 2.0 * np.pi * m.position_mm / period + rng.uniform(0.0, 2.0 * np.pi)
+    added = np.sin(angle) + rng.uniform(0.1, 0.4) * np.sin(2.0 * angle + rng.uniform(0.0, 2.0 * np.pi))
+    numbers = (Parameter("period", period, "mm"), Parameter("amplitude", 1.0, "N", scales=True))
+    return added, "magnets that pull at the teeth of the motor", numbers
+
+
+def _force_offset(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    sign = float(rng.choice([-1.0, 1.0]))
+    return (
+        np.full(m.position_mm.size, sign),
+        "the weight of an inclined axis",
+        (Parameter("force", sign, "N", scales=True),),
+    )
+
+
+_PARTS: Mapping[str, Callable[[_Motion, Plan, np.random.Generator], _Part]] = MappingProxyType(
+    {draw.__name__[1:]: draw for draw in (_inertia, _viscous, _coulomb, _stribeck, _cogging, _force_offset)}
+)
+
+
+def measure_drive(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str, Floats], dict[str, Hidden]]:
+    """Read the force of the drive while the axis moves, with what a scenario hides.
+
+    Returns
+    -------
+    list of Column
+        Everything that was read.
+    dict
+        Columns that no known quantity names: none.
+    dict
+        What was hidden, by name.
+
+    Notes
+    -----
+    The strength of a constant force is its size, not its RMS about its mean, which is zero.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS
+    >>> columns, _, hidden = measure_drive(Scenario(names=("inertia",), plan=PLANS["drive"]), 1)
+    >>> [column.heading for column in columns], list(hidden)
+    (['run', 'time_s', 'actual_mm', 'velocity_mm_s', 'force_n'], ['inertia'])
+    """
+    plan = scenario.plan
+    motion, begin_s, repeat_s = moves_of(plan, stream(seed, Draw.COURSE))
+    time_s, run = sampled(plan, motion, begin_s, repeat_s)
+    moved = _Motion(motion, time_s)
+    readings = Readings(time_s=time_s, position_mm=moved.position_mm, direction=np.sign(moved.velocity_mm_s), run=run)
+    force_n = noise_of(scenario.noise, readings, plan.sigma_n, stream(seed, Draw.NOISE))
+    hidden: dict[str, Hidden] = {}
+    for name, strength in scenario.wanted.items():
+        added, description, parameters = _PARTS[name](moved, plan, stream(seed, Draw.EFFECT, name))
+        # a constant has no RMS about its mean: its size counts
+        unit = added - added.mean() if rms(added) > 0.0 else np.where(np.arange(added.size) % 2, 1.0, -1.0)
+        factor = strength * plan.sigma_n / rms(unit)
+        force_n += factor * added
+        hidden[name] = hidden_of(name, description, parameters, factor, unit, plan.sigma_n)
+    columns = [
+        Column("run", "", run.astype(np.float64)),
+        Column("time", "s", np.round(time_s - time_s[0], 3)),
+        Column("actual", "mm", np.round(moved.position_mm, 3)),
+        Column("velocity", "mm_s", np.round(moved.velocity_mm_s, 3)),
+        Column("force", "n", np.round(np.round(force_n / FORCE_STEP_N) * FORCE_STEP_N, 2)),
+    ]
+    return columns, {}, hidden

@@ -1,0 +1,82 @@
+"""What a line of the confusion matrix is, and several lines that share a bar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rtec.blind.answer import Rule
+from rtec.blind.scenario import Scenario
+from rtec.errors import ArgumentError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One line of what must be shown.
+
+    Parameters
+    ----------
+    title
+        What is hidden.
+    rule
+        What makes an answer right.
+    share
+        Least share of right answers; 0 where the line has no bar and only shows how often.
+    scenarios
+        Played in turn.
+    above_detectable
+        Only those trials count in which the effect is at least as strong as the judge says that it would find.
+    draw
+        Draws the scenario of a trial from its number and its seed, where they are not played in turn; a function of
+        a module, or a partial of one.
+    most_left_out
+        Largest share of the games that may be left out as too weak.
+
+    Raises
+    ------
+    ArgumentError
+        No scenario, or both kinds.
+    """
+
+    title: str
+    rule: Rule
+    share: float
+    scenarios: tuple[Scenario, ...] = ()
+    above_detectable: bool = False
+    draw: Callable[[int, int], Scenario] | None = None
+    most_left_out: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check that there is something to play."""
+        if bool(self.scenarios) is (self.draw is not None):
+            raise ArgumentError("scenarios", "both" if self.scenarios else "none", "one or more, or else a draw")
+
+    def scenario(self, trial: int, seed: int) -> Scenario:
+        """Return what is hidden in a trial with a seed.
+
+        Examples
+        --------
+        >>> line = Line(title="two", rule=Rule.NAMED, share=0.9, scenarios=(Scenario(names=("scale",)), Scenario()))
+        >>> line.scenario(2, 77).names
+        ('scale',)
+        """
+        return self.scenarios[trial % len(self.scenarios)] if self.draw is None else self.draw(trial, seed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pool:
+    """Several lines that must reach a bar together.
+
+    Parameters
+    ----------
+    title
+        What they have in common.
+    share
+        Least share of right answers over all of their games.
+    members
+        Titles of the lines.
+    """
+
+    title: str
+    share: float
+    members: tuple[str, ...]

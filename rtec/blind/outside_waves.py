@@ -1,0 +1,146 @@
+"""Waves that no single period, amplitude and phase describe: errors outside the library, periodic but for one thing.
+
+All have five cycles or more in the span, and at least three targets in a cycle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.blind.hidden import Parameter
+from rtec.blind.plan import Floats, Plan
+from rtec.blind.slow_errors import Circumstances, SlowError
+
+LONGEST_SHARE = 0.2
+"""Of the span, that a period takes: five cycles."""
+_SHORTEST_SHARE, _TARGETS_A_CYCLE = 0.06, 3.0
+
+
+def period_of(plan: Plan, rng: np.random.Generator) -> float:
+    """Return a period in mm with five cycles or more in the span of a plan.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS
+    >>> 300.0 / period_of(PLANS["base"], np.random.default_rng(0)) >= 5.0
+    True
+    """
+    return float(rng.uniform(max(_TARGETS_A_CYCLE / plan.targets, _SHORTEST_SHARE), LONGEST_SHARE) * plan.span_mm)
+
+
+def way_share(c: Circumstances) -> Floats:
+    """Return how far along the axis each reading is, from 0 to 1, shape (n,)."""
+    share: Floats = np.clip((c.course.target_mm - c.course.plan.start_mm) / c.course.plan.span_mm, 0.0, 1.0)
+    return share
+
+
+def time_share(c: Circumstances) -> Floats:
+    """Return how late each reading is, from 0 to 1, shape (n,)."""
+    share: Floats = c.measured.time_s / max(float(c.measured.time_s[-1]), 1e-9)
+    return share
+
+
+def turned(rng: np.random.Generator) -> float:
+    """Return a random phase in radians."""
+    return float(rng.uniform(0.0, 2.0 * np.pi))
+
+
+def _wave(c: Circumstances, period_mm: float, phase: float | Floats) -> Floats:
+    """Return a sinusoid of position at each reading, from -1 to 1, shape (n,)."""
+    wave: Floats = np.sin(2.0 * np.pi * c.course.target_mm / period_mm + phase)
+    return wave
+
+
+def _error(added: Floats, description: str, period_mm: float, *more: Parameter) -> SlowError:
+    height = Parameter("amplitude", 1.0, "um", scales=True)
+    return SlowError(
+        added_mm=1e-3 * added,
+        description=description,
+        parameters=(Parameter("period", period_mm, "mm"), height, *more),
+    )
+
+
+def growing_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return the runout of a screw held at one end only: it bends with the square of the distance from there."""
+    period_mm = period_of(c.course.plan, rng)
+    along = way_share(c)
+    bent = along if rng.uniform() < 0.5 else 1.0 - along
+    added = bent**2 * _wave(c, period_mm, turned(rng))
+    return _error(added, "periodic error whose amplitude grows along the axis", period_mm)
+
+
+def fading_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return the runout of a bearing that runs in: its amplitude decays with the time."""
+    period_mm, share = period_of(c.course.plan, rng), rng.uniform(0.15, 0.3)
+    added = np.exp(-time_share(c) / share) * _wave(c, period_mm, turned(rng))
+    tau = Parameter("time_constant", share * float(c.measured.time_s[-1]), "s")
+    return _error(added, "periodic error whose amplitude decays with the time", period_mm, tau)
+
+
+def partial_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return the marks of a rack of which one part is worn: a wave there and none elsewhere."""
+    period_mm = min(period_of(c.course.plan, rng), 0.14 * c.course.plan.span_mm)
+    length = rng.uniform(0.35, 0.45)
+    begin = rng.uniform(0.05, 0.95 - length)
+    along = way_share(c)
+    added = np.where((along > begin) & (along < begin + length), _wave(c, period_mm, turned(rng)), 0.0)
+    start = Parameter("from", c.course.plan.start_mm + begin * c.course.plan.span_mm, "mm")
+    return _error(added, "periodic error in one part of the travel only", period_mm, start)
+
+
+def missing_tooth(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a belt that climbs its teeth one by one, and has lost some: a sawtooth with gaps."""
+    plan = c.course.plan
+    period_mm = rng.uniform(max(_TARGETS_A_CYCLE / plan.targets, 0.12), LONGEST_SHARE) * plan.span_mm
+    turns = c.course.target_mm / period_mm + rng.uniform()
+    number = np.floor(turns)
+    first = rng.uniform(0.2, 0.6) * plan.span_mm + plan.start_mm
+    lost = int(np.floor(first / period_mm)) + np.arange(2)
+    added = np.where(np.isin(number, lost), 0.0, 2.0 * (turns - number) - 1.0)
+    return _error(added, "sawtooth of the teeth of a belt, two of them missing", period_mm)
+
+
+def beat(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return the error of two rollers that are almost alike: the waves meet and part again once along the axis."""
+    period_mm = period_of(c.course.plan, rng)
+    phase = turned(rng)
+    other_mm = 1.0 / (1.0 / period_mm + 1.0 / c.course.plan.span_mm)
+    added = 0.5 * (_wave(c, period_mm, phase) - _wave(c, other_mm, phase + turned(rng)))
+    return _error(added, "beat of two near periods", period_mm, Parameter("other_period", other_mm, "mm"))
+
+
+def slipping_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return the runout of a friction wheel, which slips each time it turns round: another phase in each pass."""
+    period_mm = period_of(c.course.plan, rng)
+    slip = rng.uniform(1.5, 2.8) * rng.choice([-1.0, 1.0])
+    turns = np.concatenate([[0.0], np.cumsum(np.diff(c.direction) != 0)])
+    added = _wave(c, period_mm, turned(rng) + slip * turns)
+    return _error(
+        added, "periodic error of a wheel that slips at each reversal", period_mm, Parameter("slip", slip, "rad")
+    )
+
+
+def two_flanks(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a worm whose flanks were cut on two machines: one period forward, another one back."""
+    period_mm = period_of(c.course.plan, rng)
+    other_mm = period_mm * rng.uniform(0.72, 0.85)
+    added = np.where(c.direction > 0, _wave(c, period_mm, turned(rng)), _wave(c, other_mm, turned(rng)))
+    return _error(
+        added, "one period forward and another one back", period_mm, Parameter("other_period", other_mm, "mm")
+    )
+
+
+def breathing_ribs(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a bed whose ribs bulge and sink as its coolant warms and cools: a wave in place times one in time."""
+    period_mm, cycles = period_of(c.course.plan, rng), rng.uniform(2.0, 5.0)
+    added = _wave(c, period_mm, turned(rng)) * np.sin(2.0 * np.pi * cycles * time_share(c) + turned(rng))
+    clock = Parameter("cycle", float(c.measured.time_s[-1]) / cycles, "s")
+    return _error(added, "periodic error that swells and sinks with the time", period_mm, clock)
+
+
+def travelling_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return heat that travels along the bed: a wave in place and time together."""
+    period_mm, cycles = period_of(c.course.plan, rng), rng.uniform(2.0, 5.0) * rng.choice([-1.0, 1.0])
+    added = _wave(c, period_mm, turned(rng) + 2.0 * np.pi * cycles * time_share(c))
+    clock = Parameter("cycle", float(c.measured.time_s[-1]) / cycles, "s")
+    return _error(added, "a wave that travels along the axis", period_mm, clock)

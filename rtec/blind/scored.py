@@ -1,0 +1,119 @@
+"""What came out of many games: each game, each line, several lines together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rtec.blind.found import Belief, Figure, Wave
+from rtec.blind.line import Line, Pool
+from rtec.blind.shares import wilson
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Game:
+    """One game of a line, and how the judge did.
+
+    Parameters
+    ----------
+    trial, seed
+        Number of the trial in its line, and the seed that plays it again.
+    plan
+        Name of the measuring plan.
+    hidden, said
+        What was hidden and what was answered, as headings of the confusion matrix.
+    right
+        None where the game does not count: weaker than what the judge says that it would find.
+    effects
+        Accepted, whatever the verdict.
+    names
+        What was hidden, one by one.
+    verdict
+        Of the judge; empty where none was asked for.
+    waves, figures
+        Periods and numbers of what was hidden and named.
+    beliefs
+        Probabilities of what was accepted.
+    """
+
+    trial: int
+    seed: int
+    plan: str
+    hidden: str
+    said: str
+    right: bool | None
+    effects: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+    verdict: str = ""
+    waves: tuple[Wave, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    beliefs: tuple[Belief, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineScore:
+    """How a judge did on one line.
+
+    Parameters
+    ----------
+    line
+        What was played.
+    right, trials
+        Right answers, and trials that count.
+    left_out
+        Trials that do not count: weaker than what the judge says that it would find.
+    cells
+        (what was hidden, what was answered, how often).
+    games
+        All of them, in order.
+    """
+
+    line: Line
+    right: int
+    trials: int
+    left_out: int
+    cells: tuple[tuple[str, str, int], ...]
+    games: tuple[Game, ...] = ()
+
+    @property
+    def share(self) -> float:
+        """Share of right answers; NaN where no trial counts."""
+        return self.right / self.trials if self.trials else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson 95 % interval of the share."""
+        return wilson(self.right, self.trials)
+
+    @property
+    def reached(self) -> bool:
+        """Whether enough answers are right, and no more games left out than may be."""
+        most = self.line.most_left_out * (self.trials + self.left_out)
+        return self.trials > 0 and self.share >= self.line.share and self.left_out <= most
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PoolScore:
+    """How a judge did on several lines together.
+
+    Parameters
+    ----------
+    pool
+        Which.
+    right, trials
+        Right answers, and trials that count.
+    """
+
+    pool: Pool
+    right: int
+    trials: int
+
+    @property
+    def share(self) -> float:
+        """Share of right answers; NaN where no trial counts."""
+        return self.right / self.trials if self.trials else math.nan
+
+    @property
+    def reached(self) -> bool:
+        """Whether the share of right answers is at least that of the pool."""
+        return self.trials > 0 and self.share >= self.pool.share

@@ -1,0 +1,137 @@
+"""Scores and what was answered, as rows of Markdown."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from rtec.blind.answer import Rule
+from rtec.blind.scored import LineScore, PoolScore
+from rtec.blind.shares import mcnemar, wilson
+
+_RARE = 0.02
+_OTHER = "another"
+_SCORES = (
+    "| what is hidden | right is | bar | right | share | 95 % interval | |",
+    "|---|---|---|---|---|---|---|",
+)
+_WRONG = (Rule.NOTHING, Rule.WRONG_NAME)
+
+
+def scores(of_lines: Sequence[LineScore], of_pools: Sequence[PoolScore]) -> list[str]:
+    """Return the table of all lines, each pool after the last of its lines."""
+    rows = list(_SCORES)
+    for score in of_lines:
+        rows.append(_score_row(score))
+        rows += [_pool_row(pool) for pool in of_pools if pool.pool.members[-1] == score.line.title]
+    return rows
+
+
+def section(score: LineScore) -> list[str]:
+    """Return what was answered on a line under its heading."""
+    title = score.line.title
+    several = score.line.draw is not None and score.line.rule is Rule.NAMED
+    return [f"### {title[:1].upper()}{title[1:]}", "", *(tally(score) if several else matrix(score))]
+
+
+def _score_row(score: LineScore) -> str:
+    line = score.line
+    bar = _bar(line.share, line.rule in _WRONG)
+    if line.most_left_out < 1.0:
+        bar += f", at most {line.most_left_out:.0%} too weak"
+    out = f", {score.left_out} too weak" if score.left_out else ""
+    mark = "shown" if line.share == 0.0 else _mark(score.reached)
+    return f"| {line.title} | {line.rule.value} | {bar} | {share_cells(score.right, score.trials, out)} | {mark} |"
+
+
+def _pool_row(score: PoolScore) -> str:
+    cells = share_cells(score.right, score.trials)
+    what = Rule.WRONG_NAME.value
+    return f"| {score.pool.title} | {what} | {_bar(score.pool.share, True)} | {cells} | {_mark(score.reached)} |"
+
+
+def _bar(share: float, of_wrong: bool) -> str:
+    if share == 0.0:
+        return "none"
+    return f"wrong at most {1.0 - share:.0%}" if of_wrong else f"at least {share:.0%}"
+
+
+def _mark(reached: bool) -> str:
+    return "reached" if reached else "missed"
+
+
+def share_cells(right: int, trials: int, note: str = "") -> str:
+    """Return counts, share and Wilson interval as three cells.
+
+    Examples
+    --------
+    >>> share_cells(190, 200)
+    '190 of 200 | 95.0% | 91.0% to 97.3%'
+    """
+    low, high = wilson(right, trials)
+    share = f"{right / trials:.1%}" if trials else "none"
+    return f"{right} of {trials}{note} | {share} | {low:.1%} to {high:.1%}"
+
+
+def matrix(score: LineScore) -> list[str]:
+    """Return a confusion matrix as rows of Markdown; rare answers that name nothing hidden share a column."""
+    if not score.cells:
+        return ["No trial counts."]
+    truths = sorted({truth for truth, _, _ in score.cells})
+    total: Counter[str] = Counter()
+    for _, said, count in score.cells:
+        total[said] += count
+    kept = [said for said in sorted(total) if said in truths or total[said] >= _RARE * score.trials]
+    others = any(said not in kept for said in total)
+    columns = [*sorted(kept, key=lambda said: (said not in truths, said)), *([_OTHER] if others else [])]
+    counts: Counter[tuple[str, str]] = Counter()
+    for truth, said, count in score.cells:
+        counts[truth, said if said in kept else _OTHER] += count
+    rows = [f"| hidden \\ answered | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
+    rows += [f"| {truth} | {' | '.join(str(counts[truth, said] or '') for said in columns)} |" for truth in truths]
+    return rows
+
+
+def tally(score: LineScore) -> list[str]:
+    """Return, where each game hides another set of effects, how often each effect was hidden, found and made up."""
+    counting = [game for game in score.games if game.right is not None]
+    if not counting:
+        return ["No trial counts."]
+    hidden = Counter(name for game in counting for name in game.names)
+    found = Counter(name for game in counting for name in set(game.names) & set(game.effects))
+    made_up = Counter(name for game in counting for name in set(game.effects) - set(game.names))
+    verdicts = Counter(game.verdict for game in counting)
+    said = ", ".join(f"{verdict} {count}" for verdict, count in sorted(verdicts.items()))
+    rows = [f"Verdicts: {said}.", "", "| effect | hidden | accepted where hidden | accepted elsewhere |"]
+    rows.append("|---|---|---|---|")
+    rows += [
+        f"| {name} | {hidden[name]} | {found[name]} | {made_up[name] or ''} |" for name in sorted({*hidden, *made_up})
+    ]
+    return rows
+
+
+def comparison(pairs: Sequence[tuple[str, Sequence[tuple[bool, bool]]]]) -> list[str]:
+    """Return, line by line, how two judges did on the same games, with McNemar's test.
+
+    Parameters
+    ----------
+    pairs
+        Title of each line, and of each game whether the first and the second judge were right.
+
+    Examples
+    --------
+    >>> print(comparison([("a line", [(True, True)] * 8 + [(False, True)] * 5)])[-1])
+    | a line | 13 | 61.5% | 100.0% | 0 | 5 | 0.0625 |
+    """
+    rows = [
+        "| what is hidden | games of both | right here | right there | only here | only there | p |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for title, games in pairs:
+        here, there = sum(first for first, _ in games), sum(second for _, second in games)
+        only_here = sum(first and not second for first, second in games)
+        only_there = sum(second and not first for first, second in games)
+        shares = [f"{right / len(games):.1%}" if games else "none" for right in (here, there)]
+        p = mcnemar(only_here, only_there)
+        rows.append(f"| {title} | {len(games)} | {shares[0]} | {shares[1]} | {only_here} | {only_there} | {p:.3g} |")
+    return rows

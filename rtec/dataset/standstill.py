@@ -1,0 +1,227 @@
+"""Where an axis stands still in a log, and which way it goes between.
+
+Thousands of samples at a standstill are one observation of a force, current or torque: the friction there is that of
+presliding, and the sign of a noisy velocity says nothing.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects.conditions import Floats
+
+Ints = NDArray[np.int64]
+Stretch = tuple[int, int]
+
+_TURNED = 1e-5  # share of the span that an axis has to go back to have turned
+_GAP = 5.0  # median intervals after which a log begins again
+_STEPS, _SIGMAS = 2.0, 6.0  # width of the band at rest: steps of the resolution, standard deviations of the noise
+_QUARTER = 0.78  # first quartile of the size of second differences of white noise, in standard deviations
+_FEWEST_ROWS = 5  # fewer rows within the band are a hesitation, or a slow sample on the way
+_TIMES_USUAL = 4.0  # longer than the position usually stays the same on the way (a coarse or stale encoder)
+_GO_AND_SETTLE_S = 0.1  # no axis goes to the next place and settles in less
+_DRIFT = 0.35  # of the band, between means of thirds: a crawl shows 0.67, a reversal 0.44, standstill next to nothing
+_TAIL = 6.0  # median distances from the middle of a standstill from which its ends belong to the motion
+_CREEP = 1e-4  # share of the largest speed of the run that counts as standstill even where it leads somewhere
+_FASTER = 4.0  # than usual at standstill is a velocity that contradicts the position
+_WIDER = 4.0  # factor between the dead zones that are tried
+
+
+def stretches_of(time_s: Floats | None, run: Ints) -> list[Stretch]:
+    """Return first row and end of each stretch without a gap: a new run, or five median intervals, begin another.
+
+    Examples
+    --------
+    >>> stretches_of(np.array([0.0, 1, 2, 3, 30, 31]), np.ones(6, dtype=np.int64)), stretches_of(None, np.ones(6))
+    ([(0, 4), (4, 6)], [(0, 6)])
+    """
+    new = run[1:] != run[:-1]
+    if time_s is not None:
+        steps = np.diff(time_s)
+        passed = steps[~new & (steps > 0)]
+        new = new | (steps > _GAP * (float(np.median(passed)) if passed.size else 0.0))
+    return list(itertools.pairwise([0, *(np.flatnonzero(new) + 1).tolist(), run.size]))
+
+
+def group_means(values: Floats, starts: Ints) -> Floats:
+    """Return the mean of each group of successive values along the last axis, shape (..., groups)."""
+    return np.asarray(np.add.reduceat(values, starts, axis=-1) / np.diff(np.append(starts, values.shape[-1])))
+
+
+def starts_of_groups(rest: Ints) -> Ints:
+    """Return the first row of each group: the rows of one standstill, or one row outside of all (number −1)."""
+    return np.flatnonzero(np.append(True, (rest[1:] != rest[:-1]) | (rest[1:] < 0)))
+
+
+def noise_of(values: Floats, run: Ints) -> float:
+    """Return the noise of a signal: of its second differences, at the quarter of them that motion disturbs least."""
+    same = run[1:] == run[:-1]
+    bends = np.abs(np.diff(values, 2))[same[1:] & same[:-1]]
+    return float(np.quantile(bends, 0.25)) / _QUARTER if bends.size else 0.0
+
+
+def band_of(position: Floats, run: Ints) -> float:
+    """Return the width of the band that a position at rest does not leave, in the unit of the position.
+
+    Two steps of the resolution (one in twenty of all steps is smaller), or six standard deviations of the noise.
+
+    Examples
+    --------
+    >>> x = np.round(np.sin(np.arange(0.0, 30.0, 0.01)), 2)
+    >>> round(band_of(x, np.ones(x.size, dtype=np.int64)), 3)
+    0.02
+    """
+    same = run[1:] == run[:-1]
+    steps = np.abs(np.diff(position))[same]
+    if not steps.any():
+        return 0.0
+    finest = float(np.quantile(steps[steps > 0.0], 0.05)) * (1.0 + 1e-6)
+    return max(_STEPS * finest, _SIGMAS * noise_of(position, run))
+
+
+def _turns(position: Floats, least: float) -> tuple[list[int], int]:
+    """Return the rows at which an axis turned by more than ``least``, the last peak, and its first way."""
+    way, peak, row, first, found = 0, float(position[0]), 0, 0, []
+    for at, x in enumerate(position.tolist()):
+        if (way >= 0 and x < peak - least) or (way <= 0 and x > peak + least):
+            found += [row] if way else []
+            way = -way or (1 if x > peak else -1)
+            first, peak, row = first or way, x, at
+        elif (x - peak) * way >= 0.0:
+            peak, row = (x if way else peak), at
+    return [*found, row], first
+
+
+def last_direction(position: Floats, run: Ints, least: float | None = None) -> Floats:
+    """Return the direction of the last motion at each row of a log, +1 or −1, also while the axis is at rest.
+
+    Before the first motion of a run it is the direction of that, 0 in a run without motion. To have turned, the axis
+    goes back by more than ``least``, 1e-5 of the span of all positions where it is None: less is rounding.
+
+    Examples
+    --------
+    >>> last_direction(np.array([0.0, 0.0, 1.0, 2.0, 2.0, 1.0]), np.ones(6, dtype=np.int64)).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, -1.0]
+    """
+    direction = np.zeros(position.size)
+    least = _TURNED * float(np.ptp(position)) if least is None else least
+    for begin, end in stretches_of(None, run):
+        rows, way = _turns(position[begin:end], least)
+        direction[begin:end] = way * (-1.0) ** np.searchsorted(rows[:-1], np.arange(end - begin))
+    return direction
+
+
+def dead_zone(position: Floats, run: Ints, least: float) -> float:
+    """Return how far an axis has to go back to have turned: the smallest that could be larger without losing a turn.
+
+    Noise makes turns of every small size, an axis makes turns of the sizes that its program has. So the dead zone
+    grows from ``least`` in factors of 4 until a zone 4 times wider still finds every turn. Where there is no such
+    gap between small and large turns, it is ``least``.
+
+    Examples
+    --------
+    >>> noisy = 5.0 * np.abs(np.linspace(-1.0, 1.0, 2000)) + np.random.default_rng(1).normal(0.0, 0.05, 2000)
+    >>> 0.1 < dead_zone(noisy, np.ones(2000, dtype=np.int64), 0.01) < 1.0
+    True
+    """
+    if least <= 0.0:
+        return least
+    peaks, width = [position[begin:end] for begin, end in stretches_of(None, run)], least
+    while True:
+        fewer = [x[[0, *_turns(x, width)[0]]] for x in peaks]
+        if width > least and sum(map(len, fewer)) == sum(map(len, peaks)):
+            return width / _WIDER
+        if width * _WIDER >= np.ptp(position) / 2.0:
+            return least
+        peaks, width = fewer, width * _WIDER
+
+
+def within_band(position: Floats, run: Ints, band: float) -> list[Stretch]:
+    """Return first row and end of successive stretches that each stay within a band; together they are all rows.
+
+    Examples
+    --------
+    >>> within_band(np.array([0.0, 0.1, 0.0, 5.0, 5.1]), np.ones(5, dtype=np.int64), 0.2)
+    [(0, 3), (3, 5)]
+    """
+    found, same = [0], [False, *(run[1:] == run[:-1]).tolist()]
+    low = high = float(position[0])
+    for row, x in enumerate(position[1:].tolist(), 1):
+        low, high = min(low, x), max(high, x)
+        if high - low > band or not same[row]:
+            found.append(row)
+            low = high = x
+    return list(itertools.pairwise([*found, position.size]))
+
+
+def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats | None) -> list[Stretch]:
+    """Return first row and end of each stretch of a log in which the axis stands still; columns of shape (rows,).
+
+    At rest the position stays within its band (`band_of`) for five rows at least, and four times longer than it
+    usually stays the same while the axis moves, without drifting through the band and without turning in it; a
+    velocity column does not contradict it. Neighbouring stretches at the same place are one.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 6.0, 0.01)
+    >>> x = np.round(np.clip(t - 2.0, 0.0, 2.0), 3)
+    >>> rest_stretches(t, x, np.ones(t.size, dtype=np.int64), None)
+    [(0, 201), (400, 600)]
+    """
+    band = band_of(position, run)
+    if band == 0.0:
+        return [(begin, end) for begin, end in stretches_of(None, run) if end - begin >= _FEWEST_ROWS]
+    same, steps, ticks = run[1:] == run[:-1], np.abs(np.diff(position)), np.diff(time_s)
+    changes, usual, staircase = np.flatnonzero(steps > 0.0), 1.0, False
+    if changes.size > 1:
+        usual, held_s = (float(np.median(np.diff(x))) for x in (changes, time_s[changes]))
+        staircase = held_s > _GO_AND_SETTLE_S and float(np.median(steps[changes])) > band
+    fewest = _FEWEST_ROWS if staircase else max(_FEWEST_ROWS, _TIMES_USUAL * usual)
+    passed = ticks[same & (ticks > 0.0)]
+    usually_s = float(np.median(passed)) if passed.size else np.inf
+    fastest = float(np.quantile(steps[same & (steps > 0.0)], 0.95)) / usually_s
+    found: list[Stretch] = []
+    for begin, end in within_band(position, run, band):
+        if end - begin < fewest:
+            continue
+        away = np.abs(position[begin:end] - np.median(position[begin:end]))
+        near = np.flatnonzero(away <= _TAIL * np.median(away))  # a slow start or stop is within the band, too
+        first, last = begin + int(near[0]), begin + int(near[-1])
+        lasts_s = time_s[last] - time_s[first]
+        burst, turns = lasts_s < (fewest - 1) / 2.0 * usually_s, lasts_s < _GO_AND_SETTLE_S  # at full acceleration
+        if last + 1 - first < fewest or burst or turns:
+            continue
+        thirds = [float(part.mean()) for part in np.array_split(position[first : last + 1], 3)]
+        if max(thirds) - min(thirds) <= _DRIFT * band or band < _CREEP * fastest * lasts_s:
+            found.append((first, last + 1))
+    if velocity is not None and found:
+        changed = np.abs(np.diff(velocity))
+        usually = float(np.median(np.concatenate([np.abs(velocity[a:b]) for a, b in found])))
+        usually += float(np.quantile(changed[changed > 0.0], 0.05)) if changed.any() else 0.0
+        found = [(a, b) for a, b in found if abs(float(np.median(velocity[a:b]))) <= _FASTER * usually]
+    return _joined(found, position, run, band)
+
+
+def _joined(found: list[Stretch], position: Floats, run: Ints, band: float) -> list[Stretch]:
+    """Return the stretches, those that follow each other at one place as one."""
+    joined: list[Stretch] = []
+    for begin, end in found:
+        first, last = joined[-1] if joined else (begin, begin)
+        here = float(position[begin:end].mean())
+        stays = np.abs(position[last:begin] - here).max(initial=0.0) <= band and run[first] == run[begin]
+        if joined and stays and abs(here - float(position[first:last].mean())) <= band / 2.0:
+            joined[-1] = (first, end)
+        else:
+            joined.append((begin, end))
+    return joined
+
+
+def rest_numbers(stretches: list[Stretch], rows: int) -> Ints:
+    """Return for each row the number of the stretch that it belongs to, −1 outside of all."""
+    number = np.full(rows, -1, dtype=np.int64)
+    for k, (begin, end) in enumerate(stretches):
+        number[begin:end] = k
+    return number

@@ -1,0 +1,95 @@
+"""What the targets of a measurement cannot show: periods that look constant, and the change that shows them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects import Conditions
+from rtec.effects._lattice import lattice_step
+from rtec.effects.frequency_grid import ENOUGH_PHASES, phases_seen
+
+_HARMONICS = 6  # of a stated period that are looked at; screws and gears show few more
+_FINE = 0.2  # share of the usual gap: places on a finer grid hide nothing that anyone looks for
+_SHIFT = 0.3  # of the hidden period: 0, 0.3 and 0.6 of it are three phases of every harmonic below the tenth
+_SAME = 1e-4  # share by which two periods may differ and be the same
+
+
+def unseen_periods(conditions: Conditions) -> tuple[str, ...]:
+    """Return the periods that readings at these targets cannot show.
+
+    Targets on a grid of step h show nothing of the periods h, h/2, h/3, ...: each looks constant. Of a stated period
+    (screw pitch, turn, scale) also the harmonics are named of which the targets see two phases only, so that sine and
+    cosine cannot be told apart.
+
+    Parameters
+    ----------
+    conditions
+        Of the readings, positions in any unit.
+
+    Returns
+    -------
+    tuple of str
+        Such as ``5 mm / k`` (for k = 1, 2, ...) or ``10 mm``; empty for irregular targets, a log of a moving axis,
+        one place, and where time is the coordinate.
+
+    Examples
+    --------
+    >>> x, run = np.arange(0.0, 101.0, 5.0), np.ones(21, dtype=np.int64)
+    >>> unseen_periods(Conditions(position=x, position_unit="mm", run=run, screw_pitch=10.0))
+    ('5 mm / k', '10 mm', '3.33333 mm', '2 mm')
+    """
+    unit, step = conditions.position_unit, _grid(conditions)
+    found = [] if step is None else [f"{step:.6g} {unit} / k"]
+    return tuple(dict.fromkeys([*found, *(f"{period:.6g} {unit}" for period in _half_seen(conditions, step))]))
+
+
+def shifted_targets(conditions: Conditions) -> str | None:
+    """Return the smallest change of the targets that would show the unseen periods, or None where nothing is hidden.
+
+    Examples
+    --------
+    >>> x, run = np.tile(np.arange(0.0, 101.0, 5.0), 3), np.repeat([1, 2, 3], 21)
+    >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
+    'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
+    """
+    step = _grid(conditions)
+    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
+    hidden = _half_seen(conditions, step) + stated
+    if step is None and not hidden:
+        return None
+    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
+    unit, once = conditions.position_unit, _SHIFT * period
+    one, two = f"{once:.4g}", f"{2 * once:.4g} {unit}"
+    if np.unique(conditions.run).size < ENOUGH_PHASES:
+        return f"add targets {one} {unit} and {two} beyond each of the targets"
+    shifts = f"by {one} {unit} in the second run, by {two} in the third"
+    return f"shift the targets {shifts}, and go on so in turn: 0, {one}, {two}"
+
+
+def _of_targets(conditions: Conditions) -> bool:
+    return not (conditions.moving or conditions.time_is_coordinate or conditions.places.size < ENOUGH_PHASES)
+
+
+def _grid(conditions: Conditions) -> float | None:
+    """Return the step of the grid on which all targets lie, or None where there is none worth the name."""
+    places = conditions.places
+    step = lattice_step(np.round((places - places[0]) / conditions.span, 9)) if _of_targets(conditions) else None
+    step = 0.0 if step is None else float(f"{step * conditions.span:.9g}")
+    return step if step > 0.0 and step >= _FINE * float(np.median(np.diff(places))) else None
+
+
+def _stated(conditions: Conditions) -> list[float]:
+    """Return the stated periods of the axis, in position units."""
+    stated = (conditions.screw_pitch, conditions.signal_period, conditions.revolution)
+    return [period for period in stated if period is not None and _of_targets(conditions)]
+
+
+def _half_seen(conditions: Conditions, step: float | None) -> list[float]:
+    """Return the harmonics of stated periods that too few phases show, beside those that divide the step."""
+    found = []
+    for stated in _stated(conditions):
+        for period in stated / np.arange(1, _HARMONICS + 1):
+            divides = step is not None and abs(step / period - round(step / period)) < _SAME * step / period
+            if phases_seen(conditions.places, period) < ENOUGH_PHASES and not divides:
+                found.append(float(period))
+    return found

@@ -1,0 +1,179 @@
+"""From the models that a search has seen to its answer: which effects are sure, and which would do as well."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from rtec.effects import Effect, Floats
+from rtec.inference.probes import Probe
+from rtec.inference.proposals import beside, falls, orthonormal
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.search import SURE, Search, probabilities
+from rtec.inference.space import Choice
+
+LEVEL = 0.01
+"""Of the adjusted probability below which an effect is accepted."""
+EQUAL = 3.0
+"""Nats: by less the data do not prefer one of two effects (odds of 20 to 1)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rivalry:
+    """An accepted effect and another that would do in its place."""
+
+    effect: str
+    rival: str
+    cosine: float
+    model: Scored | None = None
+    """With the rival in the effect's place."""
+    permanent: bool = False
+    """No experiment with the same instrument could tell the two apart."""
+
+
+def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
+    """Return the best model of which every effect is sure, or tied, and the probability of each effect seen.
+
+    An effect that is neither is no part of an answer: the search goes back to the best model without it.
+    """
+    every = probabilities(search, model)
+    known, out = dict(every), set[str]()
+    while True:
+        worst = _worst(search, model, every)
+        if worst is None:
+            return model, {**known, **every}
+        name, why = worst
+        search.refused[name] = why
+        out.add(name)
+        given = set(search.given)
+        without = [m for m in search.judge.seen.values() if not out & set(m.names) and given <= set(m.choices)]
+        ranked = sorted((m for m in without if not m.wrong_sign), key=lambda m: -m.score)
+        model = next((m for m in ranked if search.is_gated(m)), search.judge.score(search.given))
+        every = probabilities(search, model, beside=out)
+        known = {**every, **known}
+
+
+def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[str, str] | None:
+    """Return the effect that has the least claim to its place in an answer, and why; None where all have one."""
+    failing = []
+    for k, choice in enumerate(model.choices):
+        if choice in search.given:
+            continue
+        name = choice[0].name
+        if every[name] < SURE and not _shared(search, model, name, every[name]):
+            return name, f"its probability is {every[name]:.2f}"
+        gain = search.gain(search.without(model, k), model).gain
+        if adjusted_p(search.judge, model, k) >= LEVEL or gain <= 0.0:
+            failing.append((gain, name))
+    return (min(failing)[1], "it fails its own test") if failing else None
+
+
+def is_given(search: Search, name: str) -> bool:
+    """Return whether an effect belongs to the model that the search began with."""
+    return any(effect.name == name for effect, _ in search.given)
+
+
+def _shared(search: Search, model: Scored, name: str, p: float) -> bool:
+    """Return whether an effect and its rivals together are sure."""
+    return p > 1.0 - SURE and bool(tied_models(search, model, name))
+
+
+def tied_models(search: Search, model: Scored, name: str) -> list[tuple[Effect, Scored]]:
+    """Return the models with another effect in the place of one, between which the data do not decide.
+
+    Compared is what the readings say, without the price of each effect's shapes. Where one effect is a special case
+    of the other, the simplest that explains the data wins, and nothing is tied.
+    """
+    own = _spoken(search.judge, model)
+    rest = list(model.names)
+    rest.remove(name)
+    effect = next(e for e, _ in model.choices if e.name == name)
+    found: dict[str, tuple[Effect, Scored]] = {}
+    for other in search.judge.seen.values():
+        names = list(other.names)
+        if len(names) != len(rest) + 1 or other.wrong_sign or other is model:
+            continue
+        for held in rest:
+            if held in names:
+                names.remove(held)
+        if len(names) != 1 or names[0] == name:
+            continue
+        rival = next(e for e, _ in other.choices if e.name == names[0])
+        nested = rival.name in effect.contains or name in rival.contains
+        if nested or isinstance(rival, Probe) or abs(_spoken(search.judge, other) - own) > EQUAL:
+            continue
+        if rival.name not in found or other.score > found[rival.name][1].score:
+            found[rival.name] = rival, other
+    return list(found.values())
+
+
+def _spoken(judge: Judge, model: Scored) -> float:
+    """Return the log marginal likelihood without the price of what was chosen."""
+    return model.score + sum(map(judge.price, model.choices))
+
+
+def rivalries(search: Search, model: Scored, k: int) -> list[Rivalry]:
+    """Return what could stand in for effect ``k``: what the data do not prefer it to, and what mimics it."""
+    effect, _ = model.choices[k]
+    found = []
+    for rival, other in tied_models(search, model, effect.name):
+        choice = next(c for c in other.choices if c[0].name == rival.name)
+        cosine = _cosine(search.judge, model, k, search.judge.space.raw(choice))
+        found.append(Rivalry(effect=effect.name, rival=rival.name, cosine=cosine, model=other))
+    found += [
+        Rivalry(effect=effect.name, rival=rival.name, cosine=1.0, permanent=True)
+        for rival in effect.rivals
+        if rival.permanent
+    ]
+    return sorted(found, key=lambda r: -r.cosine)
+
+
+def _cosine(judge: Judge, model: Scored, k: int, raw: Floats) -> float:
+    """Return the cosine between effect ``k`` and the best that other columns can do in its place."""
+    space = judge.space
+    table = [space.project(space.raw(c), model.colour) for i, c in enumerate(model.choices) if i != k]
+    basis = orthonormal(np.vstack(table)) if table else np.empty((0, space.dataset.rows))
+    own = space.project(judge.fit(model).contribution(k)[None, :], model.colour)[0]
+    own = own - (basis @ own) @ basis
+    other = space.project(raw, model.colour)
+    other = orthonormal(other - (other @ basis.T) @ basis)
+    energy = float(own @ own)
+    return 0.0 if energy <= 0.0 else min(1.0, float(np.linalg.norm(other @ own) / np.sqrt(energy)))
+
+
+def adjusted_p(judge: Judge, model: Scored, k: int) -> float:
+    """Return the probability that noise feigns as much as effect ``k`` explains beside the others, anywhere searched.
+
+    Notes
+    -----
+    F-test in whitened space under the noise of the whole model, adjusted by Bonferroni with weights: every effect has
+    an equal share of the level, and within it every shape. That is the price which the score asks for the effect.
+    """
+    others = [choice for i, choice in enumerate(model.choices) if i != k]
+    return chance(judge, others, model.choices[k], model)
+
+
+def chance(judge: Judge, others: Sequence[Choice], choice: Choice, model: Scored) -> float:
+    """Return the adjusted probability of what one effect explains beside others, under a model's noise."""
+    space = judge.space
+    columns = space.white(space.part_of(choice), model.colour)
+    back = beside(space, others, model.colour, zeros=model.zeros)
+    fall = float(falls(columns[None], back)[0])
+    q = columns.shape[0]
+    below = max(space.dataset.rows - back.basis.shape[0] - q, 1)  # the constant is in the basis
+    ratio = (fall / q) / max((back.rss - fall) / below, 1e-300)
+    return float(min(1.0, stats.f.sf(ratio, q, below) * np.exp(judge.price(choice))))
+
+
+def wrong_signs(search: Search, model: Scored) -> tuple[str, ...]:
+    """Return the effects that would explain much if they could be below zero: the sensor's sign may be opposite."""
+    found = {
+        name: m.score
+        for m in search.judge.seen.values()
+        for name in m.wrong_sign
+        if len(m.wrong_sign) == 1 and set(m.names) - {name} <= set(model.names) and m.score > model.score + EQUAL
+    }
+    return tuple(sorted(found, key=lambda name: -found[name]))

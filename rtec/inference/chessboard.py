@@ -1,0 +1,157 @@
+"""Held-out error: what a model says about readings that its numbers have not seen, on a chessboard of the plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.dataset.dataset import Dataset
+from rtec.effects import Floats
+from rtec.inference.colour import Whitening
+from rtec.inference.evidence import SCALES
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.space import blocks_of
+
+HELD_OUT_BY = "stretch"
+"""What is held out together: a section of one pass."""
+FOLDS = 8
+SECTIONS = 8
+"""Of the positions, or of the time where there are none; of a single pass twice as many."""
+KNIGHT = 3
+"""By so many folds the sections of a pass are shifted against those of the pass before: every place that is held out
+in one pass is seen in others."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Board:
+    """Cells of the plan, and the fold with which each is held out; both of shape (rows,)."""
+
+    cell: NDArray[np.int64]
+    fold: NDArray[np.int64]
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return int(self.cell.max()) + 1
+
+
+def passes_of(dataset: Dataset) -> NDArray[np.int64]:
+    """Return the number of the pass of each reading, 0, 1, ...: one way along the axis, in one run; shape (rows,)."""
+    c = dataset.coordinates
+    new = np.zeros(dataset.rows, dtype=np.bool_)
+    new[1:] = np.diff(c.run) != 0
+    if c.direction is not None:
+        way = np.sign(c.direction)
+        moving = np.flatnonzero(way != 0.0)
+        turned = moving[1:][way[moving[1:]] != way[moving[:-1]]]
+        new[turned] = True
+    return np.cumsum(new)
+
+
+def board_of(dataset: Dataset) -> Board:
+    """Return the chessboard of a data set: pass by section of position.
+
+    Cells of fewer readings than a fortieth of a pass do not occur: a log that turns round often has its passes put
+    together, a tenth of the rows each.
+    """
+    c = dataset.coordinates
+    passage = passes_of(dataset)
+    most = 4 * FOLDS
+    if passage[-1] + 1 > most:
+        passage = passage * most // (passage[-1] + 1)
+    where = c.position if np.ptp(c.position) > 0.0 and not c.time_is_coordinate else c.clock
+    if passage[-1] == 0 or np.ptp(where) == 0.0:
+        count = min(2 * SECTIONS, dataset.rows)
+        section = np.arange(dataset.rows) * count // dataset.rows
+        return Board(cell=section, fold=section % min(FOLDS, count))
+    edges = np.quantile(where, np.linspace(0.0, 1.0, SECTIONS + 1)[1:-1])
+    section = np.searchsorted(edges, where, side="right")
+    fold = (section + KNIGHT * passage) % FOLDS
+    cell = np.unique(passage * SECTIONS + section, return_inverse=True)[1]
+    return Board(cell=cell.astype(np.int64), fold=fold.astype(np.int64))
+
+
+def held_out_residual(judge: Judge, model: Scored, board: Board) -> Floats:
+    """Return what each reading is off by a fit to the other folds, shape (rows,), in the observed unit inside.
+
+    Normal equations of the whole less those of the fold, so that each reading is used once for all folds; amplitudes
+    are held towards zero by the same prior as in the search. The zero of a run is that of its other folds.
+    """
+    space, dataset = judge.space, judge.space.dataset
+    parts = space.parts_of(model.choices)
+    deviations = np.append(SCALES, 0.0)[model.places][blocks_of(parts)] if parts else np.empty(0)
+    whiten = space.whitening(space.weights(model.colour)).of
+    white = [whiten(part.raw * part.unit) for part in parts]
+    raw = [part.raw * part.unit for part in parts]
+    used = deviations > 0.0
+    precision = np.where(used, 1.0 / np.where(used, deviations, 1.0) ** 2, 0.0)
+    if space.has_datum:
+        white.append(whiten(np.ones((1, dataset.rows))))
+        raw.append(np.ones((1, dataset.rows)))
+        precision, used = np.append(precision, 1e-12), np.append(used, True)
+    if not white or not used.any():
+        return dataset.observed.copy()
+    table, columns = np.vstack(white)[used], np.vstack(raw)[used]
+    precision = precision[used]
+    observed = whiten(dataset.observed[None, :])[0]
+    gram, along = table @ table.T, table @ observed
+    residual = dataset.observed.copy()
+    for number in np.unique(board.fold):
+        test = board.fold == number
+        part = table[:, test]
+        inner = gram - part @ part.T + np.diag(precision)
+        numbers = np.linalg.lstsq(inner, along - part @ observed[test], rcond=1e-13)[0]
+        residual[test] -= numbers @ columns[:, test]
+    return residual
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOutGain:
+    """What an effect gains on readings that were held out.
+
+    Parameters
+    ----------
+    gain
+        Fall of the mean square, in the observed unit inside squared.
+    error
+        Its standard error between cells.
+    nats
+        Rise of the log density of the readings held out, their noise as correlated within a cell as it is.
+    without_best
+        The same without the cell that gains most.
+    """
+
+    gain: float
+    error: float
+    nats: float
+    without_best: float
+
+    @property
+    def passes(self) -> bool:
+        """Whether what was held out is foretold better, and not in a single cell alone."""
+        return self.nats > 0.0 and self.without_best > 0.0
+
+
+def gain_between(judge: Judge, before: Floats, after: Floats, model: Scored, board: Board) -> HeldOutGain:
+    """Return the gain between two held-out residuals, the noise being that of ``model``.
+
+    Within a cell readings are judged with the noise as correlated as it is; each cell begins anew, because the
+    readings before it may have been seen. A paired t-test over cells would be wrong: a reversal error may act in one
+    or two of them.
+    """
+    n = before.size
+    gap = judge.space.gap.copy()
+    gap[1:][np.diff(board.cell) != 0] = np.inf
+    white = Whitening(gap, model.colour).of(np.vstack([before, after]))
+    variance = judge.fit(model).variance
+    nats = np.bincount(board.cell, weights=white[0] ** 2 - white[1] ** 2, minlength=board.cells) / (2.0 * variance)
+    fall = np.bincount(board.cell, weights=before**2 - after**2, minlength=board.cells)
+    spread = float(np.sqrt(np.sum((fall - fall.mean()) ** 2) * fall.size / max(fall.size - 1, 1)))
+    return HeldOutGain(
+        gain=float(fall.sum()) / n,
+        error=spread / n,
+        nats=float(nats.sum()),
+        without_best=float(nats.sum() - nats.max()),
+    )

@@ -1,0 +1,127 @@
+"""The noise that a model leaves: white, correlated, or both; and how readings are freed of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rtec.dataset.dataset import Dataset
+from rtec.effects import Floats
+
+CORRELATIONS = (0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.997, 0.999)
+"""From reading to reading: steps of a factor of two or three in length, up to a thousand readings."""
+WHITE_SHARES = (0.01, 0.1, 0.3, 0.6, 0.9)
+"""Of the variance. Without any white part a correlated noise would foresee the next reading with no error."""
+
+
+WANDERS_FROM, WANDERING = 0.98, 2.0
+"""Noise that wanders over fifty readings and more is one measurement in eight; it competes with all that is slow."""
+
+
+@dataclass(frozen=True, slots=True)
+class Colour:
+    """Correlation of the noise from reading to reading, and the share of its variance that is white.
+
+    Examples
+    --------
+    >>> round(Colour(0.9, 0.3).length, 2), Colour().length
+    (9.49, 0.0)
+    """
+
+    rho: float = 0.0
+    white: float = 1.0
+
+    @property
+    def length(self) -> float:
+        """Readings after which the correlated part has fallen to 1 / e."""
+        return 0.0 if self.rho == 0.0 else -1.0 / float(np.log(self.rho))
+
+    @property
+    def rarity(self) -> float:
+        """Nats by which a colour is less likely than others before the data have spoken."""
+        return WANDERING if self.rho >= WANDERS_FROM else 0.0
+
+    @property
+    def to_next(self) -> float:
+        """Correlation of neighbouring readings, the white part included."""
+        return self.rho * (1.0 - self.white)
+
+
+COLOURS = (Colour(), *(Colour(rho, white) for rho in CORRELATIONS[1:] for white in WHITE_SHARES))
+"""What the noise may be."""
+
+
+def _neighbours() -> dict[Colour, tuple[Colour, ...]]:
+    """Return the colours next to each on the grid; all of the shortest correlation are next to white noise."""
+    found: dict[Colour, tuple[Colour, ...]] = {}
+    shortest = CORRELATIONS[1]
+    for colour in COLOURS:
+        if colour.rho == 0.0:
+            found[colour] = tuple(c for c in COLOURS if c.rho == shortest)
+            continue
+        at, share = CORRELATIONS.index(colour.rho), WHITE_SHARES.index(colour.white)
+        near = [Colour(CORRELATIONS[k], colour.white) for k in (at - 1, at + 1) if 1 <= k < len(CORRELATIONS)]
+        near += [Colour(colour.rho, WHITE_SHARES[k]) for k in (share - 1, share + 1) if 0 <= k < len(WHITE_SHARES)]
+        found[colour] = (*near, Colour()) if colour.rho == shortest else tuple(near)
+    return found
+
+
+NEIGHBOURS = _neighbours()
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """The filter that makes one colour of noise white for one sequence of readings."""
+
+    gap: Floats
+    colour: Colour
+
+    @cached_property
+    def _steps(self) -> tuple[Floats, Floats, Floats, float]:
+        from rtec.inference._colour_kernels import filter_steps  # noqa: PLC0415 - loads numba, for searches only
+
+        carry, sd, gain = np.empty(self.gap.size), np.empty(self.gap.size), np.empty(self.gap.size)
+        total = filter_steps(self.gap, self.colour.rho, self.colour.white, carry, sd, gain)
+        return carry, sd, gain, float(total)
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of the covariance, at a total variance of 1."""
+        return 0.0 if self.colour.rho == 0.0 else self._steps[3]
+
+    def of(self, columns: Floats) -> Floats:
+        """Return columns, shape (columns, rows), in whitened space."""
+        if self.colour.rho == 0.0:
+            return columns
+        from rtec.inference._colour_kernels import whiten_rows  # noqa: PLC0415 - as above
+
+        white = np.array(columns, dtype=np.float64, order="C")
+        carry, sd, gain, _ = self._steps
+        whiten_rows(white, carry, sd, gain)
+        return white
+
+    def coloured(self, columns: Floats) -> Floats:
+        """Return the correlation matrix of the noise times columns, shape (columns, rows)."""
+        if self.colour.rho == 0.0:
+            return columns
+        from rtec.inference._colour_kernels import coloured_rows  # noqa: PLC0415 - as above
+
+        slow = np.empty_like(columns)
+        coloured_rows(np.ascontiguousarray(columns), self._steps[0], slow)
+        found: Floats = (1.0 - self.colour.white) * slow + self.colour.white * columns
+        return found
+
+
+def gaps_of(dataset: Dataset) -> Floats:
+    """Return how many readings lie between each and the one before, infinite where a chain begins; shape (rows,).
+
+    A log begins anew with each run, whose pause is unknown; readings at rest are one chain, because what wanders does
+    not wait for the end of a run.
+    """
+    c = dataset.coordinates
+    gap = np.concatenate([[np.inf], np.maximum(np.diff(c.order), 1.0)])
+    if c.moving:
+        gap[1:][np.diff(c.run) != 0] = np.inf
+    return gap

@@ -1,0 +1,51 @@
+"""Single readings that belong to nothing: found before the search and after it, listed, and left out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.dataset.dataset import Dataset
+from rtec.effects import Floats
+
+FAR = 8.0
+"""Robust standard deviations from its neighbours, or from what the model says: no noise goes so far."""
+MOST = 0.02
+"""Share of the readings, at most: more of them are heavy tails, and these belong to the noise."""
+_TO_SIGMA = 1.4826
+"""Standard deviation of normal noise over its median absolute deviation."""
+
+
+def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
+    """Return which readings lie far from those of the same conditions, or from those before and after; shape (rows,).
+
+    Readings that repeat are compared with the median of their cell where that holds four readings at least, all
+    others with the median of the two before and the two after. A step is no outlier: on one side its neighbours are
+    like it.
+    """
+    y = dataset.observed
+    away = np.zeros(dataset.rows)
+    if dataset.rows >= 5:
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(y, 2, mode="reflect"), 5)
+        away = y - np.median(np.delete(windows, 2, axis=1), axis=1)
+        # a lone reading is far from both sides; at a bend, or beside an outlier, it is far from one
+        before, after = np.abs(y - np.roll(y, 1)), np.abs(y - np.roll(y, -1))
+        away = np.sign(away) * np.minimum(np.abs(away), np.minimum(before, after))
+    cells = dataset.cell
+    if not dataset.conditions.moving and (cells >= 0).any():
+        count = np.bincount(cells[cells >= 0])
+        for cell in np.flatnonzero(count >= 4):
+            rows = np.flatnonzero(cells == cell)
+            away[rows] = y[rows] - np.median(y[rows])
+    return far(away)
+
+
+def far(away: Floats) -> NDArray[np.bool_]:
+    """Return which deviations are far beyond the others, at most 2 % of them; shape (rows,)."""
+    scale = _TO_SIGMA * float(np.median(np.abs(away - np.median(away))))
+    if scale <= 0.0:
+        scale = float(np.std(away))
+    if scale <= 0.0:
+        return np.zeros(away.size, dtype=np.bool_)
+    found: NDArray[np.bool_] = np.abs(away) > FAR * scale
+    return found if found.sum() <= max(1.0, MOST * away.size) else np.zeros(away.size, dtype=np.bool_)

@@ -1,0 +1,176 @@
+"""What an error may depend on that no effect of the library knows: generic columns that compete with the effects.
+
+A probe is no name. Where one earns its place beside all effects, something is missing from the library, and the probe
+says what that depends on; where none could compete, an effect would be named that only resembles it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.dataset.dataset import Dataset
+from rtec.effects import Effect, Floats, Observable, Shape, Units
+from rtec.effects._smooth import smooth_columns
+from rtec.effects.conditions import Conditions
+from rtec.effects.protocol import Amplitude
+
+LEAST_CHANGE_K = 0.5
+FORCE_NODES = (5, 9, 17)
+RUN_NODES = (5, 12)
+FEWEST_RUNS, MOST_RUNS, MOST_PASSES = 3, 10, 20
+"""Runs, or passes, each of which may have a course of its own."""
+FEWEST_PLACES, MOST_PLACES = 12, 64
+"""Of a table that competes with maps and waves: of fewer places a map is a table itself."""
+MOST_COLUMNS = 12
+"""Of an effect, each of which may change by itself; of more only the sum."""
+
+
+@dataclass(frozen=True, eq=False)
+class Probe(Effect):
+    """Generic columns.
+
+    Parameters
+    ----------
+    label
+        Stands for it in a search.
+    depends_on
+        What it is a function of, for people.
+    table
+        Of the whole data set that it was made for, shape (rows, columns).
+    """
+
+    label: str
+    depends_on: tuple[str, ...]
+    table: Floats
+    rows: int
+
+    name = "probe"
+    needs = "nothing"
+    is_map = True
+
+    def at(self, dataset: Dataset) -> Floats:
+        """Return the columns at the rows of its data set, shape (rows, columns)."""
+        if dataset.rows != self.table.shape[0]:
+            raise ValueError(f"a probe of {self.table.shape[0]} rows for {dataset.rows}")
+        return self.table
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the columns, shape (rows, columns)."""
+        return self.table
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return a name for each column."""
+        return tuple(Amplitude(f"part_{k}", *units.shown) for k in range(1, self.table.shape[1] + 1))
+
+
+def _probe(label: str, depends_on: Sequence[str], table: Floats) -> Probe:
+    probe = Probe(label, tuple(depends_on), table, table.shape[0])
+    object.__setattr__(probe, "name", label)
+    return probe
+
+
+def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
+    """Return the probes that a data set has a place for.
+
+    Temperatures and columns of no known quantity; for a force the position; for a deviation that was measured in
+    several runs a course of each run along the axis, and a reversal error of each run.
+    """
+    c = dataset.coordinates
+    found = []
+    for heading, values in (*c.temperatures.items(), *dataset.unknown):
+        least = LEAST_CHANGE_K if heading in c.temperatures else 0.0
+        if np.isfinite(values).all() and np.ptp(values) > least:
+            shifted = values - values.mean()
+            found.append(_probe(f"any {heading}", [heading], shifted[:, None]))
+    if dataset.observable is Observable.DRIVE:
+        if not c.time_is_coordinate and c.span > 0.0:
+            for count in FORCE_NODES:
+                nodes = np.linspace(c.position.min(), c.position.max(), count)
+                found.append(
+                    _probe(f"any position {count}", ["position"], smooth_columns(c.position, nodes.tolist()))
+                )
+        return tuple(found)
+    if c.moving or c.time_is_coordinate:
+        return tuple(found)
+    found += _tables(dataset)
+    found += _courses("run", c.run, c)
+    if c.direction is not None and c.both_directions:
+        found += _courses("pass", dataset.passage, c)
+        numbers, run = np.unique(c.run, return_inverse=True)
+        if FEWEST_RUNS <= numbers.size <= MOST_RUNS:
+            each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
+            found.append(_probe("any run and direction", ["direction", "run"], (each * c.direction).T))
+    return tuple(found)
+
+
+def _tables(dataset: Dataset) -> list[Probe]:
+    """Return probes with a value of its own for each place, and for each place and direction, where these repeat."""
+    c = dataset.coordinates
+    if not dataset.has_repeats or not FEWEST_PLACES < c.places.size <= MOST_PLACES or c.whole is not None:
+        return []
+    place = np.abs(c.position[:, None] - c.places).argmin(axis=1)
+    each = (place[:, None] == np.arange(c.places.size)).astype(np.float64)
+    found = [_probe("any place", ["position"], each)]
+    if c.direction is not None and c.both_directions:
+        found.append(
+            _probe(
+                "any place and direction", ["position", "direction"], np.hstack([each, each * c.direction[:, None]])
+            )
+        )
+    return found
+
+
+def _courses(what: str, number: NDArray[np.int64], c: Conditions) -> list[Probe]:
+    """Return probes with a smooth course of its own along the axis for each run, or each pass."""
+    numbers, place = np.unique(number, return_inverse=True)
+    if not FEWEST_RUNS <= numbers.size <= (MOST_RUNS if what == "run" else MOST_PASSES):
+        return []
+    each = (place == np.arange(numbers.size)[:, None]).astype(np.float64)
+    found = []
+    for count in RUN_NODES:
+        if count < c.places.size:
+            courses = smooth_columns(c.position, np.linspace(c.places[0], c.places[-1], count).tolist())
+            table = np.hstack([courses * one[:, None] for one in each])
+            found.append(_probe(f"any {what} and position {count}", ["position", "run"], table))
+    return found
+
+
+def changing(dataset: Dataset, effect: Effect, contribution: Floats, columns: Floats) -> tuple[Probe, ...]:
+    """Return probes for an effect that changes along the axis, in time, or from run to run.
+
+    Parameters
+    ----------
+    dataset
+        Readings at rest; a log has none of these probes.
+    effect, contribution
+        What was found, and what it adds to the readings, shape (rows,).
+    columns
+        Its columns, shape (columns, rows).
+
+    Notes
+    -----
+    An effect of the library is the same everywhere and always. What grows along the axis, fades in time or is another
+    one in each run only resembles it.
+    """
+    c = dataset.coordinates
+    if c.moving:
+        return ()
+    found = []
+    if columns.shape[0] > MOST_COLUMNS:
+        columns = contribution[None, :]
+    for name, values in (("position", c.position), ("time", c.clock)):
+        spread = float(np.std(values))
+        if spread > 0.0 and not (name == "position" and (effect.is_map or c.time_is_coordinate)):
+            found.append(
+                _probe(f"any {effect.name} by {name}", [name], (columns * (values - values.mean()) / spread).T)
+            )
+    numbers, run = np.unique(c.run, return_inverse=True)
+    if FEWEST_RUNS <= numbers.size <= MOST_RUNS and not effect.in_time:
+        each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
+        table = np.vstack([columns * one for one in each]).T
+        found.append(_probe(f"any {effect.name} by run", ["run"], table))
+    return tuple(found)

@@ -1,0 +1,205 @@
+"""Which effects might help a model: every shape of every effect against what the model leaves, the best refined."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects import Effect, Floats, Shape
+from rtec.inference.colour import COLOURS, Colour
+from rtec.inference.probes import Probe
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.space import Choice, Space
+
+MOST_CORRELATED, MOST_SLOW = 0.9, 0.7
+"""The scan takes noise as no more correlated than this, and no more of it as slow: noise that was fitted to what the
+model lacks would swallow it."""
+APART = 0.01
+"""Share of a column that has to be new beside the model: what is left of less is rounding, or nearly a constant."""
+_STEPS = 14
+_EACH = 3
+"""Shapes of each effect that are looked at more closely."""
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """An effect in a shape that might help, and its worth by the scan in nats, less its price."""
+
+    choice: Choice
+    worth: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beside:
+    """What a model leaves under one colour of noise: an orthonormal basis of its columns, and the residual."""
+
+    basis: Floats
+    """Shape (columns, rows)."""
+    residual: Floats
+    rss: float
+
+
+def scan_colour(colour: Colour) -> Colour:
+    """Return the colour under which to scan: one of a few, so that whitened scans can be kept."""
+    if colour.rho < 0.5:
+        return COLOURS[0]
+    rho = 0.8 if colour.rho < MOST_CORRELATED else MOST_CORRELATED
+    return Colour(rho, 0.6 if colour.white > 1.0 - MOST_SLOW else 0.3)
+
+
+def beside(space: Space, choices: Sequence[Choice], colour: Colour, *, zeros: bool) -> Beside:
+    """Return what a model leaves, by least squares in whitened space; with ``zeros`` each run has its own zero."""
+    observed = space.observed(colour)
+    parts = space.parts_of(choices) if zeros else [space.part_of(choice) for choice in choices]
+    table = [space.white(part, colour) for part in parts]
+    basis = np.vstack([space.constant(colour), *([orthonormal(np.vstack(table))] if table else [])])
+    residual = observed - (basis @ observed) @ basis
+    return Beside(basis, residual, float(residual @ residual))
+
+
+def orthonormal(rows: Floats) -> Floats:
+    """Return an orthonormal basis of rows of shape (rows, readings); dependent rows add nothing."""
+    length = np.sqrt((rows**2).sum(axis=1))
+    scaled = rows[length > 0.0] / length[length > 0.0, None]
+    if not scaled.size:
+        return np.empty((0, rows.shape[1]))
+    values, vectors = np.linalg.eigh(scaled @ scaled.T)
+    kept = values > 1e-10 * values[-1]
+    basis: Floats = (vectors[:, kept] / np.sqrt(values[kept])).T @ scaled
+    return basis
+
+
+def falls(columns: Floats | NDArray[np.float32], back: Beside) -> Floats:
+    """Return by how much each shape lowers the residual sum of squares, shape (shapes,).
+
+    Parameters
+    ----------
+    columns
+        Whitened, shape (shapes, amplitudes, rows).
+    back
+        What the model leaves.
+    """
+    m, q, n = columns.shape
+    flat = columns.reshape(m * q, n)
+    beside_it = np.asarray(np.vstack([back.basis, back.residual]).T, dtype=columns.dtype)
+    both = np.asarray(np.matmul(flat, beside_it), dtype=np.float64)
+    inside, along = both[:, :-1].reshape(m, q, -1), both[:, -1].reshape(m, q)
+    return _explained(np.matmul(columns, columns.transpose(0, 2, 1)).astype(np.float64), inside, along)
+
+
+def _explained(whole: Floats, inside: Floats, along: Floats) -> Floats:
+    """Return the falls from products of the columns with each other, the model's basis, and the residual."""
+    gram = whole - inside @ inside.transpose(0, 2, 1)
+    length = np.sqrt(np.maximum(np.diagonal(whole, axis1=1, axis2=2), 1e-300))
+    gram = gram / (length[:, :, None] * length[:, None, :])
+    values, vectors = np.linalg.eigh(gram)
+    turned = (vectors.transpose(0, 2, 1) @ (along / length)[:, :, None])[:, :, 0]
+    usable = values > APART
+    found: Floats = np.where(usable, turned**2 / np.where(usable, values, 1.0), 0.0).sum(axis=1)
+    return found
+
+
+def worth_of(fall: float, amplitudes: int, back: Beside, readings: int) -> float:
+    """Return half the log of what is left, less half a log of the readings for each amplitude (Schwarz)."""
+    left = max(1.0 - fall / max(back.rss, 1e-300), 1e-9)
+    return -0.5 * readings * float(np.log(left)) - 0.5 * amplitudes * float(np.log(max(readings, 2)))
+
+
+def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: float = 0.0) -> list[Proposal]:
+    """Return the most promising shapes of each effect beside a model, the most promising first.
+
+    Only those are returned that are worth more than ``least``, in nats.
+    """
+    space = judge.space
+    colour = scan_colour(model.colour)
+    # what each run's own zero hides is looked for without one, too: a drift may be taken for them
+    backs = [beside(space, model.choices, colour, zeros=zeros) for zeros in {False, model.zeros}]
+    found: list[Proposal] = []
+    for effect, back in itertools.product(effects, backs):
+        best = _best_shapes(space, effect, back, colour)
+        closer = list(dict.fromkeys(v for shape in best for v in effect.variants(space.dataset.conditions, shape)))
+        closer = [shape for shape in closer if effect.doubtful(space.dataset.conditions, shape) is None]
+        worth = _worths(judge, effect, closer, back, colour)
+        for k in np.argsort([-w for w in worth])[:_EACH]:
+            # the many columns of a probe cost less than half a logarithm each: the full score decides
+            if worth[k] > least or isinstance(effect, Probe):
+                refined = refine(judge, (effect, closer[k]), back, colour)
+                found.append(Proposal(refined, _worths(judge, effect, [refined[1]], back, colour)[0]))
+    return sorted({p.choice: p for p in found}.values(), key=lambda proposal: -proposal.worth)
+
+
+def _worths(judge: Judge, effect: Effect, shapes: Sequence[Shape], back: Beside, colour: Colour) -> list[float]:
+    """Return what each shape would be worth beside a model."""
+    space = judge.space
+    if not shapes:
+        return []
+    columns = [space.white(space.part_of((effect, shape)), colour) for shape in shapes]
+    together = np.vstack(columns)
+    inside, along = together @ back.basis.T, together @ back.residual
+    found, at = [], 0
+    for shape, part in zip(shapes, columns, strict=True):
+        q = part.shape[0]
+        fall = float(_explained((part @ part.T)[None], inside[None, at : at + q], along[None, at : at + q])[0])
+        found.append(worth_of(fall, q, back, space.readings) - judge.price((effect, shape)))
+        at += q
+    return found
+
+
+def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
+    """Return the best shapes of the scan grid: local maxima of what they explain."""
+    shapes, sound = space.shapes(effect)
+    if not shapes:
+        return []
+    if effect.is_map:
+        return list(shapes)
+    fall = np.concatenate([falls(columns, back) for columns in space.scan(effect, shapes, colour)])
+    fall[~sound] = 0.0
+    peak = np.ones(fall.size, dtype=np.bool_)
+    peak[1:] &= fall[1:] >= fall[:-1]
+    peak[:-1] &= fall[:-1] > fall[1:]
+    order = np.flatnonzero(peak & (fall > 0.0))
+    return [shapes[k] for k in order[np.argsort(-fall[order])][:_EACH]]
+
+
+def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> Choice:
+    """Return an effect with its continuous shape parameters moved to where they explain most, one after the other."""
+    effect, shape = choice
+    space = judge.space
+    for tunable in effect.tunables(space.dataset.conditions, shape):
+
+        def explained(value: float, shape: Shape = shape, name: str = tunable.name) -> float:
+            moved = replace(shape, **{name: value})
+            return float(falls(space.whitening(colour).of(space.raw((effect, moved)))[None], back)[0])
+
+        now = float(getattr(shape, tunable.name))
+        best = golden(explained, tunable.low, tunable.high)
+        if explained(best) > explained(now):
+            shape = replace(shape, **{tunable.name: best})
+    return effect, shape
+
+
+def golden(function: Callable[[float], float], low: float, high: float, steps: int = _STEPS) -> float:
+    """Return where a function of one hump is largest, by the golden section.
+
+    Examples
+    --------
+    >>> round(golden(lambda x: -((x - 0.3) ** 2), 0.0, 1.0), 2)
+    0.3
+    """
+    share = (np.sqrt(5.0) - 1.0) / 2.0
+    left, right = high - share * (high - low), low + share * (high - low)
+    at_left, at_right = function(left), function(right)
+    for _ in range(steps):
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - share * (high - low)
+            at_left = function(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + share * (high - low)
+            at_right = function(right)
+    return float((low + high) / 2.0)

@@ -1,0 +1,226 @@
+"""A model with everything that was found out about it: how likely, under which noise, with which amplitudes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from rtec.effects import Effect, Floats, Shape
+from rtec.inference.colour import NEIGHBOURS, Colour
+from rtec.inference.evidence import ABSENT, RARE, SCALES, best_scales, log_likelihoods, posterior
+from rtec.inference.space import Choice, Part, Space, blocks_of
+
+EVERY_COLOUR = 60
+"""Readings up to which every colour of noise is weighed: more of them single a few out."""
+FAR = 4.0
+"""Nats below the best from which on a colour adds nothing."""
+START = 4
+"""Place on the ladder of scales from which a new part begins: ten times the noise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scored:
+    """A model and what speaks for it.
+
+    Parameters
+    ----------
+    choices
+        Its effects.
+    score
+        Log marginal likelihood, averaged over colours of noise, less the price of everything that was chosen; nats.
+    colour
+        The likeliest noise.
+    colours
+        (colour, log marginal likelihood) of those that were looked at.
+    places
+        Of each part on the ladder of scales.
+    wrong_sign
+        Effects that come out below zero although they cannot be.
+    """
+
+    choices: tuple[Choice, ...]
+    score: float
+    colour: Colour
+    colours: tuple[tuple[Colour, float], ...]
+    places: NDArray[np.int64]
+    wrong_sign: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect, _ in self.choices)
+
+    @property
+    def zeros(self) -> bool:
+        """Whether each run has a zero of its own in the likeliest noise."""
+        return self.places.size > len(self.choices) and bool((self.places[len(self.choices) :] != ABSENT).any())
+
+    @property
+    def key(self) -> frozenset[tuple[str, Shape]]:
+        """Models with the same effects in the same shapes are one model."""
+        return frozenset((effect.name, shape) for effect, shape in self.choices)
+
+
+@dataclass(eq=False)
+class Judge:
+    """Scores models of one data set, and remembers them."""
+
+    space: Space
+    seen: dict[frozenset[tuple[str, Shape]], Scored] = field(default_factory=dict)
+    _tried: dict[tuple[str, Shape], float] = field(default_factory=dict)
+
+    def price(self, choice: Choice) -> float:
+        """Return what choosing an effect in a shape costs, in nats: it is one of so many."""
+        effect, shape = choice
+        key = effect.name, shape
+        if key not in self._tried:
+            families = len(self.space.library)
+            self._tried[key] = float(np.log(families * max(effect.tried(self.space.dataset.conditions, shape), 1.0)))
+        return self._tried[key]
+
+    def start_of(self, parts: Sequence[Part], near: Scored | None) -> NDArray[np.int64]:
+        """Return the scales from which a model begins: those of the model that it grew out of."""
+        known: dict[object, int] = {}
+        if near is not None:
+            known = {p.key: int(k) for p, k in zip(self.space.parts_of(near.choices), near.places, strict=True)}
+        return np.array([known.get(p.key, ABSENT if p.optional else START) for p in parts], dtype=np.int64)
+
+    def quickly(self, choices: Sequence[Choice], near: Scored) -> float:
+        """Return the score of a model under the noise of another that it grew out of, and that alone."""
+        parts = self.space.parts_of(choices)
+        sums = self.space.sums(parts, near.colour)
+        _, value = best_scales(sums, blocks_of(parts), self.start_of(parts, near), _optional(parts))
+        return (
+            value - 0.5 * self.space.log_determinant(near.colour) - near.colour.rarity - sum(map(self.price, choices))
+        )
+
+    def score(self, choices: Sequence[Choice], near: Scored | None = None) -> Scored:
+        """Return a model's score, with its noise fitted together with it."""
+        key = frozenset((effect.name, shape) for effect, shape in choices)
+        if key in self.seen:
+            return self.seen[key]
+        space = self.space
+        parts = space.parts_of(choices)
+        block, optional = blocks_of(parts), _optional(parts)
+        found: dict[Colour, float] = {}
+        best = near.colour if near is not None else Colour(0.6, 0.3)
+        places = self.start_of(parts, near)
+
+        def look(colour: Colour, *, tune: bool) -> float:
+            nonlocal places
+            sums = space.sums(parts, colour)
+            if tune:
+                places, value = best_scales(sums, block, places, optional)
+            else:
+                value = float(log_likelihoods(sums, _ladder()[places][block][None, :])[0])
+                value -= RARE * float(((places != ABSENT) & optional).sum())
+            found[colour] = value - 0.5 * space.log_determinant(colour) - colour.rarity
+            return found[colour]
+
+        look(best, tune=True)
+        while True:
+            fresh = [c for c in NEIGHBOURS[best] if c not in found and c in space.colours]
+            for colour in fresh:
+                look(colour, tune=False)
+            top = max(found, key=lambda c: found[c])
+            if top == best:
+                break
+            best = top
+            look(best, tune=True)
+        if space.readings <= EVERY_COLOUR:
+            for colour in space.colours:
+                if colour not in found:
+                    look(colour, tune=False)
+        else:
+            self._spread(found, look, found[best])
+        total = (
+            float(logsumexp(list(found.values()))) - float(np.log(len(space.colours))) - sum(map(self.price, choices))
+        )
+        result = Scored(
+            choices=tuple(choices),
+            score=total,
+            colour=best,
+            colours=tuple(sorted(found.items(), key=lambda item: -item[1])),
+            places=places,
+            wrong_sign=self._wrong_sign(choices, parts, places, best),
+        )
+        self.seen[key] = result
+        return result
+
+    def _spread(self, found: dict[Colour, float], look, best: float) -> None:  # type: ignore[no-untyped-def]
+        """Look at the colours around those that still count."""
+        pending = [c for c, value in found.items() if value > best - FAR]
+        while pending:
+            for near in NEIGHBOURS[pending.pop()]:
+                if near not in found and near in self.space.colours and look(near, tune=False) > best - FAR:
+                    pending.append(near)
+
+    def _wrong_sign(
+        self, choices: Sequence[Choice], parts: Sequence[Part], places: NDArray[np.int64], colour: Colour
+    ) -> tuple[str, ...]:
+        if not any(effect.not_negative for effect, _ in choices):
+            return ()
+        mean, _, _ = posterior(self.space.sums(parts, colour), _ladder()[places][blocks_of(parts)])
+        block = blocks_of(parts)
+        return tuple(
+            effect.name
+            for k, (effect, _) in enumerate(choices)
+            if effect.not_negative and float(mean[block == k].min()) < 0.0
+        )
+
+    def fit(self, model: Scored, colour: Colour | None = None) -> Fit:
+        """Return amplitudes and residual of a scored model in whitened space."""
+        parts = self.space.parts_of(model.choices)
+        colour = model.colour if colour is None else colour
+        sums = self.space.sums(parts, colour)
+        deviations = _ladder()[model.places][blocks_of(parts)]
+        mean, covariance, variance = posterior(sums, deviations)
+        return Fit(parts=parts, mean=mean, covariance=covariance, variance=variance, deviations=deviations)
+
+    def left(self, model: Scored) -> Floats:
+        """Return what a model leaves of the readings, shape (rows,), the zeros of runs and the constant taken out."""
+        fit, dataset = self.fit(model), self.space.dataset
+        left: Floats = dataset.observed.copy()
+        for k in range(len(fit.parts)):
+            left -= fit.contribution(k)
+        return left - left.mean() if self.space.has_datum else left
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """Amplitudes of a model in units of its parts, what is known of them, and the variance of the noise."""
+
+    parts: Sequence[Part]
+    mean: Floats
+    covariance: Floats
+    """Over the noise's variance."""
+    variance: float
+    deviations: Floats
+
+    def rows(self, k: int) -> NDArray[np.bool_]:
+        """Return which columns belong to part ``k``."""
+        found: NDArray[np.bool_] = blocks_of(self.parts) == k
+        return found
+
+    def contribution(self, k: int) -> Floats:
+        """Return what part ``k`` adds to the readings, shape (rows,), in the observed unit inside."""
+        part = self.parts[k]
+        added: Floats = (self.mean[self.rows(k)] * part.unit) @ part.raw
+        return added
+
+
+def _optional(parts: Sequence[Part]) -> NDArray[np.bool_]:
+    return np.array([part.optional for part in parts], dtype=np.bool_)
+
+
+def _ladder() -> Floats:
+    return np.append(SCALES, 0.0)
+
+
+def most_of(effect: Effect) -> int:
+    """Return how many of an effect a model may hold."""
+    return effect.at_most

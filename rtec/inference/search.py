@@ -1,0 +1,341 @@
+"""The search for what is missing: a beam of models, each with its noise, that grow, shrink and exchange effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import logsumexp
+
+from rtec.effects import Effect, Floats, Shape
+from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
+from rtec.inference.probes import Probe, changing
+from rtec.inference.proposals import Proposal, beside, proposals, refine, scan_colour
+from rtec.inference.scored import Fit, Judge, Scored
+from rtec.inference.space import Choice, Space
+
+WORTH = 5.0
+"""Nats by which an effect has to raise the score before it enters: at 3.5 the prototype gave false names."""
+SHARPER = 3.0
+"""Nats by which a sudden change has to be likelier than a gradual one."""
+MATTERS = 0.15
+"""Of what is left, that an effect's contribution has to have beside the others: less is of no interest."""
+MATTERS_WITHOUT_REPEATS = 0.02
+"""Of what there was at the start, where no floor says what is noise: in a smooth log the least is significant."""
+GATED, UNGATED = 2, 1
+"""Models that are carried on: those whose every effect has earned its place, and one that may yet."""
+PROMISING = 24
+"""Proposals of the scan that are weighed under the model's noise."""
+CLOSER = 6
+"""Proposals beside each model that are scored with their own noise."""
+MOST_EFFECTS = 9
+REGROUPED = 3
+"""Families with a part of another that are refined: beside periods that are slightly off the first may be wrong."""
+EXCHANGES = 4
+"""Rounds in which effects of the model found are exchanged for others."""
+HOPELESS = 30.0
+"""Nats below the best model from which on no other is carried on, where there is one already."""
+ROUNDING = 1e-6
+NEGLIGIBLE = 9.0
+"""Nats below the model found from which on another has no say in how sure its effects are."""
+SURE = 0.95
+"""Probability that is asked of every effect of the answer."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass(slots=True, eq=False)
+class Search:
+    """A search and what it has seen.
+
+    Parameters
+    ----------
+    judge
+        Scores the models.
+    given
+        Effects of the model that the search begins with: they stay.
+    """
+
+    judge: Judge
+    given: tuple[Choice, ...] = ()
+    board: Board = field(init=False)
+    refused: dict[str, str] = field(default_factory=dict)
+    """Why an effect that the score asked for was not taken, by name."""
+    barred: frozenset[str] = frozenset()
+    """Effects that are not looked for."""
+    _held: dict[int, tuple[Scored, Floats]] = field(default_factory=dict)
+    _gated: dict[int, tuple[Scored, bool]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Lay the chessboard."""
+        self.board = board_of(self.judge.space.dataset)
+
+    @property
+    def space(self) -> Space:
+        """The data."""
+        return self.judge.space
+
+    def held_out(self, model: Scored) -> Floats:
+        """Return the held-out residual of a model, shape (rows,)."""
+        key = id(model)
+        if key not in self._held:
+            self._held[key] = (model, held_out_residual(self.judge, model, self.board))
+        return self._held[key][1]
+
+    def gain(self, before: Scored, after: Scored) -> HeldOutGain:
+        """Return the fall of the held-out error from one model to another."""
+        return gain_between(self.judge, self.held_out(before), self.held_out(after), after, self.board)
+
+    def effects_for(self, model: Scored) -> list[Effect]:
+        """Return the effects that may be added to a model."""
+        names = list(model.names)
+        return [
+            effect
+            for effect in self.space.library
+            if names.count(effect.name) < effect.at_most
+            and effect.name not in self.barred
+            and not (effect.builds_on and not effect.builds_on & set(names))
+        ]
+
+    def without(self, model: Scored, k: int) -> Scored:
+        """Return a model without its effect ``k``, and without what builds on that."""
+        rest = [choice for i, choice in enumerate(model.choices) if i != k]
+        held = {effect.name for effect, _ in rest}
+        kept = [c for c in rest if not c[0].builds_on or c[0].builds_on & held or c in self.given]
+        return self.judge.score(kept, model)
+
+    def size(self, model: Scored, k: int, fit: Fit | None = None) -> float:
+        """Return the RMS contribution of an effect beside the others, in units of what the model leaves."""
+        fit = self.judge.fit(model) if fit is None else fit
+        added = fit.contribution(k)
+        others = [part.raw for i, part in enumerate(fit.parts) if i != k and not part.optional]
+        if self.space.has_datum:
+            others.append(np.ones((1, added.size)))
+        if others:
+            table = np.vstack(others)
+            table = table / np.maximum(np.sqrt((table**2).sum(axis=1, keepdims=True)), 1e-300)
+            added = added - np.linalg.lstsq(table.T, added, rcond=1e-9)[0] @ table
+        least = float(np.mean(self.judge.left(model) ** 2)) + 1e-300
+        if not self.space.dataset.has_repeats:
+            least = max(least, (MATTERS_WITHOUT_REPEATS / MATTERS) ** 2 * float(np.var(self.space.dataset.observed)))
+        return float(np.sqrt(np.mean(added**2) / least))
+
+    def why_not(self, model: Scored, k: int) -> str | None:
+        """Return why an effect does not earn its place in a model, or None where it does."""
+        return None if model.choices[k] in self.given else next(self._objections(model, k), None)
+
+    def _objections(self, model: Scored, k: int) -> Iterator[str]:
+        """Yield what speaks against an effect of a model, what is cheap to find out first."""
+        effect, shape = model.choices[k]
+        conditions = self.space.dataset.conditions
+        fit = self.judge.fit(model)
+        for why in (
+            effect.doubtful(conditions, shape),
+            "it would have to be below zero" if effect.name in model.wrong_sign else None,
+            effect.implausible(conditions, shape, fit.mean[fit.rows(k)]),
+        ):
+            if why is not None:
+                yield why
+        rest = self.without(model, k)
+        if model.score - rest.score < WORTH:
+            yield f"what it explains is worth {model.score - rest.score:.1f} nats, less than the {WORTH:g} asked for"
+        if self.size(model, k, fit) < MATTERS:
+            yield f"below {MATTERS:g} of what is left"
+        for softer in effect.softer(conditions, shape):
+            instead = self.judge.score(replaced(model, k, (effect, softer)), model)
+            if instead.score > model.score - SHARPER:
+                yield "a gradual change explains as much"
+        if not self.gain(rest, model).passes:
+            yield "the held-out error does not fall"
+
+    def is_gated(self, model: Scored) -> bool:
+        """Return whether every effect of a model has earned its place."""
+        key = id(model)
+        if key not in self._gated:
+            self._gated[key] = (model, True)
+            for k in reversed(range(len(model.choices))):  # the last came last: the model without it is known
+                why = self.why_not(model, k)
+                if why is not None:
+                    self.refused.setdefault(model.choices[k][0].name, why)
+                    self._gated[key] = (model, False)
+                    break
+        return self._gated[key][1]
+
+    def children(self, model: Scored) -> list[Scored]:
+        """Return the models one effect larger that the scan proposes, scored."""
+        if len(model.choices) >= MOST_EFFECTS:
+            return []
+        ranked: list[tuple[float, Proposal]] = []
+        found = proposals(self.judge, model, self.effects_for(model))
+        generic = [p for p in found if isinstance(p.choice[0], Probe)]
+        for proposal in [*generic, *[p for p in found if p not in generic][:PROMISING]]:
+            ranked.append((self.judge.quickly([*model.choices, proposal.choice], model), proposal))
+        ranked.sort(key=lambda item: -item[0])
+        return [self.judge.score([*model.choices, p.choice], model) for _, p in ranked[:CLOSER]]
+
+    def reshaped(self, model: Scored, *, maps: bool = False) -> Scored:
+        """Return a model with the shape of each effect looked for once more beside all others, nodes where asked."""
+        best = model
+        for k in range(len(model.choices)):
+            effect, shape = best.choices[k]
+            if best.choices[k] in self.given or (effect.is_map and (isinstance(effect, Probe) or not maps)):
+                continue
+            if effect.is_map:
+                forms = [(effect, s) for s in self.space.shapes(effect)[0]]
+                moved = max(forms, key=lambda form: self.judge.quickly(replaced(best, k, form), best))
+            else:
+                rest = [choice for i, choice in enumerate(best.choices) if i != k]
+                colour = scan_colour(best.colour)
+                moved = refine(
+                    self.judge, (effect, shape), beside(self.space, rest, colour, zeros=best.zeros), colour
+                )
+            trial = self.judge.score(replaced(best, k, moved), best)
+            if trial.score > best.score:
+                best = trial
+        return best
+
+    def run(self, tell: Progress) -> Scored:
+        """Return the best model in which every effect has earned its place.
+
+        Where it holds a map or a probe, it is looked for once more without any: many columns draw whatever comes
+        their way, and stand where several effects would have to come in at once.
+        """
+        found = self._climbed(tell)
+        if any(choice[0].is_map for choice in found.choices if choice not in self.given):
+            self.barred = frozenset(effect.name for effect in self.space.library if effect.is_map)
+            other = self._climbed(lambda share: None)
+            self.barred = frozenset()
+            found = max(found, other, key=lambda m: m.score)
+        found = self.changing(found)
+        while True:
+            likelier = [m for m in self.near(found) if m.score > found.score + ROUNDING and self.is_gated(m)]
+            if not likelier:
+                return found
+            found = self.exchanged(max(likelier, key=lambda m: m.score))
+
+    def _climbed(self, tell: Progress) -> Scored:
+        """Return the best model that the beam and exchanges reach."""
+        best = self.judge.score(self.given)
+        beam, patient = [best], True
+        for depth in range(MOST_EFFECTS):
+            gated, ungated = self._sorted_out(self._grown(beam), best)
+            tell(0.05 + 0.6 * (depth + 1) / MOST_EFFECTS)
+            top = max(gated, key=lambda model: model.score, default=best)
+            if top.score > best.score + ROUNDING:
+                best, beam, patient = top, [*gated, *ungated], True
+            elif ungated and patient:
+                beam, patient = ungated, False  # effects that only help together: one step more
+            else:
+                break
+        return self.reshaped(self.exchanged(best), maps=True)
+
+    def _grown(self, beam: Sequence[Scored]) -> list[Scored]:
+        """Return the models one effect larger, and those without what the new one makes idle; best first."""
+        grown: dict[object, Scored] = {}
+        for model in beam:
+            for child in self.children(model):
+                grown[child.key] = child
+                for k in range(len(child.choices) - 1):
+                    if child.choices[k] not in self.given:
+                        less = self.without(child, k)
+                        if less.score > child.score:
+                            grown[less.key] = less
+        return sorted(grown.values(), key=lambda model: -model.score)
+
+    def _sorted_out(self, ranked: Sequence[Scored], best: Scored) -> tuple[list[Scored], list[Scored]]:
+        """Return the best models whose every effect has earned its place, and the best that may yet."""
+        gated: list[Scored] = []
+        ungated: list[Scored] = []
+        for model in ranked:
+            if len(gated) == GATED or (gated and model.score < best.score - HOPELESS):
+                break
+            better = model if gated else self.reshaped(model)
+            if self.is_gated(better):
+                gated.append(better)
+            elif len(ungated) < UNGATED and better.score > best.score:
+                ungated.append(better)
+        return gated, ungated
+
+    def near(self, model: Scored) -> list[Scored]:
+        """Return the models seen that a model cannot dismiss: likelier ones, and those hardly less likely."""
+        return [m for m in self.judge.seen.values() if m.score > model.score - NEGLIGIBLE and not m.wrong_sign]
+
+    def changing(self, model: Scored) -> Scored:
+        """Return a model with what of its effects changes along the axis, in time or from run to run beside them."""
+        while True:
+            fit = self.judge.fit(model)
+            trials = []
+            for k, choice in enumerate(model.choices):
+                if not isinstance(choice[0], Probe):
+                    part = self.space.part_of(choice)
+                    for probe in changing(self.space.dataset, choice[0], fit.contribution(k), part.raw):
+                        if probe.name not in model.names:
+                            trials.append(self.judge.score([*model.choices, (probe, Shape())], model))
+            better = [m for m in trials if m.score > model.score + WORTH and self.is_gated(m)]
+            if not better:
+                return model
+            model = max(better, key=lambda m: m.score)
+
+    def exchanged(self, model: Scored) -> Scored:
+        """Return a model with effects exchanged for others as long as that makes it likelier."""
+        for _ in range(EXCHANGES):
+            better = model
+            for k in range(len(model.choices)):
+                if model.choices[k] in self.given:
+                    continue
+                rest = self.without(model, k)
+                for other in sorted(self.children(rest), key=lambda child: -child.score)[:3]:
+                    if other.score > better.score + ROUNDING and self.is_gated(other):
+                        better = other
+                for other in self.regrouped(model, k):
+                    if other.score > better.score + ROUNDING and self.is_gated(other):
+                        better = other
+            if better is model:
+                return model
+            model = self.reshaped(better)
+        return model
+
+    def regrouped(self, model: Scored, k: int) -> list[Scored]:
+        """Return models in which a family holds but a part of what it does, in other company.
+
+        One that is the only one of its kind gives the rest to another, which the scan proposes.
+        """
+        effect, shape = model.choices[k]
+        shapes = effect.regrouped(self.space.dataset.conditions, shape)
+        if not shapes:
+            return []
+        trials = [replaced(model, k, (effect, other)) for other in shapes]
+        worth = [self.judge.quickly(trial, model) for trial in trials]
+        best = [self.judge.score(trials[i], model) for i in np.argsort(worth)[::-1][:REGROUPED]]
+        if model.names.count(effect.name) == 1:
+            best = [max(self.children(m), key=lambda child: child.score, default=m) for m in best]
+        return [self.reshaped(self.reshaped(m)) for m in best]
+
+
+def replaced(model: Scored, k: int, choice: Choice) -> list[Choice]:
+    """Return the choices of a model with another in the place of one."""
+    return [*model.choices[:k], choice, *model.choices[k + 1 :]]
+
+
+def probabilities(search: Search, model: Scored, beside: Collection[str] = ()) -> dict[str, float]:
+    """Return the probability of each effect of a model over the models that compete: all that the search has scored.
+
+    Shapes of one effect are one effect. Models in which an effect has not earned its place do not compete, nor do
+    those with an effect of ``beside``.
+    """
+    competing = [m for m in search.near(model) if not set(beside) & set(m.names)]
+    best: dict[tuple[str, ...], Scored] = {}
+    for m in sorted(competing, key=lambda m: -m.score):
+        best.setdefault(tuple(sorted(m.names)), m)
+    # of the same effects in several shapes the best shape decides whether they have earned their place
+    sound = {names for names, m in best.items() if m is model or search.is_gated(m)} | {tuple(sorted(model.names))}
+    models = [m for m in competing if tuple(sorted(m.names)) in sound]
+    weights = np.array([other.score for other in models])
+    total = float(logsumexp(weights))
+    found = {}
+    for name in dict.fromkeys(model.names):
+        count = model.names.count(name)
+        having = np.array([other.names.count(name) >= count for other in models])
+        found[name] = float(np.exp(min(logsumexp(weights[having]) - total, 0.0)))
+    return found

@@ -1,0 +1,141 @@
+"""Lines: what is published, that the games of a line stay the same, and what shares a bar."""
+
+import hashlib
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from rtec.blind import OUTSIDE, Line, LineScore, Noise, Rule, Scenario, confusion, play, the_lines, the_pools
+from rtec.blind.confusion import seed_of
+from rtec.blind.plan import Passes, Reading
+from rtec.blind.scored import PoolScore
+from rtec.errors import ArgumentError
+
+LINES = the_lines()
+BY_TITLE = {line.title: line for line in LINES}
+FIRST = {
+    "nothing, white noise": "633704064aeb34a8",
+    "a single effect, 3 sigma, white noise": "85afb7f19d8d0b0b",
+    "outside the library, 3 sigma, white noise": "b527bd2611202605",
+    "a lag in a moving log, 3 sigma, white noise": "7fe0064ca5ac5661",
+    "drives and moving logs, 3 sigma": "69ae0b4545243379",
+    "three effects, 3 sigma, drawn plans with repeats, above the detectable amplitude": "f8df6d16f684de0f",
+}
+"""Digest of the first game of some lines: games that change cannot be compared with those of before."""
+
+
+def scenarios(title, count=60):
+    line = BY_TITLE[title]
+    return [line.scenario(trial, seed_of(0, title, trial)) for trial in range(count)]
+
+
+@pytest.mark.parametrize(("title", "digest"), FIRST.items())
+def test_the_games_of_a_line_stay_the_same(title, digest):
+    seed = seed_of(0, title, 0)
+    measurement, _ = play(BY_TITLE[title].scenario(0, seed), seed)
+    found = hashlib.sha256()
+    for quantity, column in sorted(measurement.columns.items()):
+        found.update(quantity.encode() + column.values.round(9).tobytes())
+    assert found.hexdigest()[:16] == digest
+
+
+def test_a_trial_draws_the_same_scenario_again():
+    for line in LINES:
+        seed = seed_of(0, line.title, 3)
+        assert line.scenario(3, seed) == line.scenario(3, seed)
+
+
+def test_each_family_of_noise_has_a_line_of_nothing_and_single_runs_are_among_them():
+    for noise in Noise:
+        games = scenarios(f"nothing, drawn plans, noise: {noise.value}")
+        assert {game.noise for game in games} == {noise}
+        assert not any(game.names for game in games)
+        assert (1 in {game.plan.runs for game in games}) is (noise is not Noise.BY_PLACE)
+        assert {game.plan.passes for game in games} == set(Passes)
+        assert min(game.plan.targets for game in games) < 15
+        assert max(game.plan.targets for game in games) > 120
+    assert {game.plan.runs for game in scenarios("nothing, single runs, noise: correlated by place")} == {1}
+
+
+def test_every_kind_outside_the_library_is_played_as_often():
+    title = next(line.title for line in LINES if line.rule is Rule.WRONG_NAME and "3 sigma, drawn" in line.title)
+    drawn = Counter(name for game in scenarios(title, 2 * len(OUTSIDE)) for name in game.names)
+    assert drawn == dict.fromkeys(OUTSIDE, 2)
+
+
+@pytest.mark.parametrize(
+    ("count", "words"), [(1, "a single effect, 3 sigma, drawn"), (2, "two"), (3, "three"), (4, "four")]
+)
+def test_several_effects_are_hidden_where_they_can_be_seen(count, words):
+    title = next(line.title for line in LINES if line.title.startswith(words) and line.most_left_out < 1.0)
+    for game in scenarios(title):
+        assert len(game.names) == count
+        assert set(game.strengths) == {3.0}
+        assert game.plan.repeated
+        assert game.plan.passes is Passes.BOTH
+        assert game.plan.targets >= 21
+    assert BY_TITLE[title].most_left_out == 0.2
+
+
+def test_anything_at_all_is_played_at_one_to_five_sigma():
+    games = scenarios("one to four effects, 1 to 5 sigma, any drawn plan", 200)
+    assert {len(game.names) for game in games} == {1, 2, 3, 4}
+    strengths = [strength for game in games for strength in game.strengths]
+    assert min(strengths) < 1.2
+    assert max(strengths) > 4.8
+    assert {game.plan.runs for game in games} == {1, 2, 3, 4, 5}
+
+
+def test_drives_and_logs_take_turns():
+    games = scenarios("drives and moving logs, 3 sigma", 100)
+    assert [game.plan.reading for game in games[:2]] == [Reading.MOVING, Reading.DRIVE]
+    for game in games:
+        assert "stribeck" not in game.names or "coulomb" in game.names
+        assert game.plan.reading is Reading.DRIVE or {"servo_lag", "acceleration_lag"} & set(game.names)
+
+
+def test_the_bars_are_those_that_were_asked_for():
+    harder = [line for line in LINES if line.draw is not None]
+    assert [line.share for line in harder if line.most_left_out < 1.0] == [0.97, 0.93, 0.85, 0.85]
+    assert [line.share for line in harder if line.share == 0.0] == [0.0, 0.0, 0.0]
+    pool = the_pools()[0]
+    assert pool.share == 0.98
+    assert [BY_TITLE[title].share for title in pool.members] == [0.95] * 8
+
+
+def test_a_line_has_scenarios_or_draws_them():
+    with pytest.raises(ArgumentError, match="scenarios"):
+        Line(title="a", rule=Rule.NAMED, share=0.5)
+    with pytest.raises(ArgumentError, match="scenarios"):
+        Line(title="a", rule=Rule.NAMED, share=0.5, scenarios=(Scenario(),), draw=lambda trial, seed: Scenario())
+
+
+def test_a_line_with_too_many_games_left_out_is_missed():
+    line = Line(title="a", rule=Rule.NAMED, share=0.5, scenarios=(Scenario(),), most_left_out=0.2)
+    assert LineScore(line=line, right=8, trials=8, left_out=2, cells=()).reached
+    assert not LineScore(line=line, right=8, trials=8, left_out=3, cells=()).reached
+
+
+def test_lines_that_share_a_bar_are_counted_together():
+    lines = [BY_TITLE[title] for title in the_pools()[0].members]
+    answers = iter([("NAMED", ("drift",))] + [("NONE", ())] * 15)
+    result = confusion(lines, 2, lambda _: next(answers))
+    assert [(one.right, one.trials, one.reached) for one in result.pools] == [(15, 16, False)]
+    assert "| nothing, drawn plans, all eight families of noise |" in result.as_markdown()
+    assert "wrong at most 2% | 15 of 16 | 93.8% |" in result.as_markdown()
+    assert confusion(lines[1:], 1, lambda _: ("NONE", ())).pools == ()
+    assert not PoolScore(pool=the_pools()[0], right=0, trials=0).reached
+
+
+def test_drawn_sets_are_tallied_by_effect():
+    line = BY_TITLE["one to four effects, 1 to 5 sigma, any drawn plan"]
+    hidden = [name for trial in range(2) for name in line.scenario(trial, seed_of(0, line.title, trial)).names]
+    result = confusion([line], 2, lambda _: ("NAMED", (hidden[0], "quantisation")))
+    text = result.as_markdown()
+    assert "Verdicts: NAMED 2." in text
+    assert f"| {hidden[0]} | {hidden.count(hidden[0])} | {hidden.count(hidden[0])} |" in text
+    assert "| quantisation | 0 | 0 | 2 |" in text
+    assert "| none | 0 of 2 | 0.0% |" in text
+    assert "| shown |" in text
+    assert np.isclose(result.scores[0].share, 0.0)

@@ -1,0 +1,114 @@
+"""Readings that belong to nothing: found, listed by their rows, and harmless."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import SIGMA, measured
+
+from rtec.dataset.load import load_dataset
+from rtec.inference.diagnose import diagnose
+from rtec.inference.outliers import FAR, far, far_from_neighbours
+
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
+
+
+def spoilt(data, *rows, by=0.088):
+    observed = data.observed.copy()
+    observed[list(rows)] += by
+    return replace(data, observed=observed)
+
+
+def test_what_lies_far_beyond_the_others_is_far():
+    away = np.random.default_rng(0).normal(size=500)
+    assert not far(away).any()
+    scale = 1.4826 * np.median(np.abs(away - np.median(away)))
+    away[7], away[8] = 1.05 * FAR * scale, 0.9 * FAR * scale
+    assert np.flatnonzero(far(away)).tolist() == [7]
+    away[7] = -away[7]
+    assert np.flatnonzero(far(away)).tolist() == [7]
+
+
+def test_many_are_heavy_tails_and_belong_to_the_noise():
+    away = np.random.default_rng(0).normal(size=500)
+    away[:10] = 50.0  # 2 %
+    assert far(away).sum() == 10
+    away[10] = 50.0
+    assert not far(away).any()
+    few = np.append(np.random.default_rng(1).normal(size=10), 50.0)
+    assert np.flatnonzero(far(few)).tolist() == [10], "one is always allowed"
+
+
+def test_equal_readings_have_no_outliers_and_no_division_by_zero():
+    assert not far(np.zeros(20)).any()
+    step = np.append(np.zeros(99), 1.0)  # a median deviation of zero
+    assert np.flatnonzero(far(step)).tolist() == [99]
+
+
+@pytest.mark.parametrize("runs", [1, 2, 5])
+def test_one_reading_far_off_is_found_and_no_other(runs):
+    data = measured(TILTED, runs=runs)
+    assert not far_from_neighbours(data).any()
+    for row in (0, 1, 17, data.rows // 2, data.rows - 1):
+        assert np.flatnonzero(far_from_neighbours(spoilt(data, row))).tolist() == [row]
+
+
+def test_a_step_or_a_reversal_is_no_outlier():
+    for error in (
+        lambda x, way, t, run: 0.2 * way,
+        lambda x, way, t, run: np.where(t > 300.0, 0.3, 0.0),
+        lambda x, way, t, run: 0.05 * np.abs(x - 150.0),
+        lambda x, way, t, run: 0.1 * run,
+    ):
+        for runs in (1, 3, 5):
+            assert not far_from_neighbours(measured(error, runs=runs)).any()
+
+
+def test_student_noise_keeps_its_readings():
+    rng = np.random.default_rng(3)
+    data = measured(runs=4)
+    assert far_from_neighbours(replace(data, observed=SIGMA * rng.standard_t(3, data.rows))).mean() < 0.02
+
+
+@pytest.mark.parametrize("runs", [2, 5])
+@pytest.mark.parametrize("row", [0, 23, 60])
+def test_an_outlier_of_88_um_hides_nothing_and_is_listed(row, runs):
+    """Forty-four standard deviations."""
+    data = spoilt(measured(TILTED, runs=runs, timed=False), row)
+    result = diagnose(data)
+    assert set(result.effects) == {"scale", "backlash"}
+    assert [(one.row, one.value) for one in result.outliers] == [(row + 1, data.observed[row])]
+    assert result.dataset.rows == data.rows - 1
+    assert any(f"outliers, far from what their neighbours say: readings {row + 1}" in note for note in result.notes)
+    assert result.rms_after == pytest.approx(SIGMA, rel=0.25)
+
+
+def test_without_outliers_none_are_listed():
+    result = diagnose(measured(TILTED, timed=False))
+    assert result.outliers == ()
+    assert not any("outlier" in note for note in result.notes)
+
+
+def test_what_only_the_model_shows_to_be_far_off_is_left_out_too():
+    """Between targets of a fast wave a reading lies among its neighbours, and far from what the wave says."""
+    wave = lambda x, way, t, run: 0.1 * np.sin(2 * np.pi * x / 33.0)
+    data = spoilt(measured(wave, runs=3, targets=31, timed=False), 40, by=0.05)
+    assert not far_from_neighbours(data).any()
+    result = diagnose(data)
+    assert result.effects == ("cyclic",)
+    assert [one.row for one in result.outliers] == [41]
+    assert result.rms_after == pytest.approx(SIGMA, rel=0.2)
+
+
+def test_rows_are_those_of_the_file(tmp_path):
+    data = spoilt(measured(TILTED, runs=4, timed=False), 70)
+    c = data.conditions
+    lines = ["run,direction,target_mm,deviation_um"]
+    lines += [
+        f"{r},{w:.0f},{x:.6f},{1e3 * y:.6f}"
+        for r, w, x, y in zip(c.run, c.direction, c.position, data.observed, strict=True)
+    ]
+    file = tmp_path / "z.csv"
+    file.write_text("\n".join(lines) + "\n")
+    (one,) = diagnose(load_dataset(file)).outliers
+    assert lines[one.row].split(",")[3] == f"{1e3 * data.observed[70]:.6f}"

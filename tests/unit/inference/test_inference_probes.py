@@ -1,0 +1,146 @@
+"""What an error may depend on that no effect knows: never a name, and it keeps names away."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import measured
+
+from rtec.effects import LIBRARY, Observable, Shape, Units, effect_named
+from rtec.inference.diagnose import diagnose
+from rtec.inference.probes import MOST_RUNS, changing, probes_of
+from rtec.inference.results import Verdict
+
+
+def heated(shift=0.01, **plan):
+    """Zero that moves by 10 um/K with a cabinet's temperature, which comes and goes."""
+    data = measured(timed=False, **plan)
+    rng = np.random.default_rng(7)
+    heat = 20.0 + np.convolve(rng.normal(size=data.rows + 30), np.ones(31) / 5.0, "valid")
+    conditions = replace(data.conditions, temperatures={"cabinet": heat})
+    return replace(data, observed=data.observed + shift * (heat - 20.0), conditions=conditions)
+
+
+def names(data):
+    return [probe.name for probe in probes_of(data)]
+
+
+def test_temperatures_and_columns_of_no_known_quantity_are_probed():
+    data = heated()
+    humid = np.random.default_rng(1).normal(size=data.rows)
+    extra = (("humidity", humid), ("broken", np.full(data.rows, np.nan)), ("constant", np.full(data.rows, 3.0)))
+    found = {probe.name: probe for probe in probes_of(replace(data, unknown=extra))}
+    assert {"any cabinet", "any humidity"} <= set(found)
+    assert not {"any broken", "any constant"} & set(found)
+    assert found["any humidity"].depends_on == ("humidity",)
+    assert found["any humidity"].at(data)[:, 0] == pytest.approx(humid - humid.mean())
+    still = replace(data.conditions, temperatures={"cabinet": 20.0 + 0.01 * np.arange(data.rows) % 0.4})
+    assert "any cabinet" not in names(replace(data, conditions=still)), "less than half a kelvin"
+
+
+def test_runs_are_probed_where_there_are_some_and_not_too_many():
+    assert {"any run and position 5", "any run and direction"} <= set(names(measured(runs=5)))
+    assert not any("run" in name for name in names(measured(runs=2)))
+    assert not any("run" in name for name in names(measured(runs=MOST_RUNS + 1, targets=8)))
+    assert not any("direction" in name for name in names(measured(runs=5, bidirectional=False)))
+    log = measured(runs=5)
+    assert names(replace(log, conditions=replace(log.conditions, moving=True))) == []
+
+
+def test_the_probe_of_runs_has_a_column_for_the_direction_of_each():
+    data = measured(runs=4)
+    (probe,) = [probe for probe in probes_of(data) if probe.name == "any run and direction"]
+    expected = np.stack([(data.conditions.run == k) * data.conditions.direction for k in (1, 2, 3, 4)], axis=1)
+    assert (probe.at(data) == expected).all()
+    assert len(probe.amplitudes(Shape(), Units("mm", "mm", "s"))) == 4
+
+
+def test_a_force_is_probed_by_position():
+    data = replace(measured(runs=2), observable=Observable.DRIVE)
+    found = probes_of(data)
+    assert [probe.at(data).shape[1] for probe in found] == [5, 9, 17]
+    assert {probe.depends_on for probe in found} == {("position",)}
+    whole = found[0].at(data)
+    line = data.conditions.position[:, None]
+    numbers = np.linalg.lstsq(whole, line)[0]
+    assert whole @ numbers == pytest.approx(line), "a straight line is a smooth curve"
+
+
+def test_a_probe_belongs_to_its_data():
+    data = measured(runs=4)
+    probe = probes_of(data)[0]
+    with pytest.raises(ValueError, match="168 rows for 42"):
+        probe.at(measured(runs=1))
+
+
+def test_a_probe_is_no_effect_of_the_library():
+    assert not {probe.name for probe in probes_of(heated())} & {effect.name for effect in LIBRARY}
+
+
+def test_a_drift_with_temperature_that_has_no_name_is_unknown_and_names_the_column():
+    result = diagnose(heated())
+    assert result.verdict is Verdict.UNKNOWN
+    assert result.unknown.depends_on == ("cabinet",)
+    assert "cabinet" in result.unknown.description
+    assert result.effects == ()
+    assert not any(name.startswith("any ") for name in result.probability)
+    assert not any(c.effect.startswith("any ") for c in result.candidates)
+    assert "vary cabinet on purpose" in result.experiment.text
+
+
+def test_beside_a_probe_the_effects_keep_their_names():
+    data = heated(runs=6)
+    data = replace(data, observed=data.observed + 0.004 * data.conditions.direction)
+    result = diagnose(data)
+    assert result.verdict is Verdict.UNKNOWN
+    assert result.effects == ("backlash",)
+    assert result.unknown.depends_on == ("cabinet",)
+    assert result.model.terms[0].amplitudes[0] == pytest.approx(0.008, abs=0.0015)
+
+
+def test_a_column_that_explains_nothing_changes_nothing():
+    data = measured(lambda x, way, t, run: 0.004 * way, timed=False)
+    humid = np.random.default_rng(1).normal(size=data.rows)
+    plain, more = diagnose(data), diagnose(replace(data, unknown=(("humidity", humid),)))
+    assert more.verdict is plain.verdict is Verdict.NAMED
+    assert more.effects == plain.effects
+
+
+def test_each_run_with_a_reversal_error_of_its_own_is_unknown():
+    sizes = np.array([0.0, 0.010, -0.006, 0.012, 0.002])
+    result = diagnose(measured(lambda x, way, t, run: sizes[run - 1] * way, timed=False))
+    assert result.verdict is Verdict.UNKNOWN
+    assert {"direction", "run"} <= set(result.unknown.depends_on)
+
+
+def test_a_course_of_each_run_is_a_smooth_curve_of_each_run():
+    data = measured(runs=4)
+    (probe,) = [probe for probe in probes_of(data) if probe.name == "any run and position 5"]
+    table = probe.at(data)
+    assert table.shape[1] == 4 * 5
+    bent = np.where(data.conditions.run == 3, (data.conditions.position / 300.0) ** 2, 0.0)
+    numbers = np.linalg.lstsq(table, bent)[0]
+    assert np.abs(table @ numbers - bent).max() < 0.05
+    assert np.abs((table @ numbers)[data.conditions.run != 3]).max() < 1e-9
+
+
+def test_what_changes_of_an_effect_is_the_effect_times_position_time_or_run():
+    data = measured(lambda x, way, t, run: 0.004 * way, runs=4)
+    backlash = effect_named("backlash")
+    columns = data.columns(backlash, Shape()).T
+    found = {probe.name: probe for probe in changing(data, backlash, 0.008 * columns[0], columns)}
+    assert set(found) == {"any backlash by position", "any backlash by time", "any backlash by run"}
+    x, way = data.conditions.position, data.conditions.direction
+    slope = found["any backlash by position"].at(data)[:, 0]
+    assert slope == pytest.approx(way / 2 * (x - x.mean()) / x.std())
+    assert found["any backlash by run"].at(data)[:, 2] == pytest.approx(
+        np.where(data.conditions.run == 3, way / 2, 0.0)
+    )
+    moving = replace(data, conditions=replace(data.conditions, moving=True))
+    assert changing(moving, backlash, columns[0], columns) == ()
+
+
+def test_a_reversal_error_that_fades_in_time_is_more_than_backlash():
+    result = diagnose(measured(lambda x, way, t, run: 0.012 * way * np.exp(-t / 800.0)))
+    assert result.verdict is Verdict.UNKNOWN
+    assert "time" in result.unknown.depends_on or "run" in result.unknown.depends_on

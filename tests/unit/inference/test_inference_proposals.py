@@ -1,0 +1,194 @@
+"""What a scan proposes: falls against full least squares, refined shapes, the golden section."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import covariance, fall, measured, one_chain, whitened
+
+from rtec.effects import Shape, effect_named
+from rtec.inference.colour import COLOURS, Colour
+from rtec.inference.probes import Probe
+from rtec.inference.proposals import (
+    Beside,
+    beside,
+    falls,
+    golden,
+    orthonormal,
+    proposals,
+    refine,
+    scan_colour,
+    worth_of,
+)
+from rtec.inference.scored import Judge
+from rtec.inference.space import Space
+
+SCALE, BACKLASH, CYCLIC, MAP, WARM = (
+    effect_named(n) for n in ("scale", "backlash", "cyclic", "pitch_map", "warm_up")
+)
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
+
+
+def wave(period=41.0, size=0.006):
+    return lambda x, way, t, run: size * np.sin(2 * np.pi * x / period + 0.4)
+
+
+def judge_of(data):
+    return Judge(Space(data))
+
+
+def beside_table(model, y):
+    basis = orthonormal(model)
+    residual = y - (basis @ y) @ basis
+    return Beside(basis, residual, float(residual @ residual))
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("held", [0, 1, 4])
+def test_falls_are_those_of_two_full_fits(dtype, held):
+    rng = np.random.default_rng(held)
+    model, y = rng.normal(size=(held, 60)), rng.normal(size=60)
+    candidates = rng.normal(size=(7, 3, 60)) * 10.0 ** rng.uniform(-6, 3, (7, 3, 1))  # columns of any size
+    found = falls(candidates.astype(dtype), beside_table(model, y))
+    expected = [fall(model, own / np.linalg.norm(own, axis=1)[:, None], y) for own in candidates]
+    assert found == pytest.approx(expected, rel=1e-9 if dtype == np.float64 else 2e-4)
+
+
+def test_what_the_model_holds_already_explains_nothing_more():
+    rng = np.random.default_rng(1)
+    model, y = rng.normal(size=(3, 60)), rng.normal(size=60)
+    mixed = rng.normal(size=(1, 3)) @ model
+    fresh = rng.normal(size=(1, 60))
+    back = beside_table(model, y)
+    assert falls(mixed[None], back)[0] == 0.0
+    assert falls(np.zeros((1, 1, 60)), back)[0] == 0.0
+    both = falls(np.vstack([fresh, mixed])[None], back)[0]
+    assert both == pytest.approx(falls(fresh[None], back)[0])
+
+
+def test_a_basis_spans_what_the_rows_span():
+    rng = np.random.default_rng(2)
+    rows = rng.normal(size=(4, 30)) * np.array([1e-9, 1.0, 1e6, 1.0])[:, None]
+    rows = np.vstack([rows, rows[1] + rows[3], np.zeros(30)])
+    basis = orthonormal(rows)
+    assert basis @ basis.T == pytest.approx(np.eye(4), abs=1e-9)
+    for row in rows[:5]:
+        assert (basis @ row) @ basis == pytest.approx(row, rel=1e-6, abs=1e-6 * np.linalg.norm(row))
+    assert orthonormal(np.zeros((2, 30))).shape == (0, 30)
+    assert orthonormal(np.empty((0, 30))).shape == (0, 30)
+
+
+@pytest.mark.parametrize("zeros", [False, True])
+@pytest.mark.parametrize("colour", [Colour(), Colour(0.9, 0.3)])
+def test_what_a_model_leaves_is_that_of_generalised_least_squares(zeros, colour):
+    data = measured(TILTED, runs=3, targets=8)
+    judge = judge_of(data)
+    back = beside(judge.space, [(SCALE, Shape())], colour, zeros=zeros)
+    columns = [np.ones(data.rows), data.conditions.position]
+    if zeros:
+        columns += [(data.conditions.run == k).astype(float) for k in (1, 2)]
+    matrix = covariance(colour.rho, colour.white, one_chain(data.rows))
+    table = whitened(np.vstack([*columns, data.observed]), matrix)
+    left = table[-1] - np.linalg.lstsq(table[:-1].T, table[-1])[0] @ table[:-1]
+    assert back.residual == pytest.approx(left, abs=1e-9)
+    assert back.rss == pytest.approx(float(left @ left))
+    assert back.basis.shape[0] == len(columns)
+
+
+def test_the_scan_takes_noise_as_no_more_correlated_than_it_must():
+    for colour in COLOURS:
+        taken = scan_colour(colour)
+        assert taken.rho <= 0.9
+        assert taken.rho <= max(colour.rho, 0.8)
+        assert 1.0 - taken.white <= 0.7
+    assert len({scan_colour(colour) for colour in COLOURS}) <= 5
+    assert scan_colour(Colour(0.3, 0.1)) == Colour()
+
+
+def test_worth_is_half_the_log_of_what_is_left_less_half_a_log_for_each_amplitude():
+    back = Beside(np.empty((0, 3)), np.ones(3), 10.0)
+    assert worth_of(5.0, 2, back, 100) == pytest.approx(50 * np.log(2) - np.log(100))
+    assert np.isfinite(worth_of(10.0, 1, back, 100))
+    assert worth_of(0.0, 1, back, 100) < 0.0
+
+
+@pytest.mark.parametrize(("error", "name"), [(wave(), "cyclic"), (lambda x, way, t, run: 0.005 * way, "backlash")])
+def test_what_is_there_is_proposed_first(error, name):
+    judge = judge_of(measured(error))
+    found = proposals(judge, judge.score([]), judge.space.library)
+    assert found[0].choice[0].name == name
+    worth = [p.worth for p in found]
+    assert worth == sorted(worth, reverse=True)
+    assert min(p.worth for p in found if not isinstance(p.choice[0], Probe)) > 0.0
+    assert len({p.choice for p in found}) == len(found)
+
+
+def test_noise_proposes_nothing_that_is_worth_five_nats():
+    for seed in range(5):
+        judge = judge_of(measured(seed=seed, runs=3))
+        found = proposals(judge, judge.score([]), judge.space.library)
+        assert all(p.worth < 5.0 for p in found)
+
+
+def test_the_best_of_the_scan_is_the_best_of_full_fits():
+    """The strongest line by least squares at every frequency of the grid."""
+    data = measured(wave(), targets=41, runs=2)
+    judge = judge_of(data)
+    constant = np.ones((1, data.rows))
+    shapes, _ = judge.space.shapes(CYCLIC)
+    gains = [fall(constant, data.columns(CYCLIC, shape).T, data.observed) for shape in shapes]
+    best = shapes[int(np.argmax(gains))].period
+    found = [p for p in proposals(judge, judge.score([]), [CYCLIC]) if p.choice[1].harmonics == 1]
+    assert min(abs(1 / p.choice[1].period - 1 / best) for p in found) < 0.31 / data.conditions.span
+
+
+def test_refining_finds_the_period_between_two_of_the_grid():
+    """Against a dense scan of full fits."""
+    data = measured(wave(47.3, 0.01), targets=41, runs=2)
+    judge = judge_of(data)
+    back = beside(judge.space, [], Colour(), zeros=False)
+    start = min(judge.space.shapes(CYCLIC)[0], key=lambda shape: abs(1 / shape.period - 1 / 47.3))
+    (_, found) = refine(judge, (CYCLIC, start), back, Colour())
+    constant = np.ones((1, data.rows))
+    trial = np.linspace(45.5, 49.0, 3501)
+    gains = [fall(constant, data.columns(CYCLIC, CYCLIC.shape_type(p)).T, data.observed) for p in trial]
+    assert found.period == pytest.approx(trial[int(np.argmax(gains))], abs=0.02)
+    assert abs(found.period - start.period) > 0.05
+
+
+def test_refining_never_makes_it_worse():
+    data = measured(lambda x, way, t, run: 0.02 * (1 - np.exp(-t / 400.0)))
+    judge = judge_of(data)
+    for colour in (Colour(), Colour(0.9, 0.3)):
+        back = beside(judge.space, [], colour, zeros=False)
+        for shape in judge.space.shapes(WARM)[0]:
+            _, moved = refine(judge, (WARM, shape), back, colour)
+            before, after = (
+                float(falls(judge.space.whitening(colour).of(data.columns(WARM, s).T)[None], back)[0])
+                for s in (shape, moved)
+            )
+            assert after >= before
+    assert refine(judge, (SCALE, Shape()), back, colour) == (SCALE, Shape())
+
+
+def test_the_golden_section_finds_the_hump():
+    for top in (0.02, 0.5, 0.97):
+        assert golden(lambda x, top=top: -((x - top) ** 2), 0.0, 1.0) == pytest.approx(top, abs=1e-3)
+        assert golden(lambda x, top=top: -abs(x - top), 0.0, 1.0, steps=40) == pytest.approx(top, abs=1e-8)
+    assert golden(lambda x: x, 2.0, 3.0) == pytest.approx(3.0, abs=2e-3)
+
+
+def test_each_run_s_own_zero_does_not_hide_a_drift():
+    """Ten runs whose zeros creep up: a zero for each explains it too, and the drift is proposed all the same."""
+    data = measured(lambda x, way, t, run: 1.5e-5 * t, runs=10, targets=5)
+    judge = judge_of(data)
+    model = judge.score([])
+    model = replace(model, places=np.append(model.places[:-1], 4))
+    assert model.zeros
+    found = proposals(judge, model, judge.space.library)
+    assert "drift" in {p.choice[0].name for p in found}
+    with_zeros = beside(judge.space, [], scan_colour(model.colour), zeros=True)
+    drift = judge.space.whitening(scan_colour(model.colour)).of(data.conditions.time_s[None, None, :][0])
+    hidden = worth_of(float(falls(drift[None], with_zeros)[0]), 1, with_zeros, judge.space.readings)
+    worth = next(p.worth for p in found if p.choice[0].name == "drift")
+    assert worth > hidden + 3.0

@@ -1,0 +1,192 @@
+"""The search: what earns its place, and how sure an effect is over the models that compete."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import SIGMA, measured
+from scipy.special import logsumexp
+
+from rtec.effects import Observable, Shape, effect_named
+from rtec.inference.scored import Judge
+from rtec.inference.search import MATTERS, WORTH, Search, probabilities
+from rtec.inference.space import Space
+
+NAMES = "scale backlash cyclic pitch_map backlash_map drift windup lost_counts warm_up".split()
+SCALE, BACKLASH, CYCLIC, MAP, REVERSALS, DRIFT, WINDUP, STEP, WARM = (effect_named(n) for n in NAMES)
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
+
+
+def search_of(data, given=()):
+    return Search(Judge(Space(data)), tuple(given))
+
+
+def found_in(data, given=()):
+    search = search_of(data, given)
+    return search, search.run(lambda share: None)
+
+
+def wave(period=41.0, size=0.006):
+    return lambda x, way, t, run: size * np.sin(2 * np.pi * x / period)
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (TILTED, {"scale", "backlash"}),
+        (wave(), {"cyclic"}),
+        (lambda x, way, t, run: 0.006 * way + 0.006 * np.sin(2 * np.pi * x / 31.0), {"backlash", "cyclic"}),
+        (lambda x, way, t, run: 0.02 * np.exp(-(((x - 150) / 60) ** 2)), {"pitch_map"}),
+        (lambda x, way, t, run: 0.01 * way * (0.2 + np.exp(-(((x - 150) / 60) ** 2))), {"backlash_map"}),
+        (lambda x, way, t, run: np.where(t > 905.0, 0.012, 0.0), {"lost_counts"}),
+        (lambda x, way, t, run: 0.02 * (1.0 - np.exp(-t / 400.0)), {"warm_up"}),
+        (lambda x, way, t, run: 0.0 * x, set()),
+    ],
+    ids=["tilted", "wave", "wave and play", "bump", "worn", "step", "warm", "nothing"],
+)
+def test_a_search_finds_what_was_planted(error, expected):
+    _, model = found_in(measured(error))
+    assert set(model.names) == expected
+
+
+def test_the_search_finds_the_likeliest_of_all_subsets_of_simple_effects():
+    """Exhaustively, over effects without shape parameters."""
+    import itertools
+
+    for seed, error in enumerate((TILTED, lambda x, way, t, run: 8e-6 * t + 0.004 * way, lambda *a: 5e-5 * a[0])):
+        search, model = found_in(measured(error, seed=seed))
+        simple = [SCALE, BACKLASH, DRIFT]
+        subsets = [s for k in range(4) for s in itertools.combinations(simple, k)]
+        best = max(subsets, key=lambda s: search.judge.score([(e, Shape()) for e in s]).score)
+        assert set(model.names) == {e.name for e in best}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_effect_of_the_model_found_has_earned_its_place(seed):
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.uniform(0.001, 0.006, 3)
+    search, model = found_in(
+        measured(lambda x, way, t, run: a * way + b * np.sin(x / 6.0) + c * t / 2000.0, seed=seed)
+    )
+    for k in range(len(model.choices)):
+        rest = search.without(model, k)
+        assert model.score - rest.score >= WORTH
+        assert search.size(model, k) >= MATTERS
+        assert search.gain(rest, model).passes
+        assert search.why_not(model, k) is None
+
+
+def test_given_effects_stay_even_where_they_explain_nothing():
+    given = (CYCLIC, CYCLIC.shape_type(33.0))
+    search, model = found_in(measured(TILTED), [given])
+    assert given in model.choices
+    assert set(model.names) == {"scale", "backlash", "cyclic"}
+    assert search.why_not(model, model.choices.index(given)) is None
+
+
+def test_why_an_effect_does_not_earn_its_place():
+    search = search_of(measured(TILTED))
+    useless = search.judge.score([(SCALE, Shape()), (BACKLASH, Shape()), (DRIFT, Shape())])
+    assert "nats, less than the 5 asked for" in search.why_not(useless, 2)
+    assert search.why_not(useless, 0) is None
+    long = search.judge.score([(CYCLIC, CYCLIC.shape_type(100.0))])
+    assert "3.0 cycles" in search.why_not(long, 0) or "2.9 cycles" in search.why_not(long, 0)
+    assert not search.is_gated(long)
+    assert "cycles" in search.refused["cyclic"]
+
+
+def test_a_hair_beside_much_noise_is_of_no_interest():
+    """A tenth of the noise, certain after 8000 readings."""
+    search = search_of(measured(lambda x, way, t, run: 0.1 * SIGMA * way, runs=200))
+    model = search.judge.score([(BACKLASH, Shape())])
+    assert model.score - search.judge.score([]).score > WORTH
+    assert search.size(model, 0) == pytest.approx(0.1, abs=0.04)
+    assert search.why_not(model, 0) == "below 0.15 of what is left"
+
+
+def test_the_size_of_an_effect_is_what_the_others_cannot_explain():
+    data = measured(lambda x, way, t, run: 1e-4 * x + 0.003 * np.sin(x / 12.0))
+    search = search_of(data)
+    shape = MAP.shape_type(tuple(np.linspace(0.0, 300.0, 6)))
+    model = search.judge.score([(SCALE, Shape()), (MAP, shape)])
+    assert search.size(model, 0) < 1e-6, "a map draws any line"
+
+
+def test_a_negative_friction_is_refused_with_a_word():
+    rng = np.random.default_rng(0)
+    data = measured(runs=2)
+    speed = rng.normal(size=data.rows)
+    conditions = replace(data.conditions, velocity=speed, moving=True)
+    data = replace(
+        data, observable=Observable.DRIVE, conditions=conditions, observed=-2.0 * speed + rng.normal(size=data.rows)
+    )
+    search = search_of(data)
+    model = search.judge.score([(effect_named("viscous"), Shape())])
+    assert search.why_not(model, 0) == "it would have to be below zero"
+
+
+def test_without_an_effect_goes_what_builds_on_it():
+    rng = np.random.default_rng(0)
+    data = measured(runs=2)
+    speed = rng.normal(size=data.rows)
+    conditions = replace(data.conditions, velocity=speed, direction=np.sign(speed), moving=True)
+    data = replace(data, observable=Observable.DRIVE, conditions=conditions)
+    viscous, askew = effect_named("viscous"), effect_named("asymmetric_friction")
+    search = search_of(data)
+    assert askew not in search.effects_for(search.judge.score([]))
+    model = search.judge.score([(viscous, Shape()), (askew, Shape())])
+    assert search.without(model, 0).names == ()
+    assert search.without(model, 1).names == ("viscous",)
+    assert askew in search.effects_for(search.without(model, 1))
+
+
+def test_no_more_of_an_effect_than_a_model_may_hold():
+    search = search_of(measured())
+    steps = [(STEP, STEP.shape_type(205.0 + 400.0 * k)) for k in range(3)]
+    assert STEP in search.effects_for(search.judge.score(steps[:2]))
+    assert STEP not in search.effects_for(search.judge.score(steps))
+    assert SCALE not in search.effects_for(search.judge.score([(SCALE, Shape())]))
+
+
+@pytest.mark.parametrize("beside", [(), ("drift",)])
+def test_probabilities_are_shares_of_all_models_that_compete(beside):
+    search, model = found_in(measured(TILTED, sigma=4 * SIGMA))
+    near = [m for m in search.near(model) if not set(beside) & set(m.names)]
+    competing = [m for m in near if m is model or all(search.why_not(m, k) is None for k in range(len(m.choices)))]
+    found = probabilities(search, model, beside)
+    scores = np.array([m.score for m in competing])
+    for name in model.names:
+        having = [m.score for m in competing if name in m.names]
+        expected = np.exp(logsumexp(having) - logsumexp(scores))
+        # of the same effects the best shape decides whether they compete, which brings in some shapes more
+        assert found[name] == pytest.approx(expected, abs=0.05)
+        assert 0.0 <= found[name] <= 1.0
+    assert set(found) == set(model.names)
+
+
+def test_of_rivals_that_exclude_each_other_the_probabilities_sum_to_one():
+    """Backlash and lag at one feed: the models that compete hold one of them, or both, or none."""
+    data = measured(lambda x, way, t, run: 0.006 * way, timed=False)
+    data = replace(data, conditions=replace(data.conditions, velocity=20.0 * data.conditions.direction))
+    search, model = found_in(data)
+    lag = effect_named("servo_lag")
+    other = search.judge.score([(lag if model.names == ("backlash",) else BACKLASH, Shape())])
+    share = [probabilities(search, m)[m.names[0]] for m in (model, other)]
+    assert sum(share) == pytest.approx(1.0, abs=0.02)
+    assert share[0] == pytest.approx(0.5, abs=0.05)
+
+
+def test_two_steps_are_as_sure_as_two_steps():
+    jumps = lambda x, way, t, run: np.where(t > 505.0, 0.02, 0.0) - np.where(t > 1505.0, 0.03, 0.0)
+    search, model = found_in(measured(jumps))
+    assert model.names == ("lost_counts", "lost_counts")
+    assert probabilities(search, model)["lost_counts"] > 0.99
+
+
+def test_progress_grows():
+    shares = []
+    search = search_of(measured(TILTED))
+    search.run(shares.append)
+    assert shares == sorted(shares)
+    assert shares
+    assert shares[-1] <= 1.0
