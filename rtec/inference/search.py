@@ -198,11 +198,13 @@ class Search:
     def run(self, tell: Progress) -> Scored:
         """Return the best model in which every effect has earned its place.
 
-        Where it holds a map or a probe, it is looked for once more without any: many columns draw whatever comes
-        their way, and stand where several effects would have to come in at once.
+        Where it holds a map, it is looked for once more without maps and probes: many columns draw whatever comes
+        their way, and stand where several effects would have to come in at once. Not where it holds a probe: what
+        depends on something without a name is left without one.
         """
         found = self._climbed(tell)
-        if any(choice[0].is_map for choice in found.choices if choice not in self.given):
+        maps = [choice[0] for choice in found.choices if choice not in self.given and choice[0].is_map]
+        if maps and not any(isinstance(effect, Probe) for effect in maps):
             self.barred = frozenset(effect.name for effect in self.space.library if effect.is_map)
             other = self._climbed(lambda share: None)
             self.barred = frozenset()
