@@ -105,15 +105,21 @@ def null(seed):
     return replace(data, observed=SIGMA * noise)
 
 
+def wrongly_named(seed):
+    """Whether noise got a name; a constant aside, which noise that wanders has."""
+    result = diagnose(null(seed))
+    return result.verdict in NAMING and bool(set(result.effects) - {"offset"})
+
+
 def test_noise_of_many_kinds_gets_no_name():
-    named = [diagnose(null(seed)).verdict in NAMING for seed in range(12)]
+    named = [wrongly_named(seed) for seed in range(12)]
     # at most 2 % of games: of 12 two or more would be 1 in 40
     assert sum(named) <= 1
 
 
 @pytest.mark.sweep
 def test_noise_of_many_kinds_gets_no_name_in_many_games():
-    named = np.array([diagnose(null(seed)).verdict in NAMING for seed in range(1000, 1300)])
+    named = np.array([wrongly_named(seed) for seed in range(1000, 1300)])
     assert named.mean() <= 0.03
     assert max(named[kind::6].mean() for kind in range(6)) <= 0.08
 
