@@ -46,7 +46,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
 def rtec_bench(request: pytest.FixtureRequest) -> Workbench:
     """Boxes with their axes on a simulated bus: ``boxes[axis]`` and ``bus``; the marker ``rtec`` says which."""
     from rtec.errors import ArgumentError, nearest  # noqa: PLC0415 - pytest loads this file in every project
-    from rtec.machine.workbench import bench_of  # noqa: PLC0415
+    from rtec.machine.workbench import bench_of  # noqa: PLC0415 - for tests that ask for it
 
     options = _options(request)
     known = list(bench_of.__kwdefaults__ or {})
@@ -68,7 +68,7 @@ def rtec_box(rtec_bench: Workbench) -> BenchBox:
 @pytest.fixture
 def rtec_bus(rtec_bench: Workbench) -> Iterator[SimulatedCan]:
     """Return a python-can bus for the PC program, node 0 of the simulated bus."""
-    from rtec.link.simulated_can import SimulatedCan  # noqa: PLC0415
+    from rtec.link.simulated_can import SimulatedCan  # noqa: PLC0415 - as above
 
     with SimulatedCan(rtec_bench.bus) as bus:
         yield bus
@@ -77,7 +77,7 @@ def rtec_bus(rtec_bench: Workbench) -> Iterator[SimulatedCan]:
 @pytest.fixture
 def rtec_faults(rtec_bench: Workbench, rtec_bus: SimulatedCan) -> BenchFaults:
     """Return what arms faults; the test fails where one takes no effect."""
-    from rtec.machine.bench_faults import BenchFaults  # noqa: PLC0415
+    from rtec.machine.bench_faults import BenchFaults  # noqa: PLC0415 - as above
 
     return BenchFaults(rtec_bench, rtec_bus.clock.jump)
 

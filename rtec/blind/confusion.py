@@ -228,7 +228,8 @@ def _play_game(line: Line, seed: int, judge: Judge, refit: Refit | None, trial: 
         right, said = _at_floor(*refit(measurement, secret.names))
     else:
         answer = Answer(*judge(measurement))
-        right, said = is_right(line.rule, answer, secret, repeated=scenario.plan.repeated), label_of(answer)
+        plan, said = scenario.plan, label_of(answer)
+        right = is_right(line.rule, answer, secret, repeated=plan.repeated, span_mm=plan.span_mm)
         if line.above_detectable and _too_weak(answer, secret):
             right = None
         effects, verdict = answer.effects, answer.verdict

@@ -96,7 +96,7 @@ def _stribeck(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
 
 
 def _cogging(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
-    period = float(rng.uniform(*plan.wave_shares) * plan.span_mm)
+    period = float(rng.uniform(*plan.wave_shares) * np.ptp(m.position_mm))  # moves need not reach the ends
     angle = 2.0 * np.pi * m.position_mm / period + rng.uniform(0.0, 2.0 * np.pi)
     added = np.sin(angle) + rng.uniform(0.1, 0.4) * np.sin(2.0 * angle + rng.uniform(0.0, 2.0 * np.pi))
     numbers = (Parameter("period", period, "mm"), Parameter("amplitude", 1.0, "N", scales=True))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from rtec.blind.answer import Answer, wrong_names
+from rtec.blind.answer import WAVES, Answer, wrong_names
 from rtec.blind.secret import Secret
 from rtec.inference.results import Value
 
@@ -16,8 +16,6 @@ PERIOD_SHARE = 0.005
 PERIOD_ERRORS = 2.5
 COVERED_ERRORS = 2.0
 _MULTIPLE_SHARE = 0.01
-_WAVES = ("cyclic", "cogging")
-"""Effects whose period is found; that of the scale's signal is stated in the file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +137,7 @@ def waves_of(answer: Answer, secret: Secret) -> tuple[Wave, ...]:
     True
     """
     found = []
-    for hidden in (one for one in secret.effects if one.name in _WAVES):
+    for hidden in (one for one in secret.effects if one.name in WAVES):
         truth = next(p.value for p in hidden.parameters if p.name == "period")
         for value in _values(answer, hidden.name):
             if value.name == "period" and value.unit == "mm" and isinstance(value.value, float):

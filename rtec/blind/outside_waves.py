@@ -100,15 +100,6 @@ def missing_tooth(c: Circumstances, rng: np.random.Generator) -> SlowError:
     return _error(added, "sawtooth of the teeth of a belt, two of them missing", period_mm)
 
 
-def beat(c: Circumstances, rng: np.random.Generator) -> SlowError:
-    """Return the error of two rollers that are almost alike: the waves meet and part again once along the axis."""
-    period_mm = period_of(c.course.plan, rng)
-    phase = turned(rng)
-    other_mm = 1.0 / (1.0 / period_mm + 1.0 / c.course.plan.span_mm)
-    added = 0.5 * (_wave(c, period_mm, phase) - _wave(c, other_mm, phase + turned(rng)))
-    return _error(added, "beat of two near periods", period_mm, Parameter("other_period", other_mm, "mm"))
-
-
 def slipping_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return the runout of a friction wheel, which slips each time it turns round: another phase in each pass."""
     period_mm = period_of(c.course.plan, rng)
@@ -117,16 +108,6 @@ def slipping_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
     added = _wave(c, period_mm, turned(rng) + slip * turns)
     return _error(
         added, "periodic error of a wheel that slips at each reversal", period_mm, Parameter("slip", slip, "rad")
-    )
-
-
-def two_flanks(c: Circumstances, rng: np.random.Generator) -> SlowError:
-    """Return a worm whose flanks were cut on two machines: one period forward, another one back."""
-    period_mm = period_of(c.course.plan, rng)
-    other_mm = period_mm * rng.uniform(0.72, 0.85)
-    added = np.where(c.direction > 0, _wave(c, period_mm, turned(rng)), _wave(c, other_mm, turned(rng)))
-    return _error(
-        added, "one period forward and another one back", period_mm, Parameter("other_period", other_mm, "mm")
     )
 
 

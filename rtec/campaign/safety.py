@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from statistics import median
 
@@ -159,6 +159,6 @@ def _soak_dict(soak: Soak) -> dict[str, object]:
     }
 
 
-def _by_value(outcomes: object) -> dict[str, int]:
-    counted = Counter(outcomes)  # type: ignore[call-overload]
+def _by_value(outcomes: Iterable[Outcome]) -> dict[str, int]:
+    counted = Counter(outcomes)
     return {outcome.value: counted[outcome] for outcome in Outcome if counted[outcome]}

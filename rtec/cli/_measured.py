@@ -53,7 +53,7 @@ CountsPerRev = Annotated[str | None, typer.Option(metavar="8192", help="Counts o
 ReferenceTemperature = Annotated[
     str | None, typer.Option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the simulated noise that calibrates the search.")]
+Seed = Annotated[int, typer.Option(min=0, help="Kept with the result; nothing is drawn at random.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
 
 

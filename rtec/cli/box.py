@@ -255,7 +255,8 @@ def _first_session(seed: str | None) -> int:
     """Return the number of the first session: another one each time, so that a PC notices a box started again."""
     import random
 
-    return random.Random(None if seed is None else whole(seed, name="--seed")).randrange(256)  # noqa: S311
+    own = random.Random(None if seed is None else whole(seed, name="--seed"))  # noqa: S311 - a number, no secret
+    return own.randrange(256)
 
 
 def _warm_up(settings: StationSettings) -> None:

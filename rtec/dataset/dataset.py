@@ -1,4 +1,4 @@
-"""What is to be explained: the observed quantity, its conditions, its repeats, and blocks to hold out."""
+"""What is to be explained: the observed quantity, its conditions and its repeats."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.drive_signals import Resample
+from rtec.dataset.repeats import cells_of
 from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Effect, Floats, Observable, Shape, Units
 from rtec.errors import ArgumentError, FileFormatError
@@ -42,15 +43,11 @@ class Dataset:
     cell
         Number of the cell of each reading, shape (rows,): readings of one cell were taken under the same conditions
         (target and direction; in a log place, direction and speed) in different passes; −1 without a repeat.
-    block
-        Number of the block that each reading is held out with, 0, 1, ...; shape (rows,).
     stands_for
         How many rows of the file were put together into each, shape (rows,); None where all stayed apart.
     passage
         Number of the pass, 0, 1, ..., that each reading belongs to: a stretch in one direction within a run. Readings
         of one pass and cell are correlated with each other. Shape (rows,); where it is left out, a run is a pass.
-    held_out_by
-        What a block is: a ``run`` (or a group of runs) or a ``stretch`` of readings.
     notes
         What was done to the file's numbers before (differentiation, decimation, rows left out), in sentences.
     unknown
@@ -71,12 +68,10 @@ class Dataset:
     observed: Floats
     conditions: Conditions
     cell: Ints
-    block: Ints
     stands_for: Floats | None = None
     passage: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     notes: tuple[str, ...] = ()
     unknown: tuple[tuple[str, Floats], ...] = ()
-    held_out_by: str = "stretch"
     resample: Resample | None = None
     coordinate: str = "target"
     cutoff_hz: float | None = None
@@ -88,10 +83,10 @@ class Dataset:
             raise ArgumentError("dataset", found, f"{self.resample.samples}, as many as the decimation takes")
         if self.passage.size == 0:
             object.__setattr__(self, "passage", np.unique(self.coordinates.run, return_inverse=True)[1])
-        columns = (self.observed, self.cell, self.block, self.passage, *(values for _, values in self.unknown))
+        columns = (self.observed, self.cell, self.passage, *(values for _, values in self.unknown))
         sizes = {(self.coordinates.rows,), *(values.shape for values in columns)}
         if len(sizes) != 1:
-            allowed = "observed, cell, block, passage and conditions row by row"
+            allowed = "observed, cell, passage and conditions row by row"
             raise ArgumentError("dataset", f"shapes {sorted(sizes)}", allowed)
 
     @property
@@ -111,13 +106,13 @@ class Dataset:
 
     @property
     def coordinates(self) -> Conditions:
-        """The conditions row by row, for pictures, blocks and tables."""
+        """The conditions row by row, for pictures and tables."""
         return self.conditions if self.resample is None else self.conditions.take(self.resample.kept)
 
     def columns(self, effect: Effect, shape: Shape) -> Floats:
         """Return the contribution of unit amplitudes to what is observed, shape (rows, amplitudes)."""
         columns = effect.columns(self.conditions, shape)
-        return columns if self.resample is None else self.resample.apply(columns)
+        return columns if self.resample is None else self.resample.apply(columns.T).T
 
     def scan(self, effect: Effect, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several shapes with as many amplitudes each, shape (shapes, amplitudes, rows)."""
@@ -125,7 +120,7 @@ class Dataset:
             return effect.scan(self.conditions, shapes)
         at_once = max(1, _SCANNED_AT_ONCE // effect.scan(self.conditions, shapes[:1]).size)
         parts = [shapes[begin : begin + at_once] for begin in range(0, len(shapes), at_once)]
-        return np.concatenate([self.resample.apply_rows(effect.scan(self.conditions, part)) for part in parts])
+        return np.concatenate([self.resample.apply(effect.scan(self.conditions, part)) for part in parts])
 
     def rms(self, values: Floats) -> float:
         """Return the root mean square over all rows of the file; those put together count as many."""
@@ -133,12 +128,17 @@ class Dataset:
 
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Dataset:
         """Return some of the readings."""
-        columns = {name: getattr(self, name) for name in ("observed", "cell", "block", "passage", "stands_for")}
+        columns = {name: getattr(self, name) for name in ("observed", "cell", "passage", "stands_for")}
         found: dict[str, Any] = {name: values[rows] for name, values in columns.items() if values is not None}
         found["unknown"] = tuple((name, values[rows]) for name, values in self.unknown)
         if self.resample is None:
             return replace(self, conditions=self.conditions.take(rows), **found)
         return replace(self, resample=self.resample.take(rows), **found)
+
+    def alone(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Dataset:
+        """Return some of the readings as if there were no others: what one pass alone visited is no repeat now."""
+        part = self.take(rows)
+        return replace(part, cell=cells_of(part.cell, part.passage))
 
 
 def same_kind(data: Dataset, like: Dataset) -> Dataset:
@@ -147,24 +147,23 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
     Units or kinds of columns that differ, so that a model of one says nothing of the other, are refused.
     """
     mine, theirs = data.conditions, like.conditions
-    problem, allowed = "", "columns and facts of the same kind in both files"
     for what, here, there in (
         ("positions", data.units.position, like.units.position),
         (data.observe, data.units.observed, like.units.observed),
     ):
-        if here != there and not problem:
+        if here != there:
             problem = f"units mixed between files: {what} in {here} here, in {there} in {like.source}"
+            allowed = "columns and facts of the same kind in both files"
             if "count" in (here, there):
                 allowed += "; a fact counts_per_rev turns counts into angles"
-    lacking = [name for name in _columns(theirs) if name not in _columns(mine)]
-    if not problem and mine.moving != theirs.moving:
-        kinds, allowed = {True: "a log of a moving axis", False: "readings at rest"}, "two files of the same kind"
+            raise FileFormatError(data.source, None, problem, allowed)
+    if mine.moving != theirs.moving:
+        kinds = {True: "a log of a moving axis", False: "readings at rest"}
         problem = f"{kinds[mine.moving]} here, {kinds[theirs.moving]} in {like.source}"
-    elif not problem and lacking:
+        raise FileFormatError(data.source, None, problem, "two files of the same kind")
+    if lacking := [name for name in _columns(theirs) if name not in _columns(mine)]:
         problem = f"no {', '.join(lacking)} here, but in {like.source}"
-        allowed = "the same kinds of columns in both files"
-    if problem:
-        raise FileFormatError(data.source, None, problem, allowed)
+        raise FileFormatError(data.source, None, problem, "the same kinds of columns in both files")
     notes = list(data.notes)
     facts: dict[str, Any] = {name: getattr(theirs, name) for name in _STATED if getattr(mine, name) is None}
     facts["reference_temperature_degc"] = theirs.reference_temperature_degc

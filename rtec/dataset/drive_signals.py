@@ -30,8 +30,6 @@ _DECIMATED_FROM_HZ = 500.0  # slower logs are not decimated
 _POLES = 4
 _LARGEST_STAGE = 13  # factor above which one pass of ``decimate`` loses accuracy (scipy's own advice)
 _FILTERED_AT_LEAST, _DECIMATED_AT_LEAST = 16, 28  # that ``filtfilt`` and ``decimate`` need to mirror a signal's ends
-_CHEBYSHEV_POLES, _RIPPLE_DB, _PASS_BAND = 8, 0.05, 0.8  # of ``decimate``; end of its pass band as a share of Nyquist
-_COMPILED_FROM = 16  # signals from which the compiled filter is worth the time to load it
 _WINDOW, _AT_ONCE = 21, 50_000  # rows of the local polynomial of an uneven log; windows that are computed together
 
 
@@ -138,8 +136,8 @@ class Resample:
     Examples
     --------
     >>> resample = Resample(stretches=((0, 500),), stages=(10,))
-    >>> resample.samples, resample.rows, resample.kept[:3].tolist(), resample.apply(np.ones((500, 2))).shape
-    (500, 50, [0, 10, 20], (50, 2))
+    >>> resample.samples, resample.rows, resample.kept[:3].tolist(), resample.apply(np.ones((2, 500))).shape
+    (500, 50, [0, 10, 20], (2, 50))
     """
 
     stretches: tuple[Stretch, ...]
@@ -179,16 +177,14 @@ class Resample:
         """Rows after."""
         return int(self.kept.size)
 
-    def apply(self, columns: Floats) -> Floats:
-        """Return columns of shape (samples, amplitudes) decimated, shape (rows, amplitudes)."""
-        return self.apply_rows(columns.T).T
-
-    def apply_rows(self, signals: Floats) -> Floats:
+    def apply(self, signals: Floats) -> Floats:
         """Return signals of shape (..., samples) decimated, shape (..., rows)."""
+        from scipy.signal import decimate  # noqa: PLC0415 - 0.5 s, for moving logs only
+
         lines = np.ascontiguousarray(signals, dtype=np.float64).reshape(-1, self.samples)
         parts = [lines[:, begin:end] for begin, end in self.stretches]
         for factor in self.stages:
-            parts = [_decimated(part, factor) for part in parts]
+            parts = [decimate(part, factor, ftype="iir", axis=-1) for part in parts]
         every = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
         every = every if self.starts is None else group_means(every, self.starts)
         every = every if self.picked is None else every[:, self.picked]
@@ -197,21 +193,3 @@ class Resample:
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Resample:
         """Return the decimation to some of the rows."""
         return replace(self, picked=(np.arange(self.rows) if self.picked is None else self.picked)[rows])
-
-
-def _decimated(lines: Floats, factor: int) -> Floats:
-    """Return signals of shape (lines, samples) as ``scipy.signal.decimate(..., ftype="iir")`` gives them.
-
-    Many signals, as a scan has them, pass a compiled filter side by side: the same arithmetic, ten times faster.
-    """
-    from scipy.signal import cheby1, decimate, sosfilt_zi  # noqa: PLC0415 - 0.5 s, for moving logs only
-
-    if len(lines) < _COMPILED_FROM:
-        return np.asarray(decimate(lines, factor, ftype="iir", axis=-1), dtype=np.float64)
-    from rtec.dataset._decimate_kernels import decimate_lines  # noqa: PLC0415 - loads numba, for scans only
-
-    sections = cheby1(_CHEBYSHEV_POLES, _RIPPLE_DB, _PASS_BAND / factor, output="sos")
-    found = np.empty((len(lines), -(-lines.shape[1] // factor)))
-    edge = _DECIMATED_AT_LEAST - 1
-    decimate_lines(np.ascontiguousarray(lines), sections, sosfilt_zi(sections), edge, factor, found)
-    return found

@@ -24,7 +24,7 @@ from rtec.dataset.observed import (
     without_wraps,
 )
 from rtec.dataset.passes import passages, passed_again
-from rtec.dataset.repeats import blocks_of, cells_of
+from rtec.dataset.repeats import cells_of
 from rtec.dataset.rows import Rows
 from rtec.effects import Units
 from rtec.effects.conditions import Conditions, distance_since_reversal
@@ -89,8 +89,8 @@ def load_dataset(
     >>> file = Path(tempfile.mkdtemp()) / "x.csv"
     >>> _ = file.write_text("# screw_pitch: 0.25 inch\nrun,target_mm,deviation_um\n1,0,1\n1,5,2\n2,0,1.5\n2,5,2\n")
     >>> data = load_dataset(file)
-    >>> data.observe, data.units.position, data.conditions.direction.tolist(), data.cell.tolist(), data.held_out_by
-    ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1], 'run')
+    >>> data.observe, data.units.position, data.conditions.direction.tolist(), data.cell.tolist()
+    ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
     measurement = _measurement(path_or_measurement)
     axis = AxisFacts(measurement=measurement, given=facts or {})
@@ -216,19 +216,18 @@ def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
 
 
 def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cutoff_hz: float | None) -> Dataset:
-    observed, run, unknown = rows.observed, rows.run, rows.unknown
+    observed, unknown = rows.observed, rows.unknown
     if resample is not None:
-        observed, run = resample.apply_rows(observed), run[resample.kept]
-        unknown = {name: resample.apply_rows(values) for name, values in unknown.items()}
+        observed = resample.apply(observed)
+        unknown = {name: resample.apply(values) for name, values in unknown.items()}
     if rows.moving:
         passage, cell = passed_again(rows, resample, observed)
     elif rows.coordinate == "time":
-        passage, cell = passages(run, None), np.full(len(rows), -1, dtype=np.int64)
+        passage, cell = passages(rows.run, None), np.full(len(rows), -1, dtype=np.int64)
     else:
         stated = rows.position if "direction" in rows.measurement.columns else None
-        passage = passages(run, rows.direction, stated)
+        passage = passages(rows.run, rows.direction, stated)
         cell = cells_of(conditions_of(rows), passage)
-    block, held_out_by = blocks_of(run)
     return Dataset(
         source=rows.measurement.source,
         observe=rows.observe,
@@ -237,12 +236,10 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         observed=observed,
         conditions=conditions,
         cell=cell,
-        block=block,
         stands_for=rows.stands_for if resample is None else resample.stands_for,
         passage=passage,
         notes=tuple(rows.notes),
         unknown=tuple(unknown.items()),
-        held_out_by=held_out_by,
         resample=resample,
         coordinate=rows.coordinate,
         cutoff_hz=cutoff_hz,

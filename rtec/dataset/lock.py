@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.repeats import cells_of
 from rtec.errors import ArgumentError
 
 _EVERY = 5  # one part in so many is locked away
@@ -21,16 +20,8 @@ def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
     Held-out folds see the readings of all others, and which effects, periods and nodes are looked for is decided with
     all of them. A locked part is as good as another measurement that nobody has opened.
 
-    Parameters
-    ----------
-    dataset
-        With three runs or more the last fifth of the runs is locked away, one at least; of fewer runs at rest every
-        fifth reading, for the end of a pass lies where nothing else was measured; of a log in motion its last fifth.
-
-    Returns
-    -------
-    tuple of Dataset
-        The open part and the locked one.
+    Of three runs or more the last fifth of the runs is locked away, one at least; of fewer runs at rest every fifth
+    reading, for the end of a pass lies where nothing else was measured; of a log in motion its last fifth.
 
     Raises
     ------
@@ -49,13 +40,4 @@ def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
     if min(int(away.sum()), int((~away).sum())) < _FEWEST_ROWS:
         found = f"{dataset.rows} reading" + "s" * (dataset.rows != 1)
         raise ArgumentError("--lock", found, f"enough for two parts of {_FEWEST_ROWS} readings at least")
-    hidden = replace(dataset.take(away), source=f"{name} of {dataset.source}")
-    return _renumbered(dataset.take(~away)), _renumbered(hidden)
-
-
-def _renumbered(part: Dataset) -> Dataset:
-    """Return the data with the cells and blocks that are left: what one pass visited alone is no repeat any more."""
-    block = np.unique(part.block, return_inverse=True)[1]
-    if block.max() == 0:
-        block = np.arange(part.rows) * _EVERY // part.rows
-    return replace(part, cell=cells_of(part.cell, part.passage), block=block.astype(np.int64))
+    return dataset.alone(~away), replace(dataset.alone(away), source=f"{name} of {dataset.source}")

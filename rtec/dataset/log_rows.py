@@ -140,6 +140,7 @@ def _differentiate(rows: Rows, stretches: list[Stretch], rate: float, cutoff_hz:
         acceleration[part] = np.gradient(velocity[part], 1.0 / rate)
         kept[part.start + ends : part.stop - ends] = True
     what = "position" if rows.velocity is None else "velocity column"
+    rows.smoothed_off = None if rows.velocity is None else np.abs(rows.velocity - velocity)
     rows.velocity, rows.acceleration = velocity, acceleration
     if rows.of_drive and rows.coordinate != "time":
         rows.position = smooth
@@ -228,7 +229,9 @@ def _give_direction(rows: Rows) -> None:
     elif rows.held_direction is not None:
         rows.direction = rows.held_direction
         if rows.of_drive and rows.velocity is not None:
-            certain = np.abs(rows.velocity) > _velocity_noise(rows, rows.velocity)
+            # where the axis stops or starts suddenly a low pass overshoots: its sign is none of the motion's
+            doubt = 0.0 if rows.smoothed_off is None else rows.smoothed_off
+            certain = np.abs(rows.velocity) > np.maximum(_velocity_noise(rows, rows.velocity), doubt)
             rows.direction = np.where(certain, np.sign(rows.velocity), rows.direction)
         if rows.of_drive and rows.rest is not None:
             rows.direction = _at_rest_between(rows.direction, rows.rest)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.repeats import cells_of
 from rtec.dataset.standstill import Ints
 
 MOST_ROWS = 20_000
@@ -19,22 +18,12 @@ ENOUGH_REPEATS = 30
 def looked_at(dataset: Dataset, most: int = MOST_ROWS) -> Dataset:
     """Return the readings that a search looks at: all, or a part with whole runs or whole cells where they are many.
 
+    All of them up to ``most`` rows, and where a log was decimated; else about so many at most. Of repeated readings
+    evenly spaced runs, as long as 30 are left; then drawn cells with all their readings, 30 of each at most. Without
+    repeats, and of a log, one of every so many rows is drawn. A note says so.
+
     Cells and rows are drawn, not taken at equal steps, where a short period would pass for a long one. The draw is
     always the same.
-
-    Parameters
-    ----------
-    dataset
-        Of any size.
-    most
-        Readings, about, that are kept at most.
-
-    Returns
-    -------
-    Dataset
-        The same one up to ``most`` rows, and where a log was decimated. Of repeated readings evenly spaced runs, as
-        long as 30 are left; then drawn cells with all their readings, 30 of each at most. Without repeats, and of a
-        log, one of every so many rows is drawn. A note says so.
 
     Examples
     --------
@@ -80,6 +69,5 @@ def one_of_every(step: int, rows: int, rng: np.random.Generator) -> Ints:
 
 def _part(dataset: Dataset, rows: Ints, how: str) -> Dataset:
     """Return some of the readings, their cells numbered anew, with a note."""
-    part = dataset.take(rows)
     note = f"of {dataset.rows} readings {rows.size} are looked at, {how}: more would take long and tell nothing new"
-    return replace(part, cell=cells_of(part.cell, part.passage), notes=(*dataset.notes, note))
+    return replace(dataset.alone(rows), notes=(*dataset.notes, note))

@@ -143,13 +143,11 @@ def position_of(measurement: Measurement, positions: Positions, coordinate: str)
 
 def without_wraps(positions: Positions) -> Positions:
     """Return the positions of a log without the jumps of a single-turn counter, with a note."""
-    turn, values = positions.turn, dict(positions.values)
+    turn, given = positions.turn, positions.values
     if turn is None:
         return positions
-    for name in ("target", "actual"):
-        if name in values:
-            values[name] = unwrapped(values[name], turn)
-    if all(values[name] is positions.values[name] for name in values):
+    values = {name: x if name == "deviation" else unwrapped(x, turn) for name, x in given.items()}
+    if all(values[name] is given[name] for name in given):
         return positions
     if values.keys() == {"target", "actual"}:
         values["deviation"] = _within_a_turn(values["actual"] - values["target"], turn)

@@ -1,4 +1,4 @@
-"""Repeats of the same conditions: runs, the cells that they share, and blocks to hold out."""
+"""Repeats of the same conditions: runs, and the cells that they share."""
 
 from __future__ import annotations
 
@@ -7,11 +7,6 @@ import numpy as np
 from rtec.dataset.standstill import Ints
 from rtec.effects.conditions import SAME, Floats
 
-_BLOCKS, _MOST_RUN_BLOCKS = (
-    5,
-    10,
-)  # blocks where there are no runs, or so many that each would hold out next to nothing
-_FEWEST_ROWS_IN_STRETCHES = 10  # with fewer rows each is a block of its own
 _WHOLE_RETURN = 0.9  # share of the span of a motion that takes the axis back to where the next pass begins
 _WHOLE_PASS = 0.8  # share of all conditions that a pass has to visit to count as a run
 
@@ -30,20 +25,18 @@ def pair_numbers(first: Ints, second: Ints) -> Ints:
     return np.asarray(np.unique(pair, return_inverse=True)[1], dtype=np.int64)
 
 
-def _as_they_come(numbers: Ints) -> Ints:
-    """Return the numbers as 0, 1, ... in the order in which they come first."""
-    _, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
-    return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.int64)
-
-
 def condition_numbers(position: Floats, direction: Floats | None, speed: Floats | None) -> Ints:
-    """Return a number for each reading that is the same where place, direction of approach and feed are the same."""
+    """Return a number for each reading that is the same where place, direction of approach and feed are the same.
+
+    They are 0, 1, ... in the order in which they come first.
+    """
     number = place_numbers(position)
     if direction is not None:
         number = pair_numbers(number, np.sign(direction).astype(np.int64))
     if speed is not None:
         number = pair_numbers(number, place_numbers(speed))
-    return _as_they_come(number)
+    _, first, inverse = np.unique(number, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.int64)
 
 
 def runs_by_recurrence(conditions: Ints) -> Ints | None:
@@ -106,21 +99,3 @@ def cells_of(conditions: Ints, run: Ints) -> Ints:
     repeated = np.bincount(conditions[once] + 1) > 1
     repeated[0] = False
     return np.asarray(np.where(repeated, np.cumsum(repeated) - 1, -1)[conditions + 1], dtype=np.int64)
-
-
-def blocks_of(run: Ints) -> tuple[Ints, str]:
-    """Return the block with which each reading is held out, 0, 1, ..., and what a block is, ``run`` or ``stretch``.
-
-    Two runs or more: a block for each, or five groups of successive runs where there are more than ten. Else five
-    stretches of successive rows, or, below ten rows, a block for each row.
-
-    Examples
-    --------
-    >>> blocks_of(np.array([4, 4, 7, 7]))[0].tolist(), blocks_of(np.ones(12, dtype=np.int64))[0].tolist()
-    ([0, 0, 1, 1], [0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 4, 4])
-    """
-    block, few, what = _as_they_come(run), _MOST_RUN_BLOCKS, "run"
-    if block.max() == 0:
-        block, few, what = np.arange(run.size), _FEWEST_ROWS_IN_STRETCHES - 1, "stretch"
-    count = int(block.max()) + 1
-    return (block * _BLOCKS // count if count > few else block), what

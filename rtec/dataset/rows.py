@@ -22,7 +22,8 @@ class Rows:
 
     They are of shape (rows,), with the names and units of the data set; None is what the file does not tell.
     ``held_direction`` is that of the last motion, also at rest, ``rest`` the number of the standstill that a row of a
-    log belongs to, −1 in motion; ``turn`` is a whole turn of a rotary axis.
+    log belongs to, −1 in motion; ``turn`` is a whole turn of a rotary axis; ``smoothed_off`` how much of a velocity
+    column the low pass took away.
     """
 
     measurement: Measurement
@@ -40,6 +41,7 @@ class Rows:
     held_direction: Floats | None = None
     rest: Ints | None = None
     velocity: Floats | None = None
+    smoothed_off: Floats | None = None
     acceleration: Floats | None = None
     feed: Floats | None = None
     temperatures: dict[str, Floats] = field(default_factory=dict)

@@ -19,18 +19,8 @@ def unseen_periods(conditions: Conditions) -> tuple[str, ...]:
 
     Targets on a grid of step h show nothing of the periods h, h/2, h/3, ...: each looks constant. Of a stated period
     (screw pitch, turn, scale) also the harmonics are named of which the targets see two phases only, so that sine and
-    cosine cannot be told apart.
-
-    Parameters
-    ----------
-    conditions
-        Of the readings, positions in any unit.
-
-    Returns
-    -------
-    tuple of str
-        Such as ``5 mm / k`` (for k = 1, 2, ...) or ``10 mm``; empty for irregular targets, a log of a moving axis,
-        one place, and where time is the coordinate.
+    cosine cannot be told apart. They are in the unit of the positions, such as ``5 mm / k`` (for k = 1, 2, ...) or
+    ``10 mm``; none for irregular targets, a log of a moving axis, one place, and where time is the coordinate.
 
     Examples
     --------

@@ -11,11 +11,11 @@ import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import (
-    ENOUGH_PHASES,
     FEWEST_CYCLES,
     FEWEST_PLACES,
     FEWEST_STATED,
     NEAR_TWO,
+    SPACING,
     alias_limit,
     frequencies,
     highest_frequency,
@@ -36,8 +36,10 @@ WAVES_A_TARGET = 0.4
 """Amplitudes of a family, at most, for each target: more of them follow anything."""
 MOST_UNSTATED = 4
 """Harmonics of a period that nobody stated: more of them fit anything that comes back a few times."""
-FAMILIES = 6
-"""The strongest line may be the first to the sixth harmonic of its family."""
+FEWEST_SUSPECTED = 1.5
+"""Cycles over the span: less of a wave is a bend."""
+CYCLES_APART = 1.5
+"""Over the span, between two waves: nearer ones are how one wave of a changing amplitude looks."""
 REFIT = 0.3
 """How far a refit may move the frequency, in units of 1 / span: past the neighbours on the grid."""
 UNIFORM = 1e-9
@@ -67,13 +69,15 @@ class Periodic(Effect):
         return resolved_harmonics(conditions, period)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the period, free by a little more than the spacing of the scan, as long as the span holds enough."""
+        """Return the period, free by a little more than the spacing of the scan.
+
+        Beyond the end of the scan, too: there the true one may lie, and then it is doubtful.
+        """
         period = period_of(shape)
         room = REFIT * period**2 / conditions.span
         if conditions.revolution is not None and stated_base(conditions, period) is not None:
             return ()  # a turn is a turn
-        longest = conditions.span / FEWEST_CYCLES
-        return (Tunable("period", period - room, max(period, min(period + room, longest))),)
+        return (Tunable("period", period - room, period + room),)
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
         """Return the number of stated periods for one of them, else that of all periods of the scan."""
@@ -84,6 +88,23 @@ class Periodic(Effect):
     def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
         """Return why the positions cannot bear out a period that nobody stated, or None."""
         return wave_doubt(conditions, period_of(shape))
+
+    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return waves that do not come back often enough to be told from a smooth curve."""
+        if not frequencies(conditions).size:
+            return ()
+        form: Any = self.shape_type
+        return [form(conditions.span / cycles) for cycles in np.arange(FEWEST_SUSPECTED, FEWEST_CYCLES, SPACING)]
+
+    def crowded(self, conditions: Conditions, shape: Shape, others: Sequence[Shape]) -> str | None:
+        """Return why a wave of an unstated period cannot stand beside another: the span cannot tell them apart."""
+        lines = np.arange(1.0, _harmonics(shape) + 1.0) / period_of(shape)
+        theirs = [k / period_of(other) for other in others for k in range(1, _harmonics(other) + 1)]
+        if not theirs or stated_base(conditions, period_of(shape)) is not None:
+            return None
+        if np.abs(lines[:, None] - theirs).min() * conditions.span >= CYCLES_APART:
+            return None
+        return "so near to another wave it may as well be one wave whose amplitude changes along the axis"
 
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a family of an unstated period is no such family: its first wave hardly takes part."""
@@ -164,8 +185,9 @@ def families(
     Parameters
     ----------
     conditions
-        Of the readings: harmonics that alias are left out, and fundamentals that the span does not hold often enough:
-        five times, or once where the period is stated.
+        Of the readings: harmonics that alias are left out, but for those of a whole pitch or turn of which none looks
+        like another, and so are fundamentals that the span does not hold often enough: five times, or once where the
+        period is stated.
     frequency
         Of the strongest line, in cycles per position unit.
     parts
@@ -178,7 +200,7 @@ def families(
     list of tuple
         The simplest first.
     """
-    top = max(resolved_limit(conditions), frequency) * (1.0 + 1e-9)
+    top = resolved_limit(conditions) * (1.0 + 1e-9)
     most = max(1, min(most, int(WAVES_A_TARGET * conditions.places.size) // 2))
     found = []
     whole = conditions.revolution is not None and stated_base(conditions, 1.0 / frequency) is not None
@@ -194,13 +216,20 @@ def families(
         if base < (FEWEST_STATED if stated is not None else FEWEST_CYCLES if part > 1 else 0.0) / conditions.span:
             continue
         for count in range(part, (most if stated is not None else min(most, MOST_UNSTATED)) + 1):
-            if count * base <= top:
-                found.append((base, count))
-            elif stated is None or phases_seen(conditions.places, stated / count) < ENOUGH_PHASES:
+            if count > 1 and count * base > top and not _aliases_alone(conditions, stated, count):
                 break
-            else:
-                found.append((base, count))
+            found.append((base, count))
     return found
+
+
+def _aliases_alone(conditions: Conditions, stated: float | None, harmonics: int) -> bool:
+    """Return whether waves beyond the sampling's limit look like none of their family's others.
+
+    Of a fraction of a pitch they look like waves of the whole pitch, which are the simpler ones.
+    """
+    if stated is None or stated not in (conditions.screw_pitch, conditions.revolution):
+        return False
+    return phases_seen(conditions.places, stated) > 2 * harmonics
 
 
 def wave_doubt(conditions: Conditions, period: float) -> str | None:

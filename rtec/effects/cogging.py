@@ -11,7 +11,7 @@ from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.frequency_grid import frequencies, stated_periods
+from rtec.effects.frequency_grid import SAME_PERIOD, frequencies, stated_periods
 from rtec.effects.protocol import (
     Amplitude,
     Card,
@@ -98,6 +98,14 @@ class Cogging(Periodic):
         """Return families of harmonics that hold the wave found, of whole cycles a turn where that is possible."""
         found = families(conditions, 1.0 / own_shape(shape, CoggingShape).period, PARTS, MOST_HARMONICS)
         return [CoggingShape(1.0 / base, harmonics) for base, harmonics in found]
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why a fit is no cogging: magnets and teeth come many times a turn, a weight comes once."""
+        own, turn = own_shape(shape, CoggingShape), conditions.revolution
+        size = np.hypot(amplitudes[::2], amplitudes[1::2])
+        if turn is not None and abs(own.period / turn - 1.0) < SAME_PERIOD and size[0] >= size.max():
+            return "its strongest wave comes once a turn, as a weight does"
+        return super().implausible(conditions, shape, amplitudes)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return sine and cosine of each harmonic, shape (rows, amplitudes)."""

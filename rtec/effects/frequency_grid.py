@@ -36,6 +36,7 @@ ENOUGH_PHASES = 3
 """Sine and cosine cannot be told apart from two phases."""
 
 
+@lru_cache(maxsize=8)
 def alias_limit(conditions: Conditions) -> float:
     """Return the frequency from which on periods in position look like longer ones, in cycles per position unit.
 
@@ -180,8 +181,8 @@ def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[n
             period = stated / part
             if period > conditions.span / FEWEST_STATED:
                 continue
-            if stated is conditions.revolution and part / stated > top:
-                break
+            if part / stated > top and (stated is conditions.revolution or phases_seen(places, stated) <= 2 * part):
+                break  # it looks like a slower wave of the pitch
             if phases_seen(places, period) >= ENOUGH_PHASES:
                 found.append(period)
     return np.unique(np.array(found))[::-1]

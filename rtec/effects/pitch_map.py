@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._smooth import node_ladder, node_names, smooth_columns
+from rtec.effects._smooth import MOST_SWINGS, TABLE_TARGETS, node_ladder, node_names, smooth_columns, swings
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
@@ -92,6 +92,14 @@ class PitchMap(Effect):
     def freedom(self, shape: Shape) -> int:
         """Return 0: the nodes are a grid, none of them is fitted."""
         return 0
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why a fit is no map, or None: many nodes follow a wave whose amplitude changes along the axis."""
+        nodes = own_shape(shape, MapShape).nodes
+        cycles = swings(nodes, amplitudes)
+        if cycles <= MOST_SWINGS or len(nodes) <= TABLE_TARGETS:  # so few nodes are a table
+            return None
+        return f"it changes as fast as a wave of {cycles:.0f} cycles along the axis, whose amplitude changes"
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the value at each node."""

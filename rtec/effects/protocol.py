@@ -206,6 +206,14 @@ class Effect(abc.ABC):
         """Return why these data cannot bear out a shape, however well it fits; None where they can."""
         return None
 
+    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return doubtful shapes that compete all the same: where one fits, no other effect is sure."""
+        return ()
+
+    def crowded(self, conditions: Conditions, shape: Shape, others: Sequence[Shape]) -> str | None:
+        """Return why a shape cannot stand beside others of the same effect; None where it can."""
+        return None
+
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a fit is no such effect, whatever it explains; None where it may be one."""
         return None

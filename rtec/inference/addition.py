@@ -6,8 +6,9 @@ from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import looked_at
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
+from rtec.inference.finding import Finding
 from rtec.inference.fit import check_testable, fit_model, opened_model
-from rtec.inference.judgement import Finding, judged
+from rtec.inference.judgement import judged
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Diagnosis
 from rtec.inference.scored import Judge
@@ -21,14 +22,12 @@ def add(
     model: Model | None = None,
     heldout: Dataset | None = None,
     *,
-    locked: bool = False,
     shape: Shape | None = None,
-    seed: int = 0,
 ) -> Diagnosis:
     """Add an effect to a model, refit everything, and judge the result.
 
     The effect is added whether it is significant or not: its step says what it brought, with its adjusted probability
-    and held-out gain.
+    and held-out gain. There is one step.
 
     Parameters
     ----------
@@ -39,18 +38,9 @@ def add(
     model
         What is known already, refitted; None: nothing.
     heldout
-        Another measurement, on which the model is scored.
-    locked
-        Whether ``heldout`` is only scored; an effect that is added as the user says is never taken out by it.
+        Another measurement, on which the model is only scored: what is added as the user says is never taken out.
     shape
         Period, nodes, ...; None: the best of the scan.
-    seed
-        Kept with the result.
-
-    Returns
-    -------
-    Diagnosis
-        With one step.
 
     Raises
     ------
@@ -59,15 +49,12 @@ def add(
     """
     effect, dataset = effect_named(effect_name), looked_at(dataset)
     if dataset.never_changes:
-        raise ArgumentError(
-            f"effect {effect_name}", f"not testable (the column {dataset.observe} never changes)",
-            "data in which something changes",
-        )  # fmt: skip
+        problem = f"not testable (the column {dataset.observe} never changes)"
+        raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")
     start = Model(observe=dataset.observe, units=dataset.units) if model is None else model
     if start.names.count(effect_name) >= effect.at_most:
-        raise ArgumentError(
-            "EFFECT", effect_name, f"an effect that the model does not hold yet ({', '.join(start.names)})"
-        )
+        allowed = f"an effect that the model does not hold yet ({', '.join(start.names)})"
+        raise ArgumentError("EFFECT", effect_name, allowed)
     term = Term(effect=effect, shape=shape)
     check_testable(dataset, [term])  # refuses what the data cannot show
     begun = fit_model(dataset, start, all_open=True) if start.terms else start

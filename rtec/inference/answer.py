@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import fdtrc
 
 from rtec.effects import Effect, Floats
 from rtec.inference.probes import Probe
@@ -17,6 +17,8 @@ from rtec.inference.space import Choice
 
 LEVEL = 0.01
 """Of the adjusted probability below which an effect is accepted."""
+ALIKE = 0.99
+"""Cosine from which on a map holds all that an effect does."""
 EQUAL = 3.0
 """Nats: by less the data do not prefer one of two effects (odds of 20 to 1)."""
 
@@ -85,16 +87,17 @@ def tied_models(search: Search, model: Scored, name: str) -> list[tuple[Effect, 
     """Return the models with another effect in the place of one, between which the data do not decide.
 
     Compared is what the readings say, without the price of each effect's shapes. Where one effect is a special case
-    of the other, the simplest that explains the data wins, and nothing is tied.
+    of the other, the simplest that explains the data wins, and nothing is tied. An effect that is idle there is
+    no rival: another does the work beside it.
     """
     own = _spoken(search.judge, model)
     rest = list(model.names)
     rest.remove(name)
     effect = next(e for e, _ in model.choices if e.name == name)
     found: dict[str, tuple[Effect, Scored]] = {}
-    for other in search.judge.seen.values():
+    for other in sorted(search.judge.seen.values(), key=lambda m: -m.score):
         names = list(other.names)
-        if len(names) != len(rest) + 1 or other.wrong_sign or other is model:
+        if len(names) != len(rest) + 1 or other.wrong_sign or other is model or search.in_doubt(other):
             continue
         for held in rest:
             if held in names:
@@ -105,8 +108,9 @@ def tied_models(search: Search, model: Scored, name: str) -> list[tuple[Effect, 
         nested = rival.name in effect.contains or name in rival.contains
         if nested or isinstance(rival, Probe) or abs(_spoken(search.judge, other) - own) > EQUAL:
             continue
-        if rival.name not in found or other.score > found[rival.name][1].score:
-            found[rival.name] = rival, other
+        if rival.name in found or search.is_idle(other, other.choices.index(newly(other, model, rival.name))):
+            continue
+        found[rival.name] = rival, other
     return list(found.values())
 
 
@@ -120,15 +124,62 @@ def rivalries(search: Search, model: Scored, k: int) -> list[Rivalry]:
     effect, _ = model.choices[k]
     found = []
     for rival, other in tied_models(search, model, effect.name):
-        choice = next(c for c in other.choices if c[0].name == rival.name)
+        choice = newly(other, model, rival.name)
         cosine = _cosine(search.judge, model, k, search.judge.space.raw(choice))
         found.append(Rivalry(effect=effect.name, rival=rival.name, cosine=cosine, model=other))
+    known = {r.rival for r in found}
+    maps = (_as_map(search, model, k, rival.name) for rival in effect.rivals if rival.name not in known)
+    found += [one for one in maps if one is not None]
     found += [
         Rivalry(effect=effect.name, rival=rival.name, cosine=1.0, permanent=True)
         for rival in effect.rivals
         if rival.permanent
     ]
     return sorted(found, key=lambda r: -r.cosine)
+
+
+def newly(model: Scored, before: Scored, name: str) -> Choice:
+    """Return the effect of a name that a model has and another has not; the first where it has them all."""
+    named = [choice for choice in model.choices if choice[0].name == name]
+    return next((choice for choice in named if choice not in before.choices), named[0])
+
+
+def shared(
+    search: Search, model: Scored, every: Mapping[str, float], rivals: Mapping[str, Sequence[Rivalry]]
+) -> dict[str, float]:
+    """Return the probabilities of effects, those of tied ones shared by what the readings say of each.
+
+    That one of them has more shapes to choose from makes it no less likely where the data do not decide.
+    """
+    found = dict(every)
+    for name, several in rivals.items():
+        # a rival that stands in the model as well is there either way, and is told of by its own probability
+        instead = {r.rival: r.model for r in several if r.model is not None}
+        others = [rival for rival in instead if rival not in model.names]
+        if instead and name in found:
+            together = min(1.0, found[name] + sum(found.get(rival, 0.0) for rival in others))
+            spoken = np.array([_spoken(search.judge, m) for m in (model, *instead.values())])
+            share = np.exp(spoken - spoken.max())
+            each = dict(zip((name, *instead), (together * share / share.sum()).tolist(), strict=True))
+            found |= {one: p for one, p in each.items() if one == name or one in others}
+    return found
+
+
+def _as_map(search: Search, model: Scored, k: int, name: str) -> Rivalry | None:
+    """Return a map of this name that holds all that effect ``k`` does, with as few nodes as it takes, or None.
+
+    On this plan the two would be told apart by the number of nodes alone.
+    """
+    effect, _ = model.choices[k]
+    rest = search.without(model, k)
+    for other in search.effects_for(rest):
+        if other.name == name and other.is_map and effect.name not in other.contains:
+            for shape in search.space.shapes(other)[0]:
+                cosine = _cosine(search.judge, model, k, search.space.raw((other, shape)))
+                if cosine > ALIKE:
+                    instead = search.judge.score([*rest.choices, (other, shape)], model)
+                    return Rivalry(effect=effect.name, rival=name, cosine=cosine, model=instead)
+    return None
 
 
 def _cosine(judge: Judge, model: Scored, k: int, raw: Floats) -> float:
@@ -165,11 +216,17 @@ def chance(judge: Judge, others: Sequence[Choice], choice: Choice, model: Scored
     q = columns.shape[0]
     below = max(space.dataset.rows - back.basis.shape[0] - q, 1)  # the constant is in the basis
     ratio = (fall / q) / max((back.rss - fall) / below, 1e-300)
-    return float(min(1.0, stats.f.sf(ratio, q, below) * np.exp(judge.price(choice))))
+    return float(min(1.0, fdtrc(q, below, ratio) * np.exp(judge.price(choice))))
 
 
 def wrong_signs(search: Search, model: Scored) -> tuple[str, ...]:
-    """Return the effects that would explain much if they could be below zero: the sensor's sign may be opposite."""
+    """Return the effects that would explain much if they could be below zero: the sensor's sign may be opposite.
+
+    There is no such effect where another one that cannot be below zero was found: its sign is right.
+    """
+    own = [effect for effect, shape in model.choices if (effect, shape) not in search.given]
+    if any(effect.not_negative and effect.name not in model.wrong_sign for effect in own):
+        return ()
     found = {
         name: m.score
         for m in search.judge.seen.values()

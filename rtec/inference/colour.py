@@ -16,8 +16,9 @@ WHITE_SHARES = (0.01, 0.1, 0.3, 0.6, 0.9)
 """Of the variance. Without any white part a correlated noise would foresee the next reading with no error."""
 
 
-WANDERS_FROM, WANDERING = 0.98, 2.0
-"""Noise that wanders over fifty readings and more is one measurement in eight; it competes with all that is slow."""
+WANDERS_FROM, WANDERING = 0.98, 4.0
+"""Nats that noise costs which wanders over fifty readings and more: it competes with all that is slow. At 2 many a
+drift of the noise's own size is taken for noise, at 6 one random walk in twenty for an effect."""
 
 
 @dataclass(frozen=True, slots=True)

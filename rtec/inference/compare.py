@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import SAME, Conditions, Floats
+from rtec.dataset.repeats import place_numbers
+from rtec.dataset.standstill import Ints
+from rtec.effects import Conditions, Floats
 from rtec.errors import ArgumentError
 from rtec.inference.chessboard import HELD_OUT_BY, board_of, held_out_residual
 from rtec.inference.fit import fit_model, opened_model, residual_of
 from rtec.inference.model import Model
 from rtec.inference.noise import noise_floor
-from rtec.inference.prediction import dataset_prediction
 from rtec.inference.results import NoiseFloor
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space
@@ -25,8 +25,6 @@ MOST_PLACES = 200
 MOST_BINS = 32
 FEWEST_IN_BIN = 5
 SHOWN_STRETCHES = 5
-
-Labels = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +70,7 @@ class Comparison:
     rms, rms_heldout
         Root mean square of the residual, and of that of readings that took no part in the fit.
     heldout_by
-        What was held out: a ``run`` or a ``stretch`` at a time, or the name of the other file.
+        What was held out: a ``stretch`` at a time, or the name of the other file.
     noise
         Noise of one reading.
     where
@@ -103,11 +101,6 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
         Another measurement, on which the model fitted to the first is judged. Without, each block of the first is
         judged by a fit to the others.
 
-    Returns
-    -------
-    Comparison
-        See there.
-
     Raises
     ------
     ArgumentError
@@ -118,11 +111,11 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
         check_model(start, data)
     fitted = fit_model(dataset, start)
     judge = Judge(Space(dataset))
-    residual = dataset.observed - dataset_prediction(dataset, fitted)
+    residual = dataset.observed - fitted.predict(dataset)
     if heldout is None:
         rms_heldout, by = blocked_rms(dataset, start), HELD_OUT_BY
     else:
-        rms_heldout, by = heldout.rms(heldout.observed - dataset_prediction(heldout, fitted)), heldout.source
+        rms_heldout, by = heldout.rms(heldout.observed - fitted.predict(heldout)), heldout.source
     return Comparison(
         dataset=dataset,
         heldout=heldout,
@@ -131,7 +124,7 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
         rms=dataset.rms(residual),
         rms_heldout=rms_heldout,
         heldout_by=by,
-        noise=noise_floor(judge, judge.score(())),
+        noise=noise_floor(judge, judge.score(()), levelled=False),
         where=residual_by(dataset, residual),
     )
 
@@ -157,11 +150,8 @@ def check_model(model: Model, dataset: Dataset) -> None:
         has to be fitted where the data cannot show it.
     """
     if model.observe != dataset.observe:
-        raise ArgumentError(
-            "model",
-            f"a model of {model.observe}",
-            f"one of {dataset.observe}, which is looked at in {dataset.source}",
-        )
+        allowed = f"one of {dataset.observe}, which is looked at in {dataset.source}"
+        raise ArgumentError("model", f"a model of {model.observe}", allowed)
     for what in ("observed", "position"):
         unit, wanted = getattr(model.units, what), getattr(dataset.units, what)
         if unit != wanted:
@@ -186,17 +176,7 @@ def check_model(model: Model, dataset: Dataset) -> None:
 def residual_by(dataset: Dataset, residual: Floats) -> tuple[Where, ...]:
     """Return how much of a residual goes with each quantity of the data, the largest share first.
 
-    Parameters
-    ----------
-    dataset
-        Where the quantities come from.
-    residual
-        Shape (rows,), in the observed unit inside.
-
-    Returns
-    -------
-    tuple
-        Quantities that take a single value are left out.
+    The residual is of shape (rows,), in the observed unit inside. Quantities that take a single value are left out.
 
     Notes
     -----
@@ -219,7 +199,7 @@ def residual_by(dataset: Dataset, residual: Floats) -> tuple[Where, ...]:
     return tuple(sorted(found, key=lambda where: -where.share))
 
 
-def _quantities(dataset: Dataset, c: Conditions) -> Iterator[tuple[str, str, Floats, Labels]]:
+def _quantities(dataset: Dataset, c: Conditions) -> Iterator[tuple[str, str, Floats, Ints]]:
     """Yield name, unit, value and bin of each reading of each quantity."""
     place = _places(c)
     yield "time" if c.time_is_coordinate else "position", c.position_unit, c.position, place
@@ -242,7 +222,7 @@ def _quantities(dataset: Dataset, c: Conditions) -> Iterator[tuple[str, str, Flo
             yield name, unit, values, _bins(values)
 
 
-def _between_repeats(residual: Floats, cell: NDArray[np.int64]) -> tuple[Floats, float]:
+def _between_repeats(residual: Floats, cell: Ints) -> tuple[Floats, float]:
     """Return the residual about the means of its repeats, 0 without, and its share of the variance."""
     found = np.zeros_like(residual)
     member = cell >= 0
@@ -255,16 +235,12 @@ def _between_repeats(residual: Floats, cell: NDArray[np.int64]) -> tuple[Floats,
     return found, min(1.0, float(np.square(found).sum()) / total)
 
 
-def _places(c: Conditions) -> Labels:
+def _places(c: Conditions) -> Ints:
     """Return the number of each reading's target, where targets repeat and are not too many; else of a bin."""
-    places = c.places
-    if places.size > min(MOST_PLACES, c.rows // 2):
-        return _bins(c.position)
-    found: Labels = np.searchsorted(places, c.position + SAME * c.span, side="right") - 1
-    return _compact(found)
+    return _bins(c.position) if c.places.size > min(MOST_PLACES, c.rows // 2) else place_numbers(c.position)
 
 
-def _bins(values: Floats) -> Labels:
+def _bins(values: Floats) -> Ints:
     """Return the number of the bin of equal width that each value lies in; bins without values are not counted."""
     distinct = np.unique(values)
     count = min(MOST_BINS, max(2, values.size // FEWEST_IN_BIN))
@@ -274,11 +250,11 @@ def _bins(values: Floats) -> Labels:
     return _compact(np.minimum((values - low) / width * count, count - 1).astype(np.int64))
 
 
-def _compact(labels: Labels) -> Labels:
+def _compact(labels: Ints) -> Ints:
     return np.unique(labels, return_inverse=True)[1].astype(np.int64)
 
 
-def _share(residual: Floats, labels: Labels) -> float:
+def _share(residual: Floats, labels: Ints) -> float:
     count = np.bincount(labels)
     total = float(np.square(residual - residual.mean()).sum())
     if total <= 0.0:
@@ -288,7 +264,7 @@ def _share(residual: Floats, labels: Labels) -> float:
     return max(0.0, 1.0 - within / (total / (residual.size - 1)))
 
 
-def _worst(residual: Floats, values: Floats, labels: Labels, ways: Floats | None) -> tuple[Stretch, ...]:
+def _worst(residual: Floats, values: Floats, labels: Ints, ways: Floats | None) -> tuple[Stretch, ...]:
     count = np.bincount(labels)
     mean = np.bincount(labels, weights=residual) / count
     square = np.bincount(labels, weights=np.square(residual)) / count

@@ -12,8 +12,9 @@ from rtec.errors import ArgumentError
 from rtec.inference.answer import settled
 from rtec.inference.drawn import drawn
 from rtec.inference.experiment import experiment_for_more
+from rtec.inference.finding import Finding
 from rtec.inference.fit import fit_model, residual_of
-from rtec.inference.judgement import Finding, judged
+from rtec.inference.judgement import judged
 from rtec.inference.model import Model
 from rtec.inference.noise import noise_floor
 from rtec.inference.outliers import far, far_from_neighbours
@@ -32,7 +33,6 @@ def diagnose(
     heldout: Dataset | None = None,
     *,
     locked: bool = False,
-    seed: int = 0,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Find which physical effects a model lacks.
@@ -48,8 +48,6 @@ def diagnose(
         held out.
     locked
         Whether ``heldout`` is only scored, when everything is decided.
-    seed
-        Kept with the result; the search itself draws nothing but by a fixed seed.
     progress
         Called with the share done.
 
@@ -126,21 +124,10 @@ def _on_all(search: Search, best: Scored, dataset: Dataset, given: Sequence[Choi
     whole = Search(Judge(Space(dataset)), tuple(given), refused=search.refused)
     library = {effect.name: effect for effect in whole.space.library}
     choices = [(library.get(effect.name, effect), shape) for effect, shape in best.choices]
-    model = whole.reshaped(whole.judge.score(choices), maps=True)
-    while True:
-        failing = [
-            k
-            for k, choice in enumerate(model.choices)
-            if choice not in whole.given
-            and (whole.why_not(model, k) is not None or whole.gain(whole.without(model, k), model).gain <= 0.0)
-        ]
-        if not failing:
-            return whole, model
-        worst = min(failing, key=lambda k: whole.gain(whole.without(model, k), model).gain)
-        whole.refused[model.choices[worst][0].name] = (
-            whole.why_not(model, worst) or "the held-out error does not fall"
-        )
-        model = whole.without(model, worst)
+    lasting = [c for c in choices if not isinstance(c[0], Probe) or c[0].name in library]
+    model = whole.earned(whole.reshaped(whole.judge.score(lasting), maps=True))
+    # how an effect changes is asked of all rows anew: the probe for it was made of those drawn
+    return whole, model if len(lasting) == len(choices) else whole.changing(model)
 
 
 def _confirmed(search: Search, best: Scored, heldout: Dataset, begun: Model) -> Scored:

@@ -13,8 +13,11 @@ SCALES = 10.0 ** (np.arange(-2, 11) / 2.0)
 """Standard deviations of an effect's contribution before the data have spoken, in units of the noise."""
 ABSENT = -1
 """Place on the ladder of a part that may as well be missing."""
-RARE = 1.0
-"""Nats that a part costs which may as well be missing: without a price it would take part by chance."""
+ENTRANCES = (1, 4, 7, 10)
+"""Places on the ladder at which what is absent is tried: every other one is next to them."""
+RARE = 4.0
+"""Nats that a part costs which may as well be missing: zeros of runs are rarer than a drift, which explains as much
+where a map by direction goes with it."""
 _ROUNDS = 12
 _ROUNDING = 1e-10
 """Share of the readings' square that may be lost: a model that explains everything leaves that."""
@@ -104,16 +107,14 @@ def best_scales(
     for _ in range(_ROUNDS):
         trials = []
         for b in range(places.size):
-            lowest = ABSENT if optional[b] else 0
-            for move in (-1, 1):
-                if lowest <= places[b] + move < SCALES.size:
+            moves = [places[b] - 1, places[b] + 1]
+            if optional[b]:  # its price stands between absence and the scales: both ways lead over it
+                moves = [*moves, ABSENT] if places[b] != ABSENT else [*ENTRANCES]
+            for move in moves:
+                if (ABSENT if optional[b] else 0) <= move < SCALES.size:
                     moved = places.copy()
-                    moved[b] += move
+                    moved[b] = move
                     trials.append(moved)
-            if optional[b] and places[b] > 0:  # over the price, which stands between it and absence
-                moved = places.copy()
-                moved[b] = ABSENT
-                trials.append(moved)
         if not trials:
             break
         values = likelihoods(np.array(trials))

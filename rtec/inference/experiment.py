@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Effect, Observable, distance_since_reversal, effect_named
-from rtec.inference.answer import Rivalry
+from rtec.inference.answer import Rivalry, newly
 from rtec.inference.fit import fitted_terms
 from rtec.inference.results import Experiment, Unknown
 from rtec.inference.scored import Judge, Scored
@@ -28,9 +28,11 @@ def experiment_for_rivals(judge: Judge, model: Scored, rivalry: Rivalry) -> Expe
     if plan is None or rivalry.model is None:
         return Experiment(text=text, rivals=(rivalry.effect, rivalry.rival))
     predictions = []
-    for name, one in ((rivalry.effect, model), (rivalry.rival, rivalry.model)):
+    for name, one, other in ((rivalry.effect, model, rivalry.model), (rivalry.rival, rivalry.model, model)):
         terms, _ = fitted_terms(judge, one)
-        predictions.append(next(term for term in terms if term.name == name).contribution(plan))
+        effect, shape = newly(one, other, name)
+        term = next(term for term in terms if (term.effect, term.shape) == (effect, shape))
+        predictions.append(term.contribution(plan))
     return Experiment(
         text=text,
         rivals=(rivalry.effect, rivalry.rival),

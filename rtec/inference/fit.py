@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape
@@ -88,6 +87,8 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
         for size, (effect, _) in zip(sizes, model.choices, strict=True)
     ] + [np.full(table.shape[0] - sum(sizes), -np.inf)])  # fmt: skip
     if (numbers < low).any():
+        from scipy.optimize import lsq_linear  # noqa: PLC0415 - 0.1 s, for effects that cannot be below zero only
+
         length = np.maximum(np.sqrt((table**2).sum(axis=1)), 1e-300)
         numbers = lsq_linear((table / length[:, None]).T, observed, bounds=(low, np.inf), method="bvls").x / length
     noise = space.whitening(model.colour)
@@ -180,11 +181,7 @@ def values_of(term: Term, model: Model) -> tuple[Value, ...]:
 
 def residual_of(dataset: Dataset, model: Model) -> Floats:
     """Return what a fitted model leaves, shape (rows,), in the observed unit inside."""
-    left = dataset.observed - model.datum
-    for term in model.terms:
-        if term.shape is not None and term.amplitudes is not None:
-            left = left - dataset.columns(term.effect, term.shape) @ np.array(term.amplitudes)
-    return left
+    return dataset.observed - model.predict(dataset)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

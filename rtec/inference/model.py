@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Effect, Floats, Shape, Units
 
 
@@ -45,10 +46,22 @@ class Term:
         return self.shape is not None and self.amplitudes is not None
 
     def contribution(self, conditions: Conditions) -> Floats:
-        """Return what the term adds, shape (rows,), in the observed unit inside."""
+        """Return what the term adds, shape (rows,), in the observed unit inside; a ValueError if it is not fitted."""
+        return self.effect.contribution(conditions, *self._numbers())
+
+    def component(self, dataset: Dataset) -> Floats:
+        """Return what the term adds to each reading of a data set, as `contribution` does.
+
+        Where the columns of an effect were filtered and thinned like the observed quantity, so is the contribution.
+        """
+        shape, amplitudes = self._numbers()
+        added: Floats = dataset.columns(self.effect, shape) @ np.asarray(amplitudes, dtype=np.float64)
+        return added
+
+    def _numbers(self) -> tuple[Shape, tuple[float, ...]]:
         if self.shape is None or self.amplitudes is None:
             raise ValueError(f"{self.name} is not fitted")
-        return self.effect.contribution(conditions, self.shape, self.amplitudes)
+        return self.shape, self.amplitudes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,11 +90,17 @@ class Model:
         """Names of the effects, each once, in order."""
         return tuple(dict.fromkeys(term.name for term in self.terms))
 
-    def predict(self, conditions: Conditions) -> Floats:
-        """Return the model's value at each reading, shape (rows,), in the observed unit inside."""
-        total = np.full(conditions.rows, self.datum)
+    def predict(self, dataset: Dataset) -> Floats:
+        """Return datum and contribution of every effect at each reading, shape (rows,), in the observed unit inside.
+
+        Raises
+        ------
+        ValueError
+            A term is not fitted.
+        """
+        total = np.full(dataset.rows, self.datum)
         for term in self.terms:
-            total += term.contribution(conditions)
+            total += term.component(dataset)
         return total
 
     def with_terms(self, terms: Iterable[Term], datum: float | None = None) -> Model:

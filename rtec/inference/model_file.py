@@ -25,17 +25,29 @@ constant and the like that are left out are found by a scan.
 
 from __future__ import annotations
 
+import math
 import re
+import sys
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from rtec.effects import Units, effect_named
+from rtec.checks import number_within
+from rtec.dataset.observed import DRIVE, observable_of
+from rtec.effects import Amplitude, Effect, Observable, Units, effect_named
 from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.inference.model import Model, Term
-from rtec.inference.model_entry import ModelEntry, brief, term_lines
-from rtec.inference.shape_text import shown_text
+from rtec.inference.shape_text import (
+    field_keys,
+    is_continuous,
+    parameter_unit,
+    read_shape,
+    shown_field,
+    shown_list,
+    shown_text,
+)
 from rtec.metrology.text_file import read_text, write_lines
 from rtec.units import parse_in, written
 
@@ -44,26 +56,19 @@ MAX_BYTES = 200_000
 MAX_EFFECTS = 200
 MAX_DOTS = 500
 """In a line: the parser's time and memory grow with the square of the parts of a dotted key."""
-_TOP = ("observe", "observed", "position", "clock", "datum", "effect")
+_UNITS = ("observed", "position", "clock")
+_TOP = ("observe", *_UNITS, "datum", "effect")
+_LISTS = ("amplitudes", "errors")
+_LARGEST = sys.float_info.max
 _UNIT = re.compile(r"[a-z][a-z_/0-9^*]{0,15}", re.ASCII | re.IGNORECASE)
 
 
 def read_model(path: str | Path, units: Units | None = None) -> Model:
     r"""Read a model.
 
-    Parameters
-    ----------
-    path
-        TOML file.
-    units
-        Units inside of the measurement that the model is for; without, the file itself has to state them, as one
-        written by :func:`write_model` does.
-
-    Returns
-    -------
-    Model
-        Its terms have no amplitudes where the file gives none, and no shape where it leaves out a period, a time
-        constant or the like.
+    Its terms have no amplitudes where the file gives none, and no shape where it leaves out a period, a time constant
+    or the like. ``units`` are those inside of the measurement that the model is for; without, the file itself has to
+    state them, as one written by :func:`write_model` does.
 
     Raises
     ------
@@ -125,19 +130,48 @@ def write_model(path: str | Path, model: Model) -> None:
     >>> print(file.read_text().splitlines()[-1])
     backlash = "12.3 um"
     """
-    write_lines(path, model_lines(model))
-
-
-def model_lines(model: Model) -> list[str]:
-    """Return the lines of a model's file."""
     units = model.units
     lines = [f"observe = {shown_text(model.observe)}"]
-    lines += [f"{key} = {shown_text(getattr(units, key))}" for key in ("observed", "position", "clock")]
+    lines += [f"{key} = {shown_text(getattr(units, key))}" for key in _UNITS]
     if model.datum != 0.0:
         lines.append(f'datum = "{written(model.datum, units.shown[0], inside=units.shown[1])}"')
     for term in model.terms:
-        lines += ["", "[[effect]]", f"name = {shown_text(term.name)}", *term_lines(term, units)]
-    return lines
+        lines += ["", "[[effect]]", f"name = {shown_text(term.name)}", *_term_lines(term, units)]
+    write_lines(path, lines)
+
+
+def _term_lines(term: Term, units: Units) -> Iterator[str]:
+    """Yield the lines of a term behind its name: shape, amplitudes, standard errors, as far as they are known."""
+    if term.shape is None:
+        return
+    shape_errors = dict(term.shape_errors)
+    for item in fields(term.shape):
+        yield f"{item.name} = {shown_field(item, getattr(term.shape, item.name), units)}"
+        error = shape_errors.get(item.name, math.nan)
+        if math.isfinite(error):
+            yield f'{item.name}_error = "{written(error, parameter_unit(item, units))}"'
+    if term.amplitudes is None:
+        return
+    named = term.effect.amplitudes(term.shape, units)
+    amounts, errors = _amount_keys(term.effect, named)
+    yield _amount_line(amounts, term.amplitudes, named)
+    if term.errors is not None and all(math.isfinite(error) for error in term.errors):
+        yield _amount_line(errors, term.errors, named)
+
+
+def _amount_line(key: str, values: Sequence[float], named: Sequence[Amplitude]) -> str:
+    shown = [
+        f'"{written(value, a.unit, inside=a.factor)}"' if a.unit else repr(float(value))
+        for value, a in zip(values, named, strict=True)
+    ]
+    return f"{key} = {shown_list(shown) if key in _LISTS else shown[0]}"
+
+
+def _amount_keys(effect: Effect, named: Sequence[Amplitude]) -> tuple[str, str]:
+    """Return the keys of amplitudes and errors: the name of the only amplitude, unless it means something else."""
+    if len(named) != 1 or named[0].name in ("name", *_LISTS, *field_keys(effect.shape_type)):
+        return _LISTS
+    return named[0].name, f"{named[0].name}_error"
 
 
 def _tables(path: str | Path) -> dict[str, Any]:
@@ -157,33 +191,31 @@ def _tables(path: str | Path) -> dict[str, Any]:
         top = tomllib.loads(text)
     except RecursionError:
         raise FileFormatError(path, None, "nested too deeply", "a model in TOML") from None
-    except FileFormatError:
-        raise
     except ValueError as error:  # the parser's own, and that of a number with thousands of digits
-        raise FileFormatError(path, None, brief(error), "a model in TOML") from None
+        raise FileFormatError(path, None, _brief(error), "a model in TOML") from None
     for key in top:
         if key not in _TOP:
             hint = nearest(key, _TOP) if key != "effects" else "write [[effect]]"
-            raise FileFormatError(path, None, f"unknown key {brief(key)!r}", f"{', '.join(_TOP)}; {hint}")
+            raise FileFormatError(path, None, f"unknown key {_brief(key)!r}", f"{', '.join(_TOP)}; {hint}")
     return top
 
 
 def _observe(path: str | Path, top: Mapping[str, Any]) -> str:
     observe = top.get("observe")
     if not isinstance(observe, str) or not 0 < len(observe) <= 100 or not observe.isprintable():
-        problem = "no key 'observe'" if observe is None else f"observe = {brief(repr(observe))}"
+        problem = "no key 'observe'" if observe is None else f"observe = {_brief(repr(observe))}"
         raise FileFormatError(path, None, problem, 'the quantity that is explained, such as observe = "deviation"')
     return observe
 
 
 def _units(path: str | Path, top: Mapping[str, Any], wanted: Units | None) -> Units:
-    found = {key: top[key] for key in ("observed", "position", "clock") if key in top}
+    found = {key: top[key] for key in _UNITS if key in top}
     for key, unit in found.items():
         if not isinstance(unit, str) or not _UNIT.fullmatch(unit):
-            raise FileFormatError(path, None, f"{key} = {brief(repr(unit))}", "a unit such as mm, deg, n or s")
+            raise FileFormatError(path, None, f"{key} = {_brief(repr(unit))}", "a unit such as mm, deg, n or s")
     if wanted is None:
         if len(found) < 3:
-            missing = ", ".join(key for key in ("observed", "position", "clock") if key not in found)
+            missing = ", ".join(key for key in _UNITS if key not in found)
             allowed = 'units, such as observed = "mm", or a measurement that the model is for'
             raise FileFormatError(path, None, f"no unit of: {missing}", allowed)
         return Units(**found)
@@ -194,7 +226,7 @@ def _units(path: str | Path, top: Mapping[str, Any], wanted: Units | None) -> Un
     return wanted
 
 
-def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[ModelEntry]:
+def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[_Entry]:
     entries = top.get("effect", [])
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
         raise FileFormatError(path, None, "'effect' is no list of tables", "[[effect]] in front of each effect")
@@ -208,5 +240,101 @@ def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[ModelEntry]:
             effect = effect_named(name)
         except ArgumentError as error:
             allowed = "; ".join(part for part in (error.allowed, error.hint) if part)
-            raise FileFormatError(path, None, f"effect {number}: no effect {brief(name)!r}", allowed) from None
-        yield ModelEntry(path, number, effect, entry)
+            raise FileFormatError(path, None, f"effect {number}: no effect {_brief(name)!r}", allowed) from None
+        yield _Entry(path, number, effect, entry)
+
+
+def _brief(value: object) -> str:
+    """Return a value for a message of one line."""
+    text = " ".join(str(value).split())
+    return text if len(text) <= 120 else text[:117] + "..."
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """One ``[[effect]]`` of a file, its number from 1, the effect that it names, and its keys."""
+
+    path: str | Path
+    number: int
+    effect: Effect
+    table: Mapping[str, Any]
+
+    def check_place(self, observe: str, terms: Sequence[Term]) -> None:
+        """Refuse what explains another kind of quantity, and a second of what can be there once.
+
+        ``terms`` are those of the file so far, this one with them.
+        """
+        if self.effect.observable is not observable_of(observe):
+            kinds = {Observable.DEVIATION: "a position deviation", Observable.DRIVE: " or ".join(DRIVE)}
+            problem = f"{self.effect.name} belongs to {kinds[self.effect.observable]}, not to {observe!r}"
+            raise self._wrong(problem, f"effects of {kinds[observable_of(observe)]}; 'rtec effects' lists them")
+        again = sum(term.name == self.effect.name for term in terms)
+        if again > self.effect.at_most:
+            allowed = "once" if self.effect.at_most == 1 else f"{self.effect.at_most} times at most"
+            raise self._wrong(f"{self.effect.name} stands there {again} times", allowed)
+
+    def term(self, units: Units) -> Term:
+        """Return the effect with the numbers that the file gives."""
+        items = fields(self.effect.shape_type)
+        given = {item.name: self.table[item.name] for item in items if item.name in self.table}
+        shape = read_shape(self.effect, given, units, name=self._name)
+        named = self.effect.amplitudes(self.effect.shape_type() if shape is None else shape, units)
+        keys = _amount_keys(self.effect, named)
+        self._check_keys(keys)
+        amplitudes, errors = (self._numbers(*both, named) for both in zip(_LISTS, keys, strict=True))
+        if shape is None and amplitudes is not None:
+            raise self._wrong(f"amplitudes without {', '.join(item.name for item in items)}", "both")
+        if amplitudes is not None and self.effect.not_negative and min(amplitudes) < 0.0:
+            raise ArgumentError(self._name(keys[0]), min(amplitudes), "from 0")
+        if errors is not None and amplitudes is None:
+            raise self._wrong("errors without amplitudes", "both")
+        if errors is not None and min(errors) < 0.0:
+            raise ArgumentError(self._name(keys[1]), min(errors), "from 0")
+        shape_errors = []
+        for item in items:
+            key = f"{item.name}_error"
+            if key in self.table:
+                error = parse_in(self.table[key], parameter_unit(item, units), name=self._name(key))
+                shape_errors.append((item.name, error))
+        return Term(
+            effect=self.effect,
+            shape=shape,
+            amplitudes=amplitudes,
+            errors=errors,
+            shape_errors=tuple(shape_errors),
+        )
+
+    def _name(self, key: str) -> str:
+        return f"{self.path}: effect {self.number} ({self.effect.name}): {key}"
+
+    def _wrong(self, problem: str, allowed: str) -> FileFormatError:
+        return FileFormatError(self.path, None, f"effect {self.number}: {problem}", allowed)
+
+    def _check_keys(self, amounts: tuple[str, str]) -> None:
+        tuned = [f"{item.name}_error" for item in fields(self.effect.shape_type) if is_continuous(item)]
+        own = () if amounts == _LISTS else amounts
+        known = ["name", *field_keys(self.effect.shape_type), *tuned, *own, *_LISTS]
+        for key in self.table:
+            if key not in known:
+                problem = f"effect {self.number} ({self.effect.name}): unknown key {_brief(key)!r}"
+                raise FileFormatError(self.path, None, problem, f"{', '.join(known)}; {nearest(key, known)}")
+
+    def _numbers(self, key: str, single: str, named: Sequence[Amplitude]) -> tuple[float, ...] | None:
+        """Return amplitudes or their errors, from a list or the key of the only one; None where there are none."""
+        if single != key and single in self.table:
+            if key in self.table:
+                raise self._wrong(f"{key} and {single}", "one of them")
+            return (self._number(single, self.table[single], named[0]),)
+        if key not in self.table:
+            return None
+        values = self.table[key]
+        if not isinstance(values, list) or len(values) != len(named):
+            what = f"{len(values)} of them" if isinstance(values, list) else _brief(repr(values))
+            wanted = ", ".join(f"{a.name} in {a.unit}" for a in named)
+            raise ArgumentError(self._name(key), what, f"a list of {len(named)}: {_brief(wanted)}")
+        return tuple(self._number(f"{key} ({a.name})", value, a) for value, a in zip(values, named, strict=True))
+
+    def _number(self, key: str, value: Any, what: Amplitude) -> float:
+        if what.unit:
+            return parse_in(value, what.unit, name=self._name(key), inside=what.factor)
+        return number_within(self._name(key), value, -_LARGEST, _LARGEST)

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+from scipy.special import fdtrc
 
 from rtec.dataset.dataset import Dataset
+from rtec.dataset.repeats import place_numbers
+from rtec.dataset.standstill import Ints
 from rtec.effects import Floats
 from rtec.inference.results import NoiseFloor
-from rtec.inference.scored import Fit, Judge, Scored
+from rtec.inference.scored import Judge, Scored
+
+FEWEST_COMPARED = 10
+"""Readings, from which on the variance between cells says something."""
 
 
-def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
+def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseFloor:
     """Return the noise of a reading, with what a model explains in time taken out of the differences between repeats.
 
     Parameters
     ----------
     judge, model
         The data and what explains them.
+    levelled
+        Whether each run is seen from its own zero where the zeros differ.
     """
     dataset = judge.space.dataset
     fit = judge.fit(model)
@@ -34,7 +41,11 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
         (fit.contribution(k) for k, (effect, _) in enumerate(model.choices) if effect.in_time),
         np.zeros(dataset.rows),
     )
-    within, freedom = within_cells(dataset.observed - changing, dataset)
+    values, spent = dataset.observed - changing, 0
+    if model.zeros and levelled:  # they are the noise of a run, not that of a reading
+        values = values - run_means(dataset, dataset.observed - fit.effects())
+        spent = np.unique(dataset.coordinates.run).size - 1
+    within, freedom = within_cells(values, dataset, spent)
     pooled, _ = within_cells(dataset.observed, dataset)
     return NoiseFloor(
         from_repeats=True,
@@ -47,12 +58,19 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
     )
 
 
-def within_cells(values: Floats, dataset: Dataset) -> tuple[float, float]:
-    """Return the standard deviation about the means of the cells, and its degrees of freedom."""
+def run_means(dataset: Dataset, values: Floats) -> Floats:
+    """Return the mean over the run of each reading, shape (rows,)."""
+    run = np.unique(dataset.coordinates.run, return_inverse=True)[1]
+    found: Floats = (np.bincount(run, weights=values) / np.bincount(run))[run]
+    return found
+
+
+def within_cells(values: Floats, dataset: Dataset, spent: int = 0) -> tuple[float, float]:
+    """Return the standard deviation about the means of the cells, and its degrees of freedom less those spent."""
     member = dataset.cell >= 0
     cell, count = np.unique(dataset.cell[member], return_inverse=True, return_counts=True)[1:]
     means = np.bincount(cell, weights=values[member]) / count
-    freedom = float(max(int(member.sum()) - count.size, 1))
+    freedom = float(max(int(member.sum()) - count.size - spent, 1))
     return float(np.sqrt(np.sum((values[member] - means[cell]) ** 2) / freedom)), freedom
 
 
@@ -64,13 +82,27 @@ def _adjacent(dataset: Dataset) -> float | None:
     return float(np.sqrt(np.mean(np.diff(values)[same] ** 2) / 2.0)) if same.any() else None
 
 
-def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float] | None:
+def compared_cells(dataset: Dataset) -> Ints:
+    """Return the number of the cell in which each reading is compared with others, -1 where alone; shape (rows,).
+
+    Readings of the same conditions; of a single run at rest those of the same place, from either side: what does not
+    depend on the direction is there twice.
+    """
+    c = dataset.coordinates
+    if dataset.has_repeats or c.moving or c.time_is_coordinate or not c.both_directions:
+        return dataset.cell
+    place = place_numbers(c.position)
+    return np.where(np.bincount(place)[place] > 1, place, -1)
+
+
+def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | None:
     """Return the probability that what a model leaves of the repeatable part is noise, and its RMS beyond chance.
 
     Returns
     -------
     tuple or None
-        Probability, and RMS in the observed unit inside; None without repeats.
+        Probability, RMS beyond chance and RMS within the cells in the observed unit inside; None where no readings
+        can be compared.
 
     Notes
     -----
@@ -78,14 +110,14 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float] | None:
     repeats lies between the cells, noise within them. Each of the model's columns that repeats costs a degree of
     freedom.
     """
-    dataset = judge.space.dataset
-    if not dataset.has_repeats:
+    cells = compared_cells(judge.space.dataset)
+    if (cells >= 0).sum() < FEWEST_COMPARED:
         return None
     fit = judge.fit(model)
     left = judge.left(model)
     white = judge.space.project(left[None, :], model.colour)[0]
-    member = dataset.cell >= 0
-    cell, count = np.unique(dataset.cell[member], return_inverse=True, return_counts=True)[1:]
+    member = cells >= 0
+    cell, count = np.unique(cells[member], return_inverse=True, return_counts=True)[1:]
     spent = sum(
         part.raw.shape[0] for part, (effect, _) in zip(fit.parts, model.choices, strict=False) if not effect.in_time
     )
@@ -100,19 +132,10 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float] | None:
     between, within = parts(white)
     if within <= 0.0:
         return None
-    p = float(stats.f.sf(between / above / (within / below), above, below))
-    raw_between, raw_within = parts(_about_zeros(judge, model, fit) if model.zeros else left)
+    p = float(fdtrc(above, below, between / above / (within / below)))
+    if model.zeros:  # beside slow noise they may be anywhere as they are fitted, and would count as noise
+        left = judge.space.dataset.observed - fit.effects()
+        left = left - run_means(judge.space.dataset, left)
+    raw_between, raw_within = parts(left)
     excess = (raw_between - raw_within / below * above) / float(count.sum())
-    return p, float(np.sqrt(max(excess, 0.0)))
-
-
-def _about_zeros(judge: Judge, model: Scored, fit: Fit) -> Floats:
-    """Return what the effects of a model leave about the mean of each run.
-
-    Beside slow noise the zeros of runs, as they are fitted, may be anywhere, and would count as noise.
-    """
-    dataset = judge.space.dataset
-    left = dataset.observed - sum((fit.contribution(k) for k in range(len(model.choices))), np.zeros(dataset.rows))
-    run = np.unique(dataset.coordinates.run, return_inverse=True)[1]
-    found: Floats = left - (np.bincount(run, weights=left) / np.bincount(run))[run]
-    return found
+    return p, float(np.sqrt(max(excess, 0.0))), float(np.sqrt(raw_within / below))

@@ -67,9 +67,11 @@ class Probe(Effect):
         return tuple(Amplitude(f"part_{k}", *units.shown) for k in range(1, self.table.shape[1] + 1))
 
 
-def _probe(label: str, depends_on: Sequence[str], table: Floats) -> Probe:
+def _probe(label: str, depends_on: Sequence[str], table: Floats, *of: str) -> Probe:
+    """Return a probe; ``of`` names the effect whose change it is, beside which alone it may stand."""
     probe = Probe(label, tuple(depends_on), table, table.shape[0])
     object.__setattr__(probe, "name", label)
+    object.__setattr__(probe, "builds_on", frozenset(of))
     return probe
 
 
@@ -165,12 +167,12 @@ def changing(dataset: Dataset, effect: Effect, contribution: Floats, columns: Fl
     for name, values in (("position", c.position), ("time", c.clock)):
         spread = float(np.std(values))
         if spread > 0.0 and not (name == "position" and (effect.is_map or c.time_is_coordinate)):
-            found.append(
-                _probe(f"any {effect.name} by {name}", [name], (columns * (values - values.mean()) / spread).T)
-            )
+            table = (columns * (values - values.mean()) / spread).T
+            found.append(_probe(f"any {effect.name} by {name}", [name], table, effect.name))
     numbers, run = np.unique(c.run, return_inverse=True)
     if FEWEST_RUNS <= numbers.size <= MOST_RUNS and not effect.in_time:
         each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
-        table = np.vstack([columns * one for one in each]).T
-        found.append(_probe(f"any {effect.name} by run", ["run"], table))
+        # less the mean over the runs: what is the same in all of them is the effect itself
+        table = np.vstack([columns * (one - 1.0 / numbers.size) for one in each]).T
+        found.append(_probe(f"any {effect.name} by run", ["run"], table, effect.name))
     return tuple(found)

@@ -7,20 +7,20 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec.effects import Effect, Floats, Shape
 from rtec.inference.colour import COLOURS, Colour
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.space import Choice, Space
+from rtec.inference.space import Choice, Part, Scan, Space
 
 MOST_CORRELATED, MOST_SLOW = 0.9, 0.7
 """The scan takes noise as no more correlated than this, and no more of it as slow: noise that was fitted to what the
 model lacks would swallow it."""
 APART = 0.01
 """Share of a column that has to be new beside the model: what is left of less is rounding, or nearly a constant."""
-_STEPS = 14
+_STEPS, _FINE_STEPS = 8, 14
+"""Of the golden section: a fiftieth of a step of the scan is enough to propose, a thousandth is what is fitted."""
 _EACH = 3
 """Shapes of each effect that are looked at more closely."""
 
@@ -41,6 +41,9 @@ class Beside:
     """Shape (columns, rows)."""
     residual: Floats
     rss: float
+    parts: Sequence[Part] = ()
+    turn: Floats | None = None
+    """The basis, but for the constant, in terms of the parts' columns."""
 
 
 def scan_colour(colour: Colour) -> Colour:
@@ -55,25 +58,30 @@ def beside(space: Space, choices: Sequence[Choice], colour: Colour, *, zeros: bo
     """Return what a model leaves, by least squares in whitened space; with ``zeros`` each run has its own zero."""
     observed = space.observed(colour)
     parts = space.parts_of(choices) if zeros else [space.part_of(choice) for choice in choices]
-    table = [space.white(part, colour) for part in parts]
-    basis = np.vstack([space.constant(colour), *([orthonormal(np.vstack(table))] if table else [])])
+    table = np.vstack([np.empty((0, observed.size)), *(space.white(part, colour) for part in parts)])
+    turn = _orthogonalising(table)
+    basis = np.vstack([space.constant(colour), turn @ table])
     residual = observed - (basis @ observed) @ basis
-    return Beside(basis, residual, float(residual @ residual))
+    return Beside(basis, residual, float(residual @ residual), parts, turn)
 
 
 def orthonormal(rows: Floats) -> Floats:
     """Return an orthonormal basis of rows of shape (rows, readings); dependent rows add nothing."""
-    length = np.sqrt((rows**2).sum(axis=1))
-    scaled = rows[length > 0.0] / length[length > 0.0, None]
-    if not scaled.size:
-        return np.empty((0, rows.shape[1]))
-    values, vectors = np.linalg.eigh(scaled @ scaled.T)
-    kept = values > 1e-10 * values[-1]
-    basis: Floats = (vectors[:, kept] / np.sqrt(values[kept])).T @ scaled
-    return basis
+    return _orthogonalising(rows) @ rows
 
 
-def falls(columns: Floats | NDArray[np.float32], back: Beside) -> Floats:
+def _orthogonalising(rows: Floats) -> Floats:
+    """Return the combinations of rows that are an orthonormal basis of them, shape (basis, rows)."""
+    gram = rows @ rows.T
+    length = np.sqrt(np.diag(gram))
+    scale = np.where(length > 0.0, 1.0 / np.where(length > 0.0, length, 1.0), 0.0)
+    values, vectors = np.linalg.eigh(gram * np.outer(scale, scale))
+    kept = values > 1e-10 * values.max(initial=0.0)
+    combined: Floats = (vectors[:, kept] / np.sqrt(values[kept])).T * scale
+    return combined
+
+
+def falls(columns: Floats, back: Beside) -> Floats:
     """Return by how much each shape lowers the residual sum of squares, shape (shapes,).
 
     Parameters
@@ -84,11 +92,17 @@ def falls(columns: Floats | NDArray[np.float32], back: Beside) -> Floats:
         What the model leaves.
     """
     m, q, n = columns.shape
-    flat = columns.reshape(m * q, n)
-    beside_it = np.asarray(np.vstack([back.basis, back.residual]).T, dtype=columns.dtype)
-    both = np.asarray(np.matmul(flat, beside_it), dtype=np.float64)
-    inside, along = both[:, :-1].reshape(m, q, -1), both[:, -1].reshape(m, q)
-    return _explained(np.matmul(columns, columns.transpose(0, 2, 1)).astype(np.float64), inside, along)
+    both = (columns.reshape(m * q, n) @ np.vstack([back.basis, back.residual]).T).reshape(m, q, -1)
+    return _explained(np.matmul(columns, columns.transpose(0, 2, 1)), both[:, :, :-1], both[:, :, -1])
+
+
+def falls_of_scan(space: Space, scan: Scan, back: Beside, colour: Colour) -> Floats:
+    """Return the same for shapes of a scan, shape (shapes,), from products that are known."""
+    inside = [scan.onto_part("constant", space.constant(colour))]
+    if back.parts and back.turn is not None:
+        each = [scan.onto_part(part, space.white(part, colour)) for part in back.parts]
+        inside.append(np.concatenate(each, axis=2) @ back.turn.T)
+    return _explained(scan.gram, np.concatenate(inside, axis=2), scan.onto(back.residual[None])[:, :, 0])
 
 
 def _explained(whole: Floats, inside: Floats, along: Floats) -> Floats:
@@ -127,7 +141,7 @@ def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: 
         for k in np.argsort([-w for w in worth])[:_EACH]:
             # the many columns of a probe cost less than half a logarithm each: the full score decides
             if worth[k] > least or isinstance(effect, Probe):
-                refined = refine(judge, (effect, closer[k]), back, colour)
+                refined = refine(judge, (effect, closer[k]), back, colour, _STEPS)
                 found.append(Proposal(refined, _worths(judge, effect, [refined[1]], back, colour)[0]))
     return sorted({p.choice: p for p in found}.values(), key=lambda proposal: -proposal.worth)
 
@@ -156,7 +170,7 @@ def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> 
         return []
     if effect.is_map:
         return list(shapes)
-    fall = np.concatenate([falls(columns, back) for columns in space.scan(effect, shapes, colour)])
+    fall = np.concatenate([falls_of_scan(space, scan, back, colour) for scan in space.scan(effect, shapes, colour)])
     fall[~sound] = 0.0
     peak = np.ones(fall.size, dtype=np.bool_)
     peak[1:] &= fall[1:] >= fall[:-1]
@@ -165,7 +179,7 @@ def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> 
     return [shapes[k] for k in order[np.argsort(-fall[order])][:_EACH]]
 
 
-def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> Choice:
+def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: int = _FINE_STEPS) -> Choice:
     """Return an effect with its continuous shape parameters moved to where they explain most, one after the other."""
     effect, shape = choice
     space = judge.space
@@ -176,13 +190,13 @@ def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> Choice
             return float(falls(space.whitening(colour).of(space.raw((effect, moved)))[None], back)[0])
 
         now = float(getattr(shape, tunable.name))
-        best = golden(explained, tunable.low, tunable.high)
+        best = golden(explained, tunable.low, tunable.high, steps)
         if explained(best) > explained(now):
             shape = replace(shape, **{tunable.name: best})
     return effect, shape
 
 
-def golden(function: Callable[[float], float], low: float, high: float, steps: int = _STEPS) -> float:
+def golden(function: Callable[[float], float], low: float, high: float, steps: int = _FINE_STEPS) -> float:
     """Return where a function of one hump is largest, by the golden section.
 
     Examples

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats
-from rtec.inference.model import Model, Term
+from rtec.inference.model import Model
 
 
 class Verdict(enum.Enum):
@@ -66,7 +66,7 @@ class Candidate:
     effect: str
     accepted: bool
     predicted_rms: float
-    """Training RMS that the score test promised when the effect was judged (last, where more than once)."""
+    """Training RMS that the effect would leave beside those found, before everything is fitted again."""
     achieved_rms: float | None
     """Training RMS after it was added; None where it was not."""
     p_adjusted: float
@@ -162,7 +162,7 @@ class Diagnosis:
     rms_after: float
     rms_heldout: float
     heldout_by: str
-    """What was held out: ``run`` by run, ``block`` by block, or the name of the other file."""
+    """What was held out: a ``stretch`` at a time, or the name of the other file."""
     not_testable: tuple[tuple[str, str], ...]
     minimum_detectable: tuple[tuple[str, float], ...]
     """RMS contribution of each effect that would be found nine times out of ten, in the observed unit inside."""
@@ -179,14 +179,17 @@ class Diagnosis:
     outliers: tuple[Outlier, ...] = ()
     unseen_periods: tuple[str, ...] = ()
     """Periods that these targets cannot show."""
+    zeros: Floats | None = None
+    """The zero of each reading's run, which counts as noise, shape (rows,); None where the runs have one zero."""
+
+    @property
+    def levelled(self) -> Dataset:
+        """The readings, each from the zero of its run: what the model is to explain."""
+        return (
+            self.dataset if self.zeros is None else replace(self.dataset, observed=self.dataset.observed - self.zeros)
+        )
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Accepted effects, in the order in which they were found."""
         return self.model.names
-
-    @property
-    def added(self) -> tuple[Term, ...]:
-        """Terms that the search added to the model that it began with."""
-        known = {term.name for term in self.start.terms}
-        return tuple(term for term in self.model.terms if term.name not in known)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from rtec.effects import Effect, Floats, Shape
+from rtec.effects import Floats, Shape
 from rtec.inference.colour import NEIGHBOURS, Colour
 from rtec.inference.evidence import ABSENT, RARE, SCALES, best_scales, log_likelihoods, posterior
 from rtec.inference.space import Choice, Part, Space, blocks_of
@@ -20,6 +21,13 @@ FAR = 4.0
 """Nats below the best from which on a colour adds nothing."""
 START = 4
 """Place on the ladder of scales from which a new part begins: ten times the noise."""
+
+
+class Look(Protocol):
+    """Weighs one more colour for a model, which it remembers."""
+
+    def __call__(self, colour: Colour, *, tune: bool) -> float:
+        """Return how likely the readings are under it, the scales of the model moved to suit it where asked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,10 +92,10 @@ class Judge:
 
     def start_of(self, parts: Sequence[Part], near: Scored | None) -> NDArray[np.int64]:
         """Return the scales from which a model begins: those of the model that it grew out of."""
-        known: dict[object, int] = {}
+        known: dict[Part, int] = {}
         if near is not None:
-            known = {p.key: int(k) for p, k in zip(self.space.parts_of(near.choices), near.places, strict=True)}
-        return np.array([known.get(p.key, ABSENT if p.optional else START) for p in parts], dtype=np.int64)
+            known = {p: int(k) for p, k in zip(self.space.parts_of(near.choices), near.places, strict=True)}
+        return np.array([known.get(p, ABSENT if p.optional else START) for p in parts], dtype=np.int64)
 
     def quickly(self, choices: Sequence[Choice], near: Scored) -> float:
         """Return the score of a model under the noise of another that it grew out of, and that alone."""
@@ -151,7 +159,7 @@ class Judge:
         self.seen[key] = result
         return result
 
-    def _spread(self, found: dict[Colour, float], look, best: float) -> None:  # type: ignore[no-untyped-def]
+    def _spread(self, found: dict[Colour, float], look: Look, best: float) -> None:
         """Look at the colours around those that still count."""
         pending = [c for c, value in found.items() if value > best - FAR]
         while pending:
@@ -206,6 +214,10 @@ class Fit:
         found: NDArray[np.bool_] = blocks_of(self.parts) == k
         return found
 
+    def effects(self) -> Floats:
+        """Return what the effects add to the readings, shape (rows,), without zeros of runs; 0 without effects."""
+        return np.asarray(sum(self.contribution(k) for k, part in enumerate(self.parts) if not part.optional))
+
     def contribution(self, k: int) -> Floats:
         """Return what part ``k`` adds to the readings, shape (rows,), in the observed unit inside."""
         part = self.parts[k]
@@ -219,8 +231,3 @@ def _optional(parts: Sequence[Part]) -> NDArray[np.bool_]:
 
 def _ladder() -> Floats:
     return np.append(SCALES, 0.0)
-
-
-def most_of(effect: Effect) -> int:
-    """Return how many of an effect a model may hold."""
-    return effect.at_most

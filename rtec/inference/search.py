@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,8 +23,9 @@ MATTERS = 0.15
 """Of what is left, that an effect's contribution has to have beside the others: less is of no interest."""
 MATTERS_WITHOUT_REPEATS = 0.02
 """Of what there was at the start, where no floor says what is noise: in a smooth log the least is significant."""
-GATED, UNGATED = 2, 1
-"""Models that are carried on: those whose every effect has earned its place, and one that may yet."""
+GATED, GATED_GENERIC, UNGATED = 2, 1, 1
+"""Models that are carried on: those whose every effect has earned its place, without a probe and with one, and one
+that may yet."""
 PROMISING = 24
 """Proposals of the scan that are weighed under the model's noise."""
 CLOSER = 6
@@ -36,9 +37,12 @@ EXCHANGES = 4
 """Rounds in which effects of the model found are exchanged for others."""
 HOPELESS = 30.0
 """Nats below the best model from which on no other is carried on, where there is one already."""
+OUT_OF_REACH = 300.0
+"""Nats that no exchange of effects has brought: it mends what the beam has got slightly wrong."""
 ROUNDING = 1e-6
 NEGLIGIBLE = 9.0
 """Nats below the model found from which on another has no say in how sure its effects are."""
+IN_DOUBT = " in doubt"
 SURE = 0.95
 """Probability that is asked of every effect of the answer."""
 
@@ -62,8 +66,11 @@ class Search:
     board: Board = field(init=False)
     refused: dict[str, str] = field(default_factory=dict)
     """Why an effect that the score asked for was not taken, by name."""
+    doubts: set[str] = field(default_factory=set)
+    """Names of effects that the data suggest but cannot bear out."""
     barred: frozenset[str] = frozenset()
     """Effects that are not looked for."""
+    _children: dict[object, list[Scored]] = field(default_factory=dict)
     _held: dict[int, tuple[Scored, Floats]] = field(default_factory=dict)
     _gated: dict[int, tuple[Scored, bool]] = field(default_factory=dict)
 
@@ -121,17 +128,25 @@ class Search:
             least = max(least, (MATTERS_WITHOUT_REPEATS / MATTERS) ** 2 * float(np.var(self.space.dataset.observed)))
         return float(np.sqrt(np.mean(added**2) / least))
 
+    def is_idle(self, model: Scored, k: int) -> bool:
+        """Return whether a model is as good without effect ``k``."""
+        return model.score <= self.without(model, k).score or self.size(model, k) < MATTERS
+
     def why_not(self, model: Scored, k: int) -> str | None:
         """Return why an effect does not earn its place in a model, or None where it does."""
-        return None if model.choices[k] in self.given else next(self._objections(model, k), None)
+        effect, shape = model.choices[k]
+        if model.choices[k] in self.given:
+            return None
+        return effect.doubtful(self.space.dataset.conditions, shape) or next(self._objections(model, k), None)
 
     def _objections(self, model: Scored, k: int) -> Iterator[str]:
         """Yield what speaks against an effect of a model, what is cheap to find out first."""
         effect, shape = model.choices[k]
         conditions = self.space.dataset.conditions
+        others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
         fit = self.judge.fit(model)
         for why in (
-            effect.doubtful(conditions, shape),
+            effect.crowded(conditions, shape, others),
             "it would have to be below zero" if effect.name in model.wrong_sign else None,
             effect.implausible(conditions, shape, fit.mean[fit.rows(k)]),
         ):
@@ -166,6 +181,13 @@ class Search:
         """Return the models one effect larger that the scan proposes, scored."""
         if len(model.choices) >= MOST_EFFECTS:
             return []
+        key = model.key, self.barred
+        if key not in self._children:
+            self._children[key] = self._proposed(model)
+        return self._children[key]
+
+    def _proposed(self, model: Scored) -> list[Scored]:
+        """Return the same, looked for."""
         ranked: list[tuple[float, Proposal]] = []
         found = proposals(self.judge, model, self.effects_for(model))
         generic = [p for p in found if isinstance(p.choice[0], Probe)]
@@ -174,22 +196,26 @@ class Search:
         ranked.sort(key=lambda item: -item[0])
         return [self.judge.score([*model.choices, p.choice], model) for _, p in ranked[:CLOSER]]
 
-    def reshaped(self, model: Scored, *, maps: bool = False) -> Scored:
-        """Return a model with the shape of each effect looked for once more beside all others, nodes where asked."""
+    def reshaped(self, model: Scored, *, maps: bool = False, waves: bool = False) -> Scored:
+        """Return a model with the shape of each effect looked for once more beside all others.
+
+        Nodes and harmonics where asked: while effects are missing they would follow what these explain.
+        """
+        conditions = self.space.dataset.conditions
         best = model
         for k in range(len(model.choices)):
             effect, shape = best.choices[k]
             if best.choices[k] in self.given or (effect.is_map and (isinstance(effect, Probe) or not maps)):
                 continue
-            if effect.is_map:
-                forms = [(effect, s) for s in self.space.shapes(effect)[0]]
-                moved = max(forms, key=lambda form: self.judge.quickly(replaced(best, k, form), best))
-            else:
+            moved = effect, shape
+            if maps if effect.is_map else waves:
+                forms = self.space.shapes(effect)[0] if effect.is_map else effect.variants(conditions, shape)
+                sound = [(effect, s) for s in forms if effect.doubtful(conditions, s) is None]
+                moved = max([moved, *sound], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
+            if not effect.is_map:
                 rest = [choice for i, choice in enumerate(best.choices) if i != k]
                 colour = scan_colour(best.colour)
-                moved = refine(
-                    self.judge, (effect, shape), beside(self.space, rest, colour, zeros=best.zeros), colour
-                )
+                moved = refine(self.judge, moved, beside(self.space, rest, colour, zeros=best.zeros), colour)
             trial = self.judge.score(replaced(best, k, moved), best)
             if trial.score > best.score:
                 best = trial
@@ -206,31 +232,88 @@ class Search:
         maps = [choice[0] for choice in found.choices if choice not in self.given and choice[0].is_map]
         if maps and not any(isinstance(effect, Probe) for effect in maps):
             self.barred = frozenset(effect.name for effect in self.space.library if effect.is_map)
-            other = self._climbed(lambda share: None)
+            other = self._climbed(lambda share: None, found.score - OUT_OF_REACH)
             self.barred = frozenset()
             found = max(found, other, key=lambda m: m.score)
         found = self.changing(found)
+        self._suspect(found)
         while True:
-            likelier = [m for m in self.near(found) if m.score > found.score + ROUNDING and self.is_gated(m)]
-            if not likelier:
+            likelier = (m for m in best_of_names(self.near(found)).values() if m.score > found.score + ROUNDING)
+            sound = (self.reshaped(m) for m in likelier if self.is_gated(m))
+            better = next((m for m in sound if self.is_gated(m)), None)
+            if better is None:
                 return found
-            found = self.exchanged(max(likelier, key=lambda m: m.score))
+            found = self.exchanged(better)
 
-    def _climbed(self, tell: Progress) -> Scored:
-        """Return the best model that the beam and exchanges reach."""
-        best = self.judge.score(self.given)
-        beam, patient = [best], True
+    def _suspect(self, model: Scored) -> None:
+        """Score what the data suggest but cannot bear out in the place of each effect of a model."""
+        for k, choice in enumerate(model.choices):
+            rest = self.without(model, k) if choice not in self.given else model
+            for effect in self.effects_for(rest):
+                trials = [[*rest.choices, (effect, s)] for s in effect.suspects(self.space.dataset.conditions)]
+                if trials:
+                    best = max(trials, key=lambda choices: self.judge.quickly(choices, rest))
+                    suspect = self.reshaped(self.judge.score(best, rest))
+                    if effect.name + IN_DOUBT in self.called(suspect) and suspect.score > model.score - NEGLIGIBLE:
+                        self.doubts.add(effect.name)
+
+    def called(self, model: Scored) -> tuple[str, ...]:
+        """Return the names of a model's effects; those that the data cannot bear out are said to be in doubt."""
+        c = self.space.dataset.conditions
+        return tuple(
+            effect.name + IN_DOUBT if (effect, shape) not in self.given and effect.doubtful(c, shape) else effect.name
+            for effect, shape in model.choices
+        )
+
+    def in_doubt(self, model: Scored) -> bool:
+        """Return whether the data cannot bear out an effect of a model, however well it fits."""
+        return self.called(model) != model.names
+
+    def competes(self, model: Scored) -> bool:
+        """Return whether nothing but a doubt speaks against any effect of a model."""
+        return self.is_gated(model) or (
+            self.in_doubt(model)
+            and all(c in self.given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
+        )
+
+    def _climbed(self, tell: Progress, least: float = -np.inf) -> Scored:
+        """Return the best model that the beam and exchanges reach; exchanges from a score of ``least`` on.
+
+        A probe explains at once what takes several effects: models without one grow beside those with one.
+        """
+        start = self.judge.score(self.given)
+        best, beam, patient = {False: start, True: start}, [start], True
         for depth in range(MOST_EFFECTS):
             gated, ungated = self._sorted_out(self._grown(beam), best)
             tell(0.05 + 0.6 * (depth + 1) / MOST_EFFECTS)
-            top = max(gated, key=lambda model: model.score, default=best)
-            if top.score > best.score + ROUNDING:
-                best, beam, patient = top, [*gated, *ungated], True
+            tops = {generic(m): m for m in sorted(gated, key=lambda m: m.score)}
+            grown = {kind: m for kind, m in tops.items() if m.score > best[kind].score + ROUNDING}
+            if grown:
+                best, beam, patient = best | grown, [*gated, *ungated], True
             elif ungated and patient:
                 beam, patient = ungated, False  # effects that only help together: one step more
             else:
                 break
-        return self.reshaped(self.exchanged(best), maps=True)
+        found = max(best.values(), key=lambda m: m.score)
+        if found.score < least:
+            return found
+        return self.earned(self.reshaped(self.exchanged(found), maps=True, waves=True))
+
+    def earned(self, model: Scored) -> Scored:
+        """Return a model without the effects that have not earned their place in it, the worst taken out first."""
+        while True:
+            failing = {}
+            for k in range(len(model.choices)):
+                if model.choices[k] not in self.given:
+                    gain = self.gain(self.without(model, k), model).gain
+                    why = self.why_not(model, k) or ("the held-out error does not fall" if gain <= 0.0 else None)
+                    if why is not None:
+                        failing[k] = gain, why
+            if not failing:
+                return model
+            worst = min(failing, key=lambda k: failing[k])
+            self.refused[model.choices[worst][0].name] = failing[worst][1]
+            model = self.without(model, worst)
 
     def _grown(self, beam: Sequence[Scored]) -> list[Scored]:
         """Return the models one effect larger, and those without what the new one makes idle; best first."""
@@ -239,29 +322,37 @@ class Search:
             for child in self.children(model):
                 grown[child.key] = child
                 for k in range(len(child.choices) - 1):
-                    if child.choices[k] not in self.given:
+                    if child.score > model.score and child.choices[k] not in self.given:
                         less = self.without(child, k)
                         if less.score > child.score:
                             grown[less.key] = less
         return sorted(grown.values(), key=lambda model: -model.score)
 
-    def _sorted_out(self, ranked: Sequence[Scored], best: Scored) -> tuple[list[Scored], list[Scored]]:
-        """Return the best models whose every effect has earned its place, and the best that may yet."""
+    def _sorted_out(self, ranked: Sequence[Scored], best: Mapping[bool, Scored]) -> tuple[list[Scored], list[Scored]]:
+        """Return the best models whose every effect has earned its place, and the best that may yet.
+
+        Of those with a probe, and of those without one.
+        """
         gated: list[Scored] = []
         ungated: list[Scored] = []
         for model in ranked:
-            if len(gated) == GATED or (gated and model.score < best.score - HOPELESS):
-                break
-            better = model if gated else self.reshaped(model)
+            kind = generic(model)
+            alike = [m for m in gated if generic(m) == kind]
+            enough = GATED_GENERIC if kind else GATED
+            if len(alike) == enough or (alike and model.score < best[kind].score - HOPELESS):
+                continue
+            better = model if alike else self.reshaped(model)
             if self.is_gated(better):
                 gated.append(better)
-            elif len(ungated) < UNGATED and better.score > best.score:
+            elif len(ungated) < UNGATED and better.score > max(best[kind].score, best[False].score):
                 ungated.append(better)
         return gated, ungated
 
     def near(self, model: Scored) -> list[Scored]:
         """Return the models seen that a model cannot dismiss: likelier ones, and those hardly less likely."""
-        return [m for m in self.judge.seen.values() if m.score > model.score - NEGLIGIBLE and not m.wrong_sign]
+        given = set(self.given)
+        seen = (m for m in self.judge.seen.values() if m.score > model.score - NEGLIGIBLE and not m.wrong_sign)
+        return [m for m in seen if given <= set(m.choices)]
 
     def changing(self, model: Scored) -> Scored:
         """Return a model with what of its effects changes along the axis, in time or from run to run beside them."""
@@ -293,9 +384,10 @@ class Search:
                 for other in self.regrouped(model, k):
                     if other.score > better.score + ROUNDING and self.is_gated(other):
                         better = other
-            if better is model:
-                return model
-            model = self.reshaped(better)
+            better = self.earned(self.reshaped(better))
+            if better.score <= model.score + ROUNDING:
+                break
+            model = better
         return model
 
     def regrouped(self, model: Scored, k: int) -> list[Scored]:
@@ -315,29 +407,40 @@ class Search:
         return [self.reshaped(self.reshaped(m)) for m in best]
 
 
+def generic(model: Scored) -> bool:
+    """Return whether a model holds a probe."""
+    return any(isinstance(effect, Probe) for effect, _ in model.choices)
+
+
+def best_of_names(models: Iterable[Scored]) -> dict[tuple[str, ...], Scored]:
+    """Return the best model of each set of effects, best first: whether these have earned their place it decides."""
+    best: dict[tuple[str, ...], Scored] = {}
+    for model in sorted(models, key=lambda m: -m.score):
+        best.setdefault(tuple(sorted(model.names)), model)
+    return best
+
+
 def replaced(model: Scored, k: int, choice: Choice) -> list[Choice]:
     """Return the choices of a model with another in the place of one."""
     return [*model.choices[:k], choice, *model.choices[k + 1 :]]
 
 
 def probabilities(search: Search, model: Scored, beside: Collection[str] = ()) -> dict[str, float]:
-    """Return the probability of each effect of a model over the models that compete: all that the search has scored.
+    """Return the probability of each effect over the models that compete with one: of all that the search has scored.
 
     Shapes of one effect are one effect. Models in which an effect has not earned its place do not compete, nor do
-    those with an effect of ``beside``.
+    those with an effect of ``beside``; those with a wave too long for the data do, though none will be accepted.
     """
     competing = [m for m in search.near(model) if not set(beside) & set(m.names)]
-    best: dict[tuple[str, ...], Scored] = {}
-    for m in sorted(competing, key=lambda m: -m.score):
-        best.setdefault(tuple(sorted(m.names)), m)
-    # of the same effects in several shapes the best shape decides whether they have earned their place
-    sound = {names for names, m in best.items() if m is model or search.is_gated(m)} | {tuple(sorted(model.names))}
+    best = best_of_names(competing)
+    sound = {names for names, m in best.items() if m is model or search.competes(m)} | {tuple(sorted(model.names))}
     models = [m for m in competing if tuple(sorted(m.names)) in sound]
     weights = np.array([other.score for other in models])
     total = float(logsumexp(weights))
+    called = [search.called(other) for other in models]
     found = {}
-    for name in dict.fromkeys(model.names):
-        count = model.names.count(name)
-        having = np.array([other.names.count(name) >= count for other in models])
-        found[name] = float(np.exp(min(logsumexp(weights[having]) - total, 0.0)))
+    for name in dict.fromkeys(name for names in (model.names, *called) for name in names):
+        count = max(model.names.count(name), 1)
+        having = np.array([names.count(name) >= count for names in called])
+        found[name] = float(np.exp(min(logsumexp(weights[having]) - total, 0.0))) if having.any() else 0.0
     return found

@@ -68,24 +68,16 @@ def parameter_unit(item: Parameter, units: Units) -> str:
 def read_shape(
     effect: Effect, given: Mapping[str, object], units: Units, *, name: Callable[[str], str]
 ) -> Shape | None:
-    """Return the shape that values as they stand in a file make.
+    """Return the shape of an effect that values as they stand in a file make, in units inside.
 
     Parameters
     ----------
-    effect
-        Whose shape.
     given
         Values by the name of the parameter: quantities with their units as text, lists of them for nodes, whole
-        numbers, true or false.
-    units
-        Units inside.
+        numbers, true or false. None comes back where there are none although a period, a time constant or the like
+        is needed: a scan has to find it.
     name
         How an error message calls a parameter.
-
-    Returns
-    -------
-    Shape or None
-        None where nothing is given although a period, a time constant or the like is needed: a scan has to find it.
 
     Raises
     ------
@@ -108,10 +100,8 @@ def read_shape(
     values = {item.name: _value(item, given[item.name], units, name) for item in items if item.name in given}
     for key in wanted:
         if key not in given:
-            others = ", ".join(given)
-            raise ArgumentError(
-                name(key), "nothing", f"a value beside {others}, or none of them: then a scan finds all"
-            )
+            allowed = f"a value beside {', '.join(given)}, or none of them: then a scan finds all"
+            raise ArgumentError(name(key), "nothing", allowed)
     try:
         return effect.shape_type(**values)
     except ArgumentError as error:

@@ -30,14 +30,89 @@ MOST_ZEROS = 40
 class Part:
     """Columns that share one prior scale: an effect of a model, or what goes with the noise.
 
-    ``unit`` brings the columns to a mean square of 1 over the readings, so that scales have its unit.
+    ``unit`` brings the columns to a mean square of 1 over the readings, so that scales have its unit. What is known
+    of a part is kept under the part itself.
     """
 
-    key: object
     raw: Floats
     """Shape (columns, rows), in the observed unit inside."""
     unit: float
     optional: bool = False
+
+
+@dataclass(eq=False)
+class Scan:
+    """A stretch of the shapes of an effect in whitened space, and its products with what models are made of.
+
+    Single precision is enough to find what is worth a closer look, and takes half the time. The products are kept:
+    most of a model that is looked at has been in one before.
+    """
+
+    columns: NDArray[np.float32]
+    """The constant not taken out; shape (shapes, amplitudes, rows)."""
+    _products: dict[object, Floats] = field(default_factory=dict)
+
+    @cached_property
+    def gram(self) -> Floats:
+        """Products of the columns of each shape with each other, shape (shapes, amplitudes, amplitudes)."""
+        found: Floats = np.matmul(self.columns, self.columns.transpose(0, 2, 1)).astype(np.float64)
+        return found
+
+    def onto(self, rows: Floats) -> Floats:
+        """Return the products with rows of shape (others, rows): shape (shapes, amplitudes, others)."""
+        m, q, n = self.columns.shape
+        return (self.columns.reshape(m * q, n) @ rows.T.astype(np.float32)).astype(np.float64).reshape(m, q, -1)
+
+    def onto_part(self, key: object, rows: Floats) -> Floats:
+        """Return the same for a part of models, known by a key."""
+        if key not in self._products:
+            self._products[key] = self.onto(rows)
+        return self._products[key]
+
+
+@dataclass(eq=False)
+class View:
+    """What is known of a data set under one colour of noise."""
+
+    space: Space
+    whitening: Whitening
+    white: dict[Part, Floats] = field(default_factory=dict)
+    along: dict[Part, Floats] = field(default_factory=dict)
+    """Products of a part with the readings, shape (columns,)."""
+    products: dict[tuple[Part, Part], Floats] = field(default_factory=dict)
+    scans: dict[str, Scan] = field(default_factory=dict)
+
+    @cached_property
+    def _ones(self) -> Floats:
+        return self.whitening.of(np.ones((1, self.space.dataset.rows)))
+
+    @cached_property
+    def constant(self) -> Floats:
+        """The whitened constant, of length 1, shape (1, rows); of no rows where it is an effect."""
+        length = float(np.sqrt((self._ones**2).sum()))
+        return self._ones / length if self.space.has_datum else self._ones[:0]
+
+    @cached_property
+    def log_determinant(self) -> float:
+        """Of the noise's covariance, with the constant's share."""
+        found = self.whitening.log_determinant
+        return found + float(np.log((self._ones**2).sum())) if self.space.has_datum else found
+
+    @cached_property
+    def observed(self) -> Floats:
+        """The readings, shape (rows,)."""
+        found: Floats = self.project(self.space.dataset.observed[None, :])[0]
+        return found
+
+    @cached_property
+    def total(self) -> float:
+        """Product of the readings with themselves."""
+        return float(self.observed @ self.observed)
+
+    def project(self, columns: Floats) -> Floats:
+        """Return columns, shape (columns, rows), whitened, without the constant where it is no effect."""
+        white = self.whitening.of(columns)
+        return white - (white @ self.constant.T) @ self.constant if self.space.has_datum else white
 
 
 @dataclass(eq=False)
@@ -52,10 +127,7 @@ class Space:
 
     dataset: Dataset
     _parts: dict[object, Part] = field(default_factory=dict)
-    _white: dict[tuple[Colour, object], Floats] = field(default_factory=dict)
-    _products: dict[tuple[Colour, object, object], Floats] = field(default_factory=dict)
-    _scans: dict[tuple[Colour, str], NDArray[np.float32]] = field(default_factory=dict)
-    _whitenings: dict[Colour, Whitening] = field(default_factory=dict)
+    _views: dict[Colour, View] = field(default_factory=dict)
     _shapes: dict[str, tuple[Sequence[Shape], NDArray[np.bool_]]] = field(default_factory=dict)
     _bytes: int = 0
 
@@ -125,26 +197,30 @@ class Space:
         if self.dataset.observable is not Observable.DEVIATION or not 2 <= numbers.size <= MOST_ZEROS:
             return ()
         raw = (place == np.arange(numbers.size)[:, None]).astype(np.float64)
-        return (self.part("zero of each run", raw, optional=True),)
+        return (self.part(raw, optional=True),)
+
+    def view(self, colour: Colour) -> View:
+        """Return what is known of the readings under a colour."""
+        if colour not in self._views:
+            self._views[colour] = View(self, Whitening(self.gap, colour))
+        return self._views[colour]
 
     def whitening(self, colour: Colour) -> Whitening:
         """Return the filter for a colour."""
-        if colour not in self._whitenings:
-            self._whitenings[colour] = Whitening(self.gap, colour)
-        return self._whitenings[colour]
+        return self.view(colour).whitening
 
-    def part(self, key: object, raw: Floats, *, optional: bool = False) -> Part:
+    def part(self, raw: Floats, *, optional: bool = False) -> Part:
         """Return columns of shape (columns, rows) as a part of models."""
         shown = raw - raw.mean(axis=1, keepdims=True) if self.has_datum else raw
         size = float(np.sqrt((shown**2).sum() / raw.shape[1]))
-        return Part(key=key, raw=raw, unit=1.0 / size if size > 0.0 else 1.0, optional=optional)
+        return Part(raw=raw, unit=1.0 / size if size > 0.0 else 1.0, optional=optional)
 
     def part_of(self, choice: Choice) -> Part:
         """Return the columns of an effect."""
         effect, shape = choice
         key = effect.name, shape
         if key not in self._parts:
-            self._parts[key] = self.part(key, self.raw(choice))
+            self._parts[key] = self.part(self.raw(choice))
         return self._parts[key]
 
     def raw(self, choice: Choice) -> Floats:
@@ -157,90 +233,53 @@ class Space:
         """Return the parts of a model: its effects, then what goes with the noise."""
         return [*map(self.part_of, choices), *self.nuisances]
 
-    @cached_property
-    def _constants(self) -> dict[Colour, Floats]:
-        return {}
-
-    def _constant(self, colour: Colour) -> Floats:
-        """Return the whitened constant, of length 1."""
-        if colour not in self._constants:
-            white = self.whitening(colour).of(np.ones((1, self.dataset.rows)))[0]
-            self._constants[colour] = white / np.sqrt(white @ white)
-        return self._constants[colour]
-
     def project(self, columns: Floats, colour: Colour) -> Floats:
         """Return columns, shape (columns, rows), whitened, without the constant where it is no effect."""
-        white = self.whitening(colour).of(columns)
-        if not self.has_datum:
-            return white
-        constant = self._constant(colour)
-        return white - (white @ constant)[:, None] * constant
+        return self.view(colour).project(columns)
 
     def observed(self, colour: Colour) -> Floats:
         """Return the readings in whitened space, shape (rows,)."""
-        key = colour, "observed"
-        if key not in self._white:
-            self._white[key] = self.project(self.dataset.observed[None, :], colour)
-        found: Floats = self._white[key][0]
-        return found
+        return self.view(colour).observed
 
     def white(self, part: Part, colour: Colour) -> Floats:
         """Return a part's columns in whitened space and units of their own, shape (columns, rows)."""
-        key = colour, part.key
-        if key not in self._white:
+        white = self.view(colour).white
+        if part not in white:
             if self._bytes > _KEPT_BYTES:
-                self._white.clear()
+                for view in self._views.values():
+                    view.white.clear()
                 self._bytes = 0
-            self._white[key] = self.project(part.raw * part.unit, colour)
-            self._bytes += self._white[key].nbytes
-        return self._white[key]
+            white[part] = self.view(colour).project(part.raw * part.unit)
+            self._bytes += white[part].nbytes
+        return white[part]
 
     def log_determinant(self, colour: Colour) -> float:
         """Return the logarithm of the determinant of the noise's covariance, with the constant's share."""
-        found = self.whitening(colour).log_determinant
-        if self.has_datum:
-            white = self.whitening(colour).of(np.ones((1, self.dataset.rows)))[0]
-            found += float(np.log(white @ white))
-        return found
-
-    def _product(self, one: Part, other: Part, colour: Colour) -> Floats:
-        key = colour, one.key, other.key
-        if key not in self._products:
-            mirrored = colour, other.key, one.key
-            if mirrored in self._products:
-                return self._products[mirrored].T
-            self._products[key] = self.white(one, colour) @ self.white(other, colour).T
-        return self._products[key]
-
-    def _along(self, part: Part, colour: Colour) -> Floats:
-        key = colour, part.key, "observed"
-        if key not in self._products:
-            self._products[key] = self.white(part, colour) @ self.observed(colour)
-        return self._products[key]
+        return self.view(colour).log_determinant
 
     def sums(self, parts: Sequence[Part], colour: Colour) -> Sums:
         """Return the products that a model with these parts needs."""
-        observed = self.observed(colour)
-        key = colour, "observed", "observed"
-        if key not in self._products:
-            self._products[key] = np.array([[observed @ observed]])
-        total = float(self._products[key][0, 0])
-        if not parts:
-            return Sums(np.empty((0, 0)), np.empty(0), total, self.readings)
+        view = self.view(colour)
         ends = np.cumsum([0, *(part.raw.shape[0] for part in parts)]).tolist()
-        gram = np.empty((ends[-1], ends[-1]))
+        gram, along = np.empty((ends[-1], ends[-1])), np.empty(ends[-1])
         for i, one in enumerate(parts):
+            if one not in view.along:
+                view.along[one] = self.white(one, colour) @ view.observed
+            along[ends[i] : ends[i + 1]] = view.along[one]
             for j in range(i + 1):
-                product = self._product(one, parts[j], colour)
+                pair = one, parts[j]
+                if pair not in view.products:
+                    view.products[pair] = self.white(one, colour) @ self.white(parts[j], colour).T
+                    view.products[pair[::-1]] = view.products[pair].T
+                product = view.products[pair]
                 gram[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] = product
                 if j < i:
                     gram[ends[j] : ends[j + 1], ends[i] : ends[i + 1]] = product.T
-        along = np.concatenate([self._along(part, colour) for part in parts])
-        return Sums(gram, along, total, self.readings)
+        return Sums(gram, along, view.total, self.readings)
 
     def constant(self, colour: Colour) -> Floats:
         """Return the whitened constant as a basis of shape (1, rows), or of no rows where it is an effect."""
-        return self._constant(colour)[None, :] if self.has_datum else np.empty((0, self.dataset.rows))
+        return self.view(colour).constant
 
     def shapes(self, effect: Effect) -> tuple[Sequence[Shape], NDArray[np.bool_]]:
         """Return the scan grid of an effect, and which of its shapes the data could bear out."""
@@ -251,14 +290,11 @@ class Space:
             self._shapes[effect.name] = shapes, sound
         return self._shapes[effect.name]
 
-    def scan(self, effect: Effect, shapes: Sequence[Shape], colour: Colour) -> Iterator[NDArray[np.float32]]:
-        """Yield stretches of a scan in whitened space, the constant not taken out; shape (shapes, amplitudes, rows).
-
-        Single precision is enough to find what is worth a closer look, and takes half the time.
-        """
-        key = colour, effect.name
-        if key in self._scans:
-            yield self._scans[key]
+    def scan(self, effect: Effect, shapes: Sequence[Shape], colour: Colour) -> Iterator[Scan]:
+        """Yield a scan in whitened space in stretches that the memory holds; a single one is kept."""
+        scans = self.view(colour).scans
+        if effect.name in scans:
+            yield scans[effect.name]
             return
         # a wave slower than the decimation's limit passes it unchanged: taken at the rows it costs a tenth
         data = self.at_rows if effect.is_wave else self.dataset
@@ -267,10 +303,10 @@ class Space:
         for begin in range(0, len(shapes), at_once):
             raw = data.scan(effect, shapes[begin : begin + at_once])
             m, q, n = raw.shape
-            white = self.whitening(colour).of(raw.reshape(m * q, n)).reshape(m, q, n).astype(np.float32)
+            scan = Scan(self.whitening(colour).of(raw.reshape(m * q, n)).reshape(m, q, n).astype(np.float32))
             if keep:
-                self._scans[key] = white
-            yield white
+                scans[effect.name] = scan
+            yield scan
 
 
 def blocks_of(parts: Sequence[Part]) -> NDArray[np.int64]:

@@ -167,7 +167,7 @@ class Adapter:
     def _tune(self, bus: can.BusABC) -> None:
         """Set what python-can offers no option for, so that a reader that stops does not stop the writer."""
         if isinstance(bus, SerialBus):
-            bus._ser.write_timeout = SERIAL_READ_S  # noqa: SLF001
+            bus._ser.write_timeout = SERIAL_READ_S  # noqa: SLF001 - python-can has no setting for it
         elif isinstance(bus, slcanBus):
             self._port = bus.serialPortOrig
             if sys.platform != "win32":

@@ -290,7 +290,7 @@ def _check_claims(path: str | Path, text: str) -> None:
 def _parsed(path: str | Path, text: str) -> Database:
     """Return the database that a DBC's text describes."""
     import cantools  # noqa: PLC0415 - 0.4 s
-    from cantools.database.can import Database as CanDatabase  # noqa: PLC0415
+    from cantools.database.can import Database as CanDatabase  # noqa: PLC0415 - cantools, for its users only
 
     _check_claims(path, text)
     try:

@@ -368,7 +368,7 @@ class SimulatedTransport:
         if not self._inbox:
             now_ps = self._bus.now_ps
             until_ps = until_ps if until_ps > now_ps else now_ps + POLL_PS
-            while not self._inbox and self._bus._step(until_ps):  # noqa: SLF001
+            while not self._inbox and self._bus._step(until_ps):  # noqa: SLF001 - its own bus
                 self._refuse_when_closed()  # something planned may have closed it
         if not self._inbox:
             return None

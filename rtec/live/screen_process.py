@@ -71,9 +71,9 @@ def run(keys_from: int, lines_to: int) -> None:
         File descriptor to which typed lines are written.
     """
     from rich.console import Console  # noqa: PLC0415 - after the signals are taken care of
-    from rich.live import Live  # noqa: PLC0415
+    from rich.live import Live  # noqa: PLC0415 - only where a screen is drawn
 
-    from rtec.live.picture import picture  # noqa: PLC0415
+    from rtec.live.picture import picture  # noqa: PLC0415 - as above
 
     console = Console(highlight=False)
     typed, document, rest = TypedText(), None, b""
@@ -100,7 +100,7 @@ def run(keys_from: int, lines_to: int) -> None:
 def main(keys_from: int, lines_to: int) -> None:
     """Take the terminal over, draw, and give it back as it was."""
     import termios  # noqa: PLC0415 - not on Windows
-    import tty  # noqa: PLC0415
+    import tty  # noqa: PLC0415 - Windows has none
 
     # Ctrl-C is for the other process; when that ends, so does the pipe
     # and where that is killed, this one is in the background and has the terminal to put in order still

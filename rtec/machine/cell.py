@@ -211,4 +211,5 @@ def _padded(stations: Sequence[StationSettings], moves: Sequence[Sequence[Move]]
     for station, program in zip(stations, moves, strict=True):
         stay = Move(target_mm=program[-1].target_mm, speed_mm_s=program[-1].speed_mm_s)
         rows.append(move_arrays([*program, *[stay] * (longest - len(program))], station.encoder.count_mm))
-    return tuple(np.array([row[k] for row in rows]) for k in range(3))  # type: ignore[return-value]
+    first, second, third = (np.array([row[k] for row in rows]) for k in range(3))
+    return first, second, third

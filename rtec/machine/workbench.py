@@ -158,7 +158,8 @@ class BenchBox:
 
         What is under way is brought to its end on a copy, so that looking changes nothing.
         """
-        state = np.rec.array(np.array([self.station._state], dtype=_station_line_kernels.STATION))[0]  # noqa: SLF001
+        inside = self.station._state  # noqa: SLF001 - the bench belongs to its stations
+        state = np.rec.array(np.array([inside], dtype=_station_line_kernels.STATION))[0]
         _station_kernels.settle(state)
         view = station_view(state, self.station.settings)
         inserted = view.step_counts * view.completed
@@ -331,7 +332,7 @@ class Workbench:
         return int(struck > 0) if armed.fault.strikes is Strikes.WHILE_INSERTING else struck
 
     def _struck(self, armed: _Armed) -> int:
-        state = self._station(armed)._state  # noqa: SLF001
+        state = self._station(armed)._state  # noqa: SLF001 - as above
         kind = armed.fault.kind
         if armed.fault.strikes is Strikes.WHILE_INSERTING:
             return int(state.struck_ps)

@@ -78,7 +78,7 @@ def learn(study: Study, readings: Readings, tell: Tell) -> Lesson:
         Called with the share done.
     """
     begun = time.perf_counter()
-    diagnosis = diagnose(load_dataset(calibration_measurement(readings, study.period_mm)), seed=0, progress=tell)
+    diagnosis = diagnose(load_dataset(calibration_measurement(readings, study.period_mm)), progress=tell)
     low, high = study.calibration.start_inch * MM_PER_INCH, study.calibration.end_inch * MM_PER_INCH
     predictor, left_out = predictor_of_model(diagnosis.model, low, high)
     models = [diagnosis.start, *(step.model for step in diagnosis.steps)]

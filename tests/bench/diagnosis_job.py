@@ -13,7 +13,7 @@ from rtec.dataset.load import load_dataset
 from rtec.effects import Effect, Floats, Shape
 from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import beside, falls
+from rtec.inference.proposals import beside, falls, falls_of_scan
 from rtec.inference.space import Choice, Space
 from rtec.metrology import Column, Measurement
 from rtec.predictors import LatheNetwork
@@ -78,7 +78,8 @@ def by_scan(dataset: Dataset, model: list[Choice]) -> Scan:
         if effect.is_map:  # its shapes have different numbers of amplitudes
             each = [float(falls(space.white(space.part_of((effect, s)), WHITE)[None], back)[0]) for s in shapes]
         else:
-            each = np.concatenate([falls(columns, back) for columns in space.scan(effect, shapes, WHITE)]).tolist()
+            scans = space.scan(effect, shapes, WHITE)
+            each = np.concatenate([falls_of_scan(space, scan, back, WHITE) for scan in scans]).tolist()
         found.append(max(each))
         count += len(shapes)
     return Scan(seconds=time.process_time() - begun, candidates=count, falls=np.array(found))

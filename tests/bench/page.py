@@ -183,8 +183,13 @@ ELSEWHERE = (
     ),
     (
         "how often hidden effects are named right",
-        "python -m tests.recovery.confusion --trials 200",
+        "python -m tests.recovery.confusion --trials 60",
         "[confusion](confusion.md)",
+    ),
+    (
+        "how often two standard errors cover the truth, 1000 draws of each case",
+        "pytest -m sweep tests/unit/inference/test_inference_fit.py",
+        "93 to 97 %, or fails",
     ),
     ("what real measurements leave", "pytest tests/recovery", "[real data](real-data.md)"),
     ("every fault in every phase, and a hundred hours", "rtec safety --soak 100h", "[safety](safety.md)"),

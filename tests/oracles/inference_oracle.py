@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy import linalg, optimize, stats
@@ -170,8 +171,6 @@ def measured(
     noise = rng.standard_normal(x.size)
     if rho:
         noise = coloured(rng, covariance(rho, white, one_chain(x.size)))
-    parts = np.array_split(np.arange(x.size), 5)
-    block = run - 1 if runs > 1 else np.repeat(np.arange(5), [part.size for part in parts])
     return Dataset(
         source="plan.csv",
         observe="deviation",
@@ -188,6 +187,18 @@ def measured(
             **conditions,
         ),
         cell=np.tile(np.arange(once.size), runs) if runs > 1 else np.full(x.size, -1),
-        block=block,
-        held_out_by="run" if runs > 1 else "stretch",
     )
+
+
+def pushed(sign: float = 1.0, seconds: float = 10.0) -> Dataset:
+    """The force of a drive with viscous and Coulomb friction, at 100 Hz; ``sign`` is that of its sensor."""
+    rng, t = np.random.default_rng(0), np.arange(0.0, seconds, 0.01)
+    x = 50.0 * np.sin(2 * np.pi * t / 2.0) + 20.0 * np.sin(2 * np.pi * t / 1.37)
+    v = np.gradient(x, t)
+    base = measured(runs=1, targets=t.size // 2)
+    conditions = replace(
+        base.conditions, position=x, velocity=v, acceleration=np.gradient(v, t), direction=np.sign(v), time_s=t,
+        run=np.ones(t.size, dtype=np.int64), since_reversal=None, moving=True,
+    )  # fmt: skip
+    force = sign * (0.02 * v + 3.0 * np.sign(v)) + 0.3 * rng.normal(size=t.size)
+    return replace(base, observable=Observable.DRIVE, observe="force", observed=force, conditions=conditions)

@@ -62,7 +62,8 @@ directions. Waves in them have five cycles or more in the span. The families of 
 with three degrees of freedom, a level that changes; all but the first two are none that the diagnosis assumes. Noise
 correlated by place is played with two runs or more: in a single run it is a map of position, and nothing tells them
 apart; a line without a bar shows what is said there. What lies outside the library is made by physics of its own
-(`rtec/blind/outside*.py`). Drives are logs of a force with inertia, friction, cogging and weight, at several speeds
+(`rtec/blind/outside*.py`). A wave of fewer than five cycles whose period nobody stated is right as UNKNOWN or
+INCONCLUSIVE, too. Drives are logs of a force with inertia, friction, cogging and weight, at several speeds
 both ways.
 
 "Right" is strict: all that was hidden is named, nothing else is, and the verdict is the one asked for; where a plan

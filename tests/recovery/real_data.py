@@ -227,7 +227,7 @@ def diagnosed(case: Case, folder: Path) -> Row:
         before=factor * _rms(residual_of(judged, found.start)),
         steps=tuple((step.effect, factor * step.rms_train, factor * step.rms_heldout) for step in found.steps),
         heldout=factor * found.rms_heldout,
-        heldout_by=_judged_on(case, dataset, found),
+        heldout_by=_judged_on(found),
         floor=None if found.noise.floor is None else factor * found.noise.floor,
         verdict=_verdict(found),
         found=_numbers(found.model),
@@ -258,10 +258,10 @@ def _numbers(model: Model) -> tuple[tuple[str, tuple[Value, ...]], ...]:
     return tuple((term.name, values_of(term, model)) for term in model.terms)
 
 
-def _judged_on(case: Case, dataset: Dataset, found: Diagnosis) -> str:
+def _judged_on(found: Diagnosis) -> str:
     if found.heldout is not None:
         return "the other file"
-    return f"{dataset.held_out_by} by {dataset.held_out_by}"
+    return f"{found.heldout_by} by {found.heldout_by}"
 
 
 def _verdict(found: Diagnosis) -> str:

@@ -255,7 +255,7 @@ def test_study_keys_are_those_of_the_builtin_study():
             assert shown.strip("`") == str(value), key
 
 
-def keys_of(document, under=("params", "not_testable", "minimum_detectable", "probability", "lack_of_fit")):
+def keys_of(document, under=("params", "not_testable", "minimum_detectable", "probability", "lack_of_fit", "final")):
     """Return every key of a document, but not those that are names of effects and parameters."""
     if isinstance(document, list):
         return set().union(*(keys_of(item) for item in document))

@@ -48,10 +48,10 @@ DEFINITIONS = (
         "Probability that noise alone gives so large a statistic anywhere: for any effect of the library and any "
         "period, time constant or other form that was tried. An effect is added below 0.01.",
     ),
-    ("predicted", "RMS that the score test promises before an effect is fitted."),
+    ("predicted", "RMS that an effect would leave beside those found, before everything is fitted again."),
     (
         "minimum detectable",
-        "RMS contribution of an effect to these readings that this search would find nine times out of ten.",
+        "RMS contribution of an effect to these readings that this search should find, by theory 95 times of 100.",
     ),
     (
         "cosine",

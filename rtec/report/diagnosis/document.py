@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Any
 
+from rtec.inference.fit import values_of
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
 from rtec.report.diagnosis.likeness import look_alikes, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
@@ -35,6 +36,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "steps": [_step(step, shown) for step in diagnosis.steps],
         "candidates": [_candidate(candidate, shown) for candidate in diagnosis.candidates],
         "noise_floor": shown.number(diagnosis.noise.floor),
+        "final": _final(diagnosis),
         "rms_before": shown.number(diagnosis.rms_before),
         "rms_heldout_before": shown.number(diagnosis.rms_heldout_before),
         "rms_after": shown.number(diagnosis.rms_after),
@@ -164,6 +166,20 @@ def _step(step: Step, shown: Shown) -> dict[str, Any]:
         "heldout_gain_error": step.gain_error * gain_factor,
         "reason": step.reason,
     }
+
+
+def _final(diagnosis: Diagnosis) -> dict[str, dict[str, list[float | str | None]]]:
+    """Return the parameters of the model found: value, standard error and unit by effect and name.
+
+    A second effect of a name, such as another family of waves, gets a number: ``cyclic_2``.
+    """
+    found: dict[str, dict[str, list[float | str | None]]] = {}
+    for term in diagnosis.model.terms:
+        numbers, key = itertools.count(2), term.name
+        while key in found:
+            key = f"{term.name}_{next(numbers)}"
+        found[key] = {v.name: [v.value, v.error, v.unit] for v in values_of(term, diagnosis.model)}
+    return found
 
 
 def _candidate(candidate: Candidate, shown: Shown) -> dict[str, Any]:

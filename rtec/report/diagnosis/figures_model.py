@@ -9,7 +9,6 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model, Term
-from rtec.inference.prediction import component
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis.likeness import ALIKE, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of
@@ -66,7 +65,7 @@ def components_figure(dataset: Dataset, model: Model) -> Figure | None:
     figure = new_figure(1.75 * len(terms) + 0.6)
     panels = figure.subplots(len(terms), 1, squeeze=False)[:, 0]
     for axes, term in zip(panels, terms, strict=True):
-        values = component(dataset, term)
+        values = term.component(dataset)
         over = _abscissa(term, c, axes_of)
         if over.name == "phase" and dataset.resample is None:
             _wave(axes, c, term, shown)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
 from rtec.inference.model import Model, Term
-from rtec.inference.prediction import dataset_prediction
 from rtec.report.diagnosis.quantities import symbol
 
 FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
@@ -59,7 +58,7 @@ class Abscissa:
 def residual(dataset: Dataset, model: Model) -> Floats:
     """Return what a model leaves, shape (rows,); about the mean where the model is not fitted."""
     if all(term.fitted for term in model.terms) and (model.terms or model.datum):
-        return dataset.observed - dataset_prediction(dataset, model)
+        return dataset.observed - model.predict(dataset)
     return dataset.observed - float(np.mean(dataset.observed))
 
 

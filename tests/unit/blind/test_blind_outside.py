@@ -57,7 +57,7 @@ def test_what_lies_inside_is_described(name):
     assert left_by_the_library(DENSE[0], error.added_mm) < 0.1
 
 
-WAVES = ("growing_wave", "fading_wave", "partial_wave", "beat", "slipping_wave", "two_flanks", "breathing_ribs")
+WAVES = ("growing_wave", "fading_wave", "partial_wave", "slipping_wave", "breathing_ribs")
 
 
 @pytest.mark.parametrize("name", WAVES)

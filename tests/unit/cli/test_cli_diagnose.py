@@ -74,11 +74,15 @@ def test_the_document_has_the_keys_that_scripts_rely_on(here, capsys):
     for key in (
         "verdict", "effects", "steps", "candidates", "noise_floor", "rms_before", "rms_after", "unit", "not_testable",
         "minimum_detectable", "unknown", "suggested_experiment", "unseen_periods", "outliers", "probability",
+        "final",
     ):  # fmt: skip
         assert key in document
     assert set(document["probability"]) >= set(document["effects"])
     assert all(0.95 <= document["probability"][name] <= 1.0 for name in document["effects"])
     assert document["outliers"] == []
+    assert list(document["final"]) == document["effects"]
+    numbers, last = document["steps"][-1]["params"], document["final"][document["steps"][-1]["effect"]]
+    assert [value for value, _, _ in last.values()] == [n for key, n in numbers.items() if not key.endswith("_error")]
     assert set(document["steps"][0]) >= {"effect", "params", "rms_train", "rms_heldout", "p_adjusted"}
     assert set(document["candidates"][0]) >= {"effect", "predicted_rms", "p_adjusted", "tied_with", "reason"}
     assert document["not_testable"]["thermal_growth"] == "no temperature column"

@@ -19,7 +19,6 @@ def at_rest():
         observed=np.arange(12.0),
         conditions=conditions,
         cell=np.tile([0, 1, 2, 3], 3),
-        block=np.repeat([0, 1, 2], 4),
         unknown=(("pulse_v", np.arange(12.0) * 2),),
     )
 
@@ -44,10 +43,9 @@ def in_motion(samples=1003, picked=None):
         observe="force",
         observable=Observable.DRIVE,
         units=Units("n", "mm", "s"),
-        observed=resample.apply_rows(np.sign(velocity)),
+        observed=resample.apply(np.sign(velocity)),
         conditions=conditions,
         cell=np.full(resample.rows, -1),
-        block=np.arange(resample.rows) * 5 // resample.rows,
         resample=resample,
     )
 
@@ -97,7 +95,7 @@ def test_taking_rows(make):
     data = make()
     effect = effect_named("scale" if make is at_rest else "viscous")
     shape = effect.shapes(data.conditions)[0]
-    mask = data.block == 1
+    mask = np.arange(data.rows) * 3 // data.rows == 1
     for rows in (mask, np.flatnonzero(mask)[::-1]):
         part = data.take(rows)
         np.testing.assert_array_equal(part.observed, data.observed[rows])
@@ -121,9 +119,8 @@ def test_rows_that_do_not_fit_together():
         "observed": data.observed,
         "conditions": data.conditions,
         "cell": data.cell,
-        "block": data.block,
     }
-    for name in ("observed", "cell", "block"):
+    for name in ("observed", "cell"):
         with pytest.raises(ArgumentError, match="row by row"):
             Dataset(**(common | {name: common[name][:-1]}))
     with pytest.raises(ArgumentError, match="row by row"):

@@ -44,10 +44,10 @@ def test_the_shortest_stretch_is_just_long_enough(rate):
     assert left >= 1
     if stages_of(rate):
         resample = Resample(stretches=((0, left),), stages=stages_of(rate))
-        assert resample.apply(np.ones((left, 20))).shape == (resample.rows, 20)
+        assert resample.apply(np.ones((20, left))).shape == (20, resample.rows)
         # a constant lies where the ripple is lowest, 0.05 dB, forwards and backwards
         gain = 10 ** (-2 * 0.05 / 20 * len(stages_of(rate)))
-        np.testing.assert_allclose(resample.apply(np.ones((left, 1))), gain, rtol=1e-9)
+        np.testing.assert_allclose(resample.apply(np.ones(left)), gain, rtol=1e-9)
 
 
 def test_low_pass_is_the_textbook_filter():
@@ -62,7 +62,7 @@ def test_low_pass_is_the_textbook_filter():
     assert np.abs(low_pass(fast, 1000.0, 100.0)[middle]).max() < 1e-4
 
 
-@pytest.mark.parametrize("many", [1, 15, 16, 17, 40])
+@pytest.mark.parametrize("many", [1, 17])
 @pytest.mark.parametrize(("samples", "stages"), [(700, (10,)), (301, (5,)), (900, (10, 2)), (28, (13,))])
 def test_decimation_is_that_of_scipy(many, samples, stages):
     signals = np.cumsum(np.random.default_rng(many).normal(size=(many, samples)), axis=1)
@@ -71,8 +71,7 @@ def test_decimation_is_that_of_scipy(many, samples, stages):
     for factor in stages:
         expected = decimate(expected, factor, ftype="iir", axis=-1)
     assert resample.rows == expected.shape[1]
-    np.testing.assert_allclose(resample.apply_rows(signals), expected, rtol=0, atol=1e-11 * np.abs(signals).max())
-    np.testing.assert_array_equal(resample.apply(signals.T), resample.apply_rows(signals).T)
+    np.testing.assert_allclose(resample.apply(signals), expected, rtol=0, atol=1e-11 * np.abs(signals).max())
 
 
 def test_stretches_are_filtered_each_for_itself_and_rows_picked_after():
@@ -81,15 +80,15 @@ def test_stretches_are_filtered_each_for_itself_and_rows_picked_after():
     expected = np.concatenate(
         [decimate(part, 10, ftype="iir", axis=-1) for part in (signals[..., :405], signals[..., 405:])], axis=-1
     )
-    found = resample.apply_rows(signals)
+    found = resample.apply(signals)
     np.testing.assert_allclose(found, expected, atol=1e-12)
     assert resample.kept[[0, 40, 41]].tolist() == [0, 400, 405]
     rows = np.array([3, 50, 4])
     part = resample.take(rows)
     assert (part.rows, part.samples, part.kept.tolist()) == (3, 900, [30, 495, 40])
-    np.testing.assert_array_equal(part.apply_rows(signals), found[..., rows])
+    np.testing.assert_array_equal(part.apply(signals), found[..., rows])
     mask = np.array([False, True, True])
-    np.testing.assert_array_equal(part.take(mask).apply_rows(signals), found[..., [50, 4]])
+    np.testing.assert_array_equal(part.take(mask).apply(signals), found[..., [50, 4]])
 
 
 def test_local_derivatives_fit_the_nearest_rows():

@@ -329,17 +329,17 @@ SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the measurements of real machines are not there")
 @pytest.mark.parametrize(
-    ("name", "rows", "cells", "blocks", "units"),
+    ("name", "rows", "cells", "units"),
     [
-        ("stage_x.csv", 90, 18, 5, ("mm", "mm", "reading")),
-        ("stage_z.csv", 50, 10, 5, ("mm", "mm", "reading")),
-        ("worm_drive.csv", 666, 0, 5, ("deg", "s", "s")),
-        ("motor_hold_b_16.csv", 512, 0, 5, ("a", "deg", "reading")),
+        ("stage_x.csv", 90, 18, ("mm", "mm", "reading")),
+        ("stage_z.csv", 50, 10, ("mm", "mm", "reading")),
+        ("worm_drive.csv", 666, 0, ("deg", "s", "s")),
+        ("motor_hold_b_16.csv", 512, 0, ("a", "deg", "reading")),
     ],
 )
-def test_real_readings(name, rows, cells, blocks, units):
+def test_real_readings(name, rows, cells, units):
     data = load_dataset(SHARED / name)
-    assert (data.rows, data.cell.max() + 1, data.block.max() + 1) == (rows, cells, blocks)
+    assert (data.rows, data.cell.max() + 1) == (rows, cells)
     assert (data.units.observed, data.units.position, data.units.clock) == units
     assert not data.conditions.moving
     raw = np.loadtxt(SHARED / name, delimiter=",", comments="#", skiprows=5 if name == "worm_drive.csv" else 3)[-1]

@@ -54,7 +54,6 @@ def test_cells_are_targets_and_directions_visited_by_several_runs(load):
     data = load("run,target_mm,actual_mm\n" + rows(run, target, target))
     # forward 0, 1, 2 and back 2, 1 twice; back to 0 in one run only
     assert data.cell.tolist() == [0, 1, 2, 3, 4, -1, 0, 1, 2, 3, 4]
-    assert (data.block.tolist(), data.held_out_by) == ([0] * 6 + [1] * 5, "run")
 
 
 def test_another_feed_is_another_cell(load):
@@ -75,7 +74,6 @@ def test_runs_from_whole_passes(load):
     data = load("target_mm,deviation_um\n" + rows(BIDIRECTIONAL * 3, range(18)))
     assert data.conditions.run.tolist() == [1] * 6 + [2] * 6 + [3] * 6
     assert data.cell.tolist() == [0, 1, 2, 3, 4, 5] * 3
-    assert (data.held_out_by, data.block.max()) == ("run", 2)
     assert "3 passes over the same places count as runs" in notes(data)
     # a target read twice is no pass
     data = load("target_mm,deviation_um\n" + rows([0, 1, 1, 2, 3, 4], range(6)))
@@ -138,24 +136,6 @@ def test_temperatures_in_any_unit(load):
     data = load(text)
     np.testing.assert_allclose(data.conditions.temperatures["temperature"], [20, 25, 25], rtol=1e-12)
     np.testing.assert_allclose(data.conditions.temperatures["temperature_nut"], [20, 21, 22], rtol=1e-12)
-
-
-@pytest.mark.parametrize("count", [3, 9, 10, 23])
-def test_blocks_of_one_run(load, count):
-    data = load("target_mm,deviation_um\n" + rows(range(count), range(count)))
-    blocks, sizes = np.unique(data.block, return_counts=True)
-    assert blocks.tolist() == list(range(count if count < 10 else 5))
-    assert sizes.max() - sizes.min() <= 1
-    assert (np.diff(data.block) >= 0).all()
-    assert data.held_out_by == "stretch"
-
-
-def test_more_than_ten_runs_are_held_out_in_groups(load):
-    run = np.repeat(np.arange(12), 2)
-    data = load("run,target_mm,deviation_um\n" + rows(run, [0, 1] * 12, range(24)))
-    assert data.block.max() == 4
-    assert (np.diff(data.block) >= 0).all()
-    assert all(len(set(data.block[run == number])) == 1 for number in range(12))
 
 
 def test_a_constant_column_loads(load):

@@ -38,7 +38,6 @@ def test_of_one_or_two_runs_every_fifth_reading_is_locked_away():
     cells = [set(shown.coordinates.run[shown.cell == k].tolist()) for k in range(shown.cell.max() + 1)]
     assert cells
     assert all(runs == {1, 2} for runs in cells)
-    assert np.unique(shown.block).tolist() == list(range(int(shown.block.max()) + 1))
 
 
 def test_of_a_log_the_last_fifth_is_locked_away():

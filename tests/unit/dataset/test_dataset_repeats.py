@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from rtec.dataset.repeats import (
-    blocks_of,
     cells_of,
     condition_numbers,
     one_way_passes,
@@ -77,13 +76,3 @@ def test_whole_passes_are_runs(conditions, runs):
 def test_passes_in_one_direction(position, runs):
     found = one_way_passes(np.array(position, dtype=float))
     assert (None if found is None else found.tolist()) == runs
-
-
-@pytest.mark.parametrize("runs", [2, 5, 10, 11, 23])
-def test_blocks_keep_runs_whole(runs):
-    run = np.repeat(np.random.default_rng(runs).permutation(runs) + 3, 4)
-    block, what = blocks_of(run)
-    assert what == "run"
-    assert sorted(set(block.tolist())) == list(range(runs if runs <= 10 else 5))
-    assert (np.diff(block) >= 0).all()
-    assert all(len(set(block[run == number].tolist())) == 1 for number in set(run.tolist()))

@@ -46,7 +46,6 @@ def test_speeds_of_a_table_read_again_are_repeats(load):
     data = load(text, observe="torque")
     assert data.conditions.run.tolist() == np.repeat([1, 2, 3], 24).tolist()
     assert data.cell.tolist() == np.tile(np.arange(24), 3).tolist()
-    assert data.held_out_by == "run"
 
 
 @pytest.mark.parametrize(

@@ -203,6 +203,27 @@ def test_the_strongest_line_may_be_a_harmonic_of_its_family():
     assert not any(variant.by_direction for variant in Cyclic().variants(lathe().take(np.arange(1561)), second))
 
 
+def test_harmonics_beyond_the_limit_belong_to_the_whole_pitch():
+    # at ten targets a turn the 2nd to 4th wave of a third of a turn look like the 4th, 1st and 2nd of the turn:
+    # fast waves that nobody saw, and wrong between the targets
+    third = CyclicShape(6.35 / 3)
+    for shape in Cyclic().variants(lathe(), third):
+        assert shape.harmonics / shape.period <= 0.5 / 0.635
+
+
+def test_the_pitch_goes_before_its_fractions_where_both_alias():
+    # every 4 mm a turn of 6 mm is seen at three phases, and so are its third, fourth and fifth, which look the same
+    assert [s.period for s in Cyclic().shapes(at(4.0 * np.arange(30), screw_pitch=6.0))][-1] == 6.0
+    assert 6.35 / 2 in [s.period for s in Cyclic().shapes(lathe())]
+
+
+@pytest.mark.parametrize(("step", "pitch", "harmonics"), [(3.0, 10.0, 4), (4.0, 6.0, 1), (25.0, 10.0, 1)])
+def test_waves_of_the_pitch_may_alias_as_long_as_none_looks_like_another(step, pitch, harmonics):
+    targets = at(step * np.arange(30.0) + (step == 25.0) * (np.arange(30) % 2), screw_pitch=pitch)
+    own = [s.harmonics for s in Cyclic().variants(targets, CyclicShape(pitch)) if s.period == pitch]
+    assert max(own) == harmonics
+
+
 def test_a_fundamental_goes_round_five_times_or_is_the_line_itself():
     long = CyclicShape(400.0)
     assert {variant.period for variant in Cyclic().variants(lathe(), long)} == {400.0}
@@ -414,3 +435,31 @@ def test_a_family_is_taken_apart_into_what_may_be_a_part_of_it():
     assert max(harmonics for _, harmonics in parts) == 3
     assert Cyclic().regrouped(c, CyclicShape(51.0)) == []
     assert all(Cyclic().doubtful(c, s) is None for s in Cyclic().regrouped(c, CyclicShape(51.0, 3)))
+
+
+def test_waves_nearer_than_the_span_tells_apart_are_crowded():
+    c = at(np.linspace(0.0, 300.0, 41))
+    apart = 1.0 / (1.0 / 40.0 + 1.5 / c.span)
+    assert Cyclic().crowded(c, CyclicShape(40.0), []) is None
+    assert Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(apart * 0.999)]) is None
+    assert "amplitude changes" in Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(apart * 1.01)])
+    assert "amplitude changes" in Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(80.0, 2)]), (
+        "its second harmonic"
+    )
+
+
+def test_suspects_are_waves_of_fewer_than_five_cycles():
+    c = at(np.linspace(0.0, 300.0, 41))
+    cycles = [c.span / shape.period for shape in Cyclic().suspects(c)]
+    assert min(cycles) == pytest.approx(1.5) and max(cycles) < 5.0
+    assert max(np.diff(cycles)) <= 0.3 + 1e-9
+    assert all(Cyclic().doubtful(c, shape) for shape in Cyclic().suspects(c))
+    assert Cyclic().suspects(at(np.linspace(0.0, 300.0, 4))) == ()
+
+
+def test_a_force_that_is_strongest_once_a_turn_is_a_weight():
+    c = at(np.linspace(0.0, 359.0, 360), "deg", revolution=360.0)
+    once, often = np.array([41.0, 3.0, 2.0, 0.0]), np.array([1.0, 0.0, 3.0, 2.0])
+    assert "as a weight does" in Cogging().implausible(c, CoggingShape(360.0, 2), once)
+    assert Cogging().implausible(c, CoggingShape(360.0, 2), often) is None
+    assert Cogging().implausible(c, CoggingShape(90.0, 2), once) is None

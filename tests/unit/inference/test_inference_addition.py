@@ -63,7 +63,7 @@ def test_a_shape_is_found_or_taken_as_it_is_said():
 def test_the_other_measurement_scores():
     data, other = measured(TILTED), measured(TILTED, seed=5, runs=3)
     result = add("backlash", data, model(Term(effect=SCALE)), other)
-    left = other.observed - result.model.predict(other.conditions)
+    left = other.observed - result.model.predict(other)
     assert result.rms_heldout == pytest.approx(np.sqrt(np.mean(left**2)))
     assert result.rms_heldout == pytest.approx(SIGMA, rel=0.2)
     assert result.heldout_by == other.source

@@ -4,15 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from inference_oracle import SIGMA, covariance, measured, one_chain, whitened
+from inference_oracle import SIGMA, covariance, measured, one_chain, pushed, whitened
 from scipy import stats
 
-from rtec.effects import Observable, Shape, effect_named
+from rtec.effects import Shape, effect_named
 from rtec.inference.answer import (
     LEVEL,
     adjusted_p,
+    newly,
     rivalries,
     settled,
+    shared,
     tied_models,
     wrong_signs,
 )
@@ -135,23 +137,72 @@ def test_the_cosine_is_that_of_columns_beside_the_others():
     assert one @ one == pytest.approx(1.0)
 
 
-def drive(sign):
-    rng = np.random.default_rng(0)
-    t = np.arange(0.0, 10.0, 0.01)
-    x = 50.0 * np.sin(2 * np.pi * t / 2.0) + 20.0 * np.sin(2 * np.pi * t / 1.37)
-    v = np.gradient(x, t)
-    base = measured(runs=1, targets=t.size // 2)
-    conditions = replace(
-        base.conditions, position=x, velocity=v, acceleration=np.gradient(v, t), direction=np.sign(v), time_s=t,
-        run=np.ones(t.size, dtype=np.int64), since_reversal=None, moving=True,
-    )  # fmt: skip
-    force = sign * (0.02 * v + 3.0 * np.sign(v)) + 0.3 * rng.normal(size=t.size)
-    return replace(base, observable=Observable.DRIVE, observe="force", observed=force, conditions=conditions)
+def test_a_rival_that_is_there_beside_the_effect_keeps_its_probability():
+    search, model = run(measured(lambda x, way, t, run: 0.02 * way + 0.03 * (t > 95.0), runs=1))
+    answer, every = settled(search, model)
+    assert set(answer.names) == {"backlash", "lost_counts"}
+    (k,) = (i for i, name in enumerate(answer.names) if name == "backlash")
+    rivals = {"backlash": rivalries(search, answer, k)}
+    (rivalry,) = [r for r in rivals["backlash"] if r.rival == "lost_counts"]
+    assert rivalry.model.names.count("lost_counts") == 2
+    assert newly(rivalry.model, answer, "lost_counts") not in answer.choices
+    assert rivalry.cosine > 0.9, "of the second step, not of the one that both models have"
+    found = shared(search, answer, every, rivals)
+    assert found["lost_counts"] == every["lost_counts"] > 0.95
+    assert found["backlash"] < 0.9 * every["backlash"]
+
+
+def test_what_has_no_place_of_its_own_is_no_rival():
+    # two waves of one family: beside the whole family anything does as well as the second wave beside the first
+    waves = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 48.0) + 0.004 * np.sin(2 * np.pi * x / 24.0)
+    search = Search(Judge(Space(measured(waves, runs=3, at=np.linspace(0.0, 300.0, 41)))))
+    cyclic = effect_named("cyclic")
+    shape = cyclic.shape_type
+    two = search.judge.score([(cyclic, shape(48.0)), (cyclic, shape(24.0))])
+    idle = search.judge.score([(cyclic, shape(48.0, 2)), (effect_named("backlash"), Shape())])
+    spoken = [m.score + sum(map(search.judge.price, m.choices)) for m in (two, idle)]
+    assert abs(spoken[0] - spoken[1]) < 3.0
+    assert tied_models(search, two, "cyclic") == []
+
+
+def test_what_is_tied_shares_its_probability_whatever_it_has_to_choose_from():
+    # a step of lost counts at the reversal is a reversal error, and may have come at any of so many readings
+    data = measured(lambda x, way, t, run: 0.02 * way, runs=1)
+    search, model = run(data)
+    answer, every = settled(search, model)
+    assert answer.names == ("backlash",)
+    assert every["backlash"] > 0.95
+    rivals = {"backlash": rivalries(search, answer, 0)}
+    (rivalry,) = [r for r in rivals["backlash"] if r.rival == "lost_counts"]
+    found = shared(search, answer, every, rivals)
+    assert found["backlash"] + found["lost_counts"] == pytest.approx(every["backlash"] + every["lost_counts"])
+    price = {m: sum(map(search.judge.price, m.choices)) for m in (answer, rivalry.model)}
+    odds = np.exp(answer.score + price[answer] - rivalry.model.score - price[rivalry.model])
+    assert found["backlash"] / found["lost_counts"] == pytest.approx(odds)
+    assert 0.05 < found["backlash"] < 0.95
+    assert shared(search, answer, every, {"backlash": []}) == every
 
 
 def test_a_force_of_the_wrong_sign_is_asked_about():
     for sign, told in ((1.0, False), (-1.0, True)):
-        search, model = run(drive(sign))
+        search, model = run(pushed(sign))
         answer, _ = settled(search, model)
         assert (set(answer.names) >= {"viscous", "coulomb"}) is not told
         assert bool({"viscous", "coulomb"} & set(wrong_signs(search, answer))) is told
+
+
+def test_a_friction_that_is_there_says_that_the_sign_is_right():
+    search, model = run(pushed(1.0))
+    answer, _ = settled(search, model)
+    start = search.judge.score(())
+    for held in (answer, start):
+        falling = (effect_named("stribeck"), effect_named("stribeck").shape_type(0.1))
+        odd = replace(held, choices=(*held.choices, falling), wrong_sign=("stribeck",), score=answer.score + 50.0)
+        search.judge.seen[odd.key] = odd
+    assert wrong_signs(search, answer) == ()
+    assert wrong_signs(search, start) == ("stribeck",)
+    # what the user said is no finding, and what comes out below zero itself says nothing
+    search.given = answer.choices
+    assert wrong_signs(search, answer) == ("stribeck",)
+    search.given = ()
+    assert wrong_signs(search, replace(answer, wrong_sign=answer.names)) == ("stribeck",)

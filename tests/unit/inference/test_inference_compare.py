@@ -32,8 +32,6 @@ def measured(error=lambda x, way, t: 0.0 * x, runs=5, seed=1, sigma=SIGMA, **cha
         observed=error(x, way, t) + rng.normal(0.0, sigma, x.size),
         conditions=Conditions(position=x, position_unit="mm", run=run, direction=way, time_s=t, **changes),
         cell=cell,
-        block=run - 1,
-        held_out_by="run",
     )
 
 
@@ -163,7 +161,6 @@ def test_many_places_come_in_bins_and_time_may_stand_for_position():
         observed=np.where(t > 500, 1.0, 0.0),
         conditions=conditions,
         cell=np.full(1000, -1),
-        block=(t // 200).astype(np.int64),
     )
     (where,) = residual_by(data, data.observed)
     assert (where.quantity, where.unit) == ("time", "s")

@@ -124,8 +124,11 @@ CASES = {
 }
 
 
+NOISES = ((0.0, 0.0), (0.9, 0.3))
+
+
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("rho", "white"), [(0.0, 0.0), (0.9, 0.3)], ids=["white", "correlated"])
+@pytest.mark.parametrize(("rho", "white"), NOISES, ids=["white", "correlated"])
 def test_two_standard_errors_cover_the_truth(case, rho, white):
     error, choices, truth = CASES[case]
     share, bias = covered(error, choices, truth, rho=rho, white=white, count=40)
@@ -134,22 +137,25 @@ def test_two_standard_errors_cover_the_truth(case, rho, white):
     assert np.abs(bias).max() < 4.0 / np.sqrt(40)
 
 
+@pytest.mark.sweep
+def test_two_standard_errors_cover_the_truth_in_93_to_97_of_100():
+    """1000 draws of each case in white and in correlated noise."""
+    found = [covered(*case, rho=rho, white=white, count=1000) for case in CASES.values() for rho, white in NOISES]
+    shares = np.concatenate([share for share, _ in found])
+    assert 0.93 <= np.mean(shares) <= 0.97
+    assert shares.min() > 0.9  # 0.917 of a scale in correlated noise
+    assert shares.max() < 0.995  # 0.989 of a drift in white noise, which may as well be correlated
+    assert max(np.abs(bias).max() for _, bias in found) < 4.0 / np.sqrt(1000)
+
+
 SLOW = pytest.mark.xfail(reason="beside noise correlated over 50 of 210 readings two errors of a drift cover 76 %")
 
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("case", ["tilted", pytest.param("in time", marks=SLOW), "wave"])
-def test_two_standard_errors_cover_the_truth_in_95_of_100(case):
-    """White noise, correlated noise, and noise that is correlated over a quarter of the measurement."""
-    error, choices, truth = CASES[case]
-    noises = ((0.0, 0.0), (0.9, 0.3), (0.98, 0.1))
-    found = [covered(error, choices, truth, rho=rho, white=white, count=300) for rho, white in noises]
-    shares = np.array([share for share, _ in found])
-    # 300 draws know 95.4 % to 1.2 %, 1800 to 0.5 %
-    assert np.mean(shares) == pytest.approx(0.954, abs=0.025)
-    assert shares.min() > 0.84  # a drift beside noise that is slow itself
-    assert shares[:2].min() > 0.88
-    assert max(np.abs(bias).max() for _, bias in found) < 4.0 / np.sqrt(300)
+def test_two_standard_errors_cover_the_truth_beside_noise_that_is_slow_itself(case):
+    share, _ = covered(*CASES[case], rho=0.98, white=0.1, count=300)
+    assert share.min() > 0.84
 
 
 def test_errors_hold_what_is_not_known_of_the_noise():
@@ -250,7 +256,7 @@ def test_two_effects_in_time_are_fitted_beside_each_other():
 def test_the_residual_is_what_the_prediction_leaves():
     data = measured(TILTED)
     fitted = fit_model(data, model("scale", "backlash"))
-    assert residual_of(data, fitted) == pytest.approx(data.observed - fitted.predict(data.conditions))
+    assert residual_of(data, fitted) == pytest.approx(data.observed - fitted.predict(data))
     assert residual_of(data, replace(fitted, terms=())) == pytest.approx(data.observed - fitted.datum)
 
 

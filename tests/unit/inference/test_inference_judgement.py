@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from inference_oracle import SIGMA, measured
+from inference_oracle import SIGMA, measured, pushed
 
-from rtec.effects import Observable, Shape, effect_named
+from rtec.effects import Shape, effect_named
 from rtec.inference.diagnose import diagnose, nothing_testable
-from rtec.inference.judgement import HARD_TO_SEE, Finding, _in_order, _inconclusive, _verdict, judged
+from rtec.inference.finding import Finding
+from rtec.inference.judgement import HARD_TO_SEE, _inconclusive, _verdict, judged
 from rtec.inference.model import Model
 from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
@@ -16,6 +17,7 @@ from rtec.inference.results import Outlier, Unknown, Verdict
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
+from rtec.inference.staircase import in_order
 
 SCALE, BACKLASH, CYCLIC, WARM, WINDUP = (
     effect_named(n) for n in ("scale", "backlash", "cyclic", "warm_up", "windup")
@@ -85,8 +87,8 @@ def test_an_effect_that_may_be_there_makes_nothing_inconclusive():
 def test_effects_stand_in_the_order_of_what_each_foretells():
     data = measured(lambda x, way, t, run: 2e-5 * x + 0.01 * way)
     names = lambda order: [effect.name for effect, _ in order[0]]
-    assert names(_in_order(finding(data, BOTH))) == ["backlash", "scale"]
-    assert names(_in_order(finding(data, BOTH, given=BOTH[:1]))) == ["scale", "backlash"]
+    assert names(in_order(finding(data, BOTH))) == ["backlash", "scale"]
+    assert names(in_order(finding(data, BOTH, given=BOTH[:1]))) == ["scale", "backlash"]
 
 
 def test_the_staircase_is_that_of_nested_fits():
@@ -185,21 +187,8 @@ def test_a_warm_up_that_has_not_ended_says_so():
 
 
 def test_a_force_with_the_wrong_sign_is_asked_about():
-    rng = np.random.default_rng(0)
-    t = np.arange(0.0, 8.0, 0.01)
-    x = 50.0 * np.sin(2 * np.pi * t / 2.0) + 20.0 * np.sin(2 * np.pi * t / 1.37)
-    v = np.gradient(x, t)
-    base = measured(runs=1, targets=t.size // 2)
-    conditions = replace(
-        base.conditions, position=x, velocity=v, acceleration=np.gradient(v, t), direction=np.sign(v), time_s=t,
-        run=np.ones(t.size, dtype=np.int64), since_reversal=None, moving=True,
-    )  # fmt: skip
-    force = 0.02 * v + 3.0 * np.sign(v) + 0.3 * rng.normal(size=t.size)
     for sign, asked in ((1.0, False), (-1.0, True)):
-        drive = replace(
-            base, observable=Observable.DRIVE, observe="force", observed=sign * force, conditions=conditions
-        )
-        result = diagnose(drive)
+        result = diagnose(pushed(sign, seconds=8.0))
         questions = [note for note in result.notes if "is the sign of force opposite" in note]
         assert bool(questions) is asked
         assert ("coulomb" in result.effects) is not asked
@@ -207,7 +196,8 @@ def test_a_force_with_the_wrong_sign_is_asked_about():
 
 def test_lack_of_fit_is_told_where_there_are_repeats():
     assert {name for name, _ in judged(finding(measured())).lack_of_fit} == {"means over repeats"}
-    assert judged(finding(measured(runs=1))).lack_of_fit == ()
+    assert {name for name, _ in judged(finding(measured(runs=1))).lack_of_fit} == {"means of both directions"}
+    assert judged(finding(measured(runs=1, bidirectional=False))).lack_of_fit == ()
 
 
 def test_periods_that_the_targets_cannot_show_are_told_and_shifted():
@@ -253,3 +243,21 @@ def test_what_was_tried_and_not_taken_says_so():
     assert tried.reason == "not accepted: it makes the other measurement worse"
     assert not tried.accepted
     assert tried.achieved_rms is None
+
+
+def test_each_run_is_shown_from_its_own_zero():
+    zero = {1: 0.0, 2: 0.4, 3: -0.3, 4: 0.1}
+    data = measured(lambda x, way, t, run: TILTED(x, way, t, run) + np.vectorize(zero.get)(run), runs=4)
+    result = judged(finding(data, BOTH))
+    assert result.zeros is not None
+    known = np.vectorize(zero.get)(data.coordinates.run)
+    assert result.zeros - result.zeros.mean() == pytest.approx(known - known.mean(), abs=3.0 * SIGMA)
+    assert result.noise.sigma == pytest.approx(SIGMA, rel=0.15)
+    left = result.levelled.observed - result.model.predict(data)
+    assert np.sqrt(np.mean(left**2)) == pytest.approx(result.rms_after, rel=0.02)
+    for candidate in result.candidates:
+        if not candidate.accepted:
+            assert candidate.predicted_rms <= result.rms_after * 1.02, "with it no more than without it is left"
+    plain = judged(finding(measured(TILTED, runs=4), BOTH))
+    assert plain.zeros is None
+    assert plain.levelled is plain.dataset

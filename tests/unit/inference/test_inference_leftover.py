@@ -8,7 +8,6 @@ from inference_oracle import SIGMA, measured
 
 from rtec.effects import Shape, effect_named
 from rtec.inference.leftover import MATTERS, SIGNIFICANT, unknown_structure
-from rtec.inference.noise import noise_floor
 from rtec.inference.probes import probes_of
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space
@@ -21,7 +20,7 @@ TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 def left(data, choices=()):
     judge = Judge(Space(data))
     model = judge.score(choices)
-    return unknown_structure(judge, model, noise_floor(judge, model).floor)
+    return unknown_structure(judge, model)
 
 
 def bump(x, way, t, run):
@@ -34,7 +33,8 @@ def test_noise_leaves_nothing():
         found, p = left(measured(seed=seed))
         assert (found is None) or p < SIGNIFICANT
     assert left(measured())[0] is None
-    assert left(measured(runs=1)) == (None, None)
+    assert left(measured(runs=1))[0] is None
+    assert left(measured(runs=1, bidirectional=False)) == (None, None)
 
 
 def test_a_bump_depends_on_position():
@@ -118,7 +118,7 @@ def test_a_probe_in_the_model_is_structure_without_a_name():
     judge = Judge(Space(data))
     (probe,) = [p for p in probes_of(data) if p.depends_on == ("humidity",)]
     model = judge.score([(next(e for e in judge.space.library if e.name == probe.name), Shape())])
-    found, _ = unknown_structure(judge, model, noise_floor(judge, model).floor)
+    found, _ = unknown_structure(judge, model)
     assert found.depends_on == ("humidity",)
     assert "is no effect of the library" in found.description
     once = measured(runs=1, targets=60)
@@ -126,4 +126,4 @@ def test_a_probe_in_the_model_is_structure_without_a_name():
     once = replace(once, unknown=(("humidity", humid),), observed=once.observed + 0.003 * humid)
     judge = Judge(Space(once))
     model = judge.score([(next(e for e in judge.space.library if e.name == probe.name), Shape())])
-    assert unknown_structure(judge, model, None)[0].depends_on == ("humidity",), "without repeats, too"
+    assert unknown_structure(judge, model)[0].depends_on == ("humidity",), "without repeats, too"

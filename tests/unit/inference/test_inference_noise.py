@@ -51,11 +51,12 @@ def test_the_floor_does_not_see_what_repeats_and_is_unbiased(rho, white):
 
 def test_what_a_model_explains_in_time_is_no_noise():
     data = measured(lambda x, way, t, run: 4e-6 * t + 0.004 * way, runs=6)
-    alone, having = floor_of(data), floor_of(data, [(DRIFT, Shape()), (BACKLASH, Shape())])
+    having = floor_of(data, [(DRIFT, Shape()), (BACKLASH, Shape())])
     assert having.sigma == pytest.approx(SIGMA, rel=0.15)
-    assert alone.sigma > 1.3 * having.sigma
-    assert having.sigma_pooled == pytest.approx(alone.sigma)
-    assert floor_of(data, [(BACKLASH, Shape())]).sigma == alone.sigma, "what repeats is not taken out once more"
+    assert having.sigma_pooled > 1.3 * having.sigma
+    alone, beside = floor_of(data), floor_of(data, [(BACKLASH, Shape())])
+    assert having.sigma_pooled == alone.sigma_pooled
+    assert beside.sigma == pytest.approx(alone.sigma), "what repeats is not taken out once more"
 
 
 def test_adjacent_repeats_hardly_see_what_changes_slowly():
@@ -91,7 +92,7 @@ def test_lack_of_fit_of_white_noise_is_that_of_draper_and_smith(bent):
     columns = np.vstack([np.ones(data.rows), data.conditions.position, data.conditions.direction])
     lack, above, pure, below = pure_error_test(columns, data.observed, data.cell)
     expected = stats.f.sf(lack / above / (pure / below), above, below)
-    p, beyond = lack_of_fit(judge, model)
+    p, beyond, _ = lack_of_fit(judge, model)
     # the amplitudes are held a little towards zero, and the noise may be taken as slightly correlated
     assert p == pytest.approx(expected, abs=0.05)
     assert (p < 1e-4) is (bent > 0.0)
@@ -108,14 +109,30 @@ def test_lack_of_fit_seldom_rejects_the_true_model():
             assert np.mean(p) == pytest.approx(0.5, abs=4 * 0.29 / np.sqrt(40))
 
 
-def test_lack_of_fit_needs_repeats():
-    assert fit_test(measured(runs=1)) is None
+def test_lack_of_fit_needs_places_that_come_again():
+    assert fit_test(measured(runs=1, bidirectional=False)) is None
+    assert fit_test(measured(runs=1, targets=4)) is None, "too few of them"
+
+
+def test_a_place_passed_from_both_sides_is_there_twice():
+    """Without repeats the oracle is the variance of half the sums over that of half the differences."""
+    bent = lambda x, way, t, run: 0.004 * np.sin(x / 9.0) + 0.003 * way
+    data = measured(bent, runs=1)
+    judge = Judge(Space(data))
+    p, beyond, within = lack_of_fit(judge, replace(judge.score([(BACKLASH, Shape())]), colour=Colour()))
+    left = data.observed - np.where(data.conditions.direction > 0, 1, -1) * 0.003
+    forth, back = left[:21], left[21:][::-1]
+    assert p < 1e-4
+    assert within == pytest.approx(np.sqrt(((forth - back) ** 2).sum() / 2.0 / 21.0), rel=0.1)
+    assert beyond == pytest.approx(np.std(0.004 * np.sin(data.conditions.position / 9.0)), rel=0.2)
+    right = [(effect_named("pitch_map"), s) for s in effect_named("pitch_map").shapes(data.conditions)][-1:]
+    assert fit_test(data, [(BACKLASH, Shape()), *right])[0] > p
 
 
 def test_where_a_constant_is_an_effect_what_repeats_has_no_mean_to_spare():
     data = replace(measured(lambda x, way, t, run: 0.01 + 0.0 * x, runs=4), observable=Observable.DRIVE)
     judge = Judge(Space(data))
-    p, beyond = lack_of_fit(judge, replace(judge.score([]), colour=Colour()))  # else it may pass for slow noise
+    p, beyond, _ = lack_of_fit(judge, replace(judge.score([]), colour=Colour()))  # else it may pass for slow noise
     assert p < 1e-9
     assert beyond == pytest.approx(0.01, rel=0.1)
 
@@ -126,6 +143,6 @@ def test_zeros_of_runs_do_not_hide_what_repeats():
     judge = Judge(Space(data))
     model = judge.score([(SCALE, Shape())])
     for places in (model.places, np.append(model.places[:1], 4)):
-        p, beyond = lack_of_fit(judge, replace(model, places=places, colour=Colour(0.997, 0.01)))
+        p, beyond, _ = lack_of_fit(judge, replace(model, places=places, colour=Colour(0.997, 0.01)))
         assert p < 1e-9
         assert beyond == pytest.approx(0.006, rel=0.15)

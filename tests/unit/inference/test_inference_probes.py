@@ -134,8 +134,10 @@ def test_what_changes_of_an_effect_is_the_effect_times_position_time_or_run():
     slope = found["any backlash by position"].at(data)[:, 0]
     assert slope == pytest.approx(way / 2 * (x - x.mean()) / x.std())
     assert found["any backlash by run"].at(data)[:, 2] == pytest.approx(
-        np.where(data.conditions.run == 3, way / 2, 0.0)
+        np.where(data.conditions.run == 3, way / 2, 0.0) - way / 8
     )
+    assert all(probe.builds_on == {"backlash"} for probe in found.values())
+    assert abs(found["any backlash by run"].at(data).sum(axis=1)).max() < 1e-12, "not the effect itself"
     moving = replace(data, conditions=replace(data.conditions, moving=True))
     assert changing(moving, backlash, columns[0], columns) == ()
 

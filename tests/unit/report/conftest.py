@@ -147,6 +147,6 @@ def make_row():
     return study_row
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_result():
     return study_result

@@ -26,8 +26,12 @@ def _texts(axes):
     return [text.get_text() for text in axes.texts]
 
 
-def test_all_figures_in_their_order_as_svg_and_png(make_result):
-    drawn = illustrations(make_result(), UM)
+@pytest.fixture(scope="module")
+def drawn(make_result):
+    return illustrations(make_result(), UM)
+
+
+def test_all_figures_in_their_order_as_svg_and_png(drawn):
     assert [figure.name for figure in drawn] == ALL
     for figure in drawn:
         assert figure.svg.startswith(b"<?xml") and figure.caption.endswith(".")
@@ -35,14 +39,13 @@ def test_all_figures_in_their_order_as_svg_and_png(make_result):
         assert image.size[0] == 1500  # ten inches of 150 dots
 
 
-def test_the_same_result_gives_the_same_bytes_whatever_the_users_settings(make_result):
-    first = illustrations(make_result(), UM)
+def test_the_same_result_gives_the_same_bytes_whatever_the_users_settings(make_result, drawn):
     with mpl.rc_context(
         {"axes.facecolor": "black", "xtick.direction": "in", "svg.hashsalt": "other", "font.size": 30.0}
     ):
         second = illustrations(make_result(), UM)
         assert mpl.rcParams["font.size"] == 30.0
-    assert [(figure.svg, figure.png) for figure in first] == [(figure.svg, figure.png) for figure in second]
+    assert [(figure.svg, figure.png) for figure in drawn] == [(figure.svg, figure.png) for figure in second]
 
 
 def test_figures_without_data_are_left_out(make_result):

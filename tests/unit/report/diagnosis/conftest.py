@@ -61,7 +61,6 @@ def dataset_of(conditions: Conditions, *, terms: tuple[Term, ...] = TERMS, **cha
         "observed": observed,
         "conditions": conditions,
         "cell": cell.reshape(-1).astype(np.int64),
-        "block": conditions.run - conditions.run.min(),
         "notes": ("Row order and time agree.",),
     }
     return Dataset(**{**fields, **changes})
@@ -169,7 +168,7 @@ def comparison_of(**changes: object) -> Comparison:
         "dataset": dataset,
         "heldout": None,
         "model": model,
-        "residual": dataset.observed - model.predict(dataset.conditions),
+        "residual": dataset.observed - model.predict(dataset),
         "rms": 0.0015,
         "rms_heldout": 0.0016,
         "heldout_by": "run",

@@ -15,7 +15,7 @@ from rtec.report.diagnosis.quantities import value_text
 
 CONTRACT = {
     "verdict", "effects", "steps", "candidates", "noise_floor", "rms_before", "rms_after", "unit", "not_testable",
-    "minimum_detectable", "unknown", "suggested_experiment",
+    "minimum_detectable", "unknown", "suggested_experiment", "final",
 }  # fmt: skip
 
 

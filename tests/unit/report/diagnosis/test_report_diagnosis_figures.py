@@ -48,8 +48,7 @@ def _drive(make_dataset, rows: int = 4000):
     )
     c = _log(rows)
     dataset = make_dataset(conditions=c, terms=terms, observe="force", observable=Observable.DRIVE,
-                           units=Units("n", "mm", "s"), cell=np.full(rows, -1),
-                           block=np.arange(rows) // 800)  # fmt: skip
+                           units=Units("n", "mm", "s"), cell=np.full(rows, -1))  # fmt: skip
     return dataset, Model(observe="force", units=dataset.units, terms=terms)
 
 
@@ -103,7 +102,7 @@ def _over_time() -> Conditions:
 def test_poor_data_are_drawn(make_diagnosis, make_dataset, make_noise, conditions, observed):
     c = conditions()
     values = np.random.default_rng(1).normal(0, 1e-3, c.rows) if observed == "noise" else np.full(c.rows, 0.5)
-    dataset = make_dataset(conditions=c, terms=(), observed=values, cell=np.full(c.rows, -1), block=np.arange(c.rows))
+    dataset = make_dataset(conditions=c, terms=(), observed=values, cell=np.full(c.rows, -1))
     noise = make_noise(from_repeats=False, sigma=float(np.std(values)), degrees_of_freedom=0.0)
     start = make_diagnosis().start
     poor = make_diagnosis(dataset=dataset, model=start, steps=(), candidates=(), noise=noise, rms_before=0.0)

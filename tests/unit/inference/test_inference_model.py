@@ -8,7 +8,6 @@ import pytest
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Backlash, Conditions, Observable, Scale, Shape, Units
 from rtec.inference.model import Model, Term
-from rtec.inference.prediction import component, dataset_prediction
 
 UNITS = Units("mm", "mm", "reading")
 SCALE = Term(effect=Scale(), shape=Shape(), amplitudes=(2e-5,))
@@ -31,26 +30,25 @@ def _dataset() -> Dataset:
         observed=np.zeros(6),
         conditions=conditions,
         cell=np.full(6, -1),
-        block=np.zeros(6, dtype=np.int64),
     )
 
 
 def test_a_prediction_is_datum_plus_every_contribution():
     model = Model(observe="deviation", units=UNITS, terms=(SCALE, BACKLASH), datum=0.5)
     expected = [0.506, 0.508, 0.510, 0.498, 0.496, 0.494]
-    assert dataset_prediction(_dataset(), model) == pytest.approx(expected)
+    assert model.predict(_dataset()) == pytest.approx(expected)
 
 
 def test_without_effects_the_datum_is_left():
-    assert dataset_prediction(_dataset(), Model(observe="deviation", units=UNITS, datum=-2.0)).tolist() == [-2.0] * 6
+    assert Model(observe="deviation", units=UNITS, datum=-2.0).predict(_dataset()).tolist() == [-2.0] * 6
 
 
 def test_components_and_datum_add_up():
     dataset, model = _dataset(), Model(observe="deviation", units=UNITS, terms=(SCALE, BACKLASH), datum=0.1)
-    total = 0.1 + sum(component(dataset, term) for term in model.terms)
-    assert dataset_prediction(dataset, model) == pytest.approx(total)
+    total = 0.1 + sum(term.component(dataset) for term in model.terms)
+    assert model.predict(dataset) == pytest.approx(total)
 
 
 def test_a_term_that_is_not_fitted_is_named():
     with pytest.raises(ValueError, match="backlash is not fitted"):
-        component(_dataset(), Term(effect=Backlash(), shape=Shape()))
+        Term(effect=Backlash(), shape=Shape()).component(_dataset())

@@ -1,0 +1,177 @@
+"""Every effect of the library that the data can show: why it was accepted or not, and how alike they look."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rtec.inference.answer import LEVEL, Rivalry, chance
+from rtec.inference.finding import Finding
+from rtec.inference.probes import Probe
+from rtec.inference.proposals import Proposal, orthonormal, proposals
+from rtec.inference.results import Candidate, Cosines, Step
+from rtec.inference.scored import Scored
+from rtec.inference.search import IN_DOUBT, Search
+
+CHANCE = 0.05
+"""Probability of a wave too long for the data from which on it is said what would settle it."""
+
+
+def accepted(found: Finding, step: Step, rivals: Sequence[Rivalry]) -> Candidate:
+    """Return an accepted effect as a candidate."""
+    words = [step.reason]
+    words += [f"cannot be told from {r.rival} here (cosine {r.cosine:.3f})" for r in rivals if not r.permanent]
+    words += [f"looks like {r.rival} for ever, to the same instrument" for r in rivals if r.permanent]
+    return Candidate(
+        effect=step.effect,
+        accepted=True,
+        predicted_rms=step.rms_train,
+        achieved_rms=step.rms_train,
+        p_adjusted=step.p_adjusted,
+        params=step.params,
+        tied_with=tuple(r.rival for r in rivals),
+        cosine=max((r.cosine for r in rivals if not r.permanent), default=None),
+        reason="; ".join(words),
+        probability=found.probability.get(step.effect, 0.0),
+    )
+
+
+def proposed_beside(found: Finding) -> dict[str, Proposal]:
+    """Return every other testable effect in the shape that suits the data best beside the model found, by name.
+
+    It is looked for on the rows that the search looked at.
+    """
+    scout = found.scout
+    model = scout.judge.score([c for c in found.scouted.choices if c[0].name in found.model.names])
+    rest = [e for e in scout.space.library if e.name not in found.model.names and not isinstance(e, Probe)]
+    best: dict[str, Proposal] = {}
+    for proposal in proposals(scout.judge, model, rest, least=-np.inf):
+        best.setdefault(proposal.choice[0].name, proposal)
+    best |= {name: _doubted(scout, name, model) for name in doubts_of(found) if name not in found.model.names}
+    return best
+
+
+def doubts_of(found: Finding) -> list[str]:
+    """Return the effects that the data suggest but cannot bear out, and that may well be there."""
+    return [name for name in sorted(found.scout.doubts) if found.probability.get(name + IN_DOUBT, 0.0) > CHANCE]
+
+
+def settling(found: Finding, name: str) -> str:
+    """Return what would settle whether an effect in doubt is there."""
+    effect, shape = _doubted(found.scout, name, found.scouted).choice
+    return effect.doubtful(found.scout.space.dataset.conditions, shape) or ""
+
+
+def _doubted(search: Search, name: str, model: Scored) -> Proposal:
+    """Return an effect in the shape which the data suggest most but cannot bear out."""
+    conditions = search.space.dataset.conditions
+    likeliest = max(
+        (m for m in search.judge.seen.values() if name + IN_DOUBT in search.called(m)), key=lambda m: m.score
+    )
+    own = [c for c in likeliest.choices if c[0].name == name and c not in search.given]
+    choice = next(c for c in own if c[0].doubtful(conditions, c[1]))
+    return Proposal(choice, likeliest.score - model.score)
+
+
+def absent_from(
+    found: Finding,
+    best: Mapping[str, Proposal],
+    rivals: Mapping[str, Sequence[Rivalry]],
+    minimum: Mapping[str, float],
+) -> tuple[Candidate, ...]:
+    """Return every other testable effect, ranked beside the model found."""
+    search, model, dataset = found.search, found.model, found.dataset
+    judge, space = search.judge, search.space
+    held = set(model.names)
+    rest = [e for e in space.library if e.name not in held and not isinstance(e, Probe)]
+    tied_to = {r.rival: (name, r) for name, several in rivals.items() for r in several}
+    unit, factor = dataset.units.shown
+    unit = unit.replace("um", "µm")
+    listed = []
+    in_question = doubts_of(found)
+    residual = found.left(model)
+    zeros = [part.raw for part in space.nuisances] if model.zeros else [np.ones((1, dataset.rows))] * space.has_datum
+    for effect in rest:
+        name = effect.name
+        p, left = 1.0, dataset.rms(residual)
+        if name in best:
+            choice = best[name].choice
+            p = chance(judge, model.choices, choice, model)
+            raw = space.raw(choice)
+            basis = orthonormal(np.vstack([raw, *zeros]))
+            left = dataset.rms(residual - (basis @ residual) @ basis)
+        in_doubt = found.probability.get(name + IN_DOUBT, 0.0)
+        probability = max(found.probability.get(name, 0.0), in_doubt)
+        if name in in_question:
+            reason = f"not accepted: {settling(found, name)}"
+        elif name in tied_to:
+            reason = f"explains the data as well as {tied_to[name][0]}, in its place"
+        elif name in search.refused:
+            reason = f"not accepted: {search.refused[name]}"
+        else:
+            least = f"; from {minimum[name] * factor:.3g} {unit} RMS on it would show" if name in minimum else ""
+            idle = "not needed" if found.searched else "not added yet"
+            reason = f"adjusted p {p:.2g}: nothing to be seen{least}" if p >= LEVEL else f"adjusted p {p:.2g}, {idle}"
+        rival = tied_to.get(name)
+        listed.append(
+            Candidate(
+                effect=name,
+                accepted=False,
+                predicted_rms=left,
+                achieved_rms=None,
+                p_adjusted=p,
+                params=(),
+                tied_with=(rival[0],) if rival is not None else (),
+                cosine=rival[1].cosine if rival is not None else None,
+                reason=reason,
+                probability=probability,
+            )
+        )
+    for name, (other, rivalry) in tied_to.items():
+        if name not in held and name not in {c.effect for c in listed}:
+            listed.append(_permanent(found, name, other, rivalry))
+    order = {name: -proposal.worth for name, proposal in best.items()}
+    return tuple(sorted(listed, key=lambda c: (order.get(c.effect, np.inf), c.effect)))
+
+
+def _permanent(found: Finding, name: str, other: str, rivalry: Rivalry) -> Candidate:
+    """Return an effect that no data can tell from an accepted one."""
+    return Candidate(
+        effect=name,
+        accepted=False,
+        predicted_rms=found.dataset.rms(found.left(found.model)),
+        achieved_rms=None,
+        p_adjusted=1.0,
+        params=(),
+        tied_with=(other,),
+        cosine=rivalry.cosine,
+        reason=f"looks exactly like {other} to the same instrument",
+    )
+
+
+def cosines_of(found: Finding, proposed: Mapping[str, Proposal]) -> Cosines | None:
+    """Return how alike the testable effects look on this plan, after projection off a constant.
+
+    Each in the shape that the model has, else in the one that suits the data best; between effects with several
+    columns the largest cosine that any two of their contributions can have.
+    """
+    search = found.search
+    shapes = {effect.name: shape for effect, shape in found.model.choices}
+    shapes |= {name: proposal.choice[1] for name, proposal in proposed.items()}
+    names, bases = [], []
+    for effect in search.space.library:
+        if effect.name in shapes and not isinstance(effect, Probe) and not effect.is_datum:
+            basis = orthonormal(
+                search.space.project(search.space.raw((effect, shapes[effect.name])), found.model.colour)
+            )
+            if basis.shape[0]:
+                names.append(effect.name)
+                bases.append(basis)
+    if len(names) < 2:
+        return None
+    table = np.eye(len(names))
+    for i, j in itertools.combinations(range(len(names)), 2):
+        table[i, j] = table[j, i] = min(1.0, float(np.linalg.norm(bases[i] @ bases[j].T, ord=2)))
+    return Cosines(names=tuple(names), cosine=table)
