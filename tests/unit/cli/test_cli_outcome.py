@@ -156,12 +156,25 @@ def test_help_loads_nothing_heavy():
     assert done.stderr == "[]\n"
 
 
-def test_help_is_quick():
-    # 0.2 s alone on a machine; processor time, because others may use it, too
-    seconds = []
-    for _ in range(5):
-        begun = os.times()
-        subprocess.run([*RTEC, "--help"], capture_output=True, check=True)
-        ended = os.times()
-        seconds.append(ended.children_user + ended.children_system - begun.children_user - begun.children_system)
-    assert min(seconds) < 0.4
+def test_help_is_quick(tmp_path):
+    # 0.2 s alone on a machine. Judged beside the smallest program of its kind, for machines differ and are shared;
+    # processor time, for the same reason
+    least = tmp_path / "least.py"
+    least.write_text(
+        "import typer\napp = typer.Typer()\n"
+        "@app.command()\ndef one(a: int = typer.Option(1, help='A.')): 'One.'\n"
+        "@app.command()\ndef two(): 'Two.'\n"
+        "app()\n"
+    )
+
+    def seconds(program):
+        taken = []
+        for _ in range(5):
+            begun = os.times()
+            subprocess.run([*program, "--help"], capture_output=True, check=True)
+            ended = os.times()
+            taken.append(ended.children_user + ended.children_system - begun.children_user - begun.children_system)
+        return min(taken)
+
+    # 1.7 times; numpy alone would add once more as much
+    assert seconds(RTEC) < 2.5 * seconds([sys.executable, str(least)])
