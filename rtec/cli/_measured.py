@@ -53,7 +53,7 @@ CountsPerRev = Annotated[str | None, typer.Option(metavar="8192", help="Counts o
 ReferenceTemperature = Annotated[
     str | None, typer.Option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Kept with the result; nothing is drawn at random.")]
+Seed = Annotated[int, typer.Option(min=0, help="Draws the readings that are looked at of a very long file.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
 
 

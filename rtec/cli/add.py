@@ -101,7 +101,7 @@ def add(
         )
         announce_compilation()
         show(0.2)
-        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=shape)
+        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=shape, seed=seed)
         write_model(output, result.model)
     show_diagnosis(result, {"model": str(output)}, as_json=json, seed=seed)
 

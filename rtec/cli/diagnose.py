@@ -60,6 +60,7 @@ def diagnose(
             given.model,
             given.heldout,
             locked=given.locked,
+            seed=seed,
             progress=lambda share: show(0.1 + 0.8 * share),
         )
         if output is not None:

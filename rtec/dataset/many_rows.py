@@ -15,15 +15,15 @@ ENOUGH_REPEATS = 30
 """Runs, or readings of a cell, from which the noise is known to an eighth."""
 
 
-def looked_at(dataset: Dataset, most: int = MOST_ROWS) -> Dataset:
+def looked_at(dataset: Dataset, most: int = MOST_ROWS, *, seed: int = 0) -> Dataset:
     """Return the readings that a search looks at: all, or a part with whole runs or whole cells where they are many.
 
     All of them up to ``most`` rows, and where a log was decimated; else about so many at most. Of repeated readings
     evenly spaced runs, as long as 30 are left; then drawn cells with all their readings, 30 of each at most. Without
     repeats, and of a log, one of every so many rows is drawn. A note says so.
 
-    Cells and rows are drawn, not taken at equal steps, where a short period would pass for a long one. The draw is
-    always the same.
+    Cells and rows are drawn, not taken at equal steps, where a short period would pass for a long one. The same
+    seed draws the same.
 
     Examples
     --------
@@ -36,7 +36,7 @@ def looked_at(dataset: Dataset, most: int = MOST_ROWS) -> Dataset:
     """
     if dataset.rows <= most or dataset.resample is not None:
         return dataset
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
     if not dataset.has_repeats or dataset.conditions.moving:
         rows = one_of_every(-(-dataset.rows // most), dataset.rows, rng)
         return _part(dataset, rows, "drawn from all of the file")

@@ -23,6 +23,7 @@ def add(
     heldout: Dataset | None = None,
     *,
     shape: Shape | None = None,
+    seed: int = 0,
 ) -> Diagnosis:
     """Add an effect to a model, refit everything, and judge the result.
 
@@ -41,13 +42,15 @@ def add(
         Another measurement, on which the model is only scored: what is added as the user says is never taken out.
     shape
         Period, nodes, ...; None: the best of the scan.
+    seed
+        Draws the readings that are looked at, where there are very many.
 
     Raises
     ------
     ArgumentError
         An unknown effect, one that the model holds already, or one that the data cannot show.
     """
-    effect, dataset = effect_named(effect_name), looked_at(dataset)
+    effect, dataset = effect_named(effect_name), looked_at(dataset, seed=seed)
     if dataset.never_changes:
         problem = f"not testable (the column {dataset.observe} never changes)"
         raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")

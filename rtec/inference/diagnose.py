@@ -33,6 +33,7 @@ def diagnose(
     heldout: Dataset | None = None,
     *,
     locked: bool = False,
+    seed: int = 0,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Find which physical effects a model lacks.
@@ -48,6 +49,8 @@ def diagnose(
         held out.
     locked
         Whether ``heldout`` is only scored, when everything is decided.
+    seed
+        Draws the readings that are looked at, where there are very many.
     progress
         Called with the share done.
 
@@ -62,7 +65,7 @@ def diagnose(
         A model of another quantity, or one with effects that the data cannot show.
     """
     tell = progress or (lambda share: None)
-    dataset = looked_at(dataset)
+    dataset = looked_at(dataset, seed=seed)
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
@@ -73,7 +76,7 @@ def diagnose(
     tell(0.05)
     if dataset.never_changes or not any(not isinstance(effect, Probe) for effect in space.library):
         return nothing_testable(Search(Judge(space), given), begun)
-    part = drawn(dataset)
+    part = drawn(dataset, seed)
     search = Search(Judge(space if part is dataset else Space(part)), given)
     best = search.run(lambda share: tell(0.05 + 0.6 * share))
     more, found = _without(dataset, _off(search, best)) if part is dataset else (dataset, ())

@@ -12,8 +12,8 @@ MOST_AT_REST, MOST_IN_MOTION = 1600, 900
 """Readings that a search looks at. Those of a log know their neighbours: a thousand say what is there."""
 
 
-def drawn(dataset: Dataset) -> Dataset:
-    """Return what a search looks at of a long measurement, drawn by a fixed seed; the final fit takes everything.
+def drawn(dataset: Dataset, seed: int = 0) -> Dataset:
+    """Return what a search looks at of a long measurement, drawn by a seed; the final fit takes everything.
 
     Of readings at rest that repeat, whole conditions with all their repeats, so that differences between repeats
     stay what they are. What the places resolve is what those of the whole measurement do.
@@ -21,7 +21,7 @@ def drawn(dataset: Dataset) -> Dataset:
     most = MOST_IN_MOTION if dataset.conditions.moving else MOST_AT_REST
     if dataset.rows <= most:
         return dataset
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
     if dataset.has_repeats and not dataset.conditions.moving:
         cells = np.unique(dataset.cell)
         rows = np.flatnonzero(

@@ -86,6 +86,7 @@ def test_without_repeats_rows_are_drawn_from_all_of_the_file():
     assert (np.floor(rows / 10) == np.arange(1000)).all()
     assert len(set((rows % 10).tolist())) == 10
     assert (looked_at(data, most=1000).observed == part.observed).all()  # always the same draw
+    assert looked_at(data, most=1000, seed=1).observed.tolist() != part.observed.tolist()
     assert (part.observed == data.observed[rows.astype(int)]).all()
 
 
@@ -114,7 +115,7 @@ def test_a_search_in_a_large_measurement_finds_the_same(plan):
 
 
 def test_the_diagnosis_looks_at_a_part_and_says_so(monkeypatch):
-    monkeypatch.setattr("rtec.inference.diagnose.looked_at", lambda data: looked_at(data, most=210))
+    monkeypatch.setattr("rtec.inference.diagnose.looked_at", lambda data, seed: looked_at(data, most=210, seed=seed))
     result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=5, targets=42, timed=False))
     assert result.dataset.rows == 210
     assert any("420 readings 210 are looked at" in note for note in result.notes)

@@ -29,6 +29,7 @@ def test_whole_cells_are_kept(monkeypatch):
     assert part.rows < data.rows == 720
     again = drawn(data)
     assert (again.observed == part.observed).all(), "always the same"
+    assert drawn(data, seed=1).observed.tolist() != part.observed.tolist()
 
 
 def test_a_part_resolves_the_periods_that_the_whole_resolves(monkeypatch):
