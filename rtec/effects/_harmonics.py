@@ -16,11 +16,14 @@ POINTS_A_PERIOD = 3600
 def harmonic_columns(position: Floats, period: float, harmonics: int) -> Floats:
     """Return sine and cosine of each harmonic, shape (rows, 2 harmonics): sin_1, cos_1, sin_2, cos_2, ..."""
     angle = (2.0 * np.pi / period) * position
-    columns = np.empty((position.size, 2 * harmonics))
-    for order in range(1, harmonics + 1):
-        np.sin(order * angle, out=columns[:, 2 * order - 2])
-        np.cos(order * angle, out=columns[:, 2 * order - 1])
-    return columns
+    turn = np.cos(angle) + 1j * np.sin(angle)
+    columns = np.empty((2 * harmonics, position.size))
+    wave = turn
+    for order in range(harmonics):
+        if order:
+            wave = wave * turn  # a product for each harmonic takes a fifth of a sine's time, and rounds once more
+        columns[2 * order], columns[2 * order + 1] = wave.imag, wave.real
+    return columns.T
 
 
 def harmonic_names(harmonics: int, units: Units, suffix: str = "") -> tuple[Amplitude, ...]:

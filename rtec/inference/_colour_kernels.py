@@ -37,20 +37,22 @@ def filter_steps(
 
 @kernel
 def whiten_rows(
-    columns: NDArray[np.float64], carry: NDArray[np.float64], sd: NDArray[np.float64], gain: NDArray[np.float64]
-) -> None:
-    """Replace each column, shape (columns, rows), by its standardised innovations."""
+    columns: NDArray[np.float64], unit: float, carry: NDArray[np.float64], sd: NDArray[np.float64],
+    gain: NDArray[np.float64], white: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Fill ``white`` with the standardised innovations of each column times ``unit``, shape (columns, rows)."""
     count, rows = columns.shape
     mean = np.zeros(TOGETHER)
     for first in range(0, count, TOGETHER):
         width = min(TOGETHER, count - first)
         mean[:] = 0.0
         for i in range(rows):
+            scale = unit / sd[i]
             for c in range(width):
                 expected = carry[i] * mean[c]
                 error = columns[first + c, i] - expected
                 mean[c] = expected + gain[i] * error
-                columns[first + c, i] = error / sd[i]
+                white[first + c, i] = error * scale
 
 
 @kernel

@@ -83,7 +83,7 @@ def held_out_residual(judge: Judge, model: Scored, board: Board) -> Floats:
     parts = space.parts_of(model.choices)
     deviations = np.append(SCALES, 0.0)[model.places][blocks_of(parts)] if parts else np.empty(0)
     whiten = space.whitening(space.weights(model.colour)).of
-    white = [whiten(part.raw * part.unit) for part in parts]
+    white = [whiten(part.raw, part.unit) for part in parts]
     raw = [part.raw * part.unit for part in parts]
     used = deviations > 0.0
     precision = np.where(used, 1.0 / np.where(used, deviations, 1.0) ** 2, 0.0)

@@ -92,15 +92,15 @@ class Whitening:
         """Logarithm of the determinant of the covariance, at a total variance of 1."""
         return 0.0 if self.colour.rho == 0.0 else self._steps[3]
 
-    def of(self, columns: Floats) -> Floats:
-        """Return columns, shape (columns, rows), in whitened space."""
+    def of(self, columns: Floats, unit: float = 1.0) -> Floats:
+        """Return columns, shape (columns, rows), times ``unit`` in whitened space: an array of its own."""
         if self.colour.rho == 0.0:
-            return columns
+            return columns * unit
         from rtec.inference._colour_kernels import whiten_rows  # noqa: PLC0415 - as above
 
-        white = np.array(columns, dtype=np.float64, order="C")
         carry, sd, gain, _ = self._steps
-        whiten_rows(white, carry, sd, gain)
+        white = np.empty(columns.shape)
+        whiten_rows(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, sd, gain, white)
         return white
 
     def coloured(self, columns: Floats) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Proposal:
     worth: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Beside:
     """What a model leaves under one colour of noise: an orthonormal basis of its columns, and the residual."""
 
@@ -44,6 +45,11 @@ class Beside:
     parts: Sequence[Part] = ()
     turn: Floats | None = None
     """The basis, but for the constant, in terms of the parts' columns."""
+
+    @cached_property
+    def both(self) -> Floats:
+        """Basis and residual together, shape (columns + 1, rows)."""
+        return np.vstack([self.basis, self.residual])
 
 
 def scan_colour(colour: Colour) -> Colour:
@@ -92,7 +98,7 @@ def falls(columns: Floats, back: Beside) -> Floats:
         What the model leaves.
     """
     m, q, n = columns.shape
-    both = (columns.reshape(m * q, n) @ np.vstack([back.basis, back.residual]).T).reshape(m, q, -1)
+    both = (columns.reshape(m * q, n) @ back.both.T).reshape(m, q, -1)
     return _explained(np.matmul(columns, columns.transpose(0, 2, 1)), both[:, :, :-1], both[:, :, -1])
 
 
@@ -182,12 +188,12 @@ def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> 
 def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: int = _FINE_STEPS) -> Choice:
     """Return an effect with its continuous shape parameters moved to where they explain most, one after the other."""
     effect, shape = choice
-    space = judge.space
-    for tunable in effect.tunables(space.dataset.conditions, shape):
+    data, whiten = judge.space.scanned(effect), judge.space.whitening(colour).of
+    for tunable in effect.tunables(judge.space.dataset.conditions, shape):
 
         def explained(value: float, shape: Shape = shape, name: str = tunable.name) -> float:
-            moved = replace(shape, **{name: value})
-            return float(falls(space.whitening(colour).of(space.raw((effect, moved)))[None], back)[0])
+            columns = data.columns(effect, replace(shape, **{name: value}))
+            return float(falls(whiten(columns.T)[None], back)[0])
 
         now = float(getattr(shape, tunable.name))
         best = golden(explained, tunable.low, tunable.high, steps)

@@ -19,8 +19,9 @@ from rtec.inference.probes import Probe, probes_of
 Choice: TypeAlias = tuple[Effect, Shape]
 """An effect with its shape."""
 
-_KEPT_BYTES = 400_000_000
+_KEPT_BYTES = 100_000_000
 _AT_ONCE_BYTES = 100_000_000
+_IN_CACHE_BYTES = 500_000
 LEAST_WHITE_IN_MOTION = 0.3
 MOST_ZEROS = 40
 """Runs, at most, that may each have a zero of their own: with more, such a zero is one more kind of slow noise."""
@@ -109,10 +110,14 @@ class View:
         """Product of the readings with themselves."""
         return float(self.observed @ self.observed)
 
-    def project(self, columns: Floats) -> Floats:
-        """Return columns, shape (columns, rows), whitened, without the constant where it is no effect."""
-        white = self.whitening.of(columns)
-        return white - (white @ self.constant.T) @ self.constant if self.space.has_datum else white
+    def project(self, columns: Floats, unit: float = 1.0) -> Floats:
+        """Return columns, shape (columns, rows), times ``unit``, whitened, without the constant unless an effect."""
+        white = self.whitening.of(columns, unit)
+        if self.space.has_datum:
+            constant = self.constant[0]
+            for k, share in enumerate(white @ constant):
+                white[k] -= share * constant  # row by row: they stay in the cache
+        return white
 
 
 @dataclass(eq=False)
@@ -183,11 +188,15 @@ class Space:
         ) + probes_of(self.dataset)
 
     @cached_property
-    def at_rows(self) -> Dataset:
-        """The same readings with conditions at the rows: a decimated log's waves, but for its low pass."""
-        if self.dataset.resample is None:
-            return self.dataset
+    def _at_rows(self) -> Dataset:
         return replace(self.dataset, conditions=self.dataset.coordinates, resample=None)
+
+    def scanned(self, effect: Effect) -> Dataset:
+        """Return the data in which shapes of an effect are looked for.
+
+        A wave slower than the decimation's limit passes it unchanged: taken at the rows it costs a tenth.
+        """
+        return self._at_rows if effect.is_wave else self.dataset
 
     @cached_property
     def nuisances(self) -> tuple[Part, ...]:
@@ -249,7 +258,7 @@ class Space:
                 for view in self._views.values():
                     view.white.clear()
                 self._bytes = 0
-            white[part] = self.view(colour).project(part.raw * part.unit)
+            white[part] = self.view(colour).project(part.raw, part.unit)
             self._bytes += white[part].nbytes
         return white[part]
 
@@ -296,14 +305,18 @@ class Space:
         if effect.name in scans:
             yield scans[effect.name]
             return
-        # a wave slower than the decimation's limit passes it unchanged: taken at the rows it costs a tenth
-        data = self.at_rows if effect.is_wave else self.dataset
-        at_once = max(1, _AT_ONCE_BYTES // (8 * data.rows))
+        data = self.scanned(effect)
+        whiten = self.whitening(colour).of
+        size = 8 * data.rows
+        at_once = max(1, _AT_ONCE_BYTES // size)
         keep = len(shapes) <= at_once
         for begin in range(0, len(shapes), at_once):
-            raw = data.scan(effect, shapes[begin : begin + at_once])
-            m, q, n = raw.shape
-            scan = Scan(self.whitening(colour).of(raw.reshape(m * q, n)).reshape(m, q, n).astype(np.float32))
+            stretch = shapes[begin : begin + at_once]
+            columns = []
+            for k in range(0, len(stretch), step := max(1, _IN_CACHE_BYTES // size)):
+                raw = data.scan(effect, stretch[k : k + step])
+                columns.append(whiten(raw.reshape(-1, data.rows)).astype(np.float32).reshape(raw.shape))
+            scan = Scan(np.concatenate(columns))
             if keep:
                 scans[effect.name] = scan
             yield scan
