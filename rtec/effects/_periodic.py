@@ -28,8 +28,9 @@ from rtec.effects.frequency_grid import (
 from rtec.effects.protocol import Effect, Shape, Tunable
 
 MOST_HARMONICS = 8
-LEAST_FUNDAMENTAL = 0.5
-"""Of the strongest harmonic: a family with a weaker first wave is one of a fraction of its period, and another."""
+LEAST_FUNDAMENTAL, LEAST_OF_PART = 0.5, 0.15
+"""Of the strongest harmonic: a family with a weaker first wave is one of a fraction of its period, and another. Less
+is asked of a whole fraction of a stated turn or pitch: what comes seven times a turn is likely to have harmonics."""
 EDGE = 0.02
 """Cycles from the end of the scan within which the true period may as well lie beyond."""
 WAVES_A_TARGET = 0.4
@@ -107,13 +108,16 @@ class Periodic(Effect):
         return "so near to another wave it may as well be one wave whose amplitude changes along the axis"
 
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a family of an unstated period is no such family: its first wave hardly takes part."""
+        """Return why a family is none of its period: its first wave hardly takes part.
+
+        A whole turn or pitch may have any of its harmonics alone.
+        """
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
-        harmonics = _harmonics(shape)
-        if harmonics < 2 or stated_base(conditions, period_of(shape)) is not None:
+        harmonics, base = _harmonics(shape), stated_base(conditions, period_of(shape))
+        if harmonics < 2 or (base is not None and base in (conditions.revolution, conditions.screw_pitch)):
             return None
         each = np.sqrt((size.reshape(-1, harmonics) ** 2).sum(axis=0))
-        if each[0] >= LEAST_FUNDAMENTAL * each.max():
+        if each[0] >= (LEAST_FUNDAMENTAL if base is None else LEAST_OF_PART) * each.max():
             return None
         return "its first wave is weaker than its harmonics: a multiple of the true period"
 

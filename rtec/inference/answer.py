@@ -50,9 +50,8 @@ def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
         name, why = worst
         search.refused[name] = why
         out.add(name)
-        given = set(search.given)
-        without = [m for m in search.judge.seen.values() if not out & set(m.names) and given <= set(m.choices)]
-        ranked = sorted((m for m in without if not m.wrong_sign), key=lambda m: -m.score)
+        without = (m for m in search.possible() if not out & set(m.names))
+        ranked = sorted(without, key=lambda m: -m.score)
         model = next((m for m in ranked if search.is_gated(m)), search.judge.score(search.given))
         every = probabilities(search, model, beside=out)
         known = {**every, **known}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -79,30 +80,26 @@ def diagnose(
     part = drawn(dataset, seed)
     search = Search(Judge(space if part is dataset else Space(part)), given)
     best = search.run(lambda share: tell(0.05 + 0.6 * share))
-    more, found = _without(dataset, _off(search, best)) if part is dataset else (dataset, ())
-    if found:  # what no noise explains beside the best model may have hidden the rest of it
-        dataset, outliers = more, (*outliers, *found)
+    more, off = _without(dataset, _off(search, best)) if part is dataset else (dataset, ())
+    if off:  # what no noise explains beside the best model may have hidden the rest of it
+        dataset, outliers = more, (*outliers, *off)
         search = Search(Judge(Space(dataset)), given)
         best = search.run(lambda share: tell(0.4 + 0.25 * share))
-    best, probability = settled(search, best)
-    scout, scouted = search, best
-    if scout.space.dataset is not dataset:
-        search, best = _on_all(search, best, dataset, given)
-    if heldout is not None and not locked:
-        best = _confirmed(search, best, heldout, begun)
-    tell(0.75)
-    result = judged(
-        Finding(
-            search=search,
-            model=best,
-            scout=scout,
-            scouted=scouted,
-            begun=begun,
-            probability=probability,
-            outliers=tuple(sorted(outliers, key=lambda one: one.row)),
-            heldout=heldout,
-        )
+    found = Finding(
+        search=search,
+        model=best,
+        scout=search,
+        scouted=best,
+        begun=begun,
+        probability={},
+        outliers=tuple(sorted(outliers, key=lambda one: one.row)),
+        heldout=heldout,
     )
+    found = _on_all(found, dataset)
+    if heldout is not None and not locked:
+        found = _confirmed(found)
+    tell(0.75)
+    result = judged(found)
     tell(1.0)
     return result
 
@@ -122,23 +119,26 @@ def _off(search: Search, model: Scored) -> np.ndarray:
     return far(search.space.project(left[None, :], model.colour)[0])
 
 
-def _on_all(search: Search, best: Scored, dataset: Dataset, given: Sequence[Choice]) -> tuple[Search, Scored]:
-    """Return search and model on all rows: shapes refined there, and what they do not bear out struck off."""
-    whole = Search(Judge(Space(dataset)), tuple(given), refused=search.refused)
+def _on_all(found: Finding, dataset: Dataset) -> Finding:
+    """Return what a search found that every effect is sure of, on all rows: shapes refined, what fails struck off."""
+    scout = found.scout
+    scouted, probability = settled(scout, found.scouted)
+    found = replace(found, model=scouted, scouted=scouted, probability=probability)
+    if scout.space.dataset is dataset:
+        return found
+    whole = Search(Judge(Space(dataset)), scout.given, refused=scout.refused)
     library = {effect.name: effect for effect in whole.space.library}
-    choices = [(library.get(effect.name, effect), shape) for effect, shape in best.choices]
+    choices = [(library.get(effect.name, effect), shape) for effect, shape in scouted.choices]
     lasting = [c for c in choices if not isinstance(c[0], Probe) or c[0].name in library]
     model = whole.earned(whole.reshaped(whole.judge.score(lasting), maps=True))
     # how an effect changes is asked of all rows anew: the probe for it was made of those drawn
-    return whole, model if len(lasting) == len(choices) else whole.changing(model)
+    return replace(found, search=whole, model=model if len(lasting) == len(choices) else whole.changing(model))
 
 
-def _confirmed(search: Search, best: Scored, heldout: Dataset, begun: Model) -> Scored:
-    """Return the model without the effects that make another measurement worse."""
+def _confirmed(found: Finding) -> Finding:
+    """Return what was found without the effects that make another measurement worse."""
+    search, best = found.search, found.model
     while True:
-        found = Finding(
-            search=search, model=best, scout=search, scouted=best, begun=begun, probability={}, heldout=heldout
-        )
         error = found.rms_heldout(best)
         worse = [
             (found.rms_heldout(rest), k, rest)
@@ -148,7 +148,7 @@ def _confirmed(search: Search, best: Scored, heldout: Dataset, begun: Model) -> 
             if found.rms_heldout(rest) < error
         ]
         if not worse:
-            return best
+            return replace(found, model=best)
         _, k, rest = min(worse, key=lambda item: item[0])
         search.refused[best.choices[k][0].name] = "it makes the other measurement worse"
         best = rest

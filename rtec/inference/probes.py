@@ -91,10 +91,9 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     if dataset.observable is Observable.DRIVE:
         if not c.time_is_coordinate and c.span > 0.0:
             for count in FORCE_NODES:
-                nodes = np.linspace(c.position.min(), c.position.max(), count)
-                found.append(
-                    _probe(f"any position {count}", ["position"], smooth_columns(c.position, nodes.tolist()))
-                )
+                table = smooth_columns(c.position, np.linspace(c.position.min(), c.position.max(), count).tolist())
+                # a constant is no change with position: it has a name of its own
+                found.append(_probe(f"any position {count}", ["position"], table - table.mean(axis=0)))
         return tuple(found)
     if c.moving or c.time_is_coordinate:
         return tuple(found)

@@ -348,11 +348,14 @@ class Search:
                 ungated.append(better)
         return gated, ungated
 
+    def possible(self) -> Iterator[Scored]:
+        """Return the models seen that hold what was given, and no effect of the wrong sign."""
+        given = set(self.given)
+        return (m for m in self.judge.seen.values() if not m.wrong_sign and given <= set(m.choices))
+
     def near(self, model: Scored) -> list[Scored]:
         """Return the models seen that a model cannot dismiss: likelier ones, and those hardly less likely."""
-        given = set(self.given)
-        seen = (m for m in self.judge.seen.values() if m.score > model.score - NEGLIGIBLE and not m.wrong_sign)
-        return [m for m in seen if given <= set(m.choices)]
+        return [m for m in self.possible() if m.score > model.score - NEGLIGIBLE]
 
     def changing(self, model: Scored) -> Scored:
         """Return a model with what of its effects changes along the axis, in time or from run to run beside them."""

@@ -271,7 +271,7 @@ def test_a_period_that_the_thinned_log_resolves_is_fitted_to_all_of_it():
 def test_what_the_rest_of_the_log_does_not_bear_out_is_struck_off(monkeypatch):
     """A search that looks at every eighth row, as it must not: what it finds is confirmed on all rows."""
     data = one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 8_000)
-    monkeypatch.setattr("rtec.inference.diagnose.drawn", lambda data: data.take(np.arange(0, data.rows, 8)))
+    monkeypatch.setattr("rtec.inference.diagnose.drawn", lambda data, seed: data.take(np.arange(0, data.rows, 8)))
     result = diagnose(data)
     assert "cyclic" not in result.effects
     assert "not accepted" in candidate(result, "cyclic").reason
@@ -422,6 +422,18 @@ def test_a_log_whose_clock_is_coarser_than_its_readings(tmp_path):
     result = diagnose(load_dataset(written(tmp_path, "time_s,target_mm,actual_mm", coarse, x, lagging)))
     assert result.effects == ("servo_lag",)
     assert value(result, "servo_lag", "lag").value == pytest.approx(2.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("curve", "verdict"), [(0.0, Verdict.NAMED), (3.0, Verdict.UNKNOWN)])
+def test_a_curve_of_position_does_not_hide_a_weight(tmp_path, curve, verdict):
+    t = np.arange(0, 10, 0.002)
+    x = 50 * np.sin(2 * np.pi * t / 2) + 20 * np.sin(2 * np.pi * t / 1.37)
+    force = 0.3 * np.gradient(x, t) + 10 + curve * np.cos(2 * np.pi * x / 250)
+    force += np.random.default_rng(0).normal(0, 1, t.size)
+    result = diagnose(load_dataset(written(tmp_path, "time_s,actual_mm,force_n", t, x, force)))
+    assert (result.verdict, set(result.effects)) == (verdict, {"viscous", "force_offset"})
+    mean = 10 + curve * np.cos(2 * np.pi * x / 250).mean()
+    assert value(result, "force_offset", "force_offset").value == pytest.approx(mean, abs=0.3)
 
 
 def test_a_force_that_never_changes(tmp_path):

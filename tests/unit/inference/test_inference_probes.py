@@ -61,9 +61,10 @@ def test_a_force_is_probed_by_position():
     assert [probe.at(data).shape[1] for probe in found] == [5, 9, 17]
     assert {probe.depends_on for probe in found} == {("position",)}
     whole = found[0].at(data)
-    line = data.conditions.position[:, None]
+    line = data.conditions.position[:, None] - data.conditions.position.mean()
     numbers = np.linalg.lstsq(whole, line)[0]
     assert whole @ numbers == pytest.approx(line), "a straight line is a smooth curve"
+    assert whole.mean(axis=0) == pytest.approx(0.0, abs=1e-12), "a constant is none"
 
 
 def test_a_probe_belongs_to_its_data():
