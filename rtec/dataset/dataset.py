@@ -126,6 +126,12 @@ class Dataset:
         """Return the root mean square over all rows of the file; those put together count as many."""
         return float(np.sqrt(np.average(values**2, weights=self.stands_for)))
 
+    def run_means(self, values: Floats) -> Floats:
+        """Return the mean over the run of each reading, shape (rows,)."""
+        run = np.unique(self.coordinates.run, return_inverse=True)[1]
+        found: Floats = (np.bincount(run, weights=values) / np.bincount(run))[run]
+        return found
+
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Dataset:
         """Return some of the readings."""
         columns = {name: getattr(self, name) for name in ("observed", "cell", "passage", "stands_for")}

@@ -6,13 +6,14 @@ from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import looked_at
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
+from rtec.inference.answer import probabilities
 from rtec.inference.finding import Finding
 from rtec.inference.fit import check_testable, fit_model, opened_model
 from rtec.inference.judgement import judged
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Diagnosis
 from rtec.inference.scored import Judge
-from rtec.inference.search import Search, probabilities
+from rtec.inference.search import Search
 from rtec.inference.space import Choice, Space
 
 

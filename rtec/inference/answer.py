@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.special import fdtrc, logsumexp
 
 from rtec.effects import Effect, Floats
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import beside, falls, orthonormal
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.search import SURE, Search, probabilities
+from rtec.inference.search import SURE, Search, best_of_names
 from rtec.inference.space import Choice
 
 LEVEL = 0.01
@@ -39,22 +40,77 @@ class Rivalry:
 def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
     """Return the best model of which every effect is sure, or tied, and the probability of each effect seen.
 
-    An effect that is neither is no part of an answer: the search goes back to the best model without it.
+    An effect that is neither is no part of an answer: the search goes back to the best model without it. What speaks
+    for the others stays what it was: of the models that compete none drops out because another has.
     """
-    every = probabilities(search, model)
-    known, out = dict(every), set[str]()
-    while True:
-        worst = _worst(search, model, every)
-        if worst is None:
-            return model, {**known, **every}
+    model = best = simplest(search, model)
+    known = every = probabilities(search, best)
+    most: dict[str, int] = {}
+    while (worst := _worst(search, model, every)) is not None:
         name, why = worst
         search.refused[name] = why
-        out.add(name)
-        without = (m for m in search.possible() if not out & set(m.names))
+        most[name] = model.names.count(name) - 1
+        without = (m for m in search.possible() if all(m.names.count(n) <= count for n, count in most.items()))
         ranked = sorted(without, key=lambda m: -m.score)
         model = next((m for m in ranked if search.is_gated(m)), search.judge.score(search.given))
-        every = probabilities(search, model, beside=out)
-        known = {**every, **known}
+        every = probabilities(search, best, model)
+    return model, known | {name: every[name] for name in model.names}
+
+
+def simplest(search: Search, model: Scored) -> Scored:
+    """Return a model with each effect replaced by a special case of it that explains the data nearly as well."""
+    for other in sorted(search.near(model), key=lambda m: -m.score):
+        name = stood_for(search, other, model) if other.score > model.score - EQUAL else None
+        if name is not None and not is_probe(other, name) and search.is_gated(other):
+            return simplest(search, other)
+    return model
+
+
+def is_probe(model: Scored, name: str) -> bool:
+    """Return whether a name of a model is that of a probe."""
+    return any(isinstance(effect, Probe) and effect.name == name for effect, _ in model.choices)
+
+
+def stood_for(search: Search, model: Scored, other: Scored) -> str | None:
+    """Return the effect of a model in whose place another has one that can do all that it does; None without one.
+
+    Everything else is the same in both. A probe stands for another of what depends on the same.
+    """
+    mine, theirs = Counter(model.names), Counter(other.names)
+    lost, new = list((mine - theirs).elements()), list((theirs - mine).elements())
+    if len(lost) != 1 or len(new) != 1:
+        return None
+    own, instead = newly(model, other, lost[0]), newly(other, model, new[0])
+    generic = instead[0].depends_on if isinstance(instead[0], Probe) else None
+    if isinstance(own[0], Probe):
+        return lost[0] if own[0].depends_on == generic else None
+    if generic is None:
+        return lost[0] if lost[0] in instead[0].contains else None
+    cosine = _cosine(search.judge, model, model.choices.index(own), search.space.raw(instead))
+    return lost[0] if cosine > ALIKE else None
+
+
+def probabilities(search: Search, best: Scored, answer: Scored | None = None) -> dict[str, float]:
+    """Return the probability of each effect over the models that compete with the best: of all that were scored.
+
+    Shapes of one effect are one effect, and what stands for an effect of the ``answer`` (else of the best)
+    counts for it. Models in which an effect has not earned its place do not compete; those
+    with a wave too long for the data do, though none will be accepted.
+    """
+    answer = best if answer is None else answer
+    competing = search.near(best)
+    sound = {n for n, m in best_of_names(competing).items() if m is best or search.competes(m)}
+    models = [m for m in competing if tuple(sorted(m.names)) in {*sound, tuple(sorted(best.names))}]
+    weights = np.array([other.score for other in models])
+    total = float(logsumexp(weights))
+    called = [search.called(other) for other in models]
+    instead = [stood_for(search, answer, other) for other in models]
+    found = {}
+    for name in dict.fromkeys(name for names in (answer.names, *called) for name in names):
+        count = max(answer.names.count(name), 1)
+        having = np.array([n.count(name) >= count or s == name for n, s in zip(called, instead, strict=True)])
+        found[name] = float(np.exp(min(logsumexp(weights[having]) - total, 0.0))) if having.any() else 0.0
+    return found
 
 
 def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[str, str] | None:

@@ -82,7 +82,7 @@ def held_out_residual(judge: Judge, model: Scored, board: Board) -> Floats:
     space, dataset = judge.space, judge.space.dataset
     parts = space.parts_of(model.choices)
     deviations = np.append(SCALES, 0.0)[model.places][blocks_of(parts)] if parts else np.empty(0)
-    whiten = space.whitening(space.weights(model.colour)).of
+    whiten = space.whitening(space.weights(model.colour.bounded)).of
     white = [whiten(part.raw, part.unit) for part in parts]
     raw = [part.raw * part.unit for part in parts]
     used = deviations > 0.0
@@ -144,8 +144,9 @@ def gain_between(judge: Judge, before: Floats, after: Floats, model: Scored, boa
     n = before.size
     gap = judge.space.gap.copy()
     gap[1:][np.diff(board.cell) != 0] = np.inf
-    white = Whitening(gap, model.colour).of(np.vstack([before, after]))
-    variance = judge.fit(model).variance
+    colour = model.colour.bounded
+    white = Whitening(gap, colour).of(np.vstack([before, after]))
+    variance = judge.fit(model, colour).variance
     nats = np.bincount(board.cell, weights=white[0] ** 2 - white[1] ** 2, minlength=board.cells) / (2.0 * variance)
     fall = np.bincount(board.cell, weights=before**2 - after**2, minlength=board.cells)
     spread = float(np.sqrt(np.sum((fall - fall.mean()) ** 2) * fall.size / max(fall.size - 1, 1)))

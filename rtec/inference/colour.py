@@ -14,11 +14,13 @@ CORRELATIONS = (0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.997, 0.999)
 """From reading to reading: steps of a factor of two or three in length, up to a thousand readings."""
 WHITE_SHARES = (0.01, 0.1, 0.3, 0.6, 0.9)
 """Of the variance. Without any white part a correlated noise would foresee the next reading with no error."""
-
-
 WANDERS_FROM, WANDERING = 0.98, 4.0
 """Nats that noise costs which wanders over fifty readings and more: it competes with all that is slow. At 2 many a
 drift of the noise's own size is taken for noise, at 6 one random walk in twenty for an effect."""
+MOST_CORRELATED, MOST_SLOW = 0.9, 0.7
+"""Of a bounded colour, the larger part that is slow."""
+SMALL_SHARES = (0.0001,)
+"""Of noise that wanders, besides: the steps of a random walk are smaller than a hundredth of where it gets to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +47,23 @@ class Colour:
         return WANDERING if self.rho >= WANDERS_FROM else 0.0
 
     @property
-    def to_next(self) -> float:
-        """Correlation of neighbouring readings, the white part included."""
-        return self.rho * (1.0 - self.white)
+    def bounded(self) -> Colour:
+        """The colour under which shapes are scanned and readings held out, of a few, so that scans can be kept.
+
+        No more correlated than it may be, and no more of it slow: noise that was fitted to what a model lacks would
+        swallow that, and beside noise slower than a cell of the chessboard nothing shows that shifts all of the cell.
+        """
+        if self.rho < 0.5:
+            return Colour()
+        rho = 0.8 if self.rho < MOST_CORRELATED else MOST_CORRELATED
+        return Colour(rho, 0.6 if self.white > 1.0 - MOST_SLOW else 0.3)
 
 
-COLOURS = (Colour(), *(Colour(rho, white) for rho in CORRELATIONS[1:] for white in WHITE_SHARES))
+def _shares(rho: float) -> tuple[float, ...]:
+    return (*SMALL_SHARES, *WHITE_SHARES) if rho >= WANDERS_FROM else WHITE_SHARES
+
+
+COLOURS = (Colour(), *(Colour(rho, white) for rho in CORRELATIONS[1:] for white in _shares(rho)))
 """What the noise may be."""
 
 
@@ -62,9 +75,11 @@ def _neighbours() -> dict[Colour, tuple[Colour, ...]]:
         if colour.rho == 0.0:
             found[colour] = tuple(c for c in COLOURS if c.rho == shortest)
             continue
-        at, share = CORRELATIONS.index(colour.rho), WHITE_SHARES.index(colour.white)
+        shares = _shares(colour.rho)
+        at, share = CORRELATIONS.index(colour.rho), shares.index(colour.white)
         near = [Colour(CORRELATIONS[k], colour.white) for k in (at - 1, at + 1) if 1 <= k < len(CORRELATIONS)]
-        near += [Colour(colour.rho, WHITE_SHARES[k]) for k in (share - 1, share + 1) if 0 <= k < len(WHITE_SHARES)]
+        near = [c for c in near if c.white in _shares(c.rho)]
+        near += [Colour(colour.rho, shares[k]) for k in (share - 1, share + 1) if 0 <= k < len(shares)]
         found[colour] = (*near, Colour()) if colour.rho == shortest else tuple(near)
     return found
 

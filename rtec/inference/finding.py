@@ -9,7 +9,6 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape, effect_named
 from rtec.inference.fit import fitted_terms, residual_of
 from rtec.inference.model import Model, Term
-from rtec.inference.noise import run_means
 from rtec.inference.probes import Probe
 from rtec.inference.results import Outlier
 from rtec.inference.scored import Scored
@@ -81,7 +80,7 @@ class Finding:
     def left(self, model: Scored) -> Floats:
         """Return what a model as people get it leaves of readings from the zero of their run, shape (rows,)."""
         residual = residual_of(self.dataset, self.fitted(model))
-        return residual - run_means(self.dataset, residual) if model.zeros else residual
+        return residual - self.dataset.run_means(residual) if model.zeros else residual
 
     def rms_left(self, model: Scored) -> float:
         """Return the RMS of what a model leaves, the zeros of runs taken out where they differ."""

@@ -14,7 +14,7 @@ from rtec.inference.experiment import experiment_for_more, experiment_for_rivals
 from rtec.inference.finding import OFFSET, Finding
 from rtec.inference.fit import residual_of
 from rtec.inference.leftover import unknown_structure
-from rtec.inference.noise import noise_floor, run_means
+from rtec.inference.noise import noise_floor
 from rtec.inference.notes import notes_of, wanders
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
@@ -82,7 +82,7 @@ def judged(found: Finding) -> Diagnosis:
         | ({OFFSET.name: 1.0 - found.offset.p} if found.offset is not None else {}),
         outliers=found.outliers,
         unseen_periods=unseen_periods(dataset.coordinates),
-        zeros=run_means(dataset, residual_of(dataset, fitted)) if model.zeros else None,
+        zeros=dataset.run_means(residual_of(dataset, fitted)) if model.zeros else None,
     )
 
 

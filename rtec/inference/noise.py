@@ -43,7 +43,7 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
     )
     values, spent = dataset.observed - changing, 0
     if model.zeros and levelled:  # they are the noise of a run, not that of a reading
-        values = values - run_means(dataset, dataset.observed - fit.effects())
+        values = values - dataset.run_means(dataset.observed - fit.effects())
         spent = np.unique(dataset.coordinates.run).size - 1
     within, freedom = within_cells(values, dataset, spent)
     pooled, _ = within_cells(dataset.observed, dataset)
@@ -56,13 +56,6 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
         sigma_adjacent=_adjacent(dataset),
         sigma_pooled=pooled,
     )
-
-
-def run_means(dataset: Dataset, values: Floats) -> Floats:
-    """Return the mean over the run of each reading, shape (rows,)."""
-    run = np.unique(dataset.coordinates.run, return_inverse=True)[1]
-    found: Floats = (np.bincount(run, weights=values) / np.bincount(run))[run]
-    return found
 
 
 def within_cells(values: Floats, dataset: Dataset, spent: int = 0) -> tuple[float, float]:
@@ -133,9 +126,6 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | Non
     if within <= 0.0:
         return None
     p = float(fdtrc(above, below, between / above / (within / below)))
-    if model.zeros:  # beside slow noise they may be anywhere as they are fitted, and would count as noise
-        left = judge.space.dataset.observed - fit.effects()
-        left = left - run_means(judge.space.dataset, left)
     raw_between, raw_within = parts(left)
     excess = (raw_between - raw_within / below * above) / float(count.sum())
     return p, float(np.sqrt(max(excess, 0.0))), float(np.sqrt(raw_within / below))

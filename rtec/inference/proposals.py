@@ -10,14 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from rtec.effects import Effect, Floats, Shape
-from rtec.inference.colour import COLOURS, Colour
+from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Choice, Part, Scan, Space
 
-MOST_CORRELATED, MOST_SLOW = 0.9, 0.7
-"""The scan takes noise as no more correlated than this, and no more of it as slow: noise that was fitted to what the
-model lacks would swallow it."""
 APART = 0.01
 """Share of a column that has to be new beside the model: what is left of less is rounding, or nearly a constant."""
 _STEPS, _FINE_STEPS = 8, 14
@@ -50,14 +47,6 @@ class Beside:
     def both(self) -> Floats:
         """Basis and residual together, shape (columns + 1, rows)."""
         return np.vstack([self.basis, self.residual])
-
-
-def scan_colour(colour: Colour) -> Colour:
-    """Return the colour under which to scan: one of a few, so that whitened scans can be kept."""
-    if colour.rho < 0.5:
-        return COLOURS[0]
-    rho = 0.8 if colour.rho < MOST_CORRELATED else MOST_CORRELATED
-    return Colour(rho, 0.6 if colour.white > 1.0 - MOST_SLOW else 0.3)
 
 
 def beside(space: Space, choices: Sequence[Choice], colour: Colour, *, zeros: bool) -> Beside:
@@ -135,7 +124,7 @@ def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: 
     Only those are returned that are worth more than ``least``, in nats.
     """
     space = judge.space
-    colour = scan_colour(model.colour)
+    colour = model.colour.bounded
     # what each run's own zero hides is looked for without one, too: a drift may be taken for them
     backs = [beside(space, model.choices, colour, zeros=zeros) for zeros in {False, model.zeros}]
     found: list[Proposal] = []

@@ -191,10 +191,10 @@ class Judge:
 
     def left(self, model: Scored) -> Floats:
         """Return what a model leaves of the readings, shape (rows,), the zeros of runs and the constant taken out."""
-        fit, dataset = self.fit(model), self.space.dataset
-        left: Floats = dataset.observed.copy()
-        for k in range(len(fit.parts)):
-            left -= fit.contribution(k)
+        dataset = self.space.dataset
+        left: Floats = dataset.observed - self.fit(model).effects()
+        if model.zeros:  # as they are fitted they may be anywhere beside slow noise
+            return left - dataset.run_means(left)
         return left - left.mean() if self.space.has_datum else left
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import logsumexp
 
 from rtec.effects import Effect, Floats, Shape
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
 from rtec.inference.probes import Probe, changing
-from rtec.inference.proposals import Proposal, beside, proposals, refine, scan_colour
+from rtec.inference.proposals import Proposal, beside, proposals, refine
 from rtec.inference.scored import Fit, Judge, Scored
 from rtec.inference.space import Choice, Space
 
@@ -214,7 +213,7 @@ class Search:
                 moved = max([moved, *sound], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
             if not effect.is_map:
                 rest = [choice for i, choice in enumerate(best.choices) if i != k]
-                colour = scan_colour(best.colour)
+                colour = best.colour.bounded
                 moved = refine(self.judge, moved, beside(self.space, rest, colour, zeros=best.zeros), colour)
             trial = self.judge.score(replaced(best, k, moved), best)
             if trial.score > best.score:
@@ -426,24 +425,3 @@ def best_of_names(models: Iterable[Scored]) -> dict[tuple[str, ...], Scored]:
 def replaced(model: Scored, k: int, choice: Choice) -> list[Choice]:
     """Return the choices of a model with another in the place of one."""
     return [*model.choices[:k], choice, *model.choices[k + 1 :]]
-
-
-def probabilities(search: Search, model: Scored, beside: Collection[str] = ()) -> dict[str, float]:
-    """Return the probability of each effect over the models that compete with one: of all that the search has scored.
-
-    Shapes of one effect are one effect. Models in which an effect has not earned its place do not compete, nor do
-    those with an effect of ``beside``; those with a wave too long for the data do, though none will be accepted.
-    """
-    competing = [m for m in search.near(model) if not set(beside) & set(m.names)]
-    best = best_of_names(competing)
-    sound = {names for names, m in best.items() if m is model or search.competes(m)} | {tuple(sorted(model.names))}
-    models = [m for m in competing if tuple(sorted(m.names)) in sound]
-    weights = np.array([other.score for other in models])
-    total = float(logsumexp(weights))
-    called = [search.called(other) for other in models]
-    found = {}
-    for name in dict.fromkeys(name for names in (model.names, *called) for name in names):
-        count = max(model.names.count(name), 1)
-        having = np.array([names.count(name) >= count for names in called])
-        found[name] = float(np.exp(min(logsumexp(weights[having]) - total, 0.0))) if having.any() else 0.0
-    return found

@@ -9,12 +9,15 @@ from scipy import stats
 
 from rtec.effects import Shape, effect_named
 from rtec.inference.answer import (
+    EQUAL,
     LEVEL,
     adjusted_p,
     newly,
+    probabilities,
     rivalries,
     settled,
     shared,
+    simplest,
     tied_models,
     wrong_signs,
 )
@@ -93,6 +96,65 @@ def test_what_is_not_sure_is_kept_out_and_its_probability_told():
             assert "backlash" in search.refused
     assert () in seen
     assert ("backlash",) in seen
+
+
+def between(lacks, holds, data_of):
+    """Return a search of data that are made so that what holds an effect is a little likelier than the effect."""
+    low, high = 0.0, 0.01
+    for _ in range(40):
+        size = (low + high) / 2
+        search, _ = run(data_of(size))
+        one, other = (min((m for m in search.judge.seen.values() if m.names == names), key=lambda m: -m.score)
+                      for names in (lacks, holds))  # fmt: skip
+        ahead = other.score - one.score
+        if 0.5 < ahead < EQUAL - 0.5:
+            return search, one, other
+        low, high = (size, high) if ahead < 0.5 else (low, size)
+    raise AssertionError("never nearly as likely")
+
+
+def test_of_what_is_nearly_as_likely_the_simplest_is_taken_and_what_holds_it_counts_for_it():
+    bent = lambda size: measured(
+        lambda x, way, t, run: 5e-5 * x + size * np.sin(np.pi * x / 300.0), targets=15, runs=3
+    )
+    search, line, curve = between(("scale",), ("pitch_map",), bent)
+    answer, known = settled(search, curve)
+    assert answer is line
+    assert known["scale"] > 0.99
+    assert known["pitch_map"] > 0.5
+
+
+def test_a_doubtful_second_wave_does_not_take_the_first_with_it():
+    first = lambda x: 0.02 * np.sin(2 * np.pi * x / 31.0)
+    counts = set()
+    for k, size in enumerate(np.linspace(0.2, 1.4, 13) * SIGMA):
+        wave = lambda x, way, t, run, s=size: first(x) + s * np.sin(2 * np.pi * x / 44.7)
+        search, model = run(measured(wave, runs=2, seed=k))
+        answer, _ = settled(search, model)
+        counts.add(answer.names.count("cyclic"))
+    assert counts == {1, 2}
+
+
+def test_what_an_effect_that_is_not_sure_leaves_open_makes_no_other_sure():
+    """Two probabilities that make up one: where one is too small the other does not become certain."""
+    for seed in range(8):
+        search, model = run(at_one_feed(measured(lambda x, way, t, run: 0.0006 * way + 2e-6 * x, seed=seed, runs=2)))
+        answer, _ = settled(search, model)
+        every = probabilities(search, simplest(search, model), answer)
+        for name in answer.names:
+            assert every[name] >= SURE or tied_models(search, answer, name)
+
+
+def test_a_reversal_error_beside_a_drift_is_no_map():
+    """Beside noise slower than a cell of the chessboard a constant reversal error must show, too."""
+    data = measured(
+        lambda x, way, t, run: 0.0015 * way + 0.014 * t / t.max(),
+        sigma=0.0005,
+        at=np.linspace(0.0, 300.0, 11),
+        seed=13,
+    )
+    answer, _ = settled(*run(data))
+    assert set(answer.names) == {"backlash", "drift"}
 
 
 def test_backlash_and_lag_at_one_feed_are_tied():

@@ -102,7 +102,7 @@ def test_held_out_residuals_are_those_of_literal_refits(rho, drive):
     raw, precision = raw[deviations > 0], deviations[deviations > 0] ** -2.0
     if not drive:
         raw, precision = np.vstack([raw, np.ones(data.rows)]), np.append(precision, 1e-12)
-    colour = model.colour
+    colour = model.colour.bounded
     matrix = covariance(colour.rho, colour.white, one_chain(data.rows))
     white = whitened(np.vstack([raw, data.observed]), matrix)
     expected = left_out_residual(white[:-1].T, raw.T, white[-1], data.observed, board.fold, precision)
@@ -123,10 +123,11 @@ def test_a_gain_is_that_of_dense_densities_cell_by_cell(rho):
     before = held_out_residual(judge, judge.score(BOTH[:1]), board)
     after = held_out_residual(judge, model, board)
     found = gain_between(judge, before, after, model, board)
-    variance, nats, squares = judge.fit(model).variance, [], []
+    colour = model.colour.bounded
+    variance, nats, squares = judge.fit(model, colour).variance, [], []
     for cell in range(board.cells):
         rows = np.flatnonzero(board.cell == cell)
-        inverse = np.linalg.inv(covariance(model.colour.rho, model.colour.white, one_chain(rows.size)))
+        inverse = np.linalg.inv(covariance(colour.rho, colour.white, one_chain(rows.size)))
         nats.append((before[rows] @ inverse @ before[rows] - after[rows] @ inverse @ after[rows]) / 2 / variance)
         squares.append(float((before[rows] ** 2 - after[rows] ** 2).sum()))
     assert found.nats == pytest.approx(sum(nats), rel=1e-6)

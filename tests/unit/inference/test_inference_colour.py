@@ -38,13 +38,9 @@ def test_whitened_noise_is_white():
         assert abs(np.mean(found[lag:] * found[:-lag])) < 4 / np.sqrt(n)
 
 
-def test_length_and_correlation_of_neighbours():
-    gap = np.append(np.inf, np.ones(30))
-    colour = Colour(0.9, 0.25)
-    matrix = covariance(0.9, 0.25, gap)
-    assert colour.to_next == pytest.approx(matrix[0, 1])
-    assert 0.9**colour.length == pytest.approx(1 / np.e)
-    assert (Colour().length, Colour().to_next) == (0.0, 0.0)
+def test_length():
+    assert 0.9 ** Colour(0.9, 0.25).length == pytest.approx(1 / np.e)
+    assert Colour().length == 0.0
 
 
 def test_every_colour_can_be_reached_from_every_other():
@@ -56,7 +52,8 @@ def test_every_colour_can_be_reached_from_every_other():
                 pending.append(near)
     assert reached == set(COLOURS)
     assert all(colour in NEIGHBOURS[near] for colour in COLOURS for near in NEIGHBOURS[colour])
-    assert len(COLOURS) == 1 + 9 * 5
+    assert len(COLOURS) == 1 + 9 * 5 + 4
+    assert {colour.rho for colour in COLOURS if colour.white < 0.01} == {0.98, 0.99, 0.997, 0.999}
     assert max(colour.rho for colour in COLOURS) == CORRELATIONS[-1]
     for colour in COLOURS:
         if colour.rho > CORRELATIONS[1]:

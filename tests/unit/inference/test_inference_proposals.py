@@ -17,7 +17,6 @@ from rtec.inference.proposals import (
     orthonormal,
     proposals,
     refine,
-    scan_colour,
     worth_of,
 )
 from rtec.inference.scored import Judge
@@ -97,12 +96,12 @@ def test_what_a_model_leaves_is_that_of_generalised_least_squares(zeros, colour)
 
 def test_the_scan_takes_noise_as_no_more_correlated_than_it_must():
     for colour in COLOURS:
-        taken = scan_colour(colour)
+        taken = colour.bounded
         assert taken.rho <= 0.9
         assert taken.rho <= max(colour.rho, 0.8)
         assert 1.0 - taken.white <= 0.7
-    assert len({scan_colour(colour) for colour in COLOURS}) <= 5
-    assert scan_colour(Colour(0.3, 0.1)) == Colour()
+    assert len({colour.bounded for colour in COLOURS}) <= 5
+    assert Colour(0.3, 0.1).bounded == Colour()
 
 
 def test_worth_is_half_the_log_of_what_is_left_less_half_a_log_for_each_amplitude():
@@ -187,8 +186,8 @@ def test_each_run_s_own_zero_does_not_hide_a_drift():
     assert model.zeros
     found = proposals(judge, model, judge.space.library)
     assert "drift" in {p.choice[0].name for p in found}
-    with_zeros = beside(judge.space, [], scan_colour(model.colour), zeros=True)
-    drift = judge.space.whitening(scan_colour(model.colour)).of(data.conditions.time_s[None, None, :][0])
+    with_zeros = beside(judge.space, [], model.colour.bounded, zeros=True)
+    drift = judge.space.whitening(model.colour.bounded).of(data.conditions.time_s[None, None, :][0])
     hidden = worth_of(float(falls(drift[None], with_zeros)[0]), 1, with_zeros, judge.space.readings)
     worth = next(p.worth for p in found if p.choice[0].name == "drift")
     assert worth > hidden + 3.0
