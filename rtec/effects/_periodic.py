@@ -97,8 +97,12 @@ class Periodic(Effect):
         form: Any = self.shape_type
         return [form(conditions.span / cycles) for cycles in np.arange(FEWEST_SUSPECTED, FEWEST_CYCLES, SPACING)]
 
-    def crowded(self, conditions: Conditions, shape: Shape, others: Sequence[Shape]) -> str | None:
-        """Return why a wave of an unstated period cannot stand beside another: the span cannot tell them apart."""
+    def crowded(
+        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
+    ) -> str | None:
+        """Return why a wave of an unstated period cannot stand beside others, or a map: they cannot be told apart."""
+        if period_of(shape) > finest and stated_base(conditions, period_of(shape)) is None:
+            return "the map beside it has nodes so close that it draws such a wave itself"
         lines = np.arange(1.0, _harmonics(shape) + 1.0) / period_of(shape)
         theirs = [k / period_of(other) for other in others for k in range(1, _harmonics(other) + 1)]
         if not theirs or stated_base(conditions, period_of(shape)) is not None:

@@ -69,6 +69,11 @@ class PitchMap(Effect):
         ),
     )
 
+    def finest(self, shape: Shape) -> float:
+        """Return the shortest wave that the nodes draw: of two of their steps."""
+        nodes = own_shape(shape, MapShape).nodes
+        return 2.0 * (nodes[-1] - nodes[0]) / (len(nodes) - 1)
+
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map, or None."""
         if conditions.time_is_coordinate:

@@ -210,8 +210,14 @@ class Effect(abc.ABC):
         """Return doubtful shapes that compete all the same: where one fits, no other effect is sure."""
         return ()
 
-    def crowded(self, conditions: Conditions, shape: Shape, others: Sequence[Shape]) -> str | None:
-        """Return why a shape cannot stand beside others of the same effect; None where it can."""
+    def finest(self, shape: Shape) -> float:
+        """Return the shortest wave that the nodes of a map draw, in the unit of position; infinite for no map."""
+        return np.inf
+
+    def crowded(
+        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
+    ) -> str | None:
+        """Return why a shape cannot stand beside others of the same effect, and a map; None where it can."""
         return None
 
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:

@@ -143,9 +143,10 @@ class Search:
         effect, shape = model.choices[k]
         conditions = self.space.dataset.conditions
         others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
+        finest = min((e.finest(s) for e, s in model.choices if effect.name in e.contains), default=np.inf)
         fit = self.judge.fit(model)
         for why in (
-            effect.crowded(conditions, shape, others),
+            effect.crowded(conditions, shape, others, finest),
             "it would have to be below zero" if effect.name in model.wrong_sign else None,
             effect.implausible(conditions, shape, fit.mean[fit.rows(k)]),
         ):

@@ -77,7 +77,7 @@ def test_held_out_residuals_are_those_of_refits(seed, runs, targets, rho):
     deviations = np.append(SCALES, 0.0)[model.places][blocks_of(parts)]
     raw = np.vstack([np.vstack([part.raw * part.unit for part in parts])[deviations > 0.0], np.ones(data.rows)])
     gap = np.append(np.inf, np.ones(data.rows - 1))
-    colour = model.colour
+    colour = model.colour.bounded
     white = whitened(np.vstack([raw, data.observed]), covariance(colour.rho, colour.white, gap))
     precision = np.append(deviations[deviations > 0.0] ** -2.0, 1e-12)
     expected = left_out_residual(white[:-1].T, raw.T, white[-1], data.observed, board.fold, precision)

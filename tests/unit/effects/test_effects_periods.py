@@ -13,6 +13,8 @@ from rtec.effects import (
     EccentricityShape,
     Interpolation,
     InterpolationShape,
+    MapShape,
+    PitchMap,
     Units,
     alias_limit,
     frequencies,
@@ -443,6 +445,10 @@ def test_waves_nearer_than_the_span_tells_apart_are_crowded():
     assert Cyclic().crowded(c, CyclicShape(40.0), []) is None
     assert Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(apart * 0.999)]) is None
     assert "amplitude changes" in Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(apart * 1.01)])
+    nodes = PitchMap().finest(MapShape((0.0, 50.0, 100.0, 200.0)))
+    assert nodes == pytest.approx(400.0 / 3.0)
+    assert "draws such a wave" in Cyclic().crowded(c, CyclicShape(nodes * 1.01), [], nodes)
+    assert Cyclic().crowded(c, CyclicShape(nodes * 0.99), [], nodes) is None
     assert "amplitude changes" in Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(80.0, 2)]), (
         "its second harmonic"
     )
