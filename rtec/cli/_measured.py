@@ -125,6 +125,7 @@ def read_inputs(
     wanted = observe if observe is not None or model is None else read_observe(model)
     with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
         dataset = load_dataset(data, observe=wanted, facts=facts)
+    with _named_as_options(f"{heldout}: column"):
         other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts)
     known = None if model is None else read_model(model, dataset.units)
     if known is not None:

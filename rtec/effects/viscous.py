@@ -10,7 +10,7 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
 
 ONE_SPEED = 0.2
-"""Of the usual speed: where the middle half of the readings in a direction lies closer together, it is one speed."""
+"""Of the usual speed: where half of the way in a direction was gone at speeds closer together, it is one speed."""
 
 
 class Viscous(Effect):
@@ -75,7 +75,9 @@ def _one_speed_each_way(conditions: Conditions) -> bool:
     if conditions.velocity is None or conditions.direction is None or not conditions.both_directions:
         return False
     for way in (-1.0, 1.0):
-        low, usual, high = np.percentile(np.abs(conditions.velocity[conditions.direction == way]), (25, 50, 75))
+        speed = np.sort(np.abs(conditions.velocity[conditions.direction == way]))
+        gone = np.cumsum(speed)  # not the time: a slow speed fills most of that
+        low, usual, high = speed[np.searchsorted(gone, np.array([0.25, 0.5, 0.75]) * gone[-1])]
         if high - low > ONE_SPEED * usual:
             return False
     return True

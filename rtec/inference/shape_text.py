@@ -15,6 +15,8 @@ from rtec.units import parse_in, written
 
 MOST_NODES = 10_000
 _LARGEST_COUNT = 1000
+_SMALLEST = 1e-12
+"""Of a period, a distance and the like: beyond it and its inverse a column of it is no more than rounding."""
 _CONTINUOUS = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
 
 Parameter = Field[Any]
@@ -124,9 +126,9 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
     if _is_list(item):
         return _places(key, value, unit)
     number = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
-    if number < 0.0 or (number == 0.0 and not _may_be_nothing(item)):
-        least = "0 or above" if _may_be_nothing(item) else "above 0"
-        raise ArgumentError(key, repr(value)[:60], f"{least} {unit}")
+    if not (_SMALLEST <= number <= 1.0 / _SMALLEST or (number == 0.0 and _may_be_nothing(item))):
+        nothing = "0, or " if _may_be_nothing(item) else ""
+        raise ArgumentError(key, repr(value)[:60], f"{nothing}{_SMALLEST:g} to {1.0 / _SMALLEST:g} {unit}")
     return number
 
 

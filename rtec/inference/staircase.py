@@ -96,6 +96,7 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
         p = adjusted_p(search.judge, found.model, k)
         fall = found.rms_heldout(before) ** 2 - found.rms_heldout(after) ** 2
         certain = found.probability.get(choice[0].name, 0.0)
+        needed = found.rms_heldout(search.without(found.model, k)) > found.rms_heldout(found.model)
         steps.append(
             Step(
                 effect=choice[0].name,
@@ -107,7 +108,7 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
                 gain_error=search.gain(before, after).error,
                 p_adjusted=p,
                 reason=(f"probability {certain:.3f}, " if names.count(choice[0].name) == 1 else "")
-                + f"adjusted p {p:.2g}, held-out error {'falls' if fall > 0.0 else 'does not fall'}",
+                + f"adjusted p {p:.2g}, held-out error {'lower' if needed else 'not lower'} with it",
                 model=fitted,
             )
         )

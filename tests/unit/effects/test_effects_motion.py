@@ -148,6 +148,13 @@ def test_what_the_data_cannot_show(log, effect, change, reason):
 def test_two_speeds_one_way_show_viscous_friction(log):
     two = {"velocity": np.tile([5.0, 9.0, -9.0, -9.1], 1000), "direction": np.tile([1.0, 1.0, -1.0, -1.0], 1000)}
     assert Viscous().untestable(log(**two)) is None
+
+
+def test_a_slow_speed_that_fills_the_time_hides_no_other(log):
+    way = np.tile([1.0, -1.0], 2000)
+    speeds = way * np.repeat([3.0, 10.0, 20.0], [2700, 850, 450])  # as far at each of the three
+    assert Viscous().untestable(log(velocity=speeds, direction=way)) is None
+    assert "one speed" in Viscous().untestable(log(velocity=way * np.repeat([10.0, 2.0], [3500, 500]), direction=way))
     one_way = {"velocity": np.full(4000, 5.0), "direction": np.ones(4000)}
     assert Viscous().untestable(log(**one_way)) is None, "a force in proportion, as far as one direction tells"
 

@@ -46,11 +46,11 @@ def test_what_explains_nothing_is_added_all_the_same_and_judged():
     assert result.model.names == ("scale",)
     (step,) = result.steps
     assert step.p_adjusted > 0.01
-    assert ("does not fall" in step.reason) is (step.gain <= 0.0)
+    assert ("not lower" in step.reason) is (step.gain <= 0.0)
     assert result.verdict not in (Verdict.NAMED, Verdict.TIED)
     worse = add("warm_up", measured(runs=2, seed=1)).steps[0]
     assert worse.gain < 0.0
-    assert worse.reason.endswith("held-out error does not fall")
+    assert worse.reason.endswith("held-out error not lower with it")
 
 
 def test_a_shape_is_found_or_taken_as_it_is_said():
