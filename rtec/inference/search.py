@@ -72,10 +72,14 @@ class Search:
     _children: dict[object, list[Scored]] = field(default_factory=dict)
     _held: dict[int, tuple[Scored, Floats]] = field(default_factory=dict)
     _gated: dict[int, tuple[Scored, bool]] = field(default_factory=dict)
+    free: Judge = field(init=False)
+    """Scores models under any noise, that of a log, too."""
 
     def __post_init__(self) -> None:
-        """Lay the chessboard."""
-        self.board = board_of(self.judge.space.dataset)
+        """Lay the chessboard; see what noise there may be."""
+        dataset = self.judge.space.dataset
+        self.board = board_of(dataset)
+        self.free = Judge(Space(dataset, any_noise=True)) if dataset.conditions.moving else self.judge
 
     @property
     def space(self) -> Space:
@@ -155,6 +159,9 @@ class Search:
         rest = self.without(model, k)
         if model.score - rest.score < WORTH:
             yield f"what it explains is worth {model.score - rest.score:.1f} nats, less than the {WORTH:g} asked for"
+        if effect.in_time and self.free is not self.judge:
+            if self.free.score(model.choices).score - self.free.score(rest.choices).score < WORTH:
+                yield "noise that wanders explains as much"
         if self.size(model, k, fit) < MATTERS:
             yield f"below {MATTERS:g} of what is left"
         for softer in effect.softer(conditions, shape):

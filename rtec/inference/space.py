@@ -128,9 +128,12 @@ class Space:
     ----------
     dataset
         The readings.
+    any_noise
+        Whether the noise of a log may have no white part.
     """
 
     dataset: Dataset
+    any_noise: bool = False
     _parts: dict[object, Part] = field(default_factory=dict)
     _views: dict[Colour, View] = field(default_factory=dict)
     _shapes: dict[str, tuple[Sequence[Shape], NDArray[np.bool_]]] = field(default_factory=dict)
@@ -149,7 +152,7 @@ class Space:
         would take that for itself, and judge an effect by its smallest steps alone, where delays of the sensors and
         the form of each start and stop decide.
         """
-        least = LEAST_WHITE_IN_MOTION if self.dataset.conditions.moving else 0.0
+        least = LEAST_WHITE_IN_MOTION if self.dataset.conditions.moving and not self.any_noise else 0.0
         return frozenset(colour for colour in COLOURS if colour.white >= least)
 
     def weights(self, colour: Colour) -> Colour:

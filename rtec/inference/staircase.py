@@ -42,16 +42,17 @@ def offset_of(found: Finding) -> Offset | None:
     A deviation is measured from a datum: an instrument is set to zero at the first reading, or the mean is taken off.
     Only a constant beyond all that the effects found go through is more than their choice of zero.
     """
-    judge, dataset = found.search.judge, found.dataset
+    judge, dataset = found.search.free, found.dataset
     if not judge.space.has_datum or any(isinstance(e, Probe) for e, _ in found.model.choices) or found.begun.terms:
         return None
     ones = np.ones((1, dataset.rows))
-    fit = judge.fit(found.model)
-    best = found.model.colours[0][1]
+    model = judge.score(found.model.choices)
+    fit = judge.fit(model)
+    best = model.colours[0][1]
     # of all noises that the readings leave possible the one that hides a constant best
     error = max(
-        float(np.sqrt(judge.fit(found.model, colour).variance / (judge.space.whitening(colour).of(ones) ** 2).sum()))
-        for colour, likelihood in found.model.colours
+        float(np.sqrt(judge.fit(model, colour).variance / (judge.space.whitening(colour).of(ones) ** 2).sum()))
+        for colour, likelihood in model.colours
         if likelihood > best - EQUAL
     )
     reach = sum(float(np.ptp(fit.contribution(k))) for k in range(len(fit.parts)))

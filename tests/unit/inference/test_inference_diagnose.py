@@ -7,7 +7,7 @@ import pytest
 from inference_oracle import SIGMA, measured
 
 from rtec.dataset.load import load_dataset
-from rtec.effects import Shape, effect_named
+from rtec.effects import LIBRARY, Shape, effect_named
 from rtec.errors import ArgumentError, RtecError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.fit import values_of
@@ -434,6 +434,15 @@ def test_a_curve_of_position_does_not_hide_a_weight(tmp_path, curve, verdict):
     assert (result.verdict, set(result.effects)) == (verdict, {"viscous", "force_offset"})
     mean = 10 + curve * np.cos(2 * np.pi * x / 250).mean()
     assert value(result, "force_offset", "force_offset").value == pytest.approx(mean, abs=0.3)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5])
+def test_a_random_walk_in_a_log_is_no_drift_and_no_warm_up(tmp_path, seed):
+    """In logs noise has a white part, lest it take everything for itself: effects in time must outdo any noise."""
+    rng, t = np.random.default_rng(seed), np.arange(0, 60, 0.02)
+    walk = np.cumsum(rng.normal(0, 0.05, t.size)) + rng.normal(0, 0.02, t.size)
+    log = written(tmp_path, "time_s,target_mm,deviation_um", t, 100 * np.abs(t / 10 % 2 - 1), walk)
+    assert not {e.name for e in LIBRARY if e.in_time} & set(diagnose(load_dataset(log)).effects)
 
 
 def test_a_force_that_never_changes(tmp_path):
