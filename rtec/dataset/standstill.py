@@ -24,6 +24,7 @@ _FEWEST_ROWS = 5  # fewer rows within the band are a hesitation, or a slow sampl
 _TIMES_USUAL = 4.0  # longer than the position usually stays the same on the way (a coarse or stale encoder)
 _GO_AND_SETTLE_S = 0.1  # no axis goes to the next place and settles in less
 _DRIFT = 0.35  # of the band, between means of thirds: a crawl shows 0.67, a reversal 0.44, standstill next to nothing
+_LEAVES = 6.0  # bands that an axis goes in half the time of a dwell at least; one that turned goes 4 of them
 _TAIL = 6.0  # median distances from the middle of a standstill from which its ends belong to the motion
 _CREEP = 1e-4  # share of the largest speed of the run that counts as standstill even where it leads somewhere
 _FASTER = 4.0  # than usual at standstill is a velocity that contradicts the position
@@ -161,8 +162,8 @@ def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats
     """Return first row and end of each stretch of a log in which the axis stands still; columns of shape (rows,).
 
     At rest the position stays within its band (`band_of`) for five rows at least, and four times longer than it
-    usually stays the same while the axis moves, without drifting through the band and without turning in it; a
-    velocity column does not contradict it. Neighbouring stretches at the same place are one.
+    usually stays the same while the axis moves, without drifting through the band and without turning in it (of less
+    than 0.1 s the motion before and after tells); a velocity column does not contradict it. Neighbouring stretches at the same place are one.
 
     Examples
     --------
@@ -191,11 +192,13 @@ def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats
         near = np.flatnonzero(away <= _TAIL * np.median(away))  # a slow start or stop is within the band, too
         first, last = begin + int(near[0]), begin + int(near[-1])
         lasts_s = time_s[last] - time_s[first]
-        burst, turns = lasts_s < (fewest - 1) / 2.0 * usually_s, lasts_s < _GO_AND_SETTLE_S  # at full acceleration
-        if last + 1 - first < fewest or burst or turns:
+        if last + 1 - first < fewest or lasts_s < (fewest - 1) / 2.0 * usually_s:  # the latter is a burst
             continue
         thirds = [float(part.mean()) for part in np.array_split(position[first : last + 1], 3)]
-        if max(thirds) - min(thirds) <= _DRIFT * band or band < _CREEP * fastest * lasts_s:
+        short = lasts_s < _GO_AND_SETTLE_S
+        if short and not _is_dwell(position, run, first, last, band):
+            continue
+        if max(thirds) - min(thirds) <= _DRIFT * band or (band < _CREEP * fastest * lasts_s and not short):
             found.append((first, last + 1))
     if velocity is not None and found:
         changed = np.abs(np.diff(velocity))
@@ -203,6 +206,20 @@ def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats
         usually += float(np.quantile(changed[changed > 0.0], 0.05)) if changed.any() else 0.0
         found = [(a, b) for a, b in found if abs(float(np.median(velocity[a:b]))) <= _FASTER * usually]
     return _joined(found, position, run, band)
+
+
+def _is_dwell(position: Floats, run: Ints, first: int, last: int, band: float) -> bool:
+    """Return whether an axis stood still in rows that are so few that it may as well have turned there.
+
+    Under a constant acceleration it would be as slow before and after as within: it would not come from afar in half
+    of that time, nor go there.
+    """
+    half, here = (last - first) // 2 + 1, float(np.median(position[first : last + 1]))
+    for begin, end in ((max(first - half, 0), first), (last + 1, min(last + 1 + half, position.size))):
+        same = run[begin:end] == run[first]
+        if np.abs(position[begin:end][same] - here).max(initial=0.0) <= _LEAVES * band:
+            return False
+    return True
 
 
 def _joined(found: list[Stretch], position: Floats, run: Ints, band: float) -> list[Stretch]:

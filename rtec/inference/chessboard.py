@@ -137,14 +137,14 @@ class HeldOutGain:
 def gain_between(judge: Judge, before: Floats, after: Floats, model: Scored, board: Board) -> HeldOutGain:
     """Return the gain between two held-out residuals, the noise being that of ``model``.
 
-    Within a cell readings are judged with the noise as correlated as it is; each cell begins anew, because the
+    Within a cell readings at rest are judged with the noise as correlated as it is, those of a log as they are; each cell begins anew, because the
     readings before it may have been seen. A paired t-test over cells would be wrong: a reversal error may act in one
     or two of them.
     """
     n = before.size
     gap = judge.space.gap.copy()
     gap[1:][np.diff(board.cell) != 0] = np.inf
-    colour = model.colour.bounded
+    colour = judge.space.weights(model.colour.bounded)
     white = Whitening(gap, colour).of(np.vstack([before, after]))
     variance = judge.fit(model, colour).variance
     nats = np.bincount(board.cell, weights=white[0] ** 2 - white[1] ** 2, minlength=board.cells) / (2.0 * variance)

@@ -217,3 +217,17 @@ def test_rows_that_repeat_the_row_before_are_no_measurements():
     assert data.rows <= 500
     assert any("only repeat the row before" in note for note in data.notes)
     assert np.median(np.abs(data.conditions.acceleration + 20 * np.sin(data.conditions.time_s))) < 1.0
+
+
+@pytest.mark.parametrize(("dwell_s", "dwells"), [(0.0, 0), (0.06, 7), (0.08, 7), (0.3, 7)])
+@pytest.mark.parametrize("step", [0.001, 0.05])
+def test_a_short_dwell_is_told_from_a_turn(dwell_s, dwells, step):
+    ramp, way = np.linspace(0.0, 250.0, 25), 1.0
+    parts = []
+    for _ in range(8):
+        parts += [way * ramp, way * np.full(60, 250.0), way * ramp[::-1], np.zeros(round(dwell_s / 0.004))]
+        way = -way
+    v = np.concatenate(parts)
+    t, x = 0.004 * np.arange(v.size), np.round(np.cumsum(v) * 0.004 / step) * step
+    found = rest_stretches(t, x, np.ones(t.size, dtype=np.int64), None)
+    assert len(found) in (dwells, dwells + 1)  # the last one ends the log

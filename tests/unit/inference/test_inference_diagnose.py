@@ -436,6 +436,23 @@ def test_a_curve_of_position_does_not_hide_a_weight(tmp_path, curve, verdict):
     assert value(result, "force_offset", "force_offset").value == pytest.approx(mean, abs=0.3)
 
 
+def test_short_dwells_do_not_hide_dry_friction(tmp_path):
+    """Too short to be taken for a standstill: the direction there is a guess, and the friction may be anything."""
+    rng = np.random.default_rng(0)
+    move = 250.0 * np.concatenate([np.linspace(0, 1, 25), np.ones(60), np.linspace(1, 0, 25), np.zeros(20)])
+    ways = rng.permutation(np.resize([1.0, 1.0, -1.0, -1.0], 60))
+    v = np.concatenate([way * move for way in ways])
+    t = 0.004 * np.arange(v.size)
+    x = np.cumsum(v) * 0.004
+    rest = v == 0
+    dry = np.where(rest, np.repeat(rng.uniform(-14, 14, ways.size), move.size), 14 * np.sign(v))
+    force = 0.09 * v + dry + 0.025 * np.gradient(v, t) + 5 + rng.normal(0, 0.7, t.size)
+    result = diagnose(load_dataset(written(tmp_path, "time_s,actual_mm,force_n", t, np.round(x, 3), force)))
+    assert {"inertia", "coulomb", "force_offset"} <= set(result.effects)
+    # at one speed each way viscous friction counts as dry friction
+    assert value(result, "coulomb", "coulomb").value == pytest.approx(14 + 0.09 * np.abs(v[v != 0]).mean(), rel=0.05)
+
+
 @pytest.mark.parametrize("seed", [0, 1, 5])
 def test_a_random_walk_in_a_log_is_no_drift_and_no_warm_up(tmp_path, seed):
     """In logs noise has a white part, lest it take everything for itself: effects in time must outdo any noise."""
