@@ -163,7 +163,8 @@ def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats
 
     At rest the position stays within its band (`band_of`) for five rows at least, and four times longer than it
     usually stays the same while the axis moves, without drifting through the band and without turning in it (of less
-    than 0.1 s the motion before and after tells); a velocity column does not contradict it. Neighbouring stretches at the same place are one.
+    than 0.1 s the motion before and after tells); a velocity column does not contradict it. Neighbouring stretches at
+    the same place are one.
 
     Examples
     --------

@@ -137,9 +137,9 @@ class HeldOutGain:
 def gain_between(judge: Judge, before: Floats, after: Floats, model: Scored, board: Board) -> HeldOutGain:
     """Return the gain between two held-out residuals, the noise being that of ``model``.
 
-    Within a cell readings at rest are judged with the noise as correlated as it is, those of a log as they are; each cell begins anew, because the
-    readings before it may have been seen. A paired t-test over cells would be wrong: a reversal error may act in one
-    or two of them.
+    Within a cell readings at rest are judged with the noise as correlated as it is, those of a log as they are; each
+    cell begins anew, because the readings before it may have been seen. A paired t-test over cells would be wrong: a
+    reversal error may act in one or two of them.
     """
     n = before.size
     gap = judge.space.gap.copy()
