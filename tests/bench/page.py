@@ -183,7 +183,7 @@ ELSEWHERE = (
     ),
     (
         "how often hidden effects are named right",
-        "python -m tests.recovery.confusion --trials 60",
+        "python -m tests.recovery.confusion --trials 125",
         "[confusion](confusion.md)",
     ),
     (
