@@ -93,9 +93,9 @@ def stood_for(search: Search, model: Scored, other: Scored) -> str | None:
 def probabilities(search: Search, best: Scored, answer: Scored | None = None) -> dict[str, float]:
     """Return the probability of each effect over the models that compete with the best: of all that were scored.
 
-    Shapes of one effect are one effect, and what stands for an effect of the ``answer`` (else of the best)
-    counts for it. Models in which an effect has not earned its place do not compete; those
-    with a wave too long for the data do, though none will be accepted.
+    Shapes of one effect are one effect, and what stands for an effect of the ``answer`` (else of the best) counts for
+    it. Models in which an effect has not earned its place do not compete; those with a wave too long for the data do,
+    though none will be accepted.
     """
     answer = best if answer is None else answer
     competing = search.near(best)
