@@ -122,6 +122,8 @@ def read_inputs(
 
     if lock and heldout is not None:
         raise ArgumentError("--lock", "given beside --heldout", "one of the two", "either judges instead of blocks")
+    if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
+        raise ArgumentError("--heldout", heldout, "another measurement", "--lock holds back a part of a single one")
     wanted = observe if observe is not None or model is None else read_observe(model)
     with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
         dataset = load_dataset(data, observe=wanted, facts=facts)

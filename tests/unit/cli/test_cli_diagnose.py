@@ -211,12 +211,15 @@ def test_periods_that_the_targets_hide_are_listed(here, capsys):
         (["two.csv", "--seed", "-1"], "--seed"),
         (["two.csv", "--seed", "x"], "--seed"),
         (["two.csv", "--observe", "force"], "--observe"),
+        (["two.csv", "--heldout", "./two.csv"], "--lock holds back a part"),
+        (["two.csv", "--heldout", "force.csv"], "force.csv: column: 'deviation'"),
         (["two.csv", "--model", "hot.toml"], "no temperature column"),
         (["backwards.csv"], "backwards.csv, line 5"),
     ],
 )
 def test_bad_words_and_files_are_one_line_and_2(here, capsys, words, says):
     (here / "hot.toml").write_text('observe = "deviation"\n[[effect]]\nname = "thermal_growth"\n')
+    (here / "force.csv").write_text("time_s,actual_mm,force_n\n0,1,2\n1,2,3\n2,3,4\n3,4,5\n4,5,6\n")
     (here / "backwards.csv").write_text("time_s,target_mm,deviation_um\n0,1,2\n60,2,3\n120,3,4\n90,4,5\n150,5,6\n")
     code, out, err = said(capsys, *words)
     assert (code, out) == (2, "")
