@@ -16,7 +16,7 @@ LINES = the_lines()
 FEW = 3
 SURE = 3.0
 """Standard errors: a few games contradict a bar only where they are this far below it."""
-PUBLISHED = 60
+PUBLISHED = 125
 """Games of each line, at least, unless too many are left out as too weak."""
 ROW = re.compile(
     r"^\| (?P<title>[^|]+) \| [^|]+ \| (?P<bar>[^|]+) \| (?P<right>\d+) of (?P<trials>\d+)[^|]* (?P<rest>\|.*)$", re.M
