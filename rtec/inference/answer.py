@@ -60,34 +60,35 @@ def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
 def simplest(search: Search, model: Scored) -> Scored:
     """Return a model with each effect replaced by a special case of it that explains the data nearly as well."""
     for other in sorted(search.near(model), key=lambda m: -m.score):
-        name = stood_for(search, other, model) if other.score > model.score - EQUAL else None
-        if name is not None and not is_probe(other, name) and search.is_gated(other):
+        special = stood_for(search, other, model) if other.score > model.score - EQUAL else None
+        if special is not None and not isinstance(special, Probe) and search.is_gated(other):
             return simplest(search, other)
     return model
 
 
-def is_probe(model: Scored, name: str) -> bool:
-    """Return whether a name of a model is that of a probe."""
-    return any(isinstance(effect, Probe) and effect.name == name for effect, _ in model.choices)
+def replacement(model: Scored, other: Scored) -> tuple[str, str] | None:
+    """Return the effect of a model for which another has a different one, and that; None where more differs."""
+    mine, theirs = Counter(model.names), Counter(other.names)
+    lost, new = list((mine - theirs).elements()), list((theirs - mine).elements())
+    return (lost[0], new[0]) if len(lost) == len(new) == 1 else None
 
 
-def stood_for(search: Search, model: Scored, other: Scored) -> str | None:
+def stood_for(search: Search, model: Scored, other: Scored) -> Effect | None:
     """Return the effect of a model in whose place another has one that can do all that it does; None without one.
 
     Everything else is the same in both. A probe stands for another of what depends on the same.
     """
-    mine, theirs = Counter(model.names), Counter(other.names)
-    lost, new = list((mine - theirs).elements()), list((theirs - mine).elements())
-    if len(lost) != 1 or len(new) != 1:
+    names = replacement(model, other)
+    if names is None:
         return None
-    own, instead = newly(model, other, lost[0]), newly(other, model, new[0])
+    own, instead = newly(model, other, names[0]), newly(other, model, names[1])
     generic = instead[0].depends_on if isinstance(instead[0], Probe) else None
     if isinstance(own[0], Probe):
-        return lost[0] if own[0].depends_on == generic else None
+        return own[0] if own[0].depends_on == generic else None
     if generic is None:
-        return lost[0] if lost[0] in instead[0].contains else None
+        return own[0] if own[0].name in instead[0].contains else None
     cosine = _cosine(search.judge, model, model.choices.index(own), search.space.raw(instead))
-    return lost[0] if cosine > ALIKE else None
+    return own[0] if cosine > ALIKE else None
 
 
 def probabilities(search: Search, best: Scored, answer: Scored | None = None) -> dict[str, float]:
@@ -104,7 +105,8 @@ def probabilities(search: Search, best: Scored, answer: Scored | None = None) ->
     weights = np.array([other.score for other in models])
     total = float(logsumexp(weights))
     called = [search.called(other) for other in models]
-    instead = [stood_for(search, answer, other) for other in models]
+    stood = [stood_for(search, answer, other) for other in models]
+    instead = [None if effect is None else effect.name for effect in stood]
     found = {}
     for name in dict.fromkeys(name for names in (answer.names, *called) for name in names):
         count = max(answer.names.count(name), 1)
@@ -146,20 +148,13 @@ def tied_models(search: Search, model: Scored, name: str) -> list[tuple[Effect, 
     no rival: another does the work beside it.
     """
     own = _spoken(search.judge, model)
-    rest = list(model.names)
-    rest.remove(name)
     effect = next(e for e, _ in model.choices if e.name == name)
     found: dict[str, tuple[Effect, Scored]] = {}
     for other in sorted(search.judge.seen.values(), key=lambda m: -m.score):
-        names = list(other.names)
-        if len(names) != len(rest) + 1 or other.wrong_sign or other is model or search.in_doubt(other):
+        names = replacement(model, other)
+        if names is None or names[0] != name or other.wrong_sign or search.in_doubt(other):
             continue
-        for held in rest:
-            if held in names:
-                names.remove(held)
-        if len(names) != 1 or names[0] == name:
-            continue
-        rival = next(e for e, _ in other.choices if e.name == names[0])
+        rival = next(e for e, _ in other.choices if e.name == names[1])
         nested = rival.name in effect.contains or name in rival.contains
         if nested or isinstance(rival, Probe) or abs(_spoken(search.judge, other) - own) > EQUAL:
             continue

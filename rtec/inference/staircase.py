@@ -90,6 +90,7 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
     """
     steps = [] if found.offset is None else [_constant_step(found, found.offset, models[0])]
     search, names = found.search, list(found.model.names)
+    error = found.rms_heldout(found.model) if order else 0.0
     for count, (before, after) in enumerate(itertools.pairwise(models), len(order) - len(models) + 2):
         choice = order[count - 1]
         fitted = found.fitted(after, order[:count])
@@ -97,7 +98,7 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
         p = adjusted_p(search.judge, found.model, k)
         fall = found.rms_heldout(before) ** 2 - found.rms_heldout(after) ** 2
         certain = found.probability.get(choice[0].name, 0.0)
-        needed = found.rms_heldout(search.without(found.model, k)) > found.rms_heldout(found.model)
+        needed = found.rms_heldout(search.without(found.model, k)) > error
         steps.append(
             Step(
                 effect=choice[0].name,
