@@ -18,6 +18,8 @@ ENTRANCES = (1, 4, 7, 10)
 RARE = 4.0
 """Nats that a part costs which may as well be missing: zeros of runs are rarer than a drift, which explains as much
 where a map by direction goes with it."""
+SHIFTS = 2
+"""Steps of the ladder, up and down: of the noise's variance, at the next colour of the grid, a factor of a hundred."""
 _ROUNDS = 12
 _ROUNDING = 1e-10
 """Share of the readings' square that may be lost: a model that explains everything leaves that."""
@@ -97,11 +99,9 @@ def best_scales(
         Which blocks may be absent, shape (blocks,).
     """
     places = start.copy()
-    ladder = np.append(SCALES, 0.0)  # the last, at -1, is absence
 
     def likelihoods(every: NDArray[np.int64]) -> Floats:
-        price: Floats = RARE * ((every != ABSENT) & optional).sum(axis=1)
-        return log_likelihoods(sums, ladder[every][:, block]) - price
+        return _of_places(sums, block, every, optional)
 
     value = float(likelihoods(places[None, :])[0])
     for _ in range(_ROUNDS):
@@ -134,6 +134,29 @@ def best_scales(
         else:
             places, value = trials[best], float(values[best])
     return places, value
+
+
+def shifted_scales(
+    sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64], optional: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], float]:
+    """Return the same where all blocks keep their proportions.
+
+    Under another colour the noise has another variance, and so contributions of the same size have other places.
+    """
+    steps = np.arange(-SHIFTS, SHIFTS + 1)[:, None]
+    every = np.where(start == ABSENT, ABSENT, np.clip(start + steps, 0, SCALES.size - 1))
+    values = _of_places(sums, block, every, optional)
+    best = int(np.argmax(values))
+    return every[best], float(values[best])
+
+
+def _of_places(
+    sums: Sums, block: NDArray[np.int64], every: NDArray[np.int64], optional: NDArray[np.bool_]
+) -> Floats:
+    """Return the log marginal likelihood for places of shape (sets, blocks), less what optional parts cost."""
+    ladder = np.append(SCALES, 0.0)  # the last, at -1, is absence
+    price: Floats = RARE * ((every != ABSENT) & optional).sum(axis=1)
+    return log_likelihoods(sums, ladder[every][:, block]) - price
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, Floats, float]:

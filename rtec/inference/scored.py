@@ -12,13 +12,15 @@ from scipy.special import logsumexp
 
 from rtec.effects import Floats, Shape
 from rtec.inference.colour import NEIGHBOURS, Colour
-from rtec.inference.evidence import ABSENT, RARE, SCALES, best_scales, log_likelihoods, posterior
+from rtec.inference.evidence import ABSENT, SCALES, best_scales, posterior, shifted_scales
 from rtec.inference.space import Choice, Part, Space, blocks_of
 
 EVERY_COLOUR = 60
 """Readings up to which every colour of noise is weighed: more of them single a few out."""
 FAR = 4.0
 """Nats below the best from which on a colour adds nothing."""
+START_COLOUR = Colour(0.6, 0.3)
+"""From which every model's noise is looked for, besides from that of the model that it grew out of."""
 START = 4
 """Place on the ladder of scales from which a new part begins: ten times the noise."""
 
@@ -115,36 +117,41 @@ class Judge:
         parts = space.parts_of(choices)
         block, optional = blocks_of(parts), _optional(parts)
         found: dict[Colour, float] = {}
-        best = near.colour if near is not None else Colour(0.6, 0.3)
+        scales: dict[Colour, NDArray[np.int64]] = {}
+        best = near.colour if near is not None else START_COLOUR
         places = self.start_of(parts, near)
 
         def look(colour: Colour, *, tune: bool) -> float:
-            nonlocal places
             sums = space.sums(parts, colour)
             if tune:
-                places, value = best_scales(sums, block, places, optional)
+                scales[colour], value = best_scales(sums, block, scales.get(colour, places), optional)
             else:
-                value = float(log_likelihoods(sums, _ladder()[places][block][None, :])[0])
-                value -= RARE * float(((places != ABSENT) & optional).sum())
+                scales[colour], value = shifted_scales(sums, block, places, optional)
             found[colour] = value - 0.5 * space.log_determinant(colour) - colour.rarity
             return found[colour]
 
-        look(best, tune=True)
-        while True:
-            fresh = [c for c in NEIGHBOURS[best] if c not in found and c in space.colours]
-            for colour in fresh:
-                look(colour, tune=False)
-            top = max(found, key=lambda c: found[c])
-            if top == best:
-                break
-            best = top
-            look(best, tune=True)
+        for start in (best, START_COLOUR):  # from slow noise the way to short noise may lead through a hollow
+            if start in found:
+                continue
+            look(start, tune=True)
+            while True:
+                places = scales[start]
+                for colour in NEIGHBOURS[start]:
+                    if colour not in found and colour in space.colours:
+                        look(colour, tune=False)
+                top = max((c for c in (start, *NEIGHBOURS[start]) if c in found), key=lambda c: found[c])
+                if top == start:
+                    break
+                start = top
+                look(start, tune=True)
         if space.readings <= EVERY_COLOUR:
             for colour in space.colours:
                 if colour not in found:
                     look(colour, tune=False)
         else:
             self._spread(found, look, found[best])
+        best = max(found, key=lambda c: found[c])  # it may lie beyond a hollow
+        look(best, tune=True)
         total = (
             float(logsumexp(list(found.values()))) - float(np.log(len(space.colours))) - sum(map(self.price, choices))
         )
@@ -153,8 +160,8 @@ class Judge:
             score=total,
             colour=best,
             colours=tuple(sorted(found.items(), key=lambda item: -item[1])),
-            places=places,
-            wrong_sign=self._wrong_sign(choices, parts, places, best),
+            places=scales[best],
+            wrong_sign=self._wrong_sign(choices, parts, scales[best], best),
         )
         self.seen[key] = result
         return result

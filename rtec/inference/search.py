@@ -289,16 +289,16 @@ class Search:
         A probe explains at once what takes several effects: models without one grow beside those with one.
         """
         start = self.judge.score(self.given)
-        best, beam, patient = {False: start, True: start}, [start], True
+        best, beam, reached = {False: start, True: start}, [start], -np.inf
         for depth in range(MOST_EFFECTS):
             gated, ungated = self._sorted_out(self._grown(beam), best)
             tell(0.05 + 0.6 * (depth + 1) / MOST_EFFECTS)
             tops = {generic(m): m for m in sorted(gated, key=lambda m: m.score)}
             grown = {kind: m for kind, m in tops.items() if m.score > best[kind].score + ROUNDING}
             if grown:
-                best, beam, patient = best | grown, [*gated, *ungated], True
-            elif ungated and patient:
-                beam, patient = ungated, False  # effects that only help together: one step more
+                best, beam, reached = best | grown, [*gated, *ungated], -np.inf
+            elif ungated and ungated[0].score > reached + WORTH:
+                beam, reached = ungated, ungated[0].score  # effects that only help together
             else:
                 break
         found = max(best.values(), key=lambda m: m.score)
