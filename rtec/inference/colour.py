@@ -69,18 +69,17 @@ COLOURS = (Colour(), *(Colour(rho, white) for rho in CORRELATIONS[1:] for white 
 
 def _neighbours() -> dict[Colour, tuple[Colour, ...]]:
     """Return the colours next to each on the grid; all of the shortest correlation are next to white noise."""
-    found: dict[Colour, tuple[Colour, ...]] = {}
-    shortest = CORRELATIONS[1]
-    for colour in COLOURS:
-        if colour.rho == 0.0:
-            found[colour] = tuple(c for c in COLOURS if c.rho == shortest)
-            continue
-        shares = _shares(colour.rho)
-        at, share = CORRELATIONS.index(colour.rho), shares.index(colour.white)
-        near = [Colour(CORRELATIONS[k], colour.white) for k in (at - 1, at + 1) if 1 <= k < len(CORRELATIONS)]
-        near = [c for c in near if c.white in _shares(c.rho)]
-        near += [Colour(colour.rho, shares[k]) for k in (share - 1, share + 1) if 0 <= k < len(shares)]
-        found[colour] = (*near, Colour()) if colour.rho == shortest else tuple(near)
+    shares = (*SMALL_SHARES, *WHITE_SHARES)
+    place = {c: (CORRELATIONS.index(c.rho), shares.index(c.white)) for c in COLOURS if c.rho > 0.0}
+    at = {where: colour for colour, where in place.items()}
+    shortest = tuple(c for c, (i, _) in place.items() if i == 1)
+    found = {Colour(): shortest}
+    for colour, (i, j) in place.items():
+        steps = [(-1, 0), (1, 0), (0, -1), (0, 1)]
+        if colour.rho >= MOST_CORRELATED:  # where a random walk is as long again, half as much of it is white
+            steps += [(-1, 1), (1, -1)]
+        near = tuple(at[i + di, j + dj] for di, dj in steps if (i + di, j + dj) in at)
+        found[colour] = (*near, Colour()) if colour in shortest else near
     return found
 
 

@@ -13,16 +13,13 @@ SCALES = 10.0 ** (np.arange(-2, 11) / 2.0)
 """Standard deviations of an effect's contribution before the data have spoken, in units of the noise."""
 ABSENT = -1
 """Place on the ladder of a part that may as well be missing."""
-ENTRANCES = (1, 4, 7, 10)
+_ROUNDING = 1e-10
+"""Share of the readings' square that may be lost: a model that explains everything leaves that."""
+_ENTRANCES = np.array([1, 4, 7, 10])
 """Places on the ladder at which what is absent is tried: every other one is next to them."""
 RARE = 4.0
 """Nats that a part costs which may as well be missing: zeros of runs are rarer than a drift, which explains as much
 where a map by direction goes with it."""
-SHIFTS = 2
-"""Steps of the ladder, up and down: of the noise's variance, at the next colour of the grid, a factor of a hundred."""
-_ROUNDS = 12
-_ROUNDING = 1e-10
-"""Share of the readings' square that may be lost: a model that explains everything leaves that."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,16 +67,21 @@ def log_likelihoods(sums: Sums, deviations: Floats) -> Floats:
     >>> round(float(worth[1] - worth[0]), 2)
     8.73
     """
-    count = sums.along.size
-    inner = np.empty((len(deviations), count + 1, count + 1))
-    inner[:, :count, :count] = deviations[:, :, None] * sums.gram * deviations[:, None, :]
-    inner[:, np.arange(count), np.arange(count)] += 1.0
-    inner[:, count, :count] = inner[:, :count, count] = deviations * sums.along
-    inner[:, count, count] = sums.total * (1.0 + _ROUNDING) + 1e-300
-    # the last pivot squared is what the model leaves: one factorisation gives it and the determinant
-    pivots = np.log(np.diagonal(np.linalg.cholesky(inner), axis1=1, axis2=2))
-    found: Floats = -sums.readings * pivots[:, -1] - pivots[:, :-1].sum(axis=1)
+    from rtec.inference._evidence_kernels import likelihoods  # noqa: PLC0415 - loads numba, for searches only
+
+    found = np.empty(len(deviations))
+    likelihoods(_products(sums), sums.readings, deviations, found)
     return found
+
+
+def _products(sums: Sums) -> Floats:
+    """Return products of columns and readings with each other, shape (columns + 1, columns + 1)."""
+    count = sums.along.size
+    products = np.empty((count + 1, count + 1))
+    products[:count, :count] = sums.gram
+    products[:count, count] = products[count, :count] = sums.along
+    products[count, count] = sums.total * (1.0 + _ROUNDING) + 1e-300
+    return products
 
 
 def best_scales(
@@ -98,65 +100,25 @@ def best_scales(
     optional
         Which blocks may be absent, shape (blocks,).
     """
+    from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - as above
+
     places = start.copy()
-
-    def likelihoods(every: NDArray[np.int64]) -> Floats:
-        return _of_places(sums, block, every, optional)
-
-    value = float(likelihoods(places[None, :])[0])
-    for _ in range(_ROUNDS):
-        trials = []
-        for b in range(places.size):
-            moves = [places[b] - 1, places[b] + 1]
-            if optional[b]:  # its price stands between absence and the scales: both ways lead over it
-                moves = [*moves, ABSENT] if places[b] != ABSENT else [*ENTRANCES]
-            for move in moves:
-                if (ABSENT if optional[b] else 0) <= move < SCALES.size:
-                    moved = places.copy()
-                    moved[b] = move
-                    trials.append(moved)
-        if not trials:
-            break
-        values = likelihoods(np.array(trials))
-        best = int(np.argmax(values))
-        if values[best] <= value + 1e-9:
-            break
-        gained = values - value
-        # moves of different blocks seldom hinder each other: all that help are tried at once first
-        together = places.copy()
-        for k in np.argsort(gained):
-            if gained[k] > 0.0:
-                b = int(np.flatnonzero(trials[k] != places)[0])
-                together[b] = trials[k][b]
-        both = float(likelihoods(together[None, :])[0])
-        if both >= values[best]:
-            places, value = together, both
-        else:
-            places, value = trials[best], float(values[best])
-    return places, value
+    return places, climb(_products(sums), sums.readings, block, optional, SCALES, RARE, _ENTRANCES, places)
 
 
 def shifted_scales(
     sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64], optional: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], float]:
-    """Return the same where all blocks keep their proportions.
+    """Return the same where all blocks keep their proportions and move by one place at most.
 
-    Under another colour the noise has another variance, and so contributions of the same size have other places.
+    Under the next colour of the grid the noise has up to ten times the variance, and contributions of the same size
+    stand one place lower.
     """
-    steps = np.arange(-SHIFTS, SHIFTS + 1)[:, None]
-    every = np.where(start == ABSENT, ABSENT, np.clip(start + steps, 0, SCALES.size - 1))
-    values = _of_places(sums, block, every, optional)
-    best = int(np.argmax(values))
-    return every[best], float(values[best])
+    from rtec.inference._evidence_kernels import shift  # noqa: PLC0415 - as above
 
-
-def _of_places(
-    sums: Sums, block: NDArray[np.int64], every: NDArray[np.int64], optional: NDArray[np.bool_]
-) -> Floats:
-    """Return the log marginal likelihood for places of shape (sets, blocks), less what optional parts cost."""
-    ladder = np.append(SCALES, 0.0)  # the last, at -1, is absence
-    price: Floats = RARE * ((every != ABSENT) & optional).sum(axis=1)
-    return log_likelihoods(sums, ladder[every][:, block]) - price
+    places = start.copy()
+    value = shift(_products(sums), sums.readings, block, SCALES, places)
+    return places, value - RARE * float(((places != ABSENT) & optional).sum())
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, Floats, float]:

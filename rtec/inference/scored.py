@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +18,11 @@ EVERY_COLOUR = 60
 """Readings up to which every colour of noise is weighed: more of them single a few out."""
 FAR = 4.0
 """Nats below the best from which on a colour adds nothing."""
-START_COLOUR = Colour(0.6, 0.3)
-"""From which every model's noise is looked for, besides from that of the model that it grew out of."""
+START_COLOUR, SLOW, SHORT = Colour(0.6, 0.3), Colour(0.999, 0.01), 0.8
+"""From the first two the noise is looked for, too, where it was found to be slower than the third: between noise that
+wanders and none at all the way leads through a hollow, and what an effect explains would stay noise (30 nats)."""
 START = 4
 """Place on the ladder of scales from which a new part begins: ten times the noise."""
-
-
-class Look(Protocol):
-    """Weighs one more colour for a model, which it remembers."""
-
-    def __call__(self, colour: Colour, *, tune: bool) -> float:
-        """Return how likely the readings are under it, the scales of the model moved to suit it where asked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,40 +111,44 @@ class Judge:
         block, optional = blocks_of(parts), _optional(parts)
         found: dict[Colour, float] = {}
         scales: dict[Colour, NDArray[np.int64]] = {}
-        best = near.colour if near is not None else START_COLOUR
-        places = self.start_of(parts, near)
 
-        def look(colour: Colour, *, tune: bool) -> float:
-            sums = space.sums(parts, colour)
-            if tune:
-                scales[colour], value = best_scales(sums, block, scales.get(colour, places), optional)
-            else:
-                scales[colour], value = shifted_scales(sums, block, places, optional)
+        def look(colour: Colour, start: NDArray[np.int64], *, tune: bool) -> float:
+            scales_from = best_scales if tune else shifted_scales
+            scales[colour], value = scales_from(space.sums(parts, colour), block, start, optional)
             found[colour] = value - 0.5 * space.log_determinant(colour) - colour.rarity
             return found[colour]
 
-        for start in (best, START_COLOUR):  # from slow noise the way to short noise may lead through a hollow
-            if start in found:
-                continue
-            look(start, tune=True)
+        def fresh(colour: Colour) -> list[Colour]:
+            return [c for c in NEIGHBOURS[colour] if c not in found and c in space.colours]
+
+        def ascend(top: Colour) -> Colour:
+            """Go from a colour to the likeliest around it, and on from there."""
+            start = self.start_of(parts, near)
             while True:
-                places = scales[start]
-                for colour in NEIGHBOURS[start]:
-                    if colour not in found and colour in space.colours:
-                        look(colour, tune=False)
-                top = max((c for c in (start, *NEIGHBOURS[start]) if c in found), key=lambda c: found[c])
-                if top == start:
-                    break
-                start = top
-                look(start, tune=True)
+                here, start = look(top, start, tune=True), scales[top]
+                better = {c: v for c in fresh(top) if (v := look(c, start, tune=False)) > here}
+                if not better:
+                    return top
+                top = max(better, key=lambda c: better[c])
+                start = scales[top]
+
+        reached = ascend(START_COLOUR if near is None else near.colour)
+        if reached.rho > SHORT:
+            for other in (START_COLOUR, SLOW):
+                if other not in found and other in space.colours:
+                    ascend(other)
         if space.readings <= EVERY_COLOUR:
-            for colour in space.colours:
-                if colour not in found:
-                    look(colour, tune=False)
-        else:
-            self._spread(found, look, found[best])
-        best = max(found, key=lambda c: found[c])  # it may lie beyond a hollow
-        look(best, tune=True)
+            least = -np.inf
+        else:  # the colours around those that still count
+            least = max(found.values()) - FAR
+        pending = [c for c, value in found.items() if value > least]
+        while pending:
+            at = pending.pop()
+            for colour in fresh(at):
+                if look(colour, scales[at], tune=False) > least:
+                    pending.append(colour)
+        best = max(found, key=lambda c: found[c])
+        look(best, scales[best], tune=True)
         total = (
             float(logsumexp(list(found.values()))) - float(np.log(len(space.colours))) - sum(map(self.price, choices))
         )
@@ -165,14 +162,6 @@ class Judge:
         )
         self.seen[key] = result
         return result
-
-    def _spread(self, found: dict[Colour, float], look: Look, best: float) -> None:
-        """Look at the colours around those that still count."""
-        pending = [c for c, value in found.items() if value > best - FAR]
-        while pending:
-            for near in NEIGHBOURS[pending.pop()]:
-                if near not in found and near in self.space.colours and look(near, tune=False) > best - FAR:
-                    pending.append(near)
 
     def _wrong_sign(
         self, choices: Sequence[Choice], parts: Sequence[Part], places: NDArray[np.int64], colour: Colour

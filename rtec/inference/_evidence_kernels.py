@@ -1,0 +1,184 @@
+"""Log marginal likelihoods of normal amplitudes and noise, and the prior scales that make them largest.
+
+``products`` are those of the columns and, last, the readings with each other, shape (columns + 1, columns + 1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import helper, kernel
+
+_GAIN = 1e-9
+_ROUNDS = 12
+
+
+@helper
+def eliminate(upper: NDArray[np.float64], count: int) -> float:
+    """Factorise the first columns of an upper triangle, take them out of the rest; return the log of the pivots."""
+    total = 0.0
+    for k in range(count):
+        pivot = np.sqrt(upper[k, k])
+        total += np.log(pivot)
+        for j in range(k + 1, upper.shape[0]):
+            upper[k, j] /= pivot
+        for i in range(k + 1, upper.shape[0]):
+            factor = upper[k, i]
+            for j in range(i, upper.shape[0]):
+                upper[i, j] -= factor * upper[k, j]
+    return total
+
+
+@helper
+def log_likelihood(products: NDArray[np.float64], readings: float, deviations: NDArray[np.float64]) -> float:
+    """Return the log marginal likelihood for one set of prior deviations; a deviation of 0 leaves a column out."""
+    used = np.flatnonzero(deviations)
+    n, last = used.size, products.shape[0] - 1
+    upper = np.empty((n + 1, n + 1))
+    for i in range(n):
+        a = used[i]
+        for j in range(i, n):
+            upper[i, j] = deviations[a] * products[a, used[j]] * deviations[used[j]]
+        upper[i, i] += 1.0
+        upper[i, n] = deviations[a] * products[a, last]
+    upper[n, n] = products[last, last]
+    # the last pivot is what the model leaves: one factorisation gives it and the determinant
+    log_pivots = eliminate(upper, n)
+    return float(-0.5 * readings * np.log(max(upper[n, n], 1e-300)) - log_pivots)
+
+
+@helper
+def at_places(
+    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
+    places: NDArray[np.int64],
+) -> float:  # fmt: skip
+    """Return the log marginal likelihood for the places of blocks on the ladder, −1 where a block is absent."""
+    deviations = np.zeros(block.size)
+    for c in range(block.size):
+        if places[block[c]] >= 0:
+            deviations[c] = ladder[places[block[c]]]
+    return log_likelihood(products, readings, deviations)
+
+
+@kernel
+def likelihoods(
+    products: NDArray[np.float64], readings: float, deviations: NDArray[np.float64], found: NDArray[np.float64]
+) -> None:
+    """Fill ``found`` with the log marginal likelihood of each set of deviations, shape (sets, columns)."""
+    for k in range(deviations.shape[0]):
+        found[k] = log_likelihood(products, readings, deviations[k])
+
+
+@kernel
+def shift(
+    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
+    places: NDArray[np.int64],
+) -> float:  # fmt: skip
+    """Move all places that are not absent by one step of the ladder together where that helps; return the best."""
+    start, moved = places.copy(), places.copy()
+    best = at_places(products, readings, block, ladder, start)
+    for step in (-1, 1):
+        for b in range(start.size):
+            if start[b] >= 0:
+                moved[b] = min(max(start[b] + step, 0), ladder.size - 1)
+        value = at_places(products, readings, block, ladder, moved)
+        if value > best:
+            best = value
+            places[:] = moved
+    return best
+
+
+@helper
+def without_block(
+    products: NDArray[np.float64], own: NDArray[np.int64], rest: NDArray[np.int64], deviation: float,
+    reduced: NDArray[np.float64],
+) -> float:  # fmt: skip
+    """Fill ``reduced`` with what is left of the products of the ``rest`` once columns have been averaged over.
+
+    Returns the log of the pivots. It does not depend on the scales of the rest.
+    """
+    q, n = own.size, own.size + rest.size
+    order = np.concatenate((own, rest))
+    upper = np.empty((n, n))
+    for i in range(n):
+        for j in range(i, n):
+            upper[i, j] = products[order[i], order[j]]
+            if i < q:
+                upper[i, j] *= deviation * (deviation if j < q else 1.0)
+        if i < q:
+            upper[i, i] += 1.0
+    total = eliminate(upper, q)
+    for i in range(rest.size):
+        for j in range(i, rest.size):
+            reduced[i, j] = reduced[j, i] = upper[q + i, q + j]
+    return total
+
+
+@helper
+def kept(
+    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
+    places: NDArray[np.int64], own: NDArray[np.int64], rest: NDArray[np.int64], reduced: NDArray[np.float64],
+    log_pivots: NDArray[np.float64],
+) -> float:  # fmt: skip
+    """Return the log marginal likelihood for places, from what the block of the columns ``own`` leaves of the others.
+
+    That is kept in ``reduced`` and ``log_pivots`` for each of its places; not a number where it is not known yet.
+    """
+    at = places[block[own[0]]]
+    if at < 0:
+        return at_places(products, readings, block, ladder, places)
+    if np.isnan(log_pivots[at]):
+        log_pivots[at] = without_block(products, own, rest, ladder[at], reduced[at])
+    return float(at_places(reduced[at], readings, block[rest[:-1]], ladder, places) - log_pivots[at])
+
+
+@kernel
+def climb(
+    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], optional: NDArray[np.bool_],
+    ladder: NDArray[np.float64], rare: float, entrances: NDArray[np.int64], places: NDArray[np.int64],
+) -> float:  # fmt: skip
+    """Move the places to where the readings are likeliest, block by block; return how likely they are.
+
+    An optional block may be absent, and costs ``rare`` where it is not. What is absent is tried at each of the
+    ``entrances``: its price stands between absence and the scales, and both ways lead over it.
+    """
+    if places.size == 0:
+        return at_places(products, readings, block, ladder, places)
+    own = np.flatnonzero(block == np.argmax(np.bincount(block)))
+    rest = np.append(np.flatnonzero(block != block[own[0]]), block.size)
+    reduced, log_pivots = np.empty((ladder.size, rest.size, rest.size)), np.full(ladder.size, np.nan)
+    known = products, readings, block, ladder
+    large = own, rest, reduced, log_pivots
+    price = rare * np.sum(optional & (places >= 0))
+    value = kept(*known, places, *large) - price
+    moved = places.copy()
+    for _ in range(_ROUNDS):
+        together = places.copy()
+        best_block, best_place, best = -1, -1, value + _GAIN
+        for b in range(places.size):
+            was, most = places[b], value
+            trials = entrances if was < 0 else np.array([was - 1, was + 1, -1])
+            for place in trials:
+                if place == was or place >= ladder.size or (place < 0 and not optional[b]):
+                    continue
+                moved[b] = place
+                found = kept(*known, moved, *large) - rare * np.sum(optional & (moved >= 0))
+                if found > most:
+                    most = found
+                    together[b] = place
+                if found > best:
+                    best_block, best_place, best = b, place, found
+            moved[b] = was
+        if best_block < 0:
+            break
+        # moves of different blocks seldom hinder each other: all that help are tried at once first
+        both = kept(*known, together, *large) - rare * np.sum(optional & (together >= 0))
+        if both >= best:
+            places[:] = together
+            value = both
+        else:
+            places[best_block] = best_place
+            value = best
+        moved[:] = places
+    return value
