@@ -294,9 +294,10 @@ class Search:
             gated, ungated = self._sorted_out(self._grown(beam), best)
             tell(0.05 + 0.6 * (depth + 1) / MOST_EFFECTS)
             tops = {generic(m): m for m in sorted(gated, key=lambda m: m.score)}
-            grown = {kind: m for kind, m in tops.items() if m.score > best[kind].score + ROUNDING}
-            if grown:
-                best, beam, reached = best | grown, [*gated, *ungated], -np.inf
+            worth = max((m.score - best[kind].score for kind, m in tops.items()), default=0.0)
+            best |= {kind: m for kind, m in tops.items() if m.score > best[kind].score + ROUNDING}
+            if worth > WORTH:
+                beam, reached = [*gated, *ungated], -np.inf
             elif ungated and ungated[0].score > reached + WORTH:
                 beam, reached = ungated, ungated[0].score  # effects that only help together
             else:
