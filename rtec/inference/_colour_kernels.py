@@ -38,9 +38,12 @@ def filter_steps(
 @kernel
 def whiten_rows(
     columns: NDArray[np.float64], unit: float, carry: NDArray[np.float64], sd: NDArray[np.float64],
-    gain: NDArray[np.float64], white: NDArray[np.float64],
+    gain: NDArray[np.float64], without: NDArray[np.float64], white: NDArray[np.float64],
 ) -> None:  # fmt: skip
-    """Fill ``white`` with the standardised innovations of each column times ``unit``, shape (columns, rows)."""
+    """Fill ``white`` with the standardised innovations of each column times ``unit``, shape (columns, rows).
+
+    A direction ``without`` of length 1 is taken out of them, shape (1, rows); none where that has no rows.
+    """
     count, rows = columns.shape
     mean = np.zeros(TOGETHER)
     for first in range(0, count, TOGETHER):
@@ -53,6 +56,11 @@ def whiten_rows(
                 error = columns[first + c, i] - expected
                 mean[c] = expected + gain[i] * error
                 white[first + c, i] = error * scale
+        if without.shape[0]:
+            for c in range(first, first + width):
+                share = np.dot(white[c], without[0])
+                for i in range(rows):
+                    white[c, i] -= share * without[0, i]
 
 
 @kernel

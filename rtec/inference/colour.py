@@ -75,11 +75,11 @@ def _neighbours() -> dict[Colour, tuple[Colour, ...]]:
     shortest = tuple(c for c, (i, _) in place.items() if i == 1)
     found = {Colour(): shortest}
     for colour, (i, j) in place.items():
-        steps = [(-1, 0), (1, 0), (0, -1), (0, 1)]
-        if colour.rho >= MOST_CORRELATED:  # where a random walk is as long again, half as much of it is white
-            steps += [(-1, 1), (1, -1)]
-        near = tuple(at[i + di, j + dj] for di, dj in steps if (i + di, j + dj) in at)
-        found[colour] = (*near, Colour()) if colour in shortest else near
+        near = [at[i + di, j + dj] for di, dj in ((-1, 0), (1, 0), (0, -1), (0, 1)) if (i + di, j + dj) in at]
+        # where a random walk is as long again, half as much of it is white
+        aslant = [at[i + d, j - d] for d in (-1, 1) if (i + d, j - d) in at]
+        near += [c for c in aslant if min(c.rho, colour.rho) >= MOST_CORRELATED]
+        found[colour] = (*near, *((Colour(),) if colour in shortest else ()))
     return found
 
 
@@ -106,15 +106,17 @@ class Whitening:
         """Logarithm of the determinant of the covariance, at a total variance of 1."""
         return 0.0 if self.colour.rho == 0.0 else self._steps[3]
 
-    def of(self, columns: Floats, unit: float = 1.0) -> Floats:
-        """Return columns, shape (columns, rows), times ``unit`` in whitened space: an array of its own."""
-        if self.colour.rho == 0.0:
-            return columns * unit
+    def of(self, columns: Floats, unit: float = 1.0, without: Floats | None = None) -> Floats:
+        """Return columns, shape (columns, rows), times ``unit`` in whitened space: an array of its own.
+
+        A direction ``without`` of length 1 there, shape (1, rows), is taken out of them; none where it has no rows.
+        """
         from rtec.inference._colour_kernels import whiten_rows  # noqa: PLC0415 - as above
 
         carry, sd, gain, _ = self._steps
         white = np.empty(columns.shape)
-        whiten_rows(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, sd, gain, white)
+        out = np.empty((0, columns.shape[1])) if without is None else without
+        whiten_rows(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, sd, gain, out, white)
         return white
 
     def coloured(self, columns: Floats) -> Floats:

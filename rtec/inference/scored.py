@@ -18,9 +18,11 @@ EVERY_COLOUR = 60
 """Readings up to which every colour of noise is weighed: more of them single a few out."""
 FAR = 4.0
 """Nats below the best from which on a colour adds nothing."""
-START_COLOUR, SLOW, SHORT = Colour(0.6, 0.3), Colour(0.999, 0.01), 0.8
-"""From the first two the noise is looked for, too, where it was found to be slower than the third: between noise that
-wanders and none at all the way leads through a hollow, and what an effect explains would stay noise (30 nats)."""
+START_COLOUR = Colour(0.6, 0.3)
+LANDMARKS, SHORT, HOLLOW = (Colour(), START_COLOUR, Colour(0.9, 0.6), Colour(0.999, 0.01)), 0.8, 20.0
+"""From these the noise is looked for, too, where it was found to be slower than ``SHORT`` and they are less than
+``HOLLOW`` nats below: between noise that wanders and none at all the way leads through a hollow, and what an effect
+explains would stay noise (30 nats in a game)."""
 START = 4
 """Place on the ladder of scales from which a new part begins: ten times the noise."""
 
@@ -111,6 +113,7 @@ class Judge:
         block, optional = blocks_of(parts), _optional(parts)
         found: dict[Colour, float] = {}
         scales: dict[Colour, NDArray[np.int64]] = {}
+        begin = self.start_of(parts, near)
 
         def look(colour: Colour, start: NDArray[np.int64], *, tune: bool) -> float:
             scales_from = best_scales if tune else shifted_scales
@@ -123,7 +126,7 @@ class Judge:
 
         def ascend(top: Colour) -> Colour:
             """Go from a colour to the likeliest around it, and on from there."""
-            start = self.start_of(parts, near)
+            start = scales.get(top, begin)
             while True:
                 here, start = look(top, start, tune=True), scales[top]
                 better = {c: v for c in fresh(top) if (v := look(c, start, tune=False)) > here}
@@ -134,9 +137,10 @@ class Judge:
 
         reached = ascend(START_COLOUR if near is None else near.colour)
         if reached.rho > SHORT:
-            for other in (START_COLOUR, SLOW):
+            for other in LANDMARKS:
                 if other not in found and other in space.colours:
-                    ascend(other)
+                    if look(other, begin, tune=True) > found[reached] - HOLLOW:
+                        ascend(other)
         if space.readings <= EVERY_COLOUR:
             least = -np.inf
         else:  # the colours around those that still count

@@ -27,8 +27,8 @@ GATED, GATED_GENERIC, UNGATED = 2, 1, 1
 that may yet."""
 PROMISING = 24
 """Proposals of the scan that are weighed under the model's noise."""
-CLOSER = 6
-"""Proposals beside each model that are scored with their own noise."""
+CLOSER, CLOSER_GENERIC = 6, 2
+"""Proposals beside each model that are scored with their own noise; probes among them, which have many columns."""
 MOST_EFFECTS = 9
 REGROUPED = 3
 """Families with a part of another that are refined: beside periods that are slightly off the first may be wrong."""
@@ -200,8 +200,9 @@ class Search:
         generic = [p for p in found if isinstance(p.choice[0], Probe)]
         for proposal in [*generic, *[p for p in found if p not in generic][:PROMISING]]:
             ranked.append((self.judge.quickly([*model.choices, proposal.choice], model), proposal))
-        ranked.sort(key=lambda item: -item[0])
-        return [self.judge.score([*model.choices, p.choice], model) for _, p in ranked[:CLOSER]]
+        closer = [proposal.choice for _, proposal in sorted(ranked, key=lambda item: -item[0])[:CLOSER]]
+        probes = [choice for choice in closer if isinstance(choice[0], Probe)]
+        return [self.judge.score([*model.choices, c], model) for c in closer if c not in probes[CLOSER_GENERIC:]]
 
     def reshaped(self, model: Scored, *, maps: bool = False, waves: bool = False) -> Scored:
         """Return a model with the shape of each effect looked for once more beside all others.

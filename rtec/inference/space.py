@@ -112,12 +112,7 @@ class View:
 
     def project(self, columns: Floats, unit: float = 1.0) -> Floats:
         """Return columns, shape (columns, rows), times ``unit``, whitened, without the constant unless an effect."""
-        white = self.whitening.of(columns, unit)
-        if self.space.has_datum:
-            constant = self.constant[0]
-            for k, share in enumerate(white @ constant):
-                white[k] -= share * constant  # row by row: they stay in the cache
-        return white
+        return self.whitening.of(columns, unit, self.constant)
 
 
 @dataclass(eq=False)
