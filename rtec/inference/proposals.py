@@ -19,6 +19,9 @@ APART = 0.01
 """Share of a column that has to be new beside the model: what is left of less is rounding, or nearly a constant."""
 _STEPS, _FINE_STEPS = 8, 14
 """Of the golden section: a fiftieth of a step of the scan is enough to propose, a thousandth is what is fitted."""
+SLOW = 8.0
+"""Nats that an effect in time may lack in the scan: beside slow noise what it explains counts as that, until the noise
+is fitted together with it."""
 _EACH = 3
 """Shapes of each effect that are looked at more closely."""
 
@@ -135,7 +138,7 @@ def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: 
         worth = _worths(judge, effect, closer, back, colour)
         for k in np.argsort([-w for w in worth])[:_EACH]:
             # the many columns of a probe cost less than half a logarithm each: the full score decides
-            if worth[k] > least or isinstance(effect, Probe):
+            if worth[k] > least - (SLOW if effect.in_time else 0.0) or isinstance(effect, Probe):
                 refined = refine(judge, (effect, closer[k]), back, colour, _STEPS)
                 found.append(Proposal(refined, _worths(judge, effect, [refined[1]], back, colour)[0]))
     return sorted({p.choice: p for p in found}.values(), key=lambda proposal: -proposal.worth)
