@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.repeats import place_numbers
-from rtec.dataset.standstill import Ints
+from rtec.dataset.standstill import Ints, group_means
 from rtec.effects import Floats
 from rtec.inference.results import NoiseFloor
 from rtec.inference.scored import Judge, Scored
 
+_MOST_LAGS = 200
 FEWEST_COMPARED = 10
 """Readings, from which on the variance between cells says something."""
 
@@ -45,8 +47,8 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
     if model.zeros and levelled:  # they are the noise of a run, not that of a reading
         values = values - dataset.run_means(dataset.observed - fit.effects())
         spent = np.unique(dataset.coordinates.run).size - 1
-    within, freedom = within_cells(values, dataset, spent)
-    pooled, _ = within_cells(dataset.observed, dataset)
+    within, freedom = within_cells(values, dataset.cell, spent)
+    pooled, _ = within_cells(dataset.observed, dataset.cell)
     return NoiseFloor(
         from_repeats=True,
         sigma=within,
@@ -58,10 +60,10 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
     )
 
 
-def within_cells(values: Floats, dataset: Dataset, spent: int = 0) -> tuple[float, float]:
+def within_cells(values: Floats, cells: Ints, spent: int = 0) -> tuple[float, float]:
     """Return the standard deviation about the means of the cells, and its degrees of freedom less those spent."""
-    member = dataset.cell >= 0
-    cell, count = np.unique(dataset.cell[member], return_inverse=True, return_counts=True)[1:]
+    member = cells >= 0
+    cell, count = np.unique(cells[member], return_inverse=True, return_counts=True)[1:]
     means = np.bincount(cell, weights=values[member]) / count
     freedom = float(max(int(member.sum()) - count.size - spent, 1))
     return float(np.sqrt(np.sum((values[member] - means[cell]) ** 2) / freedom)), freedom
@@ -99,16 +101,26 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | Non
 
     Notes
     -----
-    One-way analysis of variance over the cells, of residuals freed of the correlation that the model found: what
-    repeats lies between the cells, noise within them. Each of the model's columns that repeats costs a degree of
-    freedom.
+    One-way analysis of variance over the cells: what repeats lies between them, noise within them. Each of the
+    model's columns that repeats costs a degree of freedom. Readings at rest are freed of the correlation that the
+    model found. Of a log each visit of a cell is one reading, because those of one visit repeat nothing; correlation
+    from visit to visit leaves fewer degrees of freedom: as many as independent readings would need to know a variance
+    as well (M. S. Bartlett, J. R. Stat. Soc. Suppl. 8 (1946) 27).
     """
     cells = compared_cells(judge.space.dataset)
     if (cells >= 0).sum() < FEWEST_COMPARED:
         return None
     fit = judge.fit(model)
     left = judge.left(model)
-    white = judge.space.project(left[None, :], model.colour)[0]
+    floor, _ = within_cells(left, cells)
+    moving = judge.space.dataset.conditions.moving
+    begins = np.append(True, np.isinf(judge.space.gap[1:]))
+    if moving:
+        starts = np.flatnonzero(begins | np.append(True, np.diff(cells) != 0))
+        cells, begins = cells[starts], begins[starts]
+        left = white = group_means(left, starts)
+    else:
+        white = judge.space.project(left[None, :], model.colour)[0]
     member = cells >= 0
     cell, count = np.unique(cells[member], return_inverse=True, return_counts=True)[1:]
     spent = sum(
@@ -117,15 +129,33 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | Non
     above = max(count.size - 1 - spent, 1)
     below = max(int(member.sum()) - count.size, 1)
 
-    def parts(values: Floats) -> tuple[float, float]:
+    def parts(values: Floats) -> tuple[float, Floats]:
+        """Return the sum of squares between the cells, and what each reading is off the mean of its cell."""
         means = np.bincount(cell, weights=values[member]) / count
         centre = float(values[member].mean()) if judge.space.has_datum else 0.0
-        return float(count @ (means - centre) ** 2), float(np.sum((values[member] - means[cell]) ** 2))
+        apart = np.zeros(values.size)
+        apart[member] = values[member] - means[cell]
+        return float(count @ (means - centre) ** 2), apart
 
-    between, within = parts(white)
+    between, apart = parts(white)
+    within = float(apart @ apart)
     if within <= 0.0:
         return None
-    p = float(fdtrc(above, below, between / above / (within / below)))
-    raw_between, raw_within = parts(left)
-    excess = (raw_between - raw_within / below * above) / float(count.sum())
-    return p, float(np.sqrt(max(excess, 0.0))), float(np.sqrt(raw_within / below))
+    share = _independent_share(apart, begins) if moving else 1.0
+    p = float(fdtrc(above * share, below * share, between / above / (within / below)))
+    raw_between, raw_apart = parts(left)
+    excess = (raw_between - float(raw_apart @ raw_apart) / below * above) / float(count.sum())
+    return p, float(np.sqrt(max(excess, 0.0))), floor
+
+
+def _independent_share(values: Floats, begins: NDArray[np.bool_]) -> float:
+    """Return how many independent values would know their variance as well, as a share of those there are."""
+    chain, total = np.cumsum(begins), float(values @ values)
+    spent = 1.0
+    for lag in range(1, min(_MOST_LAGS, values.size)):
+        same = chain[lag:] == chain[:-lag]
+        together = float((values[lag:] * values[:-lag])[same].sum()) / max(total, 1e-300)
+        if together <= 0.0:
+            break
+        spent += 2.0 * together**2
+    return 1.0 / spent

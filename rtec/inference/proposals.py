@@ -20,8 +20,8 @@ APART = 0.01
 _STEPS, _FINE_STEPS = 8, 14
 """Of the golden section: a fiftieth of a step of the scan is enough to propose, a thousandth is what is fitted."""
 SLOW = 8.0
-"""Nats that an effect in time may lack in the scan: beside slow noise what it explains counts as that, until the noise
-is fitted together with it."""
+"""Nats that an effect in time may lack in the scan: beside slow noise what it explains counts as that, as long as the
+noise is not fitted together with it."""
 _EACH = 3
 """Shapes of each effect that are looked at more closely."""
 

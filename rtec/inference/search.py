@@ -21,7 +21,8 @@ SHARPER = 3.0
 MATTERS = 0.15
 """Of what is left, that an effect's contribution has to have beside the others: less is of no interest."""
 MATTERS_WITHOUT_REPEATS = 0.02
-"""Of what there was at the start, where no floor says what is noise: in a smooth log the least is significant."""
+"""Of what there was at the start, where no floor says what is noise: in a smooth log the least is significant. So it
+is for effects in time in every log: a derived velocity is a little off where the motion begins."""
 GATED, GATED_GENERIC, UNGATED = 2, 1, 1
 """Models that are carried on: those whose every effect has earned its place, without a probe and with one, and one
 that may yet."""
@@ -127,8 +128,9 @@ class Search:
             table = table / np.maximum(np.sqrt((table**2).sum(axis=1, keepdims=True)), 1e-300)
             added = added - np.linalg.lstsq(table.T, added, rcond=1e-9)[0] @ table
         least = float(np.mean(self.judge.left(model) ** 2)) + 1e-300
-        if not self.space.dataset.has_repeats:
-            least = max(least, (MATTERS_WITHOUT_REPEATS / MATTERS) ** 2 * float(np.var(self.space.dataset.observed)))
+        dataset, in_time = self.space.dataset, model.choices[k][0].in_time
+        if not dataset.has_repeats or (in_time and dataset.conditions.moving):
+            least = max(least, (MATTERS_WITHOUT_REPEATS / MATTERS) ** 2 * float(np.var(dataset.observed)))
         return float(np.sqrt(np.mean(added**2) / least))
 
     def is_idle(self, model: Scored, k: int) -> bool:

@@ -89,7 +89,6 @@ def test_likely_without_repeats():
         assert any("no noise floor" in note for note in result.notes)
 
 
-@pytest.mark.xfail(reason="slow noise takes the slope for itself; beside it the reversal error looks like a wind-up")
 def test_a_slope_and_a_reversal_error_of_a_single_run_are_no_windup():
     for seed in range(6):
         error = lambda x, way, t, run: 0.005 * way + 5e-5 * x
@@ -295,6 +294,28 @@ def plan(runs=5, **kwargs):
 
 
 HEADER = "run,direction,target_mm,deviation_um"
+
+
+def strokes(tmp_path, rho, error=lambda x: 0.0 * x):
+    """Write a log of six strokes at one speed whose noise is correlated, a first-order recursion of its own."""
+    time_s = np.arange(0.0, 60.0, 0.01)
+    way = np.where((time_s // 10.0) % 2 == 0, 1.0, -1.0)
+    x = 12.0 * np.cumsum(way) * 0.01
+    noise = np.random.default_rng(round(1000 * rho)).normal(size=time_s.size)
+    for k in range(1, noise.size):
+        noise[k] = rho * noise[k - 1] + np.sqrt(1.0 - rho**2) * noise[k]
+    return written(tmp_path, "time_s,target_mm,deviation_um", time_s, x, noise + error(x))
+
+
+@pytest.mark.parametrize("rho", [0.95, 0.98, 0.995])
+def test_correlated_noise_of_a_log_is_no_structure_that_repeats(tmp_path, rho):
+    """Neighbouring samples lie in one cell, and know each other: what repeats comes back on another stroke."""
+    result = diagnose(load_dataset(strokes(tmp_path, rho)))
+    assert result.effects == ()
+    assert result.verdict in (Verdict.NONE, Verdict.INCONCLUSIVE)
+    if rho < 0.99:  # slower noise makes such bumps by itself
+        bump = strokes(tmp_path, rho, lambda x: 3.0 * (abs(x - 47.0) < 4.0))
+        assert diagnose(load_dataset(bump)).verdict is Verdict.UNKNOWN
 
 
 def test_any_order_of_the_rows(tmp_path):

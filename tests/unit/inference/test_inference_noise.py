@@ -34,7 +34,7 @@ def test_noise_within_cells_is_that_of_pooled_variances():
     for k in range(12):
         own = data.observed[data.cell == k]
         pooled, freedom = pooled + np.var(own, ddof=1) * (own.size - 1), freedom + own.size - 1
-    sigma, count = within_cells(data.observed, data)
+    sigma, count = within_cells(data.observed, data.cell)
     assert sigma == pytest.approx(np.sqrt(pooled / freedom))
     assert count == freedom
 
