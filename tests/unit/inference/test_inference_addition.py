@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from inference_oracle import SIGMA, measured
+from inference_oracle import SIGMA, covariance, measured, one_chain
 
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
@@ -27,15 +27,17 @@ def test_an_effect_is_added_and_everything_refitted():
     assert result.model.names == ("scale", "backlash")
     assert [step.effect for step in result.steps] == ["backlash"]
     table = np.array([np.ones(210), data.conditions.position, data.conditions.direction / 2]).T
-    numbers, *_ = np.linalg.lstsq(table, data.observed)
-    # the noise that is found is as good as white
+    noise = covariance(result.noise.correlation, result.noise.white_share, one_chain(data.rows))
+    root = np.linalg.inv(np.linalg.cholesky(noise))
+    numbers, *_ = np.linalg.lstsq(root @ table, root @ data.observed)
     assert result.model.terms[0].amplitudes[0] == pytest.approx(numbers[1], rel=0.01)
     assert result.model.terms[1].amplitudes[0] == pytest.approx(numbers[2], rel=0.01)
     left = data.observed - table @ numbers
     assert result.rms_after == pytest.approx(np.sqrt(np.mean(left**2)), rel=0.01)
     before = table[:, :2]
     without = data.observed - before @ np.linalg.lstsq(before, data.observed)[0]
-    assert result.rms_before == pytest.approx(np.sqrt(np.mean(without**2)), rel=0.01)
+    # least squares leave the least; beside the reversal error that is missing the noise is taken for slow
+    assert 1.0 <= result.rms_before / np.sqrt(np.mean(without**2)) < 1.05
     assert result.steps[0].p_adjusted < 1e-6
     assert result.steps[0].gain > 2 * result.steps[0].gain_error
     assert result.verdict is Verdict.NAMED

@@ -10,6 +10,7 @@ from rtec.effects import Shape, effect_named
 from rtec.inference.colour import COLOURS, Colour
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import (
+    SLOW,
     Beside,
     beside,
     falls,
@@ -118,7 +119,8 @@ def test_what_is_there_is_proposed_first(error, name):
     assert found[0].choice[0].name == name
     worth = [p.worth for p in found]
     assert worth == sorted(worth, reverse=True)
-    assert min(p.worth for p in found if not isinstance(p.choice[0], Probe)) > 0.0
+    named = [p for p in found if not isinstance(p.choice[0], Probe)]
+    assert min(p.worth + (SLOW if p.choice[0].in_time else 0.0) for p in named) > 0.0
     assert len({p.choice for p in found}) == len(found)
 
 
@@ -182,7 +184,7 @@ def test_each_run_s_own_zero_does_not_hide_a_drift():
     data = measured(lambda x, way, t, run: 1.5e-5 * t, runs=10, targets=5)
     judge = judge_of(data)
     model = judge.score([])
-    model = replace(model, places=np.append(model.places[:-1], 4))
+    model = replace(model, places=np.append(model.places[:-1], 4), colour=Colour())
     assert model.zeros
     found = proposals(judge, model, judge.space.library)
     assert "drift" in {p.choice[0].name for p in found}

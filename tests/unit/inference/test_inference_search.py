@@ -155,7 +155,7 @@ def test_probabilities_are_shares_of_all_models_that_compete():
     competing = [m for m in near if m is model or all(search.why_not(m, k) is None for k in range(len(m.choices)))]
     found = probabilities(search, model)
     scores = np.array([m.score for m in competing])
-    holds = {"scale": {"scale", "pitch_map"}, "backlash": {"backlash", "backlash_map"}}
+    holds = {"scale": {"scale", "pitch_map"}, "backlash": {"backlash", "backlash_map", "windup"}}
     for name in model.names:
         having = [m.score for m in competing if holds[name] & set(m.names)]
         expected = np.exp(logsumexp(having) - logsumexp(scores))
