@@ -140,12 +140,12 @@ def _shared(search: Search, model: Scored, name: str, p: float) -> bool:
     return p > 1.0 - SURE and bool(tied_models(search, model, name))
 
 
-def tied_models(search: Search, model: Scored, name: str) -> list[tuple[Effect, Scored]]:
+def tied_models(search: Search, model: Scored, name: str, *, nested: bool = False) -> list[tuple[Effect, Scored]]:
     """Return the models with another effect in the place of one, between which the data do not decide.
 
     Compared is what the readings say, without the price of each effect's shapes. Where one effect is a special case
-    of the other, the simplest that explains the data wins, and nothing is tied. An effect that is idle there is
-    no rival: another does the work beside it.
+    of the other, the simplest that explains the data wins, and nothing is tied; these are asked for by ``nested``. An
+    effect that is idle there is no rival: another does the work beside it.
     """
     own = _spoken(search.judge, model)
     effect = next(e for e, _ in model.choices if e.name == name)
@@ -155,8 +155,8 @@ def tied_models(search: Search, model: Scored, name: str) -> list[tuple[Effect, 
         if names is None or names[0] != name or other.wrong_sign or search.in_doubt(other):
             continue
         rival = next(e for e, _ in other.choices if e.name == names[1])
-        nested = rival.name in effect.contains or name in rival.contains
-        if nested or isinstance(rival, Probe) or abs(_spoken(search.judge, other) - own) > EQUAL:
+        special = rival.name in effect.contains or name in rival.contains
+        if special is not nested or isinstance(rival, Probe) or abs(_spoken(search.judge, other) - own) > EQUAL:
             continue
         if rival.name in found or search.is_idle(other, other.choices.index(newly(other, model, rival.name))):
             continue

@@ -23,7 +23,7 @@ _PAUSE_S = 10.0
 
 def experiment_for_rivals(judge: Judge, model: Scored, rivalry: Rivalry) -> Experiment:
     """Return the experiment that separates two effects, with what each of them predicts there."""
-    text = _between(effect_named(rivalry.effect), effect_named(rivalry.rival))
+    text = between(effect_named(rivalry.effect), effect_named(rivalry.rival))
     plan = separating_plan(judge.space)
     if plan is None or rivalry.model is None:
         return Experiment(text=text, rivals=(rivalry.effect, rivalry.rival))
@@ -42,7 +42,7 @@ def experiment_for_rivals(judge: Judge, model: Scored, rivalry: Rivalry) -> Expe
     )
 
 
-def _between(first: Effect, second: Effect) -> str:
+def between(first: Effect, second: Effect) -> str:
     """Return the words of the experiment that separates two effects, from the card of either."""
     for own, other in ((first, second), (second, first)):
         for rival in own.rivals:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from rtec.dataset.unseen import shifted_targets, unseen_periods
-from rtec.inference.answer import LEVEL, Rivalry, rivalries, shared
+from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared
 from rtec.inference.candidates import absent_from, accepted, cosines_of, doubts_of, proposed_beside, settling
 from rtec.inference.chessboard import HELD_OUT_BY
 from rtec.inference.detectable import minimum_detectable
@@ -18,7 +18,7 @@ from rtec.inference.noise import noise_floor
 from rtec.inference.notes import notes_of, wanders
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
-from rtec.inference.search import IN_DOUBT
+from rtec.inference.search import IN_DOUBT, generic
 from rtec.inference.staircase import in_order, offset_of, steps_of
 
 HARD_TO_SEE = 3.0
@@ -90,7 +90,9 @@ def _inconclusive(
     found: Finding, floor: NoiseFloor, minimum: Mapping[str, float], absent: Sequence[Candidate]
 ) -> bool:
     """Return whether data in which nothing was found could not have shown much."""
-    possible = any(c.probability > POSSIBLE for c in absent)
+    # odds of twenty to one are too few for a name, and too many for none
+    likelier = (m for m in found.scout.possible() if m.score > found.scouted.score + EQUAL and not generic(m))
+    possible = any(c.probability > POSSIBLE for c in absent) or any(likelier)
     if not floor.from_repeats or wanders(found.model) or possible or found.model.zeros:
         return True
     sizes = sorted(minimum.values())

@@ -97,6 +97,25 @@ def test_a_slope_and_a_reversal_error_of_a_single_run_are_no_windup():
         assert result.verdict is not Verdict.UNKNOWN
 
 
+def test_what_is_likely_and_not_sure_is_not_called_nothing():
+    """Four passes of eleven targets: noise correlated over half a pass is hardly less likely than the play."""
+    result = diagnose(measured(lambda x, way, t, run: 0.003 * way, runs=2, targets=11, timed=False, seed=7))
+    assert result.effects == ()
+    assert "nats, less than the 5" in candidate(result, "backlash").reason
+    assert result.verdict is Verdict.INCONCLUSIVE
+
+
+def test_a_reversal_error_is_named_and_the_wind_up_that_would_do_as_well_is_noted():
+    noted = []
+    for seed in range(8):
+        result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=2, targets=11, timed=False, seed=seed))
+        assert result.effects == ("backlash",)
+        assert result.verdict is Verdict.NAMED
+        noted += [note for note in result.notes if "windup explains the readings as well as backlash" in note]
+    assert 0 < len(noted) < 8, "where the first readings after a reversal say nothing against it"
+    assert all("after each reversal take readings" in note for note in noted)
+
+
 def test_tied_scale_and_drift_in_one_pass():
     for seed in range(4):
         result = diagnose(
