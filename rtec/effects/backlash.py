@@ -33,7 +33,7 @@ class Backlash(Effect):
     needs = "both directions"
     rivals = (
         Rival("servo_lag", experiments.THREE_FEEDS),
-        Rival("windup", experiments.AFTER_REVERSAL),
+        Rival("windup", experiments.AFTER_REVERSAL, limit=True),  # over less than the way to the first reading
         Rival("lost_counts", experiments.REPEAT_CYCLES),
     )
     card = Card(

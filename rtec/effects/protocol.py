@@ -79,6 +79,9 @@ class Rival:
     experiment: str
     permanent: bool = False
     """No experiment with the same instrument can tell them apart."""
+    limit: bool = False
+    """The effect is a limit of this rival, which therefore explains as much: where it explains hardly more, it is not
+    preferred."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -76,7 +76,6 @@ class Windup(Effect):
     name = "windup"
     needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
     shape_type = WindupShape
-    contains = frozenset({"backlash"})  # over a distance shorter than that to the first reading
     rivals = (
         Rival("backlash", experiments.AFTER_REVERSAL),
         Rival("backlash_map", experiments.MANY_REVERSALS),

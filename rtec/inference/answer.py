@@ -73,6 +73,11 @@ def replacement(model: Scored, other: Scored) -> tuple[str, str] | None:
     return (lost[0], new[0]) if len(lost) == len(new) == 1 else None
 
 
+def limits_of(effect: Effect) -> frozenset[str]:
+    """Return the effects of which one is the limit."""
+    return frozenset(rival.name for rival in effect.rivals if rival.limit)
+
+
 def stood_for(search: Search, model: Scored, other: Scored) -> Effect | None:
     """Return the effect of a model in whose place another has one that can do all that it does; None without one.
 
@@ -86,7 +91,8 @@ def stood_for(search: Search, model: Scored, other: Scored) -> Effect | None:
     if isinstance(own[0], Probe):
         return own[0] if own[0].depends_on == generic else None
     if generic is None:
-        return own[0] if own[0].name in instead[0].contains else None
+        covered = own[0].name in instead[0].contains or instead[0].name in limits_of(own[0])
+        return own[0] if covered else None
     cosine = _cosine(search.judge, model, model.choices.index(own), search.space.raw(instead))
     return own[0] if cosine > ALIKE else None
 
@@ -140,12 +146,13 @@ def _shared(search: Search, model: Scored, name: str, p: float) -> bool:
     return p > 1.0 - SURE and bool(tied_models(search, model, name))
 
 
-def tied_models(search: Search, model: Scored, name: str, *, nested: bool = False) -> list[tuple[Effect, Scored]]:
+def tied_models(search: Search, model: Scored, name: str, *, limits: bool = False) -> list[tuple[Effect, Scored]]:
     """Return the models with another effect in the place of one, between which the data do not decide.
 
     Compared is what the readings say, without the price of each effect's shapes. Where one effect is a special case
-    of the other, the simplest that explains the data wins, and nothing is tied; these are asked for by ``nested``. An
-    effect that is idle there is no rival: another does the work beside it.
+    of the other, the simplest that explains the data wins, and nothing is tied; nor where it is the limit of the
+    other and likelier, unless just these are asked for. An effect that is idle there is no rival: another does the
+    work beside it.
     """
     own = _spoken(search.judge, model)
     effect = next(e for e, _ in model.choices if e.name == name)
@@ -156,7 +163,10 @@ def tied_models(search: Search, model: Scored, name: str, *, nested: bool = Fals
             continue
         rival = next(e for e, _ in other.choices if e.name == names[1])
         special = rival.name in effect.contains or name in rival.contains
-        if special is not nested or isinstance(rival, Probe) or abs(_spoken(search.judge, other) - own) > EQUAL:
+        limit, apart = rival.name in limits_of(effect), abs(_spoken(search.judge, other) - own)
+        if limit and other.score > model.score:  # likelier although its shapes are paid for
+            limit, apart = False, other.score - model.score
+        if special or limit is not limits or isinstance(rival, Probe) or apart > EQUAL:
             continue
         if rival.name in found or search.is_idle(other, other.choices.index(newly(other, model, rival.name))):
             continue
@@ -199,12 +209,14 @@ def shared(
 ) -> dict[str, float]:
     """Return the probabilities of effects, those of tied ones shared by what the readings say of each.
 
-    That one of them has more shapes to choose from makes it no less likely where the data do not decide.
+    That one of them has more shapes to choose from makes it no less likely where the data do not decide; but it does
+    where one is the limit of the other, and could have had any of these shapes.
     """
     found = dict(every)
+    limits = {effect.name: limits_of(effect) for effect, _ in model.choices}
     for name, several in rivals.items():
         # a rival that stands in the model as well is there either way, and is told of by its own probability
-        instead = {r.rival: r.model for r in several if r.model is not None}
+        instead = {r.rival: r.model for r in several if r.model is not None and r.rival not in limits[name]}
         others = [rival for rival in instead if rival not in model.names]
         if instead and name in found:
             together = min(1.0, found[name] + sum(found.get(rival, 0.0) for rival in others))

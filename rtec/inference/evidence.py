@@ -13,8 +13,6 @@ SCALES = 10.0 ** (np.arange(-2, 11) / 2.0)
 """Standard deviations of an effect's contribution before the data have spoken, in units of the noise."""
 ABSENT = -1
 """Place on the ladder of a part that may as well be missing."""
-_ROUNDING = 1e-10
-"""Share of the readings' square that may be lost: a model that explains everything leaves that."""
 _ENTRANCES = np.array([1, 4, 7, 10])
 """Places on the ladder at which what is absent is tried: every other one is next to them."""
 RARE = 4.0
@@ -28,19 +26,13 @@ class Sums:
 
     Parameters
     ----------
-    gram
-        Of the columns with each other, shape (columns, columns).
-    along
-        Of the columns with the readings, shape (columns,).
-    total
-        Of the readings with themselves.
+    products
+        Of the columns and, last, the readings with each other, shape (columns + 1, columns + 1).
     readings
         Number of readings less the constant.
     """
 
-    gram: Floats
-    along: Floats
-    total: float
+    products: Floats
     readings: int
 
 
@@ -62,7 +54,7 @@ def log_likelihoods(sums: Sums, deviations: Floats) -> Floats:
 
     Examples
     --------
-    >>> sums = Sums(gram=np.array([[100.0]]), along=np.array([50.0]), total=125.0, readings=100)
+    >>> sums = Sums(products=np.array([[100.0, 50.0], [50.0, 125.0]]), readings=100)
     >>> worth = log_likelihoods(sums, np.array([[0.0], [1.0]]))
     >>> round(float(worth[1] - worth[0]), 2)
     8.73
@@ -70,18 +62,8 @@ def log_likelihoods(sums: Sums, deviations: Floats) -> Floats:
     from rtec.inference._evidence_kernels import likelihoods  # noqa: PLC0415 - loads numba, for searches only
 
     found = np.empty(len(deviations))
-    likelihoods(_products(sums), sums.readings, deviations, found)
+    likelihoods(sums.products, sums.readings, deviations, found)
     return found
-
-
-def _products(sums: Sums) -> Floats:
-    """Return products of columns and readings with each other, shape (columns + 1, columns + 1)."""
-    count = sums.along.size
-    products = np.empty((count + 1, count + 1))
-    products[:count, :count] = sums.gram
-    products[:count, count] = products[count, :count] = sums.along
-    products[count, count] = sums.total * (1.0 + _ROUNDING) + 1e-300
-    return products
 
 
 def best_scales(
@@ -103,7 +85,7 @@ def best_scales(
     from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - as above
 
     places = start.copy()
-    return places, climb(_products(sums), sums.readings, block, optional, SCALES, RARE, _ENTRANCES, places)
+    return places, climb(sums.products, sums.readings, block, optional, SCALES, RARE, _ENTRANCES, places)
 
 
 def shifted_scales(
@@ -117,19 +99,20 @@ def shifted_scales(
     from rtec.inference._evidence_kernels import shift  # noqa: PLC0415 - as above
 
     places = start.copy()
-    value = shift(_products(sums), sums.readings, block, SCALES, places)
+    value = shift(sums.products, sums.readings, block, SCALES, places)
     return places, value - RARE * float(((places != ABSENT) & optional).sum())
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, Floats, float]:
     """Return mean and covariance (over the noise's variance) of the amplitudes, and the variance of the noise."""
+    gram, along, total = sums.products[:-1, :-1], sums.products[:-1, -1], float(sums.products[-1, -1])
     used = deviations > 0.0
     mean, covariance = np.zeros(deviations.size), np.zeros((deviations.size, deviations.size))
     if used.any():
         d = deviations[used]
-        inner = np.eye(d.size) + d[:, None] * sums.gram[np.ix_(used, used)] * d
+        inner = np.eye(d.size) + d[:, None] * gram[np.ix_(used, used)] * d
         inverse = np.linalg.inv(inner) * np.outer(d, d)
         covariance[np.ix_(used, used)] = inverse
-        mean[used] = inverse @ sums.along[used]
-    left = max(sums.total - float(mean @ sums.along), 1e-12 * sums.total + 1e-300)
+        mean[used] = inverse @ along[used]
+    left = max(total - float(mean @ along), 1e-12 * total + 1e-300)
     return mean, covariance, left / max(sums.readings, 1)

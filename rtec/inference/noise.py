@@ -48,7 +48,6 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
         values = values - dataset.run_means(dataset.observed - fit.effects())
         spent = np.unique(dataset.coordinates.run).size - 1
     within, freedom = within_cells(values, dataset.cell, spent)
-    pooled, _ = within_cells(dataset.observed, dataset.cell)
     return NoiseFloor(
         from_repeats=True,
         sigma=within,
@@ -56,7 +55,6 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
         white_share=model.colour.white,
         degrees_of_freedom=freedom,
         sigma_adjacent=_adjacent(dataset),
-        sigma_pooled=pooled,
     )
 
 
@@ -114,10 +112,10 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | Non
     left = judge.left(model)
     floor, _ = within_cells(left, cells)
     moving = judge.space.dataset.conditions.moving
-    begins = np.append(True, np.isinf(judge.space.gap[1:]))
+    begins, rows = np.append(True, np.isinf(judge.space.gap[1:])), np.ones(cells.size)
     if moving:
         starts = np.flatnonzero(begins | np.append(True, np.diff(cells) != 0))
-        cells, begins = cells[starts], begins[starts]
+        cells, begins, rows = cells[starts], begins[starts], np.diff(np.append(starts, cells.size)) + 0.0
         left = white = group_means(left, starts)
     else:
         white = judge.space.project(left[None, :], model.colour)[0]
@@ -129,22 +127,23 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | Non
     above = max(count.size - 1 - spent, 1)
     below = max(int(member.sum()) - count.size, 1)
 
-    def parts(values: Floats) -> tuple[float, Floats]:
+    def parts(values: Floats, weight: Floats) -> tuple[float, Floats]:
         """Return the sum of squares between the cells, and what each reading is off the mean of its cell."""
-        means = np.bincount(cell, weights=values[member]) / count
-        centre = float(values[member].mean()) if judge.space.has_datum else 0.0
+        sums = np.bincount(cell, weights=weight[member])
+        means = np.bincount(cell, weights=(weight * values)[member]) / sums
+        centre = float(np.average(values[member], weights=weight[member])) if judge.space.has_datum else 0.0
         apart = np.zeros(values.size)
         apart[member] = values[member] - means[cell]
-        return float(count @ (means - centre) ** 2), apart
+        return float(sums @ (means - centre) ** 2), apart
 
-    between, apart = parts(white)
+    between, apart = parts(white, np.ones(white.size))
     within = float(apart @ apart)
     if within <= 0.0:
         return None
     share = _independent_share(apart, begins) if moving else 1.0
     p = float(fdtrc(above * share, below * share, between / above / (within / below)))
-    raw_between, raw_apart = parts(left)
-    excess = (raw_between - float(raw_apart @ raw_apart) / below * above) / float(count.sum())
+    raw_between, raw_apart = parts(left, rows)
+    excess = (raw_between - float(rows @ raw_apart**2) / below * above) / float(rows[member].sum())
     return p, float(np.sqrt(max(excess, 0.0))), floor
 
 

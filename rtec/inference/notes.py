@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.effects import LIBRARY, effect_named
+from rtec.effects import LIBRARY
 from rtec.inference.answer import EQUAL, is_given, tied_models, wrong_signs
 from rtec.inference.experiment import between
 from rtec.inference.finding import Finding
@@ -38,7 +38,7 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
         for name in wrong_signs(found.scout, found.scouted)
     ]
     notes += _at_bounds(found)
-    notes += _more_general(found)
+    notes += _limits(found)
     colour = found.model.colour
     if not floor.from_repeats:
         notes.append("no condition was repeated: there is no noise floor, and what is left cannot be judged")
@@ -60,18 +60,14 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _more_general(found: Finding) -> list[str]:
-    """Return a sentence for each accepted effect that may as well be a special case of one of its rivals."""
-    notes = []
-    for effect, _ in found.scouted.choices:
-        general = {r.name for r in effect.rivals if effect.name in effect_named(r.name).contains}
-        for rival, _ in tied_models(found.scout, found.scouted, effect.name, nested=True):
-            if rival.name in general and not rival.is_map:
-                words = between(effect, rival)
-                notes.append(
-                    f"{rival.name} explains the readings as well as {effect.name}, its special case: {words}"
-                )
-    return notes
+def _limits(found: Finding) -> list[str]:
+    """Return a sentence for each accepted effect that may as well be another one near its limit."""
+    return [
+        f"{rival.name} explains the readings as well as {effect.name}, which is its limit; to tell them apart, "
+        f"{between(effect, rival)}"
+        for effect, _ in found.scouted.choices
+        for rival, _ in tied_models(found.scout, found.scouted, effect.name, limits=True)
+    ]
 
 
 def _at_bounds(found: Finding) -> list[str]:

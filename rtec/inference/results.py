@@ -93,8 +93,7 @@ class NoiseFloor:
     """Share of the variance that is white; the rest is correlated."""
     degrees_of_freedom: float
     sigma_adjacent: float | None
-    """From adjacent repeats only: where it lies clearly below ``sigma_pooled``, something changes in time."""
-    sigma_pooled: float | None = None
+    """From adjacent repeats only: where it lies clearly below ``sigma``, something changes in time."""
     """From all repeats, with what changes in time still in it."""
 
     @property

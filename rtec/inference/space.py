@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -22,6 +22,8 @@ Choice: TypeAlias = tuple[Effect, Shape]
 _KEPT_BYTES = 100_000_000
 _AT_ONCE_BYTES = 100_000_000
 _IN_CACHE_BYTES = 500_000
+_ROUNDING = 1e-10
+"""Share of the readings' square that may be lost: a model that explains everything leaves that."""
 LEAST_WHITE_IN_MOTION = 0.3
 MOST_ZEROS = 40
 """Runs, at most, that may each have a zero of their own: with more, such a zero is one more kind of slow noise."""
@@ -78,8 +80,6 @@ class View:
     space: Space
     whitening: Whitening
     white: dict[Part, Floats] = field(default_factory=dict)
-    along: dict[Part, Floats] = field(default_factory=dict)
-    """Products of a part with the readings, shape (columns,)."""
     products: dict[tuple[Part, Part], Floats] = field(default_factory=dict)
     scans: dict[str, Scan] = field(default_factory=dict)
 
@@ -98,17 +98,6 @@ class View:
         """Of the noise's covariance, with the constant's share."""
         found = self.whitening.log_determinant
         return found + float(np.log((self._ones**2).sum())) if self.space.has_datum else found
-
-    @cached_property
-    def observed(self) -> Floats:
-        """The readings, shape (rows,)."""
-        found: Floats = self.project(self.space.dataset.observed[None, :])[0]
-        return found
-
-    @cached_property
-    def total(self) -> float:
-        """Product of the readings with themselves."""
-        return float(self.observed @ self.observed)
 
     def project(self, columns: Floats, unit: float = 1.0) -> Floats:
         """Return columns, shape (columns, rows), times ``unit``, whitened, without the constant unless an effect."""
@@ -244,9 +233,15 @@ class Space:
         """Return columns, shape (columns, rows), whitened, without the constant where it is no effect."""
         return self.view(colour).project(columns)
 
+    @cached_property
+    def observed_part(self) -> Part:
+        """The readings, as if they were a part of models."""
+        return Part(raw=self.dataset.observed[None, :], unit=1.0)
+
     def observed(self, colour: Colour) -> Floats:
         """Return the readings in whitened space, shape (rows,)."""
-        return self.view(colour).observed
+        found: Floats = self.white(self.observed_part, colour)[0]
+        return found
 
     def white(self, part: Part, colour: Colour) -> Floats:
         """Return a part's columns in whitened space and units of their own, shape (columns, rows)."""
@@ -266,23 +261,21 @@ class Space:
 
     def sums(self, parts: Sequence[Part], colour: Colour) -> Sums:
         """Return the products that a model with these parts needs."""
-        view = self.view(colour)
-        ends = np.cumsum([0, *(part.raw.shape[0] for part in parts)]).tolist()
-        gram, along = np.empty((ends[-1], ends[-1])), np.empty(ends[-1])
-        for i, one in enumerate(parts):
-            if one not in view.along:
-                view.along[one] = self.white(one, colour) @ view.observed
-            along[ends[i] : ends[i + 1]] = view.along[one]
-            for j in range(i + 1):
-                pair = one, parts[j]
-                if pair not in view.products:
-                    view.products[pair] = self.white(one, colour) @ self.white(parts[j], colour).T
-                    view.products[pair[::-1]] = view.products[pair].T
-                product = view.products[pair]
-                gram[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] = product
+        known = self.view(colour).products
+        every = [*parts, self.observed_part]
+        ends = np.cumsum([0, *(part.raw.shape[0] for part in every)]).tolist()
+        products = np.empty((ends[-1], ends[-1]))
+        for i, one in enumerate(every):
+            for j, other in enumerate(every[: i + 1]):
+                pair = one, other
+                if pair not in known:
+                    known[pair] = self.white(one, colour) @ self.white(other, colour).T
+                    known[pair[::-1]] = known[pair].T
+                products[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] = known[pair]
                 if j < i:
-                    gram[ends[j] : ends[j + 1], ends[i] : ends[i + 1]] = product.T
-        return Sums(gram, along, view.total, self.readings)
+                    products[ends[j] : ends[j + 1], ends[i] : ends[i + 1]] = known[pair].T
+        products[-1, -1] *= 1.0 + _ROUNDING
+        return Sums(products, self.readings)
 
     def constant(self, colour: Colour) -> Floats:
         """Return the whitened constant as a basis of shape (1, rows), or of no rows where it is an effect."""
@@ -323,8 +316,3 @@ class Space:
 def blocks_of(parts: Sequence[Part]) -> NDArray[np.int64]:
     """Return the number of the part that each column of a model belongs to, shape (columns,)."""
     return np.repeat(np.arange(len(parts)), [part.raw.shape[0] for part in parts])
-
-
-def names_of(choices: Iterable[Choice]) -> tuple[str, ...]:
-    """Return the names of a model's effects, in order."""
-    return tuple(effect.name for effect, _ in choices)

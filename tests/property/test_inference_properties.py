@@ -42,7 +42,8 @@ def test_likelihoods_are_those_of_multivariate_normals(seed, rows, count, colour
     deviations = rng.choice([0.0, *SCALES[:6]], count)
     filtered = Whitening(gap, colour)
     a, b = filtered.of(table), filtered.of(y[None, :])[0]
-    sums = Sums(gram=a @ a.T, along=a @ b, total=float(b @ b), readings=rows)
+    both = np.vstack([a, b])
+    sums = Sums(products=both @ both.T, readings=rows)
     found = float(log_likelihoods(sums, deviations[None])[0]) - 0.5 * filtered.log_determinant
     matrix = covariance(colour.rho, colour.white, gap)
     assert found == pytest.approx(log_marginal(y, table, deviations, matrix, datum=False), abs=1e-5)

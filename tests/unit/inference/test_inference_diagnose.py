@@ -106,14 +106,19 @@ def test_what_is_likely_and_not_sure_is_not_called_nothing():
 
 
 def test_a_reversal_error_is_named_and_the_wind_up_that_would_do_as_well_is_noted():
-    noted = []
+    """Where a wind-up is likelier although its shapes are paid for, the two are tied; else it is a note at most."""
+    noted = named = 0
     for seed in range(8):
         result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=2, targets=11, timed=False, seed=seed))
         assert result.effects == ("backlash",)
-        assert result.verdict is Verdict.NAMED
-        noted += [note for note in result.notes if "windup explains the readings as well as backlash" in note]
-    assert 0 < len(noted) < 8, "where the first readings after a reversal say nothing against it"
-    assert all("after each reversal take readings" in note for note in noted)
+        windup = [c for c in result.candidates if c.effect == "windup"]
+        likelier = bool(windup) and windup[0].probability > result.probability["backlash"]
+        assert result.verdict is (Verdict.TIED if likelier else Verdict.NAMED)
+        notes = [note for note in result.notes if "windup explains the readings as well as backlash" in note]
+        assert not notes or "after each reversal take readings" in notes[0]
+        noted, named = noted + bool(notes), named + (result.verdict is Verdict.NAMED)
+    assert noted >= 2
+    assert named >= 6
 
 
 def test_tied_scale_and_drift_in_one_pass():

@@ -10,7 +10,8 @@ from rtec.inference.evidence import ABSENT, RARE, SCALES, Sums, best_scales, log
 
 
 def sums_of(table, y):
-    return Sums(gram=table @ table.T, along=table @ y, total=float(y @ y), readings=y.size)
+    both = np.vstack([table, y])
+    return Sums(products=both @ both.T, readings=y.size)
 
 
 def drawn(seed, rows=30, columns=3, noise=1.0, size=2.0):
@@ -29,7 +30,7 @@ def test_the_marginal_likelihood_is_that_of_a_multivariate_normal(seed):
 
 def test_nothing_but_noise_has_a_likelihood_too():
     _, y = drawn(0, noise=5.0)
-    nothing = Sums(np.empty((0, 0)), np.empty(0), float(y @ y), y.size)
+    nothing = sums_of(np.empty((0, y.size)), y)
     expected = log_marginal(y, np.empty((0, y.size)), np.empty(0), np.eye(y.size), datum=False)
     assert log_likelihoods(nothing, np.empty((2, 0))) == pytest.approx([expected, expected], abs=1e-6)
 
@@ -40,7 +41,7 @@ def test_readings_that_are_explained_to_the_last_digit_are_finite():
     found = log_likelihoods(sums_of(table, exact), np.array([[1e5, 1e5, 1e5]]))
     assert np.isfinite(found).all()
     assert found[0] > log_likelihoods(sums_of(table, exact), np.array([[0.0, 0.0, 0.0]]))[0] + 50.0
-    silent = Sums(np.eye(2), np.zeros(2), 0.0, 10)
+    silent = Sums(np.diag([1.0, 1.0, 0.0]), 10)
     assert np.isfinite(log_likelihoods(silent, np.ones((1, 2)))).all()
 
 

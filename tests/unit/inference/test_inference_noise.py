@@ -53,9 +53,8 @@ def test_what_a_model_explains_in_time_is_no_noise():
     data = measured(lambda x, way, t, run: 4e-6 * t + 0.004 * way, runs=6)
     having = floor_of(data, [(DRIFT, Shape()), (BACKLASH, Shape())])
     assert having.sigma == pytest.approx(SIGMA, rel=0.15)
-    assert having.sigma_pooled > 1.3 * having.sigma
     alone, beside = floor_of(data), floor_of(data, [(BACKLASH, Shape())])
-    assert having.sigma_pooled == alone.sigma_pooled
+    assert within_cells(data.observed, data.cell)[0] > 1.3 * having.sigma
     assert beside.sigma == pytest.approx(alone.sigma), "what repeats is not taken out once more"
 
 
@@ -64,13 +63,13 @@ def test_adjacent_repeats_hardly_see_what_changes_slowly():
     steps = np.concatenate([np.diff(data.observed[data.cell == k]) for k in range(12)])
     floor = floor_of(data)
     assert floor.sigma_adjacent == pytest.approx(np.sqrt(0.5 * np.mean(steps**2)))
-    assert floor.sigma_adjacent < 0.9 * floor.sigma_pooled
+    assert floor.sigma_adjacent < 0.9 * within_cells(data.observed, data.cell)[0]
 
 
 def test_without_repeats_there_is_no_floor():
     data = measured(runs=1)
     floor = floor_of(data)
-    assert (floor.from_repeats, floor.floor, floor.sigma_adjacent, floor.sigma_pooled) == (False, None, None, None)
+    assert (floor.from_repeats, floor.floor, floor.sigma_adjacent) == (False, None, None)
     assert floor.sigma == pytest.approx(data.observed.std(), rel=0.05)
     assert floor.degrees_of_freedom == 41.0
     with_scale = floor_of(data, [(SCALE, Shape())])

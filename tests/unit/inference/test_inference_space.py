@@ -9,7 +9,7 @@ from inference_oracle import covariance, measured, one_chain, whitened
 from rtec.effects import Observable, Shape, effect_named
 from rtec.inference import space as module
 from rtec.inference.colour import COLOURS, Colour
-from rtec.inference.space import MOST_ZEROS, Space, blocks_of, names_of
+from rtec.inference.space import MOST_ZEROS, Space, blocks_of
 
 SCALE, BACKLASH, CYCLIC, MAP = (effect_named(n) for n in ("scale", "backlash", "cyclic", "pitch_map"))
 CHOICES = [(SCALE, Shape()), (CYCLIC, CYCLIC.shape_type(41.0, 2))]
@@ -31,14 +31,11 @@ def test_sums_are_those_of_whitened_columns_beside_the_constant(colour):
     table = whitened(np.vstack([raw, data.observed, np.ones(data.rows)]), matrix)
     constant = table[-1] / np.linalg.norm(table[-1])
     table = table[:-1] - np.outer(table[:-1] @ constant, constant)
-    assert sums.gram == pytest.approx(table[:-1] @ table[:-1].T, rel=1e-6, abs=1e-8)
-    assert sums.along == pytest.approx(table[:-1] @ table[-1], rel=1e-6, abs=1e-8)
-    assert sums.total == pytest.approx(float(table[-1] @ table[-1]), rel=1e-6)
+    assert sums.products == pytest.approx(table @ table.T, rel=1e-6, abs=1e-8)
     assert sums.readings == data.rows - 1
     again = space.sums(parts[::-1], colour)  # from what is kept, in another order
-    assert again.total == sums.total
-    order = np.concatenate([np.flatnonzero(blocks_of(parts) == k) for k in range(len(parts))[::-1]])
-    assert again.gram == pytest.approx(sums.gram[np.ix_(order, order)])
+    order = np.concatenate([*(np.flatnonzero(blocks_of(parts) == k) for k in range(len(parts))[::-1]), [-1]])
+    assert again.products == pytest.approx(sums.products[np.ix_(order, order)])
 
 
 def test_a_part_has_a_mean_square_of_one_about_its_mean():
@@ -62,7 +59,7 @@ def test_the_constant_is_an_effect_of_a_force_and_a_datum_of_a_deviation():
     det = np.linalg.slogdet(matrix)[1]
     assert drive.log_determinant(AR) == pytest.approx(det)
     assert deviation.log_determinant(AR) == pytest.approx(det + np.log(ones @ np.linalg.inv(matrix) @ ones))
-    assert "offset" not in names_of((e, None) for e in deviation.library)
+    assert "offset" not in {e.name for e in deviation.library}
 
 
 def test_each_run_may_have_a_zero_of_its_own():
@@ -90,7 +87,7 @@ def test_what_is_kept_is_forgotten_before_it_fills_the_memory(monkeypatch):
     space = Space(data)
     for colour in (AR, Colour(0.6, 0.3), AR):
         found = space.sums(space.parts_of(CHOICES), colour)
-    assert found.gram == pytest.approx(expected.gram)
+    assert found.products == pytest.approx(expected.products)
     kept = [table.nbytes for view in space._views.values() for table in view.white.values()]
     assert sum(kept) <= 100 + 4 * 8 * data.rows
 
@@ -116,10 +113,9 @@ def test_a_doubtful_shape_of_the_scan_is_marked():
     periods = np.array([shape.period for shape in shapes])
     assert sound[periods == 200.0].all(), "stated"
     assert {effect.name for effect in Space(data).library} >= {"cyclic", "scale", "backlash"}
-    assert "cosine" not in Space(data).reasons or "cosine" not in names_of((e, None) for e in Space(data).library)
+    assert "cosine" not in Space(data).reasons or "cosine" not in {e.name for e in Space(data).library}
 
 
 def test_blocks_number_the_columns_by_part():
     parts = Space(measured(runs=2)).parts_of(CHOICES)
     assert blocks_of(parts).tolist() == [0, 1, 1, 1, 1, 2, 2]
-    assert names_of(CHOICES) == ("scale", "cyclic")
