@@ -15,8 +15,8 @@ CORRELATIONS = (0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.997, 0.999)
 WHITE_SHARES = (0.01, 0.1, 0.3, 0.6, 0.9)
 """Of the variance. Without any white part a correlated noise would foresee the next reading with no error."""
 WANDERS_FROM, WANDERING = 0.98, 8.0
-"""Nats that noise costs which wanders over fifty readings and more: it competes with all that is slow. At 2 one effect
-in five of the noise's own size is taken for noise, at 12 one random walk in fifteen for an effect."""
+"""Nats that noise costs which wanders over fifty readings and more: it competes with all that is slow. At 2, one
+effect in five of the noise's own size is taken for noise; at 12, one random walk in fifteen for an effect."""
 MOST_CORRELATED, MOST_SLOW = 0.9, 0.7
 """Of a bounded colour, the larger part that is slow."""
 SMALL_SHARES = (0.0001,)
