@@ -94,17 +94,17 @@ class Whitening:
     colour: Colour
 
     @cached_property
-    def _steps(self) -> tuple[Floats, Floats, Floats, float]:
+    def _steps(self) -> tuple[Floats, Floats, Floats, Floats, float]:
         from rtec.inference._colour_kernels import filter_steps  # noqa: PLC0415 - loads numba, for searches only
 
-        carry, sd, gain = np.empty(self.gap.size), np.empty(self.gap.size), np.empty(self.gap.size)
-        total = filter_steps(self.gap, self.colour.rho, self.colour.white, carry, sd, gain)
-        return carry, sd, gain, float(total)
+        carry, keep, gain, scale = np.empty((4, self.gap.size))
+        total = filter_steps(self.gap, self.colour.rho, self.colour.white, carry, keep, gain, scale)
+        return carry, keep, gain, scale, float(total)
 
     @property
     def log_determinant(self) -> float:
         """Logarithm of the determinant of the covariance, at a total variance of 1."""
-        return 0.0 if self.colour.rho == 0.0 else self._steps[3]
+        return 0.0 if self.colour.rho == 0.0 else self._steps[-1]
 
     def of(self, columns: Floats, unit: float = 1.0, without: Floats | None = None) -> Floats:
         """Return columns, shape (columns, rows), times ``unit`` in whitened space: an array of its own.
@@ -113,10 +113,10 @@ class Whitening:
         """
         from rtec.inference._colour_kernels import whiten_rows  # noqa: PLC0415 - as above
 
-        carry, sd, gain, _ = self._steps
+        carry, keep, gain, scale, _ = self._steps
         white = np.empty(columns.shape)
         out = np.empty((0, columns.shape[1])) if without is None else without
-        whiten_rows(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, sd, gain, out, white)
+        whiten_rows(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, keep, gain, scale, out, white)
         return white
 
     def coloured(self, columns: Floats) -> Floats:
