@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -263,17 +264,11 @@ class Space:
         """Return the products that a model with these parts needs."""
         known = self.view(colour).products
         every = [*parts, self.observed_part]
-        ends = np.cumsum([0, *(part.raw.shape[0] for part in every)]).tolist()
-        products = np.empty((ends[-1], ends[-1]))
-        for i, one in enumerate(every):
-            for j, other in enumerate(every[: i + 1]):
-                pair = one, other
-                if pair not in known:
-                    known[pair] = self.white(one, colour) @ self.white(other, colour).T
-                    known[pair[::-1]] = known[pair].T
-                products[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] = known[pair]
-                if j < i:
-                    products[ends[j] : ends[j + 1], ends[i] : ends[i + 1]] = known[pair].T
+        for one, other in itertools.combinations_with_replacement(every, 2):
+            if (one, other) not in known:
+                known[one, other] = self.white(one, colour) @ self.white(other, colour).T
+                known[other, one] = known[one, other].T
+        products = np.concatenate([np.concatenate([known[one, other] for other in every], axis=1) for one in every])
         products[-1, -1] *= 1.0 + _ROUNDING
         return Sums(products, self.readings)
 
