@@ -108,10 +108,18 @@ def _explained(whole: Floats, inside: Floats, along: Floats) -> Floats:
     gram = whole - inside @ inside.transpose(0, 2, 1)
     length = np.sqrt(np.maximum(np.diagonal(whole, axis1=1, axis2=2), 1e-300))
     gram = gram / (length[:, :, None] * length[:, None, :])
-    values, vectors = np.linalg.eigh(gram)
-    turned = (vectors.transpose(0, 2, 1) @ (along / length)[:, :, None])[:, :, 0]
+    along = along / length
+    if gram.shape[1] == 2:  # most shapes are single waves: in closed form they take a tenth of the time
+        (one, both), other = gram[:, 0].T, gram[:, 1, 1]
+        spread = np.maximum(np.hypot((one - other) / 2.0, both), 1e-15)
+        values = ((one + other) / 2.0)[:, None] + spread[:, None] * np.array([1.0, -1.0])
+        turned = (along[:, None, :] @ gram @ along[:, :, None])[:, :, 0]
+        onto = np.abs(turned - values[:, ::-1] * (along**2).sum(axis=1)[:, None]) / (2.0 * spread[:, None])
+    else:
+        values, vectors = np.linalg.eigh(gram)
+        onto = (vectors.transpose(0, 2, 1) @ along[:, :, None])[:, :, 0] ** 2
     usable = values > APART
-    found: Floats = np.where(usable, turned**2 / np.where(usable, values, 1.0), 0.0).sum(axis=1)
+    found: Floats = np.where(usable, onto / np.where(usable, values, 1.0), 0.0).sum(axis=1)
     return found
 
 
