@@ -19,7 +19,7 @@ EVERY_COLOUR = 60
 FAR = 4.0
 """Nats below the best from which on a colour adds nothing."""
 START_COLOUR = Colour(0.6, 0.3)
-LANDMARKS, SHORT, HOLLOW = (Colour(), START_COLOUR, Colour(0.9, 0.6), Colour(0.999, 0.01)), 0.8, 20.0
+LANDMARKS, SHORT, HOLLOW = (Colour(), START_COLOUR, Colour(0.9, 0.6), Colour(0.999, 0.01)), 0.8, 60.0
 """From these the noise is looked for, too, where it was found to be slower than ``SHORT`` and they are less than
 ``HOLLOW`` nats below: between noise that wanders and none at all the way leads through a hollow, and what an effect
 explains would stay noise (30 nats in a game)."""
