@@ -131,7 +131,7 @@ class Periodic(Effect):
         lines = [
             replace(shape, **single, **{"period": period_of(shape) / k}) for k in range(1, _harmonics(shape) + 1)
         ]
-        found = [v for line in lines for v in self.variants(conditions, line)]
+        found = dict.fromkeys(v for line in lines for v in self.variants(conditions, line))
         return [
             other
             for other in found
