@@ -181,9 +181,9 @@ class Judge:
         )
 
     def fit(self, model: Scored, colour: Colour | None = None) -> Fit:
-        """Return amplitudes and residual of a scored model in whitened space."""
+        """Return amplitudes of a scored model, weighed by a colour, else as people get them."""
         parts = self.space.parts_of(model.choices)
-        colour = model.colour if colour is None else colour
+        colour = self.space.weights(model.colour) if colour is None else colour
         sums = self.space.sums(parts, colour)
         deviations = _ladder()[model.places][blocks_of(parts)]
         mean, covariance, variance = posterior(sums, deviations)

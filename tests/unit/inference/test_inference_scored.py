@@ -156,3 +156,13 @@ def test_pairs_of_scale_and_backlash_are_seen_once_each():
     for order in itertools.permutations(BOTH):
         judge.score(order)
     assert len(judge.seen) == 1
+
+
+def test_amplitudes_in_a_log_are_those_of_plain_least_squares_whatever_the_noise():
+    data = measured(lambda x, way, t, run: TILTED(x, way, t, run) + 0.03 * (t / t[-1]) ** 2, targets=161, runs=1)
+    judge = judge_of(replace(data, conditions=replace(data.conditions, moving=True)))
+    model = judge.score(BOTH)
+    assert model.colour.rho > 0.5
+    table = np.vstack([np.ones(data.rows), data.conditions.position, data.conditions.direction])
+    least = data.observed - table.T @ np.linalg.lstsq(table.T, data.observed, rcond=None)[0]
+    assert judge.left(model) == pytest.approx(least, abs=0.1 * SIGMA)
