@@ -142,7 +142,7 @@ def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: 
     for effect, back in itertools.product(effects, backs):
         best = _best_shapes(space, effect, back, colour)
         closer = list(dict.fromkeys(v for shape in best for v in effect.variants(space.dataset.conditions, shape)))
-        closer = [shape for shape in closer if effect.doubtful(space.dataset.conditions, shape) is None]
+        closer = [shape for shape in closer if _bearable(space, effect, shape, model)]
         worth = _worths(judge, effect, closer, back, colour)
         for k in np.argsort([-w for w in worth])[:_EACH]:
             # the many columns of a probe cost less than half a logarithm each: the full score decides
@@ -150,6 +150,13 @@ def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: 
                 refined = refine(judge, (effect, closer[k]), back, colour, _STEPS)
                 found.append(Proposal(refined, _worths(judge, effect, [refined[1]], back, colour)[0]))
     return sorted({p.choice: p for p in found}.values(), key=lambda proposal: -proposal.worth)
+
+
+def _bearable(space: Space, effect: Effect, shape: Shape, model: Scored) -> bool:
+    """Return whether data can bear out a shape of an effect, and tell it from others of its name in a model."""
+    c = space.dataset.conditions
+    others = [other for one, other in model.choices if one.name == effect.name]
+    return effect.doubtful(c, shape) is None and effect.crowded(c, shape, others) is None
 
 
 def _worths(judge: Judge, effect: Effect, shapes: Sequence[Shape], back: Beside, colour: Colour) -> list[float]:
@@ -163,8 +170,13 @@ def _worths(judge: Judge, effect: Effect, shapes: Sequence[Shape], back: Beside,
     found, at = [], 0
     for shape, part in zip(shapes, columns, strict=True):
         q = part.shape[0]
-        fall = float(_explained((part @ part.T)[None], inside[None, at : at + q], along[None, at : at + q])[0])
+        whole, within, new = part @ part.T, inside[at : at + q], along[at : at + q]
+        fall = float(_explained(whole[None], within[None], new[None])[0])
         found.append(worth_of(fall, q, back, space.readings) - judge.price((effect, shape)))
+        if effect.is_wave and q > 2:
+            numbers = np.asarray(np.linalg.lstsq(whole - within @ within.T, new, rcond=APART)[0], np.float64)
+            if effect.implausible(space.dataset.conditions, shape, numbers) is not None:
+                found[-1] = -np.inf
         at += q
     return found
 

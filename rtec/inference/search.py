@@ -319,7 +319,10 @@ class Search:
         found = max(best.values(), key=lambda m: m.score)
         if found.score < least:
             return found
-        return self.earned(self.reshaped(self.exchanged(found), maps=True, waves=True))
+        # what a probe explains at once, effects may explain when their families are grouped in another way
+        begin = [found] if best[False] is found else [found, best[False]]
+        ends = [self.earned(self.reshaped(self.exchanged(m), maps=True, waves=True)) for m in begin]
+        return max(ends, key=lambda m: m.score)
 
     def earned(self, model: Scored) -> Scored:
         """Return a model without the effects that have not earned their place in it, the worst taken out first."""
@@ -403,8 +406,12 @@ class Search:
                 if choice in self.given or choice not in better.choices:
                     continue
                 k = better.choices.index(choice)
-                others = sorted(self.children(self.without(better, k)), key=lambda child: -child.score)[:3]
+                rest = self.without(better, k)
+                others = sorted(self.children(rest), key=lambda child: -child.score)[:3]
                 others += self.regrouped(better, k)
+                if rest.score > better.score - OUT_OF_REACH:  # a second family may fill what a wrong first one leaves
+                    alike = [i for i, name in enumerate(rest.names) if name == choice[0].name]
+                    others += [other for i in alike for other in self.regrouped(rest, i)]
                 for other in sorted(others, key=lambda m: -m.score):
                     if other.score > better.score + HARDLY and self.is_gated(other):
                         better = max(better, self.earned(self.reshaped(other)), key=lambda m: m.score)

@@ -227,3 +227,17 @@ def test_what_takes_several_effects_grows_beside_a_table_that_explains_it_at_onc
     both = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 41.0) + 0.005 * np.cos(2 * np.pi * x / 23.0)
     _, model = found_in(measured(both, targets=61, runs=2, seed=1))
     assert model.names == ("cyclic", "cyclic")
+
+
+@pytest.mark.parametrize(("period", "share", "seed"), [(41.14, 0.52, 3), (27.49, 0.6635, 4), (27.12, 0.4824, 7)])
+def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share, seed):
+    both = lambda x, way, t, run: (
+        5e-5 * x
+        - 0.003 * way
+        + 0.01 * np.sin(2 * np.pi * x / period + 1.0)
+        + 0.0075 * np.sin(2 * np.pi * x / (share * period) + 2.0)
+    )
+    _, model = found_in(measured(both, targets=61, runs=4, seed=seed))
+    assert sorted(model.names) == ["backlash", "cyclic", "cyclic", "scale"]
+    periods = sorted(shape.period for effect, shape in model.choices if effect is CYCLIC)
+    assert periods == pytest.approx([share * period, period], rel=0.005)
