@@ -129,10 +129,12 @@ def worth_of(fall: float, amplitudes: int, back: Beside, readings: int) -> float
     return -0.5 * readings * float(np.log(left)) - 0.5 * amplitudes * float(np.log(max(readings, 2)))
 
 
-def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: float = 0.0) -> list[Proposal]:
+def proposals(
+    judge: Judge, model: Scored, effects: Iterable[Effect], *, least: float = 0.0, families: bool = True
+) -> list[Proposal]:
     """Return the most promising shapes of each effect beside a model, the most promising first.
 
-    Only those are returned that are worth more than ``least``, in nats.
+    Only those are returned that are worth more than ``least``, in nats; without ``families`` waves one by one.
     """
     space = judge.space
     colour = model.colour.bounded
@@ -141,7 +143,11 @@ def proposals(judge: Judge, model: Scored, effects: Iterable[Effect], *, least: 
     found: list[Proposal] = []
     for effect, back in itertools.product(effects, backs):
         best = _best_shapes(space, effect, back, colour)
-        closer = list(dict.fromkeys(v for shape in best for v in effect.variants(space.dataset.conditions, shape)))
+        closer = list(best)
+        if families or not effect.is_wave:
+            closer = list(
+                dict.fromkeys(v for shape in best for v in effect.variants(space.dataset.conditions, shape))
+            )
         closer = [shape for shape in closer if _bearable(space, effect, shape, model)]
         worth = _worths(judge, effect, closer, back, colour)
         for k in np.argsort([-w for w in worth])[:_EACH]:

@@ -73,6 +73,8 @@ class Search:
     """Names of effects that the data suggest but cannot bear out."""
     barred: frozenset[str] = frozenset()
     """Effects that are not looked for."""
+    single: bool = False
+    """Whether waves are looked for one by one, and not as families of harmonics."""
     _children: dict[object, list[Scored]] = field(default_factory=dict)
     _reshaped: dict[tuple[int, bool, bool], tuple[Scored, Scored]] = field(default_factory=dict)
     _held: dict[int, tuple[Scored, Floats]] = field(default_factory=dict)
@@ -194,7 +196,7 @@ class Search:
         """Return the models one effect larger that the scan proposes, scored."""
         if len(model.choices) >= MOST_EFFECTS:
             return []
-        key = model.key, self.barred
+        key = model.key, self.barred, self.single
         if key not in self._children:
             self._children[key] = self._proposed(model, self.effects_for(model))
         return self._children[key]
@@ -202,7 +204,7 @@ class Search:
     def _proposed(self, model: Scored, effects: Iterable[Effect]) -> list[Scored]:
         """Return the models with one of the effects besides that the scan proposes, scored."""
         ranked: list[tuple[float, Proposal]] = []
-        found = proposals(self.judge, model, effects)
+        found = proposals(self.judge, model, effects, families=not self.single)
         generic = [p for p in found if isinstance(p.choice[0], Probe)]
         for proposal in [*generic, *[p for p in found if p not in generic][:PROMISING]]:
             ranked.append((self.judge.quickly([*model.choices, proposal.choice], model), proposal))
@@ -257,6 +259,10 @@ class Search:
             self.barred = frozenset()
             found = max(found, other, key=lambda m: m.score)
         found = self.changing(found)
+        if generic(found) and any(effect.is_wave for effect in self.space.library):
+            self.single = True  # a family that brings several periods together hides each of them
+            found = max(found, self.changing(self._climbed(lambda share: None)), key=lambda m: m.score)
+            self.single = False
         self._suspect(found)
         while True:
             likelier = (m for m in best_of_names(self.near(found)).values() if m.score > found.score + ROUNDING)

@@ -241,3 +241,14 @@ def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share
     assert sorted(model.names) == ["backlash", "cyclic", "cyclic", "scale"]
     periods = sorted(shape.period for effect, shape in model.choices if effect is CYCLIC)
     assert periods == pytest.approx([share * period, period], rel=0.005)
+
+
+@pytest.mark.parametrize(("cycles", "seed"), [((6.3, 9.6, 13.9), 1), ((8.4, 13.5, 25.8), 4)])
+def test_three_periods_are_found_one_by_one_where_families_bring_them_together(cycles, seed):
+    sizes = (0.010, 0.008, 0.006)
+    error = lambda x, way, t, run: sum(
+        size * np.sin(2 * np.pi * x * f / 300.0 + k) for k, (size, f) in enumerate(zip(sizes, cycles, strict=True), 1)
+    )
+    _, model = found_in(measured(error, targets=81, runs=4, seed=seed))
+    assert model.names == ("cyclic",) * 3
+    assert sorted(300.0 / shape.period for _, shape in model.choices) == pytest.approx(cycles, rel=0.005)
