@@ -19,6 +19,8 @@ FEWEST_CYCLES = 5.0
 fewer, every confirmed one six or more. What comes back less often may as well be a smooth curve."""
 FEWEST_STATED = 0.9
 """Over the span, of a wave with a stated period: readings over a turn end a step before it is full."""
+NEARLY_A_TURN = 0.75
+"""From which on fractions of a turn are stated, too: over half a turn its low orders are a bend, as gravity is."""
 NEAR_TWO = 0.95
 """Share of the sampling's limit up to which an unstated wave counts: at two readings a cycle noise is a wave."""
 IRREGULAR = 0.05
@@ -174,7 +176,7 @@ def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[n
     places = conditions.places
     if places.size > MOST_PLACES:  # drawn: at equal steps a period of four readings would be seen twice
         places = np.sort(np.random.default_rng(0).choice(places, MOST_PLACES, replace=False))
-    for stated, most in ((conditions.screw_pitch, parts), (conditions.revolution, MOST_A_TURN)):
+    for stated, most in ((conditions.screw_pitch, parts), (conditions.revolution, _parts_of_a_turn(conditions))):
         if stated is None:
             continue
         for part in range(1, most + 1):
@@ -188,9 +190,15 @@ def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[n
     return np.unique(np.array(found))[::-1]
 
 
+def _parts_of_a_turn(conditions: Conditions) -> int:
+    """Return which fractions of a turn count as stated: of a joint that never turns so far, none."""
+    turn = conditions.revolution
+    return 1 if turn is None or conditions.span < NEARLY_A_TURN * turn else MOST_A_TURN
+
+
 def stated_base(conditions: Conditions, period: float) -> float | None:
     """Return the stated period, or whole fraction of one, that a period cannot be told from, or None."""
-    for stated, most in ((conditions.revolution, MOST_A_TURN), (conditions.screw_pitch, MOST_PARTS)):
+    for stated, most in ((conditions.revolution, _parts_of_a_turn(conditions)), (conditions.screw_pitch, MOST_PARTS)):
         if stated is None or period > stated * (1.0 + SAME_PERIOD):
             continue
         part = round(stated / period)

@@ -285,6 +285,13 @@ def test_a_turn_is_stated_from_nine_tenths_of_it_on():
     assert 180.0 in [shape.period for shape in Cogging().shapes(short)]
 
 
+def test_fractions_of_a_turn_are_not_stated_for_a_joint_that_goes_through_half_of_one():
+    joint = at(np.arange(0.0, 200.0, 1.0), unit="deg", revolution=360.0)
+    assert "1.7 cycles of 120 deg only" in Cogging().doubtful(joint, CoggingShape(120.0))
+    assert Cogging().doubtful(joint, CoggingShape(30.0)) is None  # seven cycles need no statement
+    assert Cogging().doubtful(at(np.arange(0.0, 300.0), unit="deg", revolution=360.0), CoggingShape(120.0)) is None
+
+
 def test_a_refit_moves_the_frequency_by_less_than_the_resolution():
     (tunable,) = Cyclic().tunables(lathe(), CyclicShape(6.35))
     assert 1 / tunable.low - 1 / 6.35 == pytest.approx(0.3 / 990.6, rel=0.02)
