@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from scipy.special import logsumexp
 
 from rtec.effects import Floats, Shape
 from rtec.inference.colour import NEIGHBOURS, Colour
-from rtec.inference.evidence import ABSENT, SCALES, best_scales, posterior, shifted_scales
+from rtec.inference.evidence import ABSENT, SCALES, Sums, best_scales, posterior, shifted_scales
 from rtec.inference.space import Choice, Part, Space, blocks_of
 
 EVERY_COLOUR = 60
@@ -114,10 +115,11 @@ class Judge:
         found: dict[Colour, float] = {}
         scales: dict[Colour, NDArray[np.int64]] = {}
         begin = self.start_of(parts, near)
+        sums = cache(lambda colour: space.sums(parts, colour))
 
         def look(colour: Colour, start: NDArray[np.int64], *, tune: bool) -> float:
             scales_from = best_scales if tune else shifted_scales
-            scales[colour], value = scales_from(space.sums(parts, colour), block, start, optional)
+            scales[colour], value = scales_from(sums(colour), block, start, optional)
             found[colour] = value - 0.5 * space.log_determinant(colour) - colour.rarity
             return found[colour]
 
@@ -162,23 +164,10 @@ class Judge:
             colour=best,
             colours=tuple(sorted(found.items(), key=lambda item: -item[1])),
             places=scales[best],
-            wrong_sign=self._wrong_sign(choices, parts, scales[best], best),
+            wrong_sign=_wrong_sign(choices, sums(best), block, scales[best]),
         )
         self.seen[key] = result
         return result
-
-    def _wrong_sign(
-        self, choices: Sequence[Choice], parts: Sequence[Part], places: NDArray[np.int64], colour: Colour
-    ) -> tuple[str, ...]:
-        if not any(effect.not_negative for effect, _ in choices):
-            return ()
-        mean, _, _ = posterior(self.space.sums(parts, colour), _ladder()[places][blocks_of(parts)])
-        block = blocks_of(parts)
-        return tuple(
-            effect.name
-            for k, (effect, _) in enumerate(choices)
-            if effect.not_negative and float(mean[block == k].min()) < 0.0
-        )
 
     def fit(self, model: Scored, colour: Colour | None = None) -> Fit:
         """Return amplitudes of a scored model, weighed by a colour, else as people get them."""
@@ -223,6 +212,20 @@ class Fit:
         part = self.parts[k]
         added: Floats = (self.mean[self.rows(k)] * part.unit) @ part.raw
         return added
+
+
+def _wrong_sign(
+    choices: Sequence[Choice], sums: Sums, block: NDArray[np.int64], places: NDArray[np.int64]
+) -> tuple[str, ...]:
+    """Return the effects that come out below zero although they cannot be."""
+    if not any(effect.not_negative for effect, _ in choices):
+        return ()
+    mean = posterior(sums, _ladder()[places][block])[0]
+    return tuple(
+        effect.name
+        for k, (effect, _) in enumerate(choices)
+        if effect.not_negative and float(mean[block == k].min()) < 0.0
+    )
 
 
 def _optional(parts: Sequence[Part]) -> NDArray[np.bool_]:
