@@ -104,10 +104,14 @@ class Periodic(Effect):
         if period_of(shape) > finest and stated_base(conditions, period_of(shape)) is None:
             return "the map beside it has nodes so close that it draws such a wave itself"
         lines = np.arange(1.0, _harmonics(shape) + 1.0) / period_of(shape)
-        theirs = [k / period_of(other) for other in others for k in range(1, _harmonics(other) + 1)]
-        if not theirs or stated_base(conditions, period_of(shape)) is not None:
+        theirs = [np.arange(1.0, _harmonics(other) + 1.0) / period_of(other) for other in others]
+        if not theirs:
             return None
-        if np.abs(lines[:, None] - theirs).min() * conditions.span >= CYCLES_APART:
+        if stated_base(conditions, period_of(shape)) is not None:
+            # one within the other: the two could cancel each other, as large as may be
+            near = min(np.abs([*(line[0] - lines), *(lines[0] - line)]).min() for line in theirs)
+            return "another family holds the same wave" if near * conditions.span < REFIT else None
+        if np.abs(lines[:, None] - np.concatenate(theirs)).min() * conditions.span >= CYCLES_APART:
             return None
         return "so near to another wave it may as well be one wave whose amplitude changes along the axis"
 

@@ -161,7 +161,8 @@ def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[n
     conditions
         The screw's pitch and the turn of a rotary axis are stated periods.
     parts
-        Fractions of a pitch, down to 1 / parts; of a turn as many as the positions resolve, at most 1 / 400.
+        Fractions of a pitch, down to 1 / parts; of a turn as many as the positions resolve, at most 1 / 400; none for
+        less than three quarters of a turn.
 
     Returns
     -------
@@ -191,7 +192,7 @@ def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[n
 
 
 def _parts_of_a_turn(conditions: Conditions) -> int:
-    """Return which fractions of a turn count as stated: of a joint that never turns so far, none."""
+    """Return how many fractions of a turn count as stated, itself included: of a joint that turns less, no other."""
     turn = conditions.revolution
     return 1 if turn is None or conditions.span < NEARLY_A_TURN * turn else MOST_A_TURN
 

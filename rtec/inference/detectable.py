@@ -28,7 +28,7 @@ def minimum_detectable(judge: Judge, model: Scored) -> dict[str, float]:
     Of several shapes the least favourable counts.
     """
     back = beside(judge.space, (), model.colour, zeros=False)
-    sigma = float(np.sqrt(judge.fit(model).variance))
+    sigma = float(np.sqrt(judge.fit(model, model.colour).variance))
     return {
         effect.name: found
         for effect in judge.space.library

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rtec.effects import Effect, Floats, Shape
+from rtec.effects import Conditions, Effect, Floats, Shape
 from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
@@ -22,6 +22,8 @@ _STEPS, _FINE_STEPS = 8, 14
 SLOW = 8.0
 """Nats that an effect in time may lack in the scan: beside slow noise what it explains counts as that, as long as the
 noise is not fitted together with it."""
+_NO_SPREAD = 1e-8
+"""Between the eigenvalues of two columns: at 1e-8 rounding and the bound itself do equally little harm."""
 _EACH = 3
 """Shapes of each effect that are looked at more closely."""
 
@@ -111,7 +113,8 @@ def _explained(whole: Floats, inside: Floats, along: Floats) -> Floats:
     along = along / length
     if gram.shape[1] == 2:  # most shapes are single waves: in closed form they take a tenth of the time
         (one, both), other = gram[:, 0].T, gram[:, 1, 1]
-        spread = np.maximum(np.hypot((one - other) / 2.0, both), 1e-15)
+        # two columns of equal length at a right angle have none: what is left of it there is rounding
+        spread = np.maximum(np.hypot((one - other) / 2.0, both), _NO_SPREAD)
         values = ((one + other) / 2.0)[:, None] + spread[:, None] * np.array([1.0, -1.0])
         turned = (along[:, None, :] @ gram @ along[:, :, None])[:, :, 0]
         onto = np.abs(turned - values[:, ::-1] * (along**2).sum(axis=1)[:, None]) / (2.0 * spread[:, None])
@@ -143,12 +146,12 @@ def proposals(
     found: list[Proposal] = []
     for effect, back in itertools.product(effects, backs):
         best = _best_shapes(space, effect, back, colour)
-        closer = list(best)
-        if families or not effect.is_wave:
-            closer = list(
-                dict.fromkeys(v for shape in best for v in effect.variants(space.dataset.conditions, shape))
-            )
-        closer = [shape for shape in closer if _bearable(space, effect, shape, model)]
+        variants = [effect.variants(space.dataset.conditions, shape) for shape in best]
+        if effect.is_wave and not families:
+            variants = [forms[:1] for forms in variants]  # the simplest: the wave itself
+        others = [other for one, other in model.choices if one is effect]
+        every = dict.fromkeys(itertools.chain(*variants))
+        closer = [form for form in every if bearable(space.dataset.conditions, effect, form, others)]
         worth = _worths(judge, effect, closer, back, colour)
         for k in np.argsort([-w for w in worth])[:_EACH]:
             # the many columns of a probe cost less than half a logarithm each: the full score decides
@@ -158,11 +161,9 @@ def proposals(
     return sorted({p.choice: p for p in found}.values(), key=lambda proposal: -proposal.worth)
 
 
-def _bearable(space: Space, effect: Effect, shape: Shape, model: Scored) -> bool:
-    """Return whether data can bear out a shape of an effect, and tell it from others of its name in a model."""
-    c = space.dataset.conditions
-    others = [other for one, other in model.choices if one.name == effect.name]
-    return effect.doubtful(c, shape) is None and effect.crowded(c, shape, others) is None
+def bearable(conditions: Conditions, effect: Effect, shape: Shape, others: Sequence[Shape]) -> bool:
+    """Return whether data can bear out a shape of an effect, and tell it from others of the same effect."""
+    return effect.doubtful(conditions, shape) is None and effect.crowded(conditions, shape, others) is None
 
 
 def _worths(judge: Judge, effect: Effect, shapes: Sequence[Shape], back: Beside, colour: Colour) -> list[float]:

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import Effect, Floats, Shape
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
 from rtec.inference.probes import Probe, changing
-from rtec.inference.proposals import Proposal, beside, proposals, refine
+from rtec.inference.proposals import Proposal, bearable, beside, proposals, refine
 from rtec.inference.scored import Fit, Judge, Scored
 from rtec.inference.space import Choice, Space
 
@@ -38,8 +38,9 @@ EXCHANGES = 4
 HOPELESS = 30.0
 """Nats below the best model from which on no other is carried on, where there is one already."""
 OUT_OF_REACH = 100.0
-"""Nats by which a model may be less likely for exchanges to be tried. They mend what the beam has got slightly wrong:
-in 64 of 229 measurements a model without maps was looked for, and none of those further behind came near."""
+"""Nats that are more than an exchange mends: it sets right what the beam has got slightly wrong. In 64 of 229
+measurements a model without maps was looked for, and none that stood further behind came near. A wave that is worth
+more is no filler beside a wrong one."""
 ROUNDING = 1e-6
 HARDLY = 0.1
 """Nats for which no effects are exchanged: so much may lie between two orders in which shapes were refined."""
@@ -194,8 +195,6 @@ class Search:
 
     def children(self, model: Scored) -> list[Scored]:
         """Return the models one effect larger that the scan proposes, scored."""
-        if len(model.choices) >= MOST_EFFECTS:
-            return []
         key = model.key, self.barred, self.single
         if key not in self._children:
             self._children[key] = self._proposed(model, self.effects_for(model))
@@ -203,6 +202,8 @@ class Search:
 
     def _proposed(self, model: Scored, effects: Iterable[Effect]) -> list[Scored]:
         """Return the models with one of the effects besides that the scan proposes, scored."""
+        if len(model.choices) >= MOST_EFFECTS:
+            return []
         ranked: list[tuple[float, Proposal]] = []
         found = proposals(self.judge, model, effects, families=not self.single)
         generic = [p for p in found if isinstance(p.choice[0], Probe)]
@@ -233,7 +234,8 @@ class Search:
             moved = effect, shape
             if maps if effect.is_map else waves:
                 forms = self.space.shapes(effect)[0] if effect.is_map else effect.variants(conditions, shape)
-                sound = [(effect, s) for s in forms if effect.doubtful(conditions, s) is None]
+                others = [s for i, (e, s) in enumerate(best.choices) if i != k and e is effect]
+                sound = [(effect, s) for s in forms if bearable(conditions, effect, s, others)]
                 moved = max([moved, *sound], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
             if not effect.is_map:
                 rest = [choice for i, choice in enumerate(best.choices) if i != k]
@@ -248,8 +250,8 @@ class Search:
         """Return the best model in which every effect has earned its place.
 
         Where it holds a map, it is looked for once more without maps and probes: many columns draw whatever comes
-        their way, and stand where several effects would have to come in at once. Not where it holds a probe: what
-        depends on something without a name is left without one.
+        their way, and stand where several effects would have to come in at once. Where it holds a probe, it is looked
+        for once more with waves one by one: a family that brings several periods together hides each of them.
         """
         found = self._climbed(tell)
         maps = [choice[0] for choice in found.choices if choice not in self.given and choice[0].is_map]
@@ -260,7 +262,7 @@ class Search:
             found = max(found, other, key=lambda m: m.score)
         found = self.changing(found)
         if generic(found) and any(effect.is_wave for effect in self.space.library):
-            self.single = True  # a family that brings several periods together hides each of them
+            self.single = True
             found = max(found, self.changing(self._climbed(lambda share: None)), key=lambda m: m.score)
             self.single = False
         self._suspect(found)
@@ -416,7 +418,7 @@ class Search:
                 others = sorted(self.children(rest), key=lambda child: -child.score)[:3]
                 others += self.regrouped(better, k)
                 if rest.score > better.score - OUT_OF_REACH:  # a second family may fill what a wrong first one leaves
-                    alike = [i for i, name in enumerate(rest.names) if name == choice[0].name]
+                    alike = [i for i, c in enumerate(rest.choices) if c[0] is choice[0] and c not in self.given]
                     others += [other for i in alike for other in self.regrouped(rest, i)]
                 for other in sorted(others, key=lambda m: -m.score):
                     if other.score > better.score + HARDLY and self.is_gated(other):

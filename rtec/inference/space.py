@@ -268,7 +268,8 @@ class Space:
             if (one, other) not in known:
                 known[one, other] = self.white(one, colour) @ self.white(other, colour).T
                 known[other, one] = known[one, other].T
-        products = np.concatenate([np.concatenate([known[one, other] for other in every], axis=1) for one in every])
+        rows = [np.concatenate([known[one, other] for other in every], axis=1) for one in every]
+        products = np.ascontiguousarray(np.concatenate(rows))  # it follows its parts' layout: kernels have one
         products[-1, -1] *= 1.0 + _ROUNDING
         return Sums(products, self.readings)
 

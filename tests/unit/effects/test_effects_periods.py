@@ -446,6 +446,14 @@ def test_a_family_is_taken_apart_into_what_may_be_a_part_of_it():
     assert all(Cyclic().doubtful(c, s) is None for s in Cyclic().regrouped(c, CyclicShape(51.0, 3)))
 
 
+def test_families_of_a_stated_period_do_not_hold_each_other():
+    c = at(np.arange(0.0, 100.0, 0.7), screw_pitch=10.0)
+    assert "the same wave" in Cyclic().crowded(c, CyclicShape(10.0, 4), [CyclicShape(10.0001, 3, True)])
+    assert "the same wave" in Cyclic().crowded(c, CyclicShape(5.0), [CyclicShape(10.0, 2)])
+    assert "the same wave" in Cyclic().crowded(c, CyclicShape(10.0, 2), [CyclicShape(5.0)])
+    assert Cyclic().crowded(c, CyclicShape(10.0, 1), [CyclicShape(5.0, 2)]) is None
+
+
 def test_waves_nearer_than_the_span_tells_apart_are_crowded():
     c = at(np.linspace(0.0, 300.0, 41))
     apart = 1.0 / (1.0 / 40.0 + 1.5 / c.span)

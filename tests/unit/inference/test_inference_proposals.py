@@ -54,6 +54,23 @@ def test_falls_are_those_of_two_full_fits(dtype, held):
     assert found == pytest.approx(expected, rel=1e-9 if dtype == np.float64 else 2e-4)
 
 
+@pytest.mark.parametrize("columns", [1, 2])
+def test_falls_of_one_and_two_columns_are_those_of_full_fits(columns):
+    rng = np.random.default_rng(columns)
+    model, y, candidates = rng.normal(size=(2, 60)), rng.normal(size=60), rng.normal(size=(9, columns, 60))
+    expected = [fall(model, own, y) for own in candidates]
+    assert falls(candidates, beside_table(model, y)) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("cycles", [1, 3, 7, 3.0000001, 3.001])
+def test_sine_and_cosine_of_whole_cycles_explain_no_more_than_there_is(cycles):
+    x = np.arange(36) / 36.0
+    both = np.vstack([np.sin(2 * np.pi * cycles * x), np.cos(2 * np.pi * cycles * x)])
+    y = np.array([0.8, -0.3]) @ both + 0.05 * np.random.default_rng(2).normal(size=36)
+    nothing = np.empty((0, 36))
+    assert falls(both[None], beside_table(nothing, y))[0] == pytest.approx(fall(nothing, both, y), rel=1e-6)
+
+
 def test_what_the_model_holds_already_explains_nothing_more():
     rng = np.random.default_rng(1)
     model, y = rng.normal(size=(3, 60)), rng.normal(size=60)

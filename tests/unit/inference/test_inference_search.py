@@ -85,6 +85,14 @@ def test_given_effects_stay_even_where_they_explain_nothing():
     assert search.why_not(model, model.choices.index(given)) is None
 
 
+def test_given_families_stay_whatever_a_second_wave_fills():
+    given = (CYCLIC, CYCLIC.shape_type(41.0, 2))
+    both = lambda x, way, t, run: wave()(x, way, t, run) + wave(23.0, 0.0025)(x, way, t, run)
+    search, model = found_in(measured(both, targets=41, runs=2), [given])
+    assert given in search.exchanged(model).choices
+    assert given in model.choices
+
+
 def test_why_an_effect_does_not_earn_its_place():
     search = search_of(measured(TILTED))
     useless = search.judge.score([(SCALE, Shape()), (BACKLASH, Shape()), (DRIFT, Shape())])
