@@ -108,9 +108,11 @@ class Periodic(Effect):
         if not theirs:
             return None
         if stated_base(conditions, period_of(shape)) is not None:
-            # one within the other: the two could cancel each other, as large as may be
-            near = min(np.abs([*(line[0] - lines), *(lines[0] - line)]).min() for line in theirs)
-            return "another family holds the same wave" if near * conditions.span < REFIT else None
+            # one within the other, where the two could cancel each other, or next to the last of its harmonics
+            near = min(
+                np.abs([*(line[0] - _and_next(lines)), *(lines[0] - _and_next(line))]).min() for line in theirs
+            )
+            return "it belongs to the harmonics of another family" if near * conditions.span < REFIT else None
         if np.abs(lines[:, None] - np.concatenate(theirs)).min() * conditions.span >= CYCLES_APART:
             return None
         return "so near to another wave it may as well be one wave whose amplitude changes along the axis"
@@ -161,6 +163,11 @@ def period_of(shape: Shape) -> float:
     """Return the period of a shape that has one."""
     period: float = getattr(shape, "period")  # noqa: B009 - shapes of several effects have it, their base has not
     return period
+
+
+def _and_next(lines: Floats) -> Floats:
+    """Return the lines of a family with one harmonic more."""
+    return np.append(lines, lines[0] * (lines.size + 1))
 
 
 def _harmonics(shape: Shape) -> int:
