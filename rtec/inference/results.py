@@ -94,7 +94,6 @@ class NoiseFloor:
     degrees_of_freedom: float
     sigma_adjacent: float | None
     """From adjacent repeats only: where it lies clearly below ``sigma``, something changes in time."""
-    """From all repeats, with what changes in time still in it."""
 
     @property
     def floor(self) -> float | None:
