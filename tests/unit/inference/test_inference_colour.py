@@ -24,6 +24,16 @@ def test_whitening_is_the_inverse_of_the_cholesky_factor(gap, rho, white):
     assert filtered.log_determinant == pytest.approx(np.linalg.slogdet(matrix)[1], rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize("columns", [1, 4, 5, 6, 7])
+def test_a_direction_is_taken_out_of_every_column(columns):
+    matrix = covariance(0.9, 0.3, UNEVEN)
+    table = np.random.default_rng(columns).normal(size=(columns + 1, UNEVEN.size))
+    expected = whitened(table, matrix)
+    without = expected[:1] / np.linalg.norm(expected[0])
+    found = Whitening(UNEVEN, Colour(0.9, 0.3)).of(table[1:], 2.5, without)
+    assert found == pytest.approx(2.5 * (expected[1:] - (expected[1:] @ without.T) @ without), abs=1e-8)
+
+
 def test_whitened_noise_is_white():
     """20 000 readings of an autoregression beside white noise, simulated step by step."""
     rng, rho, white, n = np.random.default_rng(2), 0.9, 0.3, 20_000

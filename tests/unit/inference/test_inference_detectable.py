@@ -105,3 +105,24 @@ def test_what_changes_in_time_needs_more_beside_slow_noise():
     assert hardly["scale"] == pytest.approx(white["scale"], rel=1e-6)
     assert hardly["drift"] == pytest.approx(IN_TIME * white["drift"], rel=1e-6)
     assert effect_named("drift").columns(data.conditions, Shape()).shape[1] == 1
+
+
+def test_of_a_log_amplitudes_are_weighed_alike_but_the_noise_is_that_of_its_colour():
+    """People get the amplitudes of plain least squares; how small one may be its noise decides."""
+    still = measured(lambda x, way, t, run: 0.003 * np.cumsum(np.sin(np.arange(x.size) ** 2.0)) / 20.0, runs=6)
+    moving = replace(still, conditions=replace(still.conditions, moving=True))
+    judge = Judge(Space(moving))
+    model = replace(judge.score([]), colour=Colour(0.9, 0.3))
+    assert minimum_detectable(judge, model)["backlash"] > 0.0
+    white, slow = judge.fit(model).variance, judge.fit(model, model.colour).variance
+    assert white != pytest.approx(slow, rel=0.02)
+    scale = np.sqrt(slow)
+    least = minimum_detectable(judge, model)["scale"] / scale
+    slope = moving.conditions.position - moving.conditions.position.mean()
+    back = judge.space.whitening(model.colour).of(slope[None, :])
+    ones = judge.space.constant(model.colour)[0]
+    new = back[0] - (back[0] @ ones) * ones
+    root = least * np.sqrt(new @ new / (slope @ slope))
+    price = np.log(len(judge.space.library)) + 0.5 * np.log(moving.rows - 1)
+    expected = (ERRORS + np.sqrt(ERRORS**2 + 2.0 * (WORTH + price))) / np.sqrt(moving.rows)
+    assert root == pytest.approx(expected, rel=1e-6)

@@ -210,3 +210,25 @@ def test_each_run_s_own_zero_does_not_hide_a_drift():
     hidden = worth_of(float(falls(drift[None], with_zeros)[0]), 1, with_zeros, judge.space.readings)
     worth = next(p.worth for p in found if p.choice[0].name == "drift")
     assert worth > hidden + 3.0
+
+
+def test_a_family_without_a_first_wave_is_not_proposed():
+    """Second and third wave of 50 mm, together in one family of which nothing is the first: that cannot stay."""
+    both = lambda x, way, t, run: wave(25.0, 0.02)(x, way, t, run) + wave(50.0 / 3.0, 0.018)(x, way, t, run)
+    judge = judge_of(measured(both, targets=61, runs=2))
+    found = [p.choice[1].period for p in proposals(judge, judge.score([]), [CYCLIC])]
+    assert min(abs(period - 25.0) for period in found) < 0.5
+    assert min(abs(period - 50.0) for period in found) > 5.0
+
+
+@pytest.mark.parametrize("revolution", [None, 300.0])
+def test_waves_are_proposed_one_by_one_where_asked(revolution):
+    two = lambda x, way, t, run: wave(60.0, 0.02)(x, way, t, run) + wave(30.0, 0.015)(x, way, t, run) * (2 + way)
+    data = measured(two, targets=61, runs=2)
+    data = replace(data, conditions=replace(data.conditions, revolution=revolution))
+    judge = judge_of(data)
+    families, single = (
+        [p.choice[1] for p in proposals(judge, judge.score([]), [CYCLIC], families=asked)] for asked in (True, False)
+    )
+    assert max(shape.harmonics for shape in families) > 1
+    assert {(shape.harmonics, shape.by_direction) for shape in single} == {(1, False)}

@@ -192,6 +192,18 @@ def test_two_steps_are_as_sure_as_two_steps():
     assert probabilities(search, model)["lost_counts"] > 0.99
 
 
+def test_models_with_waves_one_by_one_are_kept_apart_from_those_with_families():
+    two = lambda x, way, t, run: wave(60.0, 0.02)(x, way, t, run) + wave(30.0, 0.015)(x, way, t, run)
+    search = search_of(measured(two, targets=61, runs=2))
+    nothing = search.judge.score([])
+    most = []
+    for search.single in (False, True, False):
+        waves = [shape for m in search.children(nothing) for effect, shape in m.choices if effect is CYCLIC]
+        most.append(max(shape.harmonics for shape in waves))
+    assert most[1] == 1
+    assert most[0] == most[2] > 1
+
+
 def test_progress_grows():
     shares = []
     search = search_of(measured(TILTED))

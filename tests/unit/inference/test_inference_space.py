@@ -33,6 +33,7 @@ def test_sums_are_those_of_whitened_columns_beside_the_constant(colour):
     table = table[:-1] - np.outer(table[:-1] @ constant, constant)
     assert sums.products == pytest.approx(table @ table.T, rel=1e-6, abs=1e-8)
     assert sums.readings == data.rows - 1
+    assert all(space.sums(parts[:k], colour).products.flags.c_contiguous for k in range(len(parts) + 1))
     again = space.sums(parts[::-1], colour)  # from what is kept, in another order
     order = np.concatenate([*(np.flatnonzero(blocks_of(parts) == k) for k in range(len(parts))[::-1]), [-1]])
     assert again.products == pytest.approx(sums.products[np.ix_(order, order)])
