@@ -62,15 +62,6 @@ def at_places(
 
 
 @kernel
-def likelihoods(
-    products: NDArray[np.float64], readings: float, deviations: NDArray[np.float64], found: NDArray[np.float64]
-) -> None:
-    """Fill ``found`` with the log marginal likelihood of each set of deviations, shape (sets, columns)."""
-    for k in range(deviations.shape[0]):
-        found[k] = log_likelihood(products, readings, deviations[k])
-
-
-@kernel
 def shift(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64],

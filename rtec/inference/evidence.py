@@ -36,36 +36,6 @@ class Sums:
     readings: int
 
 
-def log_likelihoods(sums: Sums, deviations: Floats) -> Floats:
-    """Return the log marginal likelihood for each set of prior deviations, shape (sets,).
-
-    Parameters
-    ----------
-    sums
-        Of the model.
-    deviations
-        Prior standard deviation of each amplitude in units of the noise, shape (sets, columns); 0 leaves it out.
-
-    Notes
-    -----
-    For readings ``y = A b + e`` with ``b ~ N(0, s^2 D^2)`` and ``e ~ N(0, s^2)``, the variance ``s^2`` profiled:
-    ``-n/2 log(y'y - z'z) - sum log diag L`` with ``L L' = 1 + D A'A D`` and ``z = L^-1 D A'y`` (O'Hagan and Forster,
-    Bayesian Inference, 2004, chapter 11). The determinant of the noise's covariance comes on top.
-
-    Examples
-    --------
-    >>> sums = Sums(products=np.array([[100.0, 50.0], [50.0, 125.0]]), readings=100)
-    >>> worth = log_likelihoods(sums, np.array([[0.0], [1.0]]))
-    >>> round(float(worth[1] - worth[0]), 2)
-    8.73
-    """
-    from rtec.inference._evidence_kernels import likelihoods  # noqa: PLC0415 - loads numba, for searches only
-
-    found = np.empty(len(deviations))
-    likelihoods(sums.products, sums.readings, deviations, found)
-    return found
-
-
 def best_scales(
     sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64], optional: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], float]:
@@ -81,8 +51,21 @@ def best_scales(
         Places to begin from, shape (blocks,).
     optional
         Which blocks may be absent, shape (blocks,).
+
+    Notes
+    -----
+    For readings ``y = A b + e`` with ``b ~ N(0, s^2 D^2)`` and ``e ~ N(0, s^2)``, the variance ``s^2`` profiled:
+    ``-n/2 log(y'y - z'z) - sum log diag L`` with ``L L' = 1 + D A'A D`` and ``z = L^-1 D A'y`` (O'Hagan and Forster,
+    Bayesian Inference, 2004, chapter 11). The determinant of the noise's covariance comes on top.
+
+    Examples
+    --------
+    >>> sums = Sums(products=np.array([[100.0, 50.0], [50.0, 125.0]]), readings=100)
+    >>> places, value = best_scales(sums, np.array([0]), np.array([4]), np.array([True]))
+    >>> SCALES[places].round(2).tolist(), round(float(value + 50.0 * np.log(125.0)), 2)
+    ([0.32], 4.83)
     """
-    from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - as above
+    from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - loads numba, for searches only
 
     places = start.copy()
     return places, climb(sums.products, sums.readings, block, optional, SCALES, RARE, _ENTRANCES, places)
