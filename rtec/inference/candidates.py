@@ -118,11 +118,8 @@ def absent_from(
         listed.append(
             Candidate(
                 effect=name,
-                accepted=False,
                 predicted_rms=left,
-                achieved_rms=None,
                 p_adjusted=p,
-                params=(),
                 tied_with=(rival[0],) if rival is not None else (),
                 cosine=rival[1].cosine if rival is not None else None,
                 reason=reason,
@@ -140,11 +137,8 @@ def _permanent(found: Finding, name: str, other: str, rivalry: Rivalry) -> Candi
     """Return an effect that no data can tell from an accepted one."""
     return Candidate(
         effect=name,
-        accepted=False,
         predicted_rms=found.dataset.rms(found.left(found.model)),
-        achieved_rms=None,
         p_adjusted=1.0,
-        params=(),
         tied_with=(other,),
         cosine=rivalry.cosine,
         reason=f"looks exactly like {other} to the same instrument",

@@ -296,13 +296,8 @@ class _Entry:
             if key in self.table:
                 error = parse_in(self.table[key], parameter_unit(item, units), name=self._name(key))
                 shape_errors.append((item.name, error))
-        return Term(
-            effect=self.effect,
-            shape=shape,
-            amplitudes=amplitudes,
-            errors=errors,
-            shape_errors=tuple(shape_errors),
-        )
+        own = tuple(shape_errors)
+        return Term(effect=self.effect, shape=shape, amplitudes=amplitudes, errors=errors, shape_errors=own)
 
     def _name(self, key: str) -> str:
         return f"{self.path}: effect {self.number} ({self.effect.name}): {key}"

@@ -64,17 +64,17 @@ class Candidate:
     """An effect of the library, judged against this measurement."""
 
     effect: str
-    accepted: bool
     predicted_rms: float
     """Training RMS that the effect would leave beside those found, before everything is fitted again."""
-    achieved_rms: float | None
-    """Training RMS after it was added; None where it was not."""
     p_adjusted: float
-    params: tuple[Value, ...]
-    tied_with: tuple[str, ...]
-    cosine: float | None
-    """With the nearest rival, after projection off the rest of the model."""
     reason: str
+    accepted: bool = False
+    achieved_rms: float | None = None
+    """Training RMS after it was added; None where it was not."""
+    params: tuple[Value, ...] = ()
+    tied_with: tuple[str, ...] = ()
+    cosine: float | None = None
+    """With the nearest rival, after projection off the rest of the model."""
     probability: float = 0.0
     """Over the models that compete."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import Effect, Floats, Shape
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
 from rtec.inference.probes import Probe, changing
-from rtec.inference.proposals import Proposal, bearable, beside, proposals, refine
+from rtec.inference.proposals import bearable, beside, proposals, refine
 from rtec.inference.scored import Fit, Judge, Scored
 from rtec.inference.space import Choice, Space
 
@@ -204,12 +204,11 @@ class Search:
         """Return the models with one of the effects besides that the scan proposes, scored."""
         if len(model.choices) >= MOST_EFFECTS:
             return []
-        ranked: list[tuple[float, Proposal]] = []
         found = proposals(self.judge, model, effects, families=not self.single)
-        generic = [p for p in found if isinstance(p.choice[0], Probe)]
-        for proposal in [*generic, *[p for p in found if p not in generic][:PROMISING]]:
-            ranked.append((self.judge.quickly([*model.choices, proposal.choice], model), proposal))
-        closer = [proposal.choice for _, proposal in sorted(ranked, key=lambda item: -item[0])[:CLOSER]]
+        generic = [p.choice for p in found if isinstance(p.choice[0], Probe)]
+        promising = [p.choice for p in found if p.choice not in generic][:PROMISING]
+        worth = {choice: self.judge.quickly([*model.choices, choice], model) for choice in (*generic, *promising)}
+        closer = sorted(worth, key=lambda choice: -worth[choice])[:CLOSER]
         probes = [choice for choice in closer if isinstance(choice[0], Probe)]
         return [self.judge.score([*model.choices, c], model) for c in closer if c not in probes[CLOSER_GENERIC:]]
 
