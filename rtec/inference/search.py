@@ -118,10 +118,13 @@ class Search:
 
     def without(self, model: Scored, k: int) -> Scored:
         """Return a model without its effect ``k``, and without what builds on that."""
+        return self.judge.score(self._rest(model, k), model)
+
+    def _rest(self, model: Scored, k: int) -> list[Choice]:
+        """Return the choices of that."""
         rest = [choice for i, choice in enumerate(model.choices) if i != k]
         held = {effect.name for effect, _ in rest}
-        kept = [c for c in rest if not c[0].builds_on or c[0].builds_on & held or c in self.given]
-        return self.judge.score(kept, model)
+        return [c for c in rest if not c[0].builds_on or c[0].builds_on & held or c in self.given]
 
     def size(self, model: Scored, k: int, fit: Fit | None = None) -> float:
         """Return the RMS contribution of an effect beside the others, in units of what the model leaves."""
@@ -353,11 +356,17 @@ class Search:
         for model in beam:
             for child in self.children(model):
                 grown[child.key] = child
+                if child.score <= model.score:
+                    continue
+                here = self.judge.quickly(child.choices, child)
                 for k in range(len(child.choices) - 1):
-                    if child.score > model.score and child.choices[k] not in self.given:
-                        less = self.without(child, k)
-                        if less.score > child.score:
-                            grown[less.key] = less
+                    rest = self._rest(child, k)
+                    # what an effect explains another noise seldom does: of 6000 removals 2 were worth a look
+                    if child.choices[k] in self.given or self.judge.quickly(rest, child) < here - OUT_OF_REACH:
+                        continue
+                    less = self.judge.score(rest, child)
+                    if less.score > child.score:
+                        grown[less.key] = less
         return sorted(grown.values(), key=lambda model: -model.score)
 
     def _sorted_out(self, ranked: Sequence[Scored], best: Mapping[bool, Scored]) -> tuple[list[Scored], list[Scored]]:
@@ -372,6 +381,8 @@ class Search:
             alike = [m for m in gated if generic(m) == kind]
             enough = GATED_GENERIC if kind else GATED
             if len(alike) == enough or (alike and model.score < best[kind].score - HOPELESS):
+                continue
+            if kind and model.score < best[False].score:  # what a probe explains has been explained without it
                 continue
             better = model if alike else self.reshaped(model)
             if self.is_gated(better):

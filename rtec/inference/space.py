@@ -294,16 +294,16 @@ class Space:
             return
         data = self.scanned(effect)
         whiten = self.whitening(colour).of
-        size = 8 * data.rows
+        size, amplitudes = 8 * data.rows, data.columns(effect, shapes[0]).shape[1]
         at_once = max(1, _AT_ONCE_BYTES // size)
         keep = len(shapes) <= at_once
         for begin in range(0, len(shapes), at_once):
             stretch = shapes[begin : begin + at_once]
-            columns = []
+            columns = np.empty((len(stretch), amplitudes, data.rows), np.float32)
             for k in range(0, len(stretch), step := max(1, _IN_CACHE_BYTES // size)):
                 raw = data.scan(effect, stretch[k : k + step])
-                columns.append(whiten(raw.reshape(-1, data.rows)).astype(np.float32).reshape(raw.shape))
-            scan = Scan(np.concatenate(columns))
+                columns[k : k + step] = whiten(raw.reshape(-1, data.rows)).reshape(raw.shape)
+            scan = Scan(columns)
             if keep:
                 scans[effect.name] = scan
             yield scan
