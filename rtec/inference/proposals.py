@@ -151,13 +151,15 @@ def proposals(
             variants = [forms[:1] for forms in variants]  # the simplest: the wave itself
         others = [other for one, other in model.choices if one is effect]
         every = dict.fromkeys(itertools.chain(*variants))
-        closer = [form for form in every if bearable(space.dataset.conditions, effect, form, others)]
-        worth = _worths(judge, effect, closer, back, colour)
-        for k in np.argsort([-w for w in worth])[:_EACH]:
-            # the many columns of a probe cost less than half a logarithm each: the full score decides
-            if worth[k] > least - (SLOW if effect.in_time else 0.0) or isinstance(effect, Probe):
-                refined = refine(judge, (effect, closer[k]), back, colour, _STEPS)
-                found.append(Proposal(refined, _worths(judge, effect, [refined[1]], back, colour)[0]))
+        forms = [(effect, form) for form in every if bearable(space.dataset.conditions, effect, form, others)]
+        worth = {form: _worth(judge, form, back, colour) for form in forms}
+        # the many columns of a probe cost less than half a logarithm each: the full score decides
+        bar = -np.inf if isinstance(effect, Probe) else least - (SLOW if effect.in_time else 0.0)
+        promising = sorted((form for form in forms if worth[form] > bar), key=lambda form: -worth[form])
+        sound = (form for form in promising if _is_plausible(space, form, back, colour))
+        for form in itertools.islice(sound, _EACH):
+            refined = refine(judge, form, back, colour, _STEPS)
+            found.append(Proposal(refined, _worth(judge, refined, back, colour)))
     return sorted({p.choice: p for p in found}.values(), key=lambda proposal: -proposal.worth)
 
 
@@ -166,26 +168,22 @@ def bearable(conditions: Conditions, effect: Effect, shape: Shape, others: Seque
     return effect.doubtful(conditions, shape) is None and effect.crowded(conditions, shape, others) is None
 
 
-def _worths(judge: Judge, effect: Effect, shapes: Sequence[Shape], back: Beside, colour: Colour) -> list[float]:
-    """Return what each shape would be worth beside a model."""
-    space = judge.space
-    if not shapes:
-        return []
-    columns = [space.white(space.part_of((effect, shape)), colour) for shape in shapes]
-    together = np.vstack(columns)
-    inside, along = together @ back.basis.T, together @ back.residual
-    found, at = [], 0
-    for shape, part in zip(shapes, columns, strict=True):
-        q = part.shape[0]
-        whole, within, new = part @ part.T, inside[at : at + q], along[at : at + q]
-        fall = float(_explained(whole[None], within[None], new[None])[0])
-        found.append(worth_of(fall, q, back, space.readings) - judge.price((effect, shape)))
-        if effect.is_wave and q > 2:
-            numbers = np.asarray(np.linalg.lstsq(whole - within @ within.T, new, rcond=APART)[0], np.float64)
-            if effect.implausible(space.dataset.conditions, shape, numbers) is not None:
-                found[-1] = -np.inf
-        at += q
-    return found
+def _worth(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> float:
+    """Return what an effect would be worth beside a model."""
+    columns = judge.space.white(judge.space.part_of(choice), colour)
+    fall = float(falls(columns[None], back)[0])
+    return worth_of(fall, columns.shape[0], back, judge.space.readings) - judge.price(choice)
+
+
+def _is_plausible(space: Space, choice: Choice, back: Beside, colour: Colour) -> bool:
+    """Return whether a family would be one of its period beside a model: other effects may be anything."""
+    effect, shape = choice
+    columns = space.white(space.part_of(choice), colour)
+    if not effect.is_wave or columns.shape[0] <= 2:
+        return True
+    new = columns - (columns @ back.basis.T) @ back.basis
+    numbers = np.asarray(np.linalg.lstsq(new @ new.T, new @ back.residual, rcond=APART)[0], np.float64)
+    return effect.implausible(space.dataset.conditions, shape, numbers) is None
 
 
 def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
