@@ -74,7 +74,10 @@ class _Address(numba.types.WrapperAddressProtocol):
 
 def address_of(function: Any, arguments: tuple[Any, ...]) -> Any:
     """Return a kernel, compiled for types of arguments, as a value that other kernels call by its address."""
-    # numba calls passing functions as values experimental, with each kernel that does so; the tests hold us to it
-    warnings.filterwarnings("ignore", "First-class function type", numba.core.errors.NumbaExperimentalFeatureWarning)
+    if config.DISABLE_JIT:
+        return function
+    # numba calls passing functions as values experimental, with each kernel that does so; the tests hold us to it. By
+    # the category: its words begin with a colour where colorama is installed
+    warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
     function.compile(arguments)
     return _Address(function.overloads[arguments])

@@ -60,6 +60,17 @@ def kernel(function: _F) -> _F:
     return _compile(function, cache=True, nogil=True)
 
 
+def by_address(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Return a function, a kernel or one of the user's, as a value that kernels call by its address.
+
+    Raises
+    ------
+    numba.core.errors.NumbaError
+        A function that cannot be compiled.
+    """
+    return _processor.address_of(function if hasattr(function, "py_func") else _compile(function), arguments)
+
+
 def new_record(layout: np.dtype[np.void]) -> Record:
     """Return the state of a stage with all fields zero.
 

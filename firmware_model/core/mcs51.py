@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firmware_model._jit import address_of, config
+from firmware_model._jit import address_of
 from firmware_model.core import _layout as at
 from firmware_model.core._execute_kernels import execute
 from firmware_model.core._serial_kernels import start_reception
@@ -66,8 +66,6 @@ def loop() -> Any:
 
     Called by its name, it would be compiled anew into each of them, which takes minutes.
     """
-    if config.DISABLE_JIT:
-        return execute
     byte, long, table = numba.uint8[::1], numba.int64[::1], numba.int64[:, ::1]
     return address_of(execute, (long, byte, byte, long, table, table))
 

@@ -7,6 +7,8 @@ totals of the box only to tell what is late from what is wrong.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,7 @@ from rtec._jit import Record, kernel, step
 from rtec.machine._cell_kernels import run
 from rtec.machine._station_kernels import is_held
 from rtec.machine._station_line_kernels import NO_ALARM
-from rtec.predictors._kernels import predict_mm
+from rtec.predictors._kernels import error_at
 from rtec.requester._box_kernels import FATAL, RUNNING
 from rtec.signal._kernels import NEVER
 
@@ -175,24 +177,22 @@ def watch(
     targets: NDArray[np.float64],
     speeds: NDArray[np.float64],
     rests: NDArray[np.int64],
-    model_kind: int,
-    model: NDArray[np.float64],
-    true_kind: int,
-    true_model: NDArray[np.float64],
+    model: Any,
+    truth: Any,
 ) -> int:
     """Run the machine to ``until_ps`` and look at every axis each ``slice_ps``; return the time reached.
 
     It ends early where an axis has been stopped for ``stop_after_ps``. ``model`` is what the PC predicts by,
-    ``true_model`` what it should.
+    ``truth`` what it should.
     """
     while c.now_ps < until_ps:
         t_ps = min(c.now_ps + slice_ps, until_ps)
-        run(c, stations, pcs, faults, t_ps, targets, speeds, rests, model_kind, model)
+        run(c, stations, pcs, faults, t_ps, targets, speeds, rests, model)
         for i in range(stations.size):
             a = watches[i]
             follow(a, stations[i].encoder.count)
             x_mm = stations[i].encoder.count * a.count_mm
-            look(a, stations[i], t_ps, predict_mm(true_kind, true_model, x_mm, a.direction))
+            look(a, stations[i], t_ps, error_at(truth, x_mm, a.direction))
         first_ps = watches[0].stop_ps
         for i in range(1, stations.size):
             first_ps = min(first_ps, watches[i].stop_ps)

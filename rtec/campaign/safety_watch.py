@@ -15,6 +15,7 @@ from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.predictors import BidirectionalTable, Predictor
+from rtec.predictors.binding import bound
 from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
 from rtec.signal import NEVER
 
@@ -135,7 +136,7 @@ class WatchedCell(Cell):
         super().__init__(stations, moves, predictor, faults=faults)
         self._slice_ps = slice_ps
         self._freeze_ps = NEVER
-        self._truth = self._model if truth is None else (truth.kind, truth.packed)
+        self._truth = bound(predictor if truth is None else truth)
         self._watches = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
         for record, station in zip(self._watches, stations, strict=True):
             step_counts = station.injector.design.step_counts
@@ -158,12 +159,12 @@ class WatchedCell(Cell):
         run: Any = kernels.watch
         run(
             self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps,
-            stop_after_ps, *self._program, *self._model, *self._truth,
+            stop_after_ps, *self._program, self._model, self._truth,
         )  # fmt: skip
 
     def truth_is(self, predictor: Predictor) -> None:
         """Take another prediction for the healthy one from now on."""
-        self._truth = (predictor.kind, predictor.packed)
+        self._truth = bound(predictor)
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode; totals are to stay once the last requests have arrived."""

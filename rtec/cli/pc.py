@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from rtec.requester import PcNode
 
 _FAILS = 1
+MARGIN_MM = 1.0
+"""Beyond the ends of a predictor: a corrected axis at home stands beside home by as much as it is corrected."""
 
 
 def pc(
@@ -112,14 +114,14 @@ def pc(
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     check_dbc(dbc)
     numbers = axes_of(axis, axes)
-    predictor = _predictor(table, table_unit, model, home, length(travel, "--travel"))
+    predictor, home_mm = _predictor(table, table_unit, model, home, length(travel, "--travel"))
     until_s = None if duration is None else seconds(duration, "--duration")
     limit_s = seconds(start_up, "--start-up")
     words = _NodeWords(
         design=design, count=count, window=window, cycle=cycle, watch=watch, patience=patience, limit=deviation_limit
     )
     announce_compilation()
-    for node in _nodes([1], predictor, words, at_ps=0):
+    for node in _nodes([1], predictor, home_mm, words, at_ps=0):
         _warm_up(node)
     events = Events(teller(as_json))
     with ExitStack() as stack:
@@ -132,7 +134,7 @@ def pc(
         stop = stack.enter_context(StopWish())
         view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=False))
         stack.enter_context(quiet_collector())
-        nodes = _nodes(numbers, predictor, words, at_ps=transport.now_ps())
+        nodes = _nodes(numbers, predictor, home_mm, words, at_ps=transport.now_ps())
         for node in nodes:
             node.probe(probe)
             if large:
@@ -182,9 +184,8 @@ def _line_of_box(find_line: Callable[[str], str], name: str) -> str:
 
 def _predictor(
     table: Path | None, table_unit: str | None, model: Path | None, home: str | None, travel_mm: float
-) -> Predictor:
-    """Return what the PC knows of the axes' errors, over positions from home."""
-    from rtec.live.placed import placed
+) -> tuple[Predictor, float]:
+    """Return what the PC knows of the axes' errors, and where home lies in its positions, in mm."""
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
     if table is not None and model is not None:
@@ -205,10 +206,7 @@ def _predictor(
     else:
         known = LatheNetwork()
         home_mm = known.range_mm[0] if home is None else home_mm
-    try:
-        return placed(known, home_mm=home_mm)
-    except ArgumentError as error:
-        raise ArgumentError("--home", error.value, error.allowed, error.hint) from None
+    return known, home_mm
 
 
 def _of_model(model: Path, home_mm: float, travel_mm: float) -> Predictor:
@@ -262,26 +260,34 @@ class _NodeWords:
             raise ArgumentError(names.get(error.name, error.name), error.value, error.allowed, error.hint) from None
 
 
-def _nodes(numbers: list[int], predictor: Predictor, words: _NodeWords, *, at_ps: int) -> list[PcNode]:
+def _nodes(
+    numbers: list[int], predictor: Predictor, home_mm: float, words: _NodeWords, *, at_ps: int
+) -> list[PcNode]:
     from rtec.requester import PcNode
 
     period_ps = words.conversation.pc_period_ps
-    return [
-        PcNode(
-            words.conversation,
-            words.precautions,
-            axis=number,
-            predictor=predictor,
-            count_mm=words.count_mm,
-            step_counts=words.design.step_counts,
-            word_limit=words.design.word_limit,
-            # one after the other, so that their frames do not queue
-            start_ps=at_ps + period_ps + k * period_ps // (4 * len(numbers)),
-            # a PC started again must not repeat what it said
-            first_sequence=secrets.randbelow(256),
-        )
-        for k, number in enumerate(numbers)
-    ]
+    try:
+        return [
+            PcNode(
+                words.conversation,
+                words.precautions,
+                axis=number,
+                predictor=predictor,
+                count_mm=words.count_mm,
+                step_counts=words.design.step_counts,
+                word_limit=words.design.word_limit,
+                # one after the other, so that their frames do not queue
+                start_ps=at_ps + period_ps + k * period_ps // (4 * len(numbers)),
+                # a PC started again must not repeat what it said
+                first_sequence=secrets.randbelow(256),
+                home_mm=home_mm,
+                margin_mm=MARGIN_MM,
+            )
+            for k, number in enumerate(numbers)
+        ]
+    except ArgumentError as error:
+        name = "--home" if error.name == "home_mm" else error.name
+        raise ArgumentError(name, error.value, error.allowed, error.hint) from None
 
 
 def _warm_up(node: PcNode) -> None:

@@ -102,6 +102,8 @@ class PcLoop:
             self.late_ps.append(now_ps - node.due_ps)
         if self.transport.state is BusState.OFF:
             node.hold(HoldReason.BUS_OFF, at_ps=now_ps)
+        for other in self.nodes:
+            node.see_axis(other.axis, other.position_mm)
         frames = node.turn(at_ps=now_ps)
         if self.lost is None:
             try:

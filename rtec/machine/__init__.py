@@ -11,6 +11,7 @@ from rtec.machine.closed_loop import (
 )
 from rtec.machine.measuring_run import Laser, MeasuringRun, measuring_run, straight_pass
 from rtec.machine.open_path import OpenPath, OpenPathResult, simulate
+from rtec.machine.thermometers import Thermometer
 
 __all__ = [
     "TRACE_COLUMNS",
@@ -22,6 +23,7 @@ __all__ = [
     "MeasuringRun",
     "OpenPath",
     "OpenPathResult",
+    "Thermometer",
     "measuring_run",
     "readings_of",
     "run_machine",

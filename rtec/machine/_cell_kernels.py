@@ -7,6 +7,9 @@ one of the bus strikes frames on their way.
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,9 +37,10 @@ from rtec.machine._station_line_kernels import (
     mend,
     strike,
 )
-from rtec.predictors._kernels import predict_mm
+from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
+from rtec.predictors._kernels import AXES, believed_mm
 from rtec.requester._box_node_kernels import box_receive
-from rtec.requester._pc_kernels import HOLD as HOLDING
+from rtec.requester._pc_kernels import HOLD as HOLDING, sense
 from rtec.requester._pc_node_kernels import (
     BUS_OFF,
     OTHER_AXIS,
@@ -56,6 +60,7 @@ PC_PLACE = 0
 CELL = np.dtype(
     [
         ("bus", BUS),
+        ("thermometers", THERMOMETERS),
         ("now_ps", np.int64),
         ("pc_runs", np.int64),
         ("pc_offset_ps", np.int64),  # of the PC's clock
@@ -168,8 +173,7 @@ def turn_pc(
     faults: NDArray[np.void],
     i: int,
     t_ps: int,
-    model_kind: int,
-    model: NDArray[np.float64],
+    model: Any,
 ) -> None:
     """Let the PC take its turn for axis ``i + 1``."""
     n = pcs[i]
@@ -177,8 +181,13 @@ def turn_pc(
     if is_off(faults, PC_PLACE, t_ps):
         pc_hold(n, pc_ps, BUS_OFF)
     if pc_prepare(n, pc_ps):
-        position_mm = n.pc.position * n.pc.count_mm
-        pc_finish(n, pc_ps, predict_mm(model_kind, model, position_mm, n.pc.direction))
+        for j in range(pcs.size):
+            p = pcs[j].pc
+            seen_mm = p.home_mm + p.position * p.count_mm
+            n.pc.sensors[AXES + j] = seen_mm if pcs[j].has_position == 1 else math.nan
+        read_thermometers(c.thermometers, t_ps, n.pc.sensors)
+        sense(n.pc, pc_ps)
+        pc_finish(n, pc_ps, believed_mm(model, n.pc.sensors, i))
         late = abs(n.pc.target - stations[i].injector.completed)
         c.late_steps[i] = max(c.late_steps[i], late)
     for k in range(n.out.waiting):
@@ -237,8 +246,7 @@ def run(
     targets: NDArray[np.float64],
     speeds: NDArray[np.float64],
     rests: NDArray[np.int64],
-    model_kind: int,
-    model: NDArray[np.float64],
+    model: Any,
 ) -> None:
     """Run the cell to ``until_ps``; the moves of axis ``i`` stand in row ``i``, padded with moves that stay."""
     bus = c.bus
@@ -285,7 +293,7 @@ def run(
         elif box_ps == t_ps:
             turn_box(c, stations, faults, box, t_ps, targets, speeds, rests)
         else:
-            turn_pc(c, stations, pcs, faults, pc, t_ps, model_kind, model)
+            turn_pc(c, stations, pcs, faults, pc, t_ps, model)
     for i in range(stations.size):
         station_advance(stations[i], until_ps, targets[i], speeds[i], rests[i])
     for i in range(faults.size):

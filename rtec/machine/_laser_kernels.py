@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, step
-from rtec.predictors._kernels import predict_mm
+from rtec.predictors._kernels import error_at
 from rtec.signal._kernels import NEVER
 
 PLAY = np.dtype(
@@ -44,16 +45,16 @@ def grown_mm(play: Record, t_ps: int) -> float:
 
 
 @helper
-def follow_play(m: Record, error_kind: int, error: NDArray[np.float64]) -> None:
+def follow_play(m: Record, error: Any) -> None:
     """Let the true position follow the encoder's within the play between the forward and the reverse curve."""
     x_mm = m.servo.x * m.servo.count_mm
-    low = x_mm + predict_mm(error_kind, error, x_mm, 1)
-    high = x_mm + predict_mm(error_kind, error, x_mm, -1)
+    low = x_mm + error_at(error, x_mm, 1)
+    high = x_mm + error_at(error, x_mm, -1)
     m.play.y_mm = min(max(m.play.y_mm, low), high)
 
 
 @helper
-def near_target(m: Record, targets_mm: NDArray[np.float64], error_kind: int, error: NDArray[np.float64]) -> bool:
+def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any) -> bool:
     """Return whether the axis is within the laser's window about the next target.
 
     By the controller's position, which arrives whatever the error, or by the true one, where a table of the
@@ -64,7 +65,7 @@ def near_target(m: Record, targets_mm: NDArray[np.float64], error_kind: int, err
         return True
     if abs(m.servo.command * m.servo.count_mm - target_mm) > m.reader.window_mm:
         return False
-    follow_play(m, error_kind, error)
+    follow_play(m, error)
     return abs(m.play.y_mm + grown_mm(m.play, m.servo.now_ps) - target_mm) <= m.reader.window_mm
 
 
@@ -76,18 +77,17 @@ def read_laser(
     begins_ps: NDArray[np.int64],
     ends_ps: NDArray[np.int64],
     readings_mm: NDArray[np.float64],
-    error_kind: int,
-    error: NDArray[np.float64],
+    error: Any,
 ) -> None:
     """Let the laser system look at the axis for ``ticks`` servo ticks from now on, during which nothing moves."""
     r = m.reader
     t_ps = m.servo.now_ps
     if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:
         return
-    if r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
+    if r.begun_ps == NEVER and near_target(m, targets_mm, error):
         r.begun_ps = t_ps
     if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
-        follow_play(m, error_kind, error)
+        follow_play(m, error)
         seen_mm = m.play.y_mm + grown_mm(m.play, t_ps)
         if r.weight == 0:
             r.first_mm = seen_mm

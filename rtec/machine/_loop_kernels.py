@@ -47,9 +47,10 @@ from rtec.machine._firmware_kernels import (
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, grown_mm, read_laser
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import SERVO, command_at, servo_tick
-from rtec.predictors._kernels import predict_mm
+from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
+from rtec.predictors._kernels import believed_mm
 from rtec.requester._box_kernels import BOX, box_reset, box_tick
-from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start
+from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
 from rtec.signal._kernels import NEVER
 
 RUNNING, FINISHED, HELD, FAULTED = 0, 1, 2, 3
@@ -67,6 +68,8 @@ MACHINE = np.dtype(
         ("pc", PC),
         ("down", MAILBOX),
         ("up", MAILBOX),
+        ("thermometers", THERMOMETERS),
+        ("restless", np.int64),  # 1: what the PC believes may change while the axis stands
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
         ("event_ps", np.int64),  # of the last event carried out
@@ -115,16 +118,16 @@ def converse_box(m: Record, t_ps: int) -> None:
 
 
 @helper
-def converse_pc(m: Record, box: Any, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC look at the box's words and send its next request."""
     pc_start(m.pc, m.down, t_ps)
     if box is not None and not words_valid(box):
         pc_look(m.pc, t_ps, False)
         return
     if pc_read(m.pc, m.up, t_ps):
-        position_mm = m.pc.position * m.pc.count_mm
-        deviation_mm = predict_mm(model_kind, model, position_mm, m.pc.direction)
-        pc_request(m.pc, m.down, t_ps, deviation_mm + grown_mm(m.play, t_ps))
+        read_thermometers(m.thermometers, t_ps, m.pc.sensors)
+        sense(m.pc, t_ps)
+        pc_request(m.pc, m.down, t_ps, believed_mm(model, m.pc.sensors, 0))
 
 
 @step
@@ -138,7 +141,7 @@ def next_edge(m: Record, crossing_ps: int) -> int:
 
 
 @step
-def run_part(m: Record, box: Any, end_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
+def run_part(m: Record, box: Any, end_ps: int, model: Any) -> None:
     """Carry out all events of one part of a tick, in which the motion does not turn."""
     e, s = m.encoder, m.injector
     crossing_ps = next_crossing(e, m.piece)
@@ -177,7 +180,7 @@ def run_part(m: Record, box: Any, end_ps: int, model_kind: int, model: NDArray[n
         elif other_ps == m.box.next_ps and box is None:
             converse_box(m, other_ps)
         else:
-            converse_pc(m, box, other_ps, model_kind, model)
+            converse_pc(m, box, other_ps, model)
 
 
 @kernel
@@ -219,28 +222,26 @@ def run(
     begins_ps: NDArray[np.int64],
     ends_ps: NDArray[np.int64],
     readings_mm: NDArray[np.float64],
-    error_kind: int,
-    error: NDArray[np.float64],
-    model_kind: int,
-    model: NDArray[np.float64],
-    own_kind: int,
-    own: NDArray[np.float64],
+    error: Any,
+    model: Any,
+    own: Any,
     trace: Any,
     box: Any,
 ) -> None:
     """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
 
-    ``trace`` is None or (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of
-    `rtec.machine._firmware_kernels`.
+    ``error``, ``model`` and ``own`` are the axis' true curve, what the PC believes and the controller's own table, as
+    `rtec.predictors.binding` makes them. ``trace`` is None or (array (n, 8), every so many ticks, [rows used]);
+    ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
     servo, piece = m.servo, m.piece
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
-        acceleration = servo_tick(m, speed, own_kind, own)
+        acceleration = servo_tick(m, speed, own)
         if trace is not None:
             rows, every, used = trace
             if servo.ticks % every == 0 and used[0] < rows.shape[0]:
-                follow_play(m, error_kind, error)
+                follow_play(m, error)
                 row = rows[used[0]]
                 row[0] = servo.now_ps / 1e12
                 row[1] = servo.command * servo.count_mm
@@ -255,14 +256,14 @@ def run(
         ticks = 1
         if resting:
             ticks = ticks_at_rest(
-                m, box, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error_kind, error
+                m, box, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error
             )
         if box is not None:
             if not (resting and box_rests(m, box)):
                 forget_round(box)
             elif ticks > 1 and not skip_rounds(m, box, servo.now_ps + ticks * servo.period_ps):
                 ticks = 1
-        read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error_kind, error)
+        read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error)
         if ticks > 1:
             servo.now_ps += ticks * servo.period_ps
             servo.skipped += ticks
@@ -283,9 +284,9 @@ def run(
             to_s = turn_s if from_s < turn_s else servo.period_s
             set_piece(piece, from_s, to_s)
             if piece.sign != 0 and piece.sign != servo.moving:
-                follow_play(m, error_kind, error)  # the axis turns here
+                follow_play(m, error)  # the axis turns here
                 servo.moving = piece.sign
-            run_part(m, box, servo.now_ps + int(to_s * 1e12 + 0.5), model_kind, model)
+            run_part(m, box, servo.now_ps + int(to_s * 1e12 + 0.5), model)
             servo.x = piece.x0 + to_s * (piece.v0 + to_s * piece.a0 / 2.0)
             from_s = to_s
         servo.v += acceleration * servo.period_s

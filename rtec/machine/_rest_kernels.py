@@ -26,7 +26,7 @@ def box_rests(m: Record, box: Any) -> bool:
     settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
     goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
     reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
-    return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0)
+    return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0 and m.restless == 0)
 
 
 @step
@@ -40,8 +40,7 @@ def ticks_at_rest(
     duration_ps: NDArray[np.int64],
     motion: NDArray[np.float64],
     until_ps: int,
-    error_kind: int,
-    error: NDArray[np.float64],
+    error: Any,
 ) -> int:
     """Return for how many ticks from now on nothing can change; at least 1."""
     servo, r = m.servo, m.reader
@@ -55,7 +54,7 @@ def ticks_at_rest(
     if r.next < begins_ps.size:
         if servo.now_ps < begins_ps[r.next]:
             bound_ps = min(bound_ps, begins_ps[r.next])
-        elif r.begun_ps == NEVER and near_target(m, targets_mm, error_kind, error):
+        elif r.begun_ps == NEVER and near_target(m, targets_mm, error):
             return 1  # the laser's timer starts now
         elif r.begun_ps < NEVER:
             half_ps = r.begun_ps + r.half_ps

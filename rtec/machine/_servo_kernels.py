@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, step
 from rtec.controller._kernels import receiver_settle
-from rtec.predictors._kernels import predict_mm
+from rtec.predictors._kernels import error_at
 
 SERVO = np.dtype(
     [
@@ -26,6 +27,7 @@ SERVO = np.dtype(
         ("dither_hz", np.float64),
         ("counts_per_unit", np.float64),  # encoder counts in one unit of the controller's counter
         ("count_mm", np.float64),
+        ("compensates", np.int64),  # 1: by a table of its own
         # state
         ("now_ps", np.int64),
         ("x", np.float64),  # counts
@@ -62,22 +64,23 @@ def command_at(
 
 
 @step
-def servo_tick(m: Record, speed: float, own_kind: int, own: NDArray[np.float64]) -> float:
+def servo_tick(m: Record, speed: float, own: Any) -> float:
     """Close the position loop once; return the acceleration of this tick in counts/s^2.
 
-    ``own`` is the controller's own compensation table; it moves the command.
+    ``own`` is the controller's own compensation table, which moves the command; None for a controller without.
     """
     servo = m.servo
     receiver_settle(m.receiver, servo.now_ps)
     if speed != 0.0:
         servo.program = 1 if speed > 0.0 else -1
     goal = servo.command
-    if own_kind != 0:
-        # where the axis is sent, its error brings it to the goal: the error there, not the one at the goal
-        sent = goal
-        for _ in range(3):
-            sent = goal - predict_mm(own_kind, own, sent * servo.count_mm, servo.program) / servo.count_mm
-        goal = sent
+    if own is not None:
+        if servo.compensates == 1:
+            # where the axis is sent, its error brings it to the goal: the error there, not the one at the goal
+            sent = goal
+            for _ in range(3):
+                sent = goal - error_at(own, sent * servo.count_mm, servo.program) / servo.count_mm
+            goal = sent
     if servo.dither != 0.0:
         goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / 1e12))
     lag = goal - m.receiver.count * servo.counts_per_unit

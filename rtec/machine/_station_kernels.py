@@ -122,7 +122,7 @@ def open_tick(
     servo, piece = st.servo, st.piece
     speed = next_command(st, targets, speeds, rests)
     if st.alarm == NO_ALARM:
-        acceleration = servo_tick(st, speed, 0, targets)
+        acceleration = servo_tick(st, speed, None)
         # a position loop answers the feed like a delay of 1 / Kv
         st.lag += (speed * (1.0 - servo.feedforward) / servo.gain_per_s - st.lag) * servo.gain_per_s * servo.period_s
         lag = servo.command - st.receiver.count * servo.counts_per_unit

@@ -14,7 +14,9 @@ from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels, _station_kernels, _station_line_kernels
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Move, StationSettings, StationView, move_arrays, station_view
-from rtec.predictors import Predictor
+from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
+from rtec.predictors import Model
+from rtec.predictors.binding import bound
 from rtec.requester import HoldReason, PcState, Status, _pc_node_kernels
 from rtec.signal import NEVER
 
@@ -65,6 +67,8 @@ class Cell:
         The program of each, over and over.
     predictor
         What the PC knows of the axes' errors.
+    thermometers
+        Temperatures that the PC reads.
     faults
         What goes wrong.
     bitrate
@@ -88,9 +92,10 @@ class Cell:
         self,
         stations: Sequence[StationSettings],
         moves: Sequence[Sequence[Move]],
-        predictor: Predictor,
+        predictor: Model,
         *,
         faults: Sequence[Fault] = (),
+        thermometers: Sequence[Thermometer] = (),
         bitrate: int = 500_000,
     ) -> None:
         count = whole_within("stations", len(stations), 1, _MOST_CELL_AXES)
@@ -122,6 +127,8 @@ class Cell:
             pc.requester = 1
         bit_ps = 10**12 // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
+        self._temperatures = names_of(thermometers)
+        fill_thermometers(self._cell.thermometers, thermometers)
         self._program = _padded(stations, moves)
         self.predict_by(predictor)
 
@@ -129,7 +136,7 @@ class Cell:
         """Run to ``until_ps``; time never runs back."""
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
         run: Any = _cell_kernels.run
-        run(self._cell, self._stations, self._pcs, self._faults, until_ps, *self._program, *self._model)
+        run(self._cell, self._stations, self._pcs, self._faults, until_ps, *self._program, self._model)
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
@@ -145,12 +152,12 @@ class Cell:
         for pc in self._pcs:
             pc.pc.large_meant = 1
 
-    def predict_by(self, predictor: Predictor) -> None:
+    def predict_by(self, predictor: Model) -> None:
         """Give the PC another predictor from now on."""
         low_mm, high_mm = predictor.range_mm
         for pc in self._pcs:
             pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
-        self._model = (predictor.kind, predictor.packed)
+        self._model = bound(predictor, self._temperatures, places=len(self._pcs))
 
     @property
     def now_ps(self) -> int:

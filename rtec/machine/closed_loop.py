@@ -25,8 +25,10 @@ from rtec.injector.box import insertions_of
 from rtec.machine import _firmware_kernels, _loop_kernels
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
 from rtec.machine.play import check_play
+from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.metrology import Readings
-from rtec.predictors import NoError, Predictor
+from rtec.predictors import Model, NoError, Predictor
+from rtec.predictors.binding import bound, rests
 from rtec.requester import Conversation, Status
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
@@ -54,7 +56,7 @@ class Ending(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Thermal growth of the axis: a first-order approach to ``final_mm``, known to the PC by its temperature sensors.
+    """Thermal growth of the axis: a first-order approach to ``final_mm``. The PC knows of it what its sensors tell.
 
     Raises
     ------
@@ -85,11 +87,13 @@ class Machine:
         A processor that runs the design's firmware in the box, in place of the behavioural model of it. Design and
         hold latch are those of ``injector``; its times, and the box's windows and period, are the firmware's own.
     model
-        The PC's idea of ``axis_error``.
+        What the PC believes of the axis, by its sensors.
     own_table
         The controller's own compensation, ideally applied to the command; none by default.
     encoder, servo, receiver, conversation, laser, growth
         The other parts.
+    thermometers
+        Temperatures that the PC reads.
     switch_on
         False: the box's hardware switch forbids corrections.
 
@@ -102,7 +106,7 @@ class Machine:
     axis_error: Predictor = field(default_factory=NoError)
     injector: InjectorSettings | None = None
     microcontroller: Microcontroller | None = None
-    model: Predictor = field(default_factory=NoError)
+    model: Model = field(default_factory=NoError)
     own_table: Predictor = field(default_factory=NoError)
     encoder: Encoder = field(default_factory=Encoder)
     servo: Servo = field(default_factory=Servo)
@@ -110,6 +114,7 @@ class Machine:
     conversation: Conversation = field(default_factory=Conversation)
     laser: Laser = field(default_factory=Laser)
     growth: Growth = field(default_factory=Growth)
+    thermometers: tuple[Thermometer, ...] = ()
     switch_on: bool = True
 
     def __post_init__(self) -> None:
@@ -150,10 +155,17 @@ class Machine:
         state.reader.half_ps = state.reader.full_ps // 2
         state.play.growth_mm = self.growth.final_mm
         state.play.growth_tau_s = self.growth.time_constant_s
+        fill_thermometers(state.thermometers, self.thermometers)
+        state.restless = int(not rests(self.model))
+        state.servo.compensates = int(not isinstance(self.own_table, NoError))
         state.correcting = int(self.injector is not None)
         state.skipping = 1
         _loop_kernels.start(state, 0, _BOX_FIRST_PS, _PC_FIRST_PS)
         return state
+
+    def bound_models(self) -> tuple[Any, Any, Any]:
+        """Return the true error, what the PC believes and the controller's own table as the kernel takes them."""
+        return bound(self.axis_error), bound(self.model, names_of(self.thermometers)), bound(self.own_table)
 
     def board(self) -> Board | None:
         """Return the box with its firmware, powered up and with its lines through, before time 0."""
@@ -255,6 +267,7 @@ def run_machine(
         )
     motion = task.motion if isinstance(task, MeasuringRun) else task
     state = machine.state()
+    models = machine.bound_models()
     board = machine.board()
     box = _box_of(state, board)
     state.skipping = int(skip_rest)
@@ -262,11 +275,6 @@ def run_machine(
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
     trace: Any = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
-    models: Any = (
-        machine.axis_error.kind, machine.axis_error.packed,
-        machine.model.kind, machine.model.packed,
-        machine.own_table.kind, machine.own_table.packed,
-    )  # fmt: skip
     advance: Any = _loop_kernels.run
     begun = time.perf_counter()
     for part in range(1, slices + 1):

@@ -1,14 +1,16 @@
 """Error models that tell the PC what to correct.
 
-A predictor maps position and direction to the error of the axis: actual minus target, in mm, as measured. The
-correction counters are driven towards it (added counts pull the axis back); a compensation table of a control holds
-its negative.
+A model maps what sensors say - position, direction, velocity, time, temperatures, positions of other axes - to the
+error of the axis: actual minus target, in mm, as measured. A predictor is a model of position and direction alone.
+The correction counters are driven towards the error (added counts pull the axis back); a compensation table of a
+control holds its negative.
 """
 
 from rtec.predictors._rows import LengthUnit
 from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
 from rtec.predictors.network import LatheNetwork, SigmoidLayer, SigmoidNetwork
-from rtec.predictors.protocol import FORWARD, REVERSE, NoError, Outside, Predictor
+from rtec.predictors.protocol import FORWARD, REVERSE, Model, NoError, Outside, Predictor
+from rtec.predictors.step_model import StepModel
 from rtec.predictors.table_files import read_table, write_table
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 
@@ -19,11 +21,13 @@ __all__ = [
     "CompensationKind",
     "LatheNetwork",
     "LengthUnit",
+    "Model",
     "NoError",
     "Outside",
     "Predictor",
     "SigmoidLayer",
     "SigmoidNetwork",
+    "StepModel",
     "UnidirectionalTable",
     "read_linuxcnc_table",
     "read_table",

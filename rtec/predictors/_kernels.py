@@ -1,13 +1,21 @@
-"""Compiled evaluation of every predictor: one function of kind, packed numbers, position and direction.
+"""Compiled models: functions of inputs that say how far an axis is off, and the sensors that the inputs come from.
 
-Each predictor packs itself into one flat float64 array, so that all have the same type inside a loop. Positions and
-errors are in mm, the direction is +1 (forward) or -1 (reverse; whatever is below zero).
+Every model is one compiled function ``(numbers, inputs, memory, sd) -> mm`` with its own numbers, called by its
+address: loops are compiled once for all models. All four arguments are one-dimensional arrays of float64.
+``inputs`` stand in the order in which the model names them; ``memory`` is its own to keep from call to call; into
+``sd[0]`` it may write the standard deviation of what it returns, in mm. Positions and errors are in mm, a direction
+is +1 (forward) or -1 (reverse; whatever is below zero).
 
-``TABLE``
+A curve is a model of position and direction, in this order, alone.
+
+`table_error`
     ``n, positions[n], errors[n]`` of the forward direction, then the same of the reverse direction. Positions ascend
     strictly, n >= 1; between them the error is linear, beyond them it is that of the nearest point.
 
-``NETWORK``
+`growth_error`
+    The temperature at which there is none, and mm for each degree; the temperature is the only input.
+
+`network_error`
     ``low, high, pitch, touch, unit`` (mm), then the long-range network, then the cyclic one, each as
     ``n, weights[n], biases_forward[n], biases_reverse[n], layer_weights[n], bias``. Inputs and outputs of both are in
     ``unit``. The position is held in low .. high; the cyclic network sees it modulo ``pitch``, and a position at most
@@ -18,21 +26,23 @@ errors are in mm, the direction is +1 (forward) or -1 (reverse; whatever is belo
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from rtec._jit import helper, kernel
 
-NONE = 0
-"""Kind of a predictor that says zero everywhere; its packed array is not read."""
-TABLE = 1
-"""Kind of a table of errors, linear between its points."""
-NETWORK = 2
-"""Kind of a pair of sigmoid networks, long-range and cyclic."""
+POSITION, DIRECTION, VELOCITY, TIME = 0, 1, 2, 3
+"""Places of what the PC senses of its own axis: mm, +1 or -1, mm/s, and its clock in s."""
+AXES, MOST_AXES = 4, 15
+"""Place of the position of axis 1 in mm; those of the others follow."""
+TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
+"""Place of the first temperature in degrees Celsius."""
+SENSORS = TEMPERATURES + MOST_TEMPERATURES
 
 NETWORK_HEAD = 5
-"""Numbers in front of the first network of a packed ``NETWORK``."""
+"""Numbers in front of the first network."""
 
 
 @helper
@@ -77,36 +87,96 @@ def _network(par: npt.NDArray[np.float64], start: int, position: float, directio
     return total
 
 
-@helper
-def predict_mm(kind: int, par: npt.NDArray[np.float64], x_mm: float, direction: int) -> float:
-    """Return the error (actual minus target, mm) at ``x_mm``, held outside the predictor's range."""
-    if kind == TABLE:
-        n = int(par[0])
-        if direction >= 0:
-            return _interpolate(par, 1, n, x_mm)
-        reverse = 1 + 2 * n
-        return _interpolate(par, reverse + 1, int(par[reverse]), x_mm)
-    if kind == NETWORK:
-        held_mm = min(max(x_mm, par[0]), par[1])
-        pitch_mm = par[2]
-        phase_mm = held_mm - pitch_mm * math.floor(held_mm / pitch_mm)
-        if pitch_mm - phase_mm <= par[3] or phase_mm < 0.0:
-            phase_mm = 0.0
-        unit_mm = par[4]
-        cyclic = NETWORK_HEAD + 4 * int(par[NETWORK_HEAD]) + 2
-        long_range = _network(par, NETWORK_HEAD, held_mm / unit_mm, direction)
-        return (long_range + _network(par, cyclic, phase_mm / unit_mm, direction)) * unit_mm
+@kernel
+def no_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return zero everywhere."""
     return 0.0
 
 
 @kernel
-def predict_many(
-    kind: int,
-    par: npt.NDArray[np.float64],
+def table_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return the error of a table, linear between its points."""
+    n = int(numbers[0])
+    if inputs[1] >= 0.0:
+        return float(_interpolate(numbers, 1, n, inputs[0]))
+    reverse = 1 + 2 * n
+    return float(_interpolate(numbers, reverse + 1, int(numbers[reverse]), inputs[0]))
+
+
+@kernel
+def network_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return the error of a pair of sigmoid networks, long-range and cyclic."""
+    held_mm = min(max(inputs[0], numbers[0]), numbers[1])
+    direction = 1 if inputs[1] >= 0.0 else -1
+    pitch_mm = numbers[2]
+    phase_mm = held_mm - pitch_mm * math.floor(held_mm / pitch_mm)
+    if pitch_mm - phase_mm <= numbers[3] or phase_mm < 0.0:
+        phase_mm = 0.0
+    unit_mm = numbers[4]
+    cyclic = NETWORK_HEAD + 4 * int(numbers[NETWORK_HEAD]) + 2
+    long_range = _network(numbers, NETWORK_HEAD, held_mm / unit_mm, direction)
+    return float((long_range + _network(numbers, cyclic, phase_mm / unit_mm, direction)) * unit_mm)
+
+
+@kernel
+def growth_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return how far an axis has grown that grows in proportion to its temperature."""
+    return float(numbers[1] * (inputs[0] - numbers[0]))
+
+
+@helper
+def error_at(curve: Any, x_mm: float, direction: int) -> float:
+    """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
+    function, numbers, _, _, _, inputs, memory, sd = curve
+    inputs[0] = x_mm
+    inputs[1] = direction
+    return float(function(numbers, inputs, memory[0], sd))
+
+
+@helper
+def believed_mm(model: Any, sensors: npt.NDArray[np.float64], place: int) -> float:
+    """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
+
+    ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
+    value of each that it knows, room for the inputs, and a memory and room for a standard deviation for each
+    ``place`` at which it is at work.
+    """
+    function, numbers, wanted, low, high, inputs, memory, sd = model
+    sd[place] = math.nan
+    for k in range(wanted.size):
+        inputs[k] = sensors[wanted[k]]
+        if not low[k] <= inputs[k] <= high[k]:  # nor is a sensor that is not there
+            return math.nan
+    return float(function(numbers, inputs, memory[place], sd[place : place + 1]))
+
+
+@kernel
+def errors_along(
+    curve: Any,
     x_mm: npt.NDArray[np.float64],
     direction: npt.NDArray[np.int64],
     error_mm: npt.NDArray[np.float64],
 ) -> None:
-    """Write the error at each position, approached in each direction, into ``error_mm``."""
+    """Write the error of a curve at each position, approached in each direction, into ``error_mm``."""
     for i in range(x_mm.size):
-        error_mm[i] = predict_mm(kind, par, x_mm[i], direction[i])
+        error_mm[i] = error_at(curve, x_mm[i], direction[i])

@@ -7,6 +7,7 @@ are added (thesis 4.4.2 and Figure 4.6). The direction is an input of 0 or 1, so
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels, _lathe_weights
 from rtec.predictors._columns import LARGEST, column
-from rtec.predictors.protocol import PackedPredictor
+from rtec.predictors.protocol import Curve
 from rtec.units import MM_PER_INCH
 
 Floats = npt.NDArray[np.float64]
@@ -77,14 +78,14 @@ class SigmoidLayer:
         return int(self.position_weights.size)
 
     @property
-    def packed(self) -> Floats:
-        """The layer as it stands in a packed ``NETWORK`` (see ``_kernels.py``)."""
+    def numbers(self) -> Floats:
+        """The layer as it stands in the numbers of a network (see ``_kernels.py``)."""
         columns = (self.position_weights, self.forward_biases, self.reverse_biases, self.output_weights)
         return np.concatenate([[float(self.neurons)], *columns, [self.output_bias]])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SigmoidNetwork(PackedPredictor):
+class SigmoidNetwork(Curve):
     """Error of an axis on a screw: a long-range network plus one that is periodic in the pitch.
 
     Parameters
@@ -137,18 +138,18 @@ class SigmoidNetwork(PackedPredictor):
         object.__setattr__(self, "range_mm", (low, high))
 
     @property
-    def kind(self) -> int:
-        """Kind for ``predict_mm``."""
-        return _kernels.NETWORK
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return _kernels.network_error
 
     @property
-    def packed(self) -> Floats:
-        """A new array for ``predict_mm``; its layout stands in ``_kernels.py``."""
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_kernels.py``."""
         head = [*self.range_mm, self.pitch_mm, TOUCH_MM, self.unit_mm]
-        return np.concatenate([head, self.long_range.packed, self.cyclic.packed])
+        return np.concatenate([head, self.long_range.numbers, self.cyclic.numbers])
 
 
-class LatheNetwork(PackedPredictor):
+class LatheNetwork(Curve):
     """Error of the thesis's lathe, z axis, from its printed trained network.
 
     Thirty neurons for the error along the axis and eight for the error within a turn of the 0.25 inch screw. The
@@ -179,9 +180,9 @@ predictor; stay inside, or hold the error at the ends
     __slots__ = ()
 
     @property
-    def kind(self) -> int:
-        """Kind for ``predict_mm``."""
-        return _kernels.NETWORK
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return _kernels.network_error
 
     @property
     def network(self) -> SigmoidNetwork:
@@ -189,9 +190,9 @@ predictor; stay inside, or hold the error at the ends
         return _lathe()
 
     @property
-    def packed(self) -> Floats:
-        """A new array for ``predict_mm``; its layout stands in ``_kernels.py``."""
-        return _lathe().packed
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_kernels.py``."""
+        return _lathe().numbers
 
     @property
     def range_mm(self) -> tuple[float, float]:

@@ -1,8 +1,9 @@
-"""What every predictor offers: its error at a position, and itself as packed numbers for the compiled loops."""
+"""What a model offers: a compiled function of what sensors say, with its numbers; and curves over the position."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
+from rtec.predictors.binding import CURVE, bound
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,24 +32,41 @@ class Outside(Enum):
 
 
 @runtime_checkable
-class Predictor(Protocol):
-    """Error of an axis as a function of position and direction.
+class Model(Protocol):
+    """What the PC believes of an axis: its error as a function of what sensors say.
 
     The error is the deviation, actual minus target, in mm (ISO 230-2). It is what was measured; a compensation is its
-    negative.
+    negative. The function is compiled; `rtec.predictors._kernels` says what it takes.
     """
 
     @property
-    def kind(self) -> int:
-        """Kind for ``predict_mm``: 0 none, 1 table, 2 network."""
+    def function(self) -> Callable[..., float]:
+        """The error in mm as ``function(numbers, inputs, memory, sd)``, that numba can compile."""
 
     @property
-    def packed(self) -> Floats:
-        """A new one-dimensional array for ``predict_mm``; its layout stands in ``_kernels.py``."""
+    def inputs(self) -> tuple[str, ...]:
+        """Sensors by name: position, direction, velocity, time, position_1 to position_15, temperature_NAME."""
+
+    @property
+    def numbers(self) -> npt.ArrayLike:
+        """One-dimensional: what the function computes with."""
+
+    @property
+    def memory(self) -> npt.ArrayLike:
+        """One-dimensional: what the function remembers at the start."""
 
     @property
     def range_mm(self) -> tuple[float, float]:
         """Lowest and highest position, in mm, for which both directions are known."""
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Lowest and highest value of other inputs for which the model was made; without, all."""
+
+
+@runtime_checkable
+class Predictor(Model, Protocol):
+    """A model of position and direction alone: a curve for each direction."""
 
     def error_mm(
         self, position_mm: npt.ArrayLike, direction: npt.ArrayLike, *, outside: Outside = Outside.HOLD
@@ -55,20 +74,35 @@ class Predictor(Protocol):
         """Return the error in mm at each position."""
 
 
-class PackedPredictor(ABC):
-    """Base of the predictors of this package: the error follows from the packed numbers."""
+class Curve(ABC):
+    """Base of the predictors of this package: curves over the position, one for each direction."""
 
     __slots__ = ()
 
     @property
     @abstractmethod
-    def kind(self) -> int:
-        """Kind for ``predict_mm``: 0 none, 1 table, 2 network."""
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
 
     @property
     @abstractmethod
-    def packed(self) -> Floats:
-        """A new one-dimensional array for ``predict_mm``; its layout stands in ``_kernels.py``."""
+    def numbers(self) -> Floats:
+        """A new one-dimensional array; its layout stands in ``_kernels.py``."""
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Position and direction."""
+        return CURVE
+
+    @property
+    def memory(self) -> Floats:
+        """Nothing."""
+        return np.empty(0)
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """No others than the positions."""
+        return {}
 
     @property
     @abstractmethod
@@ -115,7 +149,7 @@ class PackedPredictor(ABC):
             self._refuse_outside(position)
         x_mm = np.array(position, dtype=np.float64).ravel()
         error = np.empty_like(x_mm)
-        _kernels.predict_many(self.kind, self.packed, x_mm, np.array(way, dtype=np.int64).ravel(), error)
+        _kernels.errors_along(bound(self), x_mm, np.array(way, dtype=np.int64).ravel(), error)
         return error.reshape(position.shape)
 
     def _refuse_outside(self, position_mm: Floats) -> None:
@@ -130,15 +164,15 @@ class PackedPredictor(ABC):
             )
 
     def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self) or not isinstance(other, PackedPredictor):
+        if type(other) is not type(self) or not isinstance(other, Curve):
             return NotImplemented
-        return self.range_mm == other.range_mm and np.array_equal(self.packed, other.packed)
+        return self.range_mm == other.range_mm and np.array_equal(self.numbers, other.numbers)
 
     def __hash__(self) -> int:
-        return hash((type(self), self.packed.tobytes()))
+        return hash((type(self), self.numbers.tobytes()))
 
 
-class NoError(PackedPredictor):
+class NoError(Curve):
     """Predictor of a perfect axis: zero everywhere.
 
     Examples
@@ -150,14 +184,14 @@ class NoError(PackedPredictor):
     __slots__ = ()
 
     @property
-    def kind(self) -> int:
-        """Kind for ``predict_mm``."""
-        return _kernels.NONE
+    def function(self) -> Callable[..., float]:
+        """Zero."""
+        return _kernels.no_error
 
     @property
-    def packed(self) -> Floats:
-        """One number that is not read."""
-        return np.zeros(1)
+    def numbers(self) -> Floats:
+        """None."""
+        return np.empty(0)
 
     @property
     def range_mm(self) -> tuple[float, float]:

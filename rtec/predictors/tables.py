@@ -5,6 +5,7 @@ Between the points of a table the error is linear; beyond its ends it is that of
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
@@ -14,7 +15,7 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
 from rtec.predictors._columns import LARGEST, ascending, column, first_disorder
-from rtec.predictors.protocol import FORWARD, REVERSE, PackedPredictor, Predictor
+from rtec.predictors.protocol import FORWARD, REVERSE, Curve, Predictor
 
 Floats = npt.NDArray[np.float64]
 
@@ -23,7 +24,7 @@ SAME_TARGET_MM = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class UnidirectionalTable(PackedPredictor):
+class UnidirectionalTable(Curve):
     """Errors of the forward direction, and one backlash for the whole axis.
 
     Parameters
@@ -117,14 +118,14 @@ class UnidirectionalTable(PackedPredictor):
         return cls(positions_mm=grid, errors_mm=forward, backlash_mm=float(lost.mean()))
 
     @property
-    def kind(self) -> int:
-        """Kind for ``predict_mm``."""
-        return _kernels.TABLE
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return _kernels.table_error
 
     @property
-    def packed(self) -> Floats:
-        """A new array for ``predict_mm``; its layout stands in ``_kernels.py``."""
-        return _packed((self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm))
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_kernels.py``."""
+        return _both_ways((self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm))
 
     @property
     def range_mm(self) -> tuple[float, float]:
@@ -133,7 +134,7 @@ class UnidirectionalTable(PackedPredictor):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BidirectionalTable(PackedPredictor):
+class BidirectionalTable(Curve):
     """Errors of each direction by themselves; the backlash is their difference.
 
     Parameters
@@ -265,14 +266,14 @@ class BidirectionalTable(PackedPredictor):
         )
 
     @property
-    def kind(self) -> int:
-        """Kind for ``predict_mm``."""
-        return _kernels.TABLE
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return _kernels.table_error
 
     @property
-    def packed(self) -> Floats:
-        """A new array for ``predict_mm``; its layout stands in ``_kernels.py``."""
-        return _packed(
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_kernels.py``."""
+        return _both_ways(
             (self.forward_positions_mm, self.forward_errors_mm), (self.reverse_positions_mm, self.reverse_errors_mm)
         )
 
@@ -285,7 +286,7 @@ class BidirectionalTable(PackedPredictor):
         )
 
 
-def _packed(forward: tuple[Floats, Floats], reverse: tuple[Floats, Floats]) -> Floats:
+def _both_ways(forward: tuple[Floats, Floats], reverse: tuple[Floats, Floats]) -> Floats:
     parts = [np.concatenate([[float(positions.size)], positions, errors]) for positions, errors in (forward, reverse)]
     return np.concatenate(parts)
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from rtec._jit import Record, kernel, step
 from rtec.link._kernels import deliver, post
+from rtec.predictors._kernels import DIRECTION, POSITION, SENSORS, TIME, VELOCITY
 from rtec.requester._box_kernels import (
     GO_HOME,
     I_DONT_BELIEVE_YOU,
@@ -42,6 +43,7 @@ PC = np.dtype(
         ("step_mm", np.float64),
         ("reversal_mm", np.float64),  # hysteresis of the direction
         ("margin_steps", np.float64),  # hysteresis of the rounding
+        ("home_mm", np.float64),  # where home lies in the positions of the model
         ("home_count", np.int64),  # what the box must report at home
         # orders from the operator
         ("probing", np.int64),
@@ -60,6 +62,7 @@ PC = np.dtype(
         ("sent", np.int64),
         ("commanded_ps", np.int64),  # when it last gave the home command
         ("large_sent", np.int64),  # 1: the last request carried Large Correction
+        ("sensors", np.float64, (SENSORS,)),  # what the model of the axis may look at
         # observations
         ("requests", np.int64),
         ("not_valid", np.int64),
@@ -119,6 +122,20 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
 
 
 @step
+def sense(p: Record, t_ps: int) -> None:
+    """Let the model see the position just read, its direction, the velocity since the last look, and the clock."""
+    sensors = p.sensors
+    position_mm = p.home_mm + p.position * p.count_mm
+    time_s = t_ps / 1e12
+    passed_s = time_s - sensors[TIME]
+    # before the first look there is no time to take the difference from
+    sensors[VELOCITY] = (position_mm - sensors[POSITION]) / passed_s if passed_s > 0.0 else 0.0
+    sensors[POSITION] = position_mm
+    sensors[DIRECTION] = p.direction
+    sensors[TIME] = time_s
+
+
+@step
 def pc_start(p: Record, down: Record, t_ps: int) -> None:
     """Ask the box to take the axis' present position for home; nothing else happens before it answers."""
     if p.state == WAITING and t_ps - p.commanded_ps >= p.period_ps:
@@ -130,8 +147,12 @@ def pc_start(p: Record, down: Record, t_ps: int) -> None:
 def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     """Turn the predicted deviation into the next request and send it.
 
-    Added counts pull the axis back, so the total is +deviation / step.
+    Added counts pull the axis back, so the total is +deviation / step. A deviation that is no number is that of a
+    model which sees something it was not made for: the machine is held.
     """
+    if math.isnan(deviation_mm):
+        p.state = HOLD
+        return
     wanted = deviation_mm / p.step_mm
     if abs(wanted - p.target) > 0.5 + p.margin_steps:
         p.target = int(math.floor(wanted + 0.5))
@@ -176,6 +197,8 @@ def pc_reset(p: Record, first_ps: int) -> None:
     p.not_valid = 0
     p.beyond_word = 0
     p.beyond_word_max = 0
+    for k in range(SENSORS):
+        p.sensors[k] = math.nan
 
 
 @kernel

@@ -8,9 +8,9 @@ it then asks for nothing any more and says so on the bus until somebody starts i
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
 from rtec.link._crc_kernels import is_sealed
@@ -44,7 +44,7 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import MAILBOX, deliver, mailbox_reset, post
 from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
-from rtec.predictors._kernels import predict_mm
+from rtec.predictors._kernels import believed_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
     ENCODER_FAULT as BOX_ENCODER_FAULT,
@@ -69,6 +69,7 @@ from rtec.requester._pc_kernels import (
     pc_read,
     pc_request,
     pc_reset,
+    sense,
 )
 from rtec.signal._kernels import NEVER
 
@@ -371,7 +372,7 @@ def check_before_turn(n: Record, t_ps: int) -> None:
             pc_hold(n, t_ps, reason)
         if n.patience_ps > 0 and n.open_ps != NEVER and t_ps - n.open_ps > n.patience_ps and p.probing == 0:
             pc_hold(n, t_ps, NOT_COMPLETED)
-        position_mm = n.position * p.count_mm
+        position_mm = p.home_mm + n.position * p.count_mm
         if not n.low_mm <= position_mm <= n.high_mm:
             pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE)
     elif p.state == WAITING and t_ps - n.status_ps > n.watch_ps:
@@ -487,10 +488,11 @@ def receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
 
 
 @kernel
-def turn(n: Record, t_ps: int, model_kind: int, model: NDArray[np.float64]) -> None:
-    """Let the PC take the turn that is due, from outside."""
+def turn(n: Record, t_ps: int, model: Any) -> None:
+    """Let the PC take the turn that is due, from outside; the model as `rtec.predictors.binding` makes it."""
     if pc_prepare(n, t_ps):
-        pc_finish(n, t_ps, predict_mm(model_kind, model, n.pc.position * n.pc.count_mm, n.pc.direction))
+        sense(n.pc, t_ps)
+        pc_finish(n, t_ps, believed_mm(model, n.pc.sensors, 0))
 
 
 @kernel

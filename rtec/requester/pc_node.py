@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rtec._jit import new_record
 from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
-from rtec.predictors import Predictor
+from rtec.predictors import Model
+from rtec.predictors._kernels import AXES, TEMPERATURES
+from rtec.predictors.binding import bound
 from rtec.requester import _pc_node_kernels
 from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
@@ -51,6 +56,8 @@ class PcView:
     answer_s: float
     """How long the last of them took, from the request to the frame that says it is completed."""
     turns: int
+    sd_mm: float | None
+    """Standard deviation of the last prediction; None where the model gives none."""
 
 
 class PcNode:
@@ -78,6 +85,12 @@ class PcNode:
         Time of its first turn.
     first_sequence
         Where its frames begin to count, so that a PC started again does not repeat itself.
+    home_mm
+        Where the axis' home lies in the positions of the predictor.
+    margin_mm
+        How far beyond the ends of its range the predictor is still asked.
+    temperatures
+        Names of the temperature sensors; `feel` says what they read.
 
     Raises
     ------
@@ -101,13 +114,16 @@ class PcNode:
         precautions: Precautions,
         *,
         axis: int,
-        predictor: Predictor,
+        predictor: Model,
         count_mm: float,
         step_counts: int,
         word_limit: int,
         requester: int = 1,
         start_ps: int = 0,
         first_sequence: int = 0,
+        home_mm: float = 0.0,
+        margin_mm: float = 0.0,
+        temperatures: Sequence[str] = (),
     ) -> None:
         self.axis = whole_within("axis", axis, 1, MOST_AXES)
         number_within("count_mm", count_mm, 1e-9, 1e3, unit="mm")
@@ -118,14 +134,39 @@ class PcNode:
         precautions.fill_pc(node, count_mm=count_mm)
         node.axis = axis
         node.requester = whole_within("requester", requester, 0, 7)
+        self._temperatures = tuple(temperatures)
+        node.pc.home_mm = number_within("home_mm", home_mm, -1e6, 1e6, unit="mm")
+        self._margin_mm = number_within("margin_mm", margin_mm, 0.0, 1e3, unit="mm")
         self.predict_by(predictor)
         _pc_node_kernels.start(node, start_ps, whole_within("first_sequence", first_sequence, 0, 255))
 
-    def predict_by(self, predictor: Predictor) -> None:
-        """Take another predictor from now on."""
+    def predict_by(self, predictor: Model) -> None:
+        """Take another predictor from now on; home has to lie in its range."""
         low_mm, high_mm = predictor.range_mm
-        self._node.low_mm, self._node.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
-        self._model = (predictor.kind, predictor.packed)
+        home_mm, margin_mm = float(self._node.pc.home_mm), self._margin_mm
+        if not low_mm <= home_mm <= high_mm:
+            allowed = f"{low_mm:g} to {high_mm:g} mm, the range of the predictor"
+            raise ArgumentError("home_mm", f"{home_mm:g} mm", allowed, "say where the axis' home is in it")
+        self._node.low_mm, self._node.high_mm = max(low_mm - margin_mm, -1e9), min(high_mm + margin_mm, 1e9)
+        self._model = bound(predictor, self._temperatures)
+
+    def feel(self, name: str, degc: float) -> None:
+        """Take the reading of a temperature sensor, in degrees Celsius; it holds until the next."""
+        if name not in self._temperatures:
+            raise ArgumentError(
+                "name", repr(name)[:60], ", ".join(self._temperatures) or "none: the PC has no such sensors"
+            )
+        self._node.pc.sensors[TEMPERATURES + self._temperatures.index(name)] = degc
+
+    def see_axis(self, axis: int, position_mm: float) -> None:
+        """Take the position of an axis, this one or another."""
+        self._node.pc.sensors[AXES + whole_within("axis", axis, 1, MOST_AXES) - 1] = position_mm
+
+    @property
+    def position_mm(self) -> float:
+        """Return where the axis is by what the box last said, in the positions of the predictor; no number before."""
+        pc = self._node.pc
+        return float(pc.home_mm + self._node.position * pc.count_mm) if self._node.has_position else math.nan
 
     @property
     def due_ps(self) -> int:
@@ -139,7 +180,7 @@ class PcNode:
 
     def turn(self, *, at_ps: int) -> list[Frame]:
         """Take a turn; return the frames to send."""
-        _pc_node_kernels.turn(self._node, at_ps, *self._model)
+        _pc_node_kernels.turn(self._node, at_ps, self._model)
         out = self._node.out
         frames = [Frame.of_payload(int(out.identifier[k]), int(out.payload[k])) for k in range(int(out.waiting))]
         out.waiting = 0
@@ -190,4 +231,5 @@ class PcNode:
             answered=int(n.answered),
             answer_s=int(n.answer_ps) / 1e12,
             turns=int(n.pc.requests),
+            sd_mm=None if math.isnan(sd_mm := float(self._model[-1][0])) else sd_mm,
         )

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from rtec.board import Board, Microcontroller
 from rtec.injector import Design, Injector, RealEdges
-from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
+from rtec.machine import TRACE_COLUMNS, Machine, Thermometer, run_machine, straight_pass
 from rtec.machine.measuring_run import HOME_DWELL_S, end_ps
-from rtec.predictors import NoError
+from rtec.predictors import NoError, StepModel
+from rtec.predictors._kernels import growth_error
 from rtec.report.results import FeedCurve, HoldCurve, Waveform
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
@@ -23,6 +24,8 @@ from rtec.units import MM_PER_INCH
 _TIME, _COMMAND, _TRUE, _CONTROLLER = (
     TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm", "controller_mm")
 )
+_WARM_UP_K = 10.0
+"""By which the axis warms up while it is held: it grows in proportion."""
 TRACE_ROWS = 200_000
 """Kept of a pass, however slow it is."""
 _READING_PS = 1_000_000_000
@@ -89,7 +92,10 @@ def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
     count = (2 - study.encoder.home_state) % 4
     time_constant = study.growth.time_constant_s
     motion = straight_pass([count * count_mm], count_mm * 1000.0, study.limits, dwell_s=5.0 * time_constant)
-    growing = replace(machine, growth=study.growth, axis_error=NoError(), model=NoError())
+    warm = Thermometer(name="axis", rise_k=_WARM_UP_K, time_constant_s=time_constant)
+    numbers = [warm.start_degc, study.growth.final_mm / _WARM_UP_K]
+    grown = StepModel(function=growth_error, inputs=("temperature_axis",), numbers=numbers)
+    growing = replace(machine, growth=study.growth, axis_error=NoError(), model=grown, thermometers=(warm,))
     result = run_machine(growing, motion, trace_every=max(round(time_constant), 1) * 5, progress=progress)
     trace = np.empty((0, len(TRACE_COLUMNS))) if result.trace is None else result.trace
     standing = trace[trace[:, _TIME] > HOME_DWELL_S + SETTLE_S]

@@ -34,6 +34,7 @@ from rtec.injector import Design
 from rtec.machine import _station_kernels
 from rtec.machine.station import Station, StationSettings
 from rtec.predictors import UnidirectionalTable
+from rtec.predictors.binding import bound
 from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Status, _pc_node_kernels
 
 MS = 10**9
@@ -244,7 +245,7 @@ class PcUnderFire:
         self.reasons = set()
         self.enabled = 0
         predictor = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[-0.4, 0.4], backlash_mm=0.012)
-        self.model = (predictor.kind, predictor.packed)
+        self.model = bound(predictor)
         self.pc = PcNode(
             Conversation(window_steps=WINDOW), Precautions(), axis=AXIS, predictor=predictor, count_mm=0.001,
             step_counts=4, word_limit=100,
@@ -295,7 +296,7 @@ class PcUnderFire:
     def turn(self):
         self.now_ps = int(self.next_ps)
         before = int(self.state)
-        _pc_node_kernels.turn(self.node, self.now_ps, *self.model)
+        _pc_node_kernels.turn(self.node, self.now_ps, self.model)
         out = self.node.out
         for k in range(int(self.waiting)):
             identifier, data = int(out.identifier[k]), int(out.payload[k]).to_bytes(8, "little", signed=True)

@@ -101,7 +101,7 @@ def together(cable):
     from rtec.predictors import BidirectionalTable
     from rtec.requester import Conversation, PcNode, Precautions
 
-    def make(moves=(), axes=(1,), table=None, speed=1.0):
+    def make(moves=(), axes=(1,), table=None, speed=1.0, temperatures=()):
         table = table or BidirectionalTable(
             forward_positions_mm=[-50, 50],
             forward_errors_mm=[0.012, 0.012],
@@ -118,6 +118,7 @@ def together(cable):
                 count_mm=0.001,
                 step_counts=4,
                 word_limit=127,
+                temperatures=temperatures,
                 start_ps=cable[0].clock.now_ps + (2 + k) * MS,
             )
             for k, axis in enumerate(axes)

@@ -1,16 +1,14 @@
-"""Orders, programs, predictors seen from home, waveforms, pictures, the wish to stop."""
+"""Orders, programs, waveforms, pictures, the wish to stop."""
 
 import io
 import signal
 
-import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.live.figures import spread_ms
 from rtec.live.orders import FAULTS, Word, carry_out, parse_order
 from rtec.live.picture import picture
-from rtec.live.placed import placed
 from rtec.live.programs import read_moves
 from rtec.live.screen_process import TypedText, last_document
 from rtec.live.stopping import StopWish
@@ -19,7 +17,6 @@ from rtec.live.words import ALARM_WORDS, STATUS_WORDS
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.metrology import MeasuringPlan, measuring_program
-from rtec.predictors import LatheNetwork, NoError, UnidirectionalTable
 from rtec.requester import Status
 
 US = 10**6
@@ -111,27 +108,6 @@ def test_a_file_that_is_no_program(tmp_path):
     (tmp_path / "x.nc").write_text("G00 X1")
     with pytest.raises(FileFormatError, match="line 1"):
         read_moves(tmp_path / "x.nc", home_mm=0.0)
-
-
-def test_the_lathe_seen_from_home():
-    lathe = LatheNetwork()
-    near = placed(lathe, home_mm=25.4)
-    assert near.range_mm == pytest.approx((-1.0, 991.6))
-    x = np.linspace(0.01, 990.0, 501)
-    inside = np.abs((x + 25.4 + 0.05) % 6.35 - 0.05) > 0.06  # the network jumps at each turn of the screw
-    for way in (1, -1):
-        off = np.abs(near.error_mm(x, way) - lathe.error_mm(x + 25.4, way))
-        assert off[inside].max() < 0.0002
-
-
-def test_a_table_seen_from_home():
-    table = UnidirectionalTable(positions_mm=[10.0, 20.0], errors_mm=[0.001, 0.002], backlash_mm=0.01)
-    near = placed(table, home_mm=10.0, margin_mm=2.0)
-    assert near.error_mm([0.0, 5.0, 10.0, 12.0], [1, 1, -1, 1]) == pytest.approx([0.001, 0.0015, 0.012, 0.002])
-    assert near.range_mm == (-2.0, 12.0)
-    assert placed(NoError(), home_mm=0.0).error_mm(3.0, 1) == 0.0
-    with pytest.raises(ArgumentError, match="10 to 20 mm, the range of the predictor"):
-        placed(table, home_mm=0.0)
 
 
 def test_waveform_shows_the_box_changing_its_lines():

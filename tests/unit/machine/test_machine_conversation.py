@@ -30,10 +30,7 @@ class Paused:
         self.state = parts.state()
         self.end_ps = end_ps(motion)
         _, self._arrays = closed_loop._arrays(parts, motion, motion)
-        self._models = (
-            parts.axis_error.kind, parts.axis_error.packed, parts.model.kind, parts.model.packed,
-            parts.own_table.kind, parts.own_table.packed,
-        )  # fmt: skip
+        self._models = parts.bound_models()
 
     def run(self, until_ps):
         _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, None, None)

@@ -54,7 +54,7 @@ def test_written_in_mm_reads_back_to_the_same_numbers(tmp_path, table):
 def test_written_in_other_units(tmp_path, unit):
     write_table(BOTH, tmp_path / "t.csv", unit=unit)
     assert f"position_{unit.name.lower()}" in (tmp_path / "t.csv").read_text()
-    assert_allclose(read_table(tmp_path / "t.csv").packed, BOTH.packed, rtol=1e-14)
+    assert_allclose(read_table(tmp_path / "t.csv").numbers, BOTH.numbers, rtol=1e-14)
 
 
 def test_tables_with_different_positions_are_not_written(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from rtec.errors import ArgumentError
-from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Outside, Predictor, SigmoidLayer, SigmoidNetwork, _kernels
+from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Outside, Predictor, SigmoidLayer, SigmoidNetwork
 
 INCH = 25.4
 LATHE = LatheNetwork()
@@ -121,11 +121,11 @@ def test_bad_positions_and_directions(position, direction, named):
     assert caught.value.name == named
 
 
-def test_packed_is_a_fresh_array_of_one_type():
-    first = LATHE.packed
+def test_numbers_are_a_fresh_array_of_one_type():
+    first = LATHE.numbers
     first[:] = 0.0
     assert first.flags.writeable
-    assert np.any(LATHE.packed != 0.0)
+    assert np.any(LATHE.numbers != 0.0)
     assert isinstance(LATHE, Predictor)
     assert LATHE == LatheNetwork()
     assert hash(LATHE) == hash(LatheNetwork())
@@ -195,8 +195,7 @@ def test_large_inputs_saturate_without_overflow():
 SAMPLE = """
 import numpy as np
 from numba import config
-from rtec.predictors import LatheNetwork, BidirectionalTable, SigmoidLayer, SigmoidNetwork, _kernels
-from rtec.predictors._kernels import predict_mm
+from rtec.predictors import LatheNetwork, BidirectionalTable, NoError, SigmoidLayer, SigmoidNetwork
 print(int(config.DISABLE_JIT))
 lathe = LatheNetwork()
 grid = np.linspace(20.0, 1030.0, 60)
@@ -204,7 +203,7 @@ table = BidirectionalTable.sampled_from(lathe, grid[5:40:7])
 for predictor in (lathe, table):
     for direction in (1, -1):
         print(*(float(x).hex() for x in predictor.error_mm(grid, direction)))
-print(predict_mm(_kernels.NONE, np.zeros(1), 3.0, 1))
+print(NoError().error_mm(3.0, 1))
 layer = SigmoidLayer(position_weights=[1e6, -1e6], forward_biases=[0, 0], reverse_biases=[0, 0],
                      output_weights=[1, 1], output_bias=0)
 print(SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=5, range_mm=(0, 9)).error_mm([0.1, 9.0], 1).tolist())
@@ -231,9 +230,3 @@ def test_the_same_numbers_without_compilation_and_no_warning():
         assert len(values[0]) == 60
         assert_allclose(values[0], values[1], rtol=1e-12)
     assert compiled[5:] == plain[5:] == ["0.0", "[50.8, 50.8]"]
-
-
-def test_none_is_zero_whatever_is_packed():
-    error = np.full(2, 7.0)
-    _kernels.predict_many(_kernels.NONE, np.array([9.0]), np.array([1.0, 2.0]), np.array([1, -1]), error)
-    assert error.tolist() == [0.0, 0.0]

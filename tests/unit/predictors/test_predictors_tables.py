@@ -195,8 +195,8 @@ def test_tables_are_frozen_values():
 @pytest.mark.parametrize("predictor", [ONE_WAY, BOTH_WAYS, NoError(), LatheNetwork()])
 def test_every_predictor_keeps_the_protocol(predictor):
     assert isinstance(predictor, Predictor)
-    packed = predictor.packed
-    assert (packed.dtype, packed.ndim, packed.flags.c_contiguous, packed.flags.writeable) == (
+    numbers = predictor.numbers
+    assert (numbers.dtype, numbers.ndim, numbers.flags.c_contiguous, numbers.flags.writeable) == (
         np.float64,
         1,
         True,

@@ -3,8 +3,9 @@
 import pytest
 from node_oracle import CORRECTIONS, ENABLE, GO_HOME, POSITION, PROBE, REQUEST, STATUS, Request, sealed
 
+from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
-from rtec.predictors import UnidirectionalTable
+from rtec.predictors import LatheNetwork, UnidirectionalTable
 from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Status
 
 MS = 10**9
@@ -53,6 +54,36 @@ class Desk:
 @pytest.fixture
 def desk():
     return Desk()
+
+
+def node_at(home_mm, predictor, margin_mm=0.0):
+    desk = Desk()
+    desk.pc = PcNode(
+        Conversation(), Precautions(), axis=1, predictor=predictor, count_mm=0.001, step_counts=4, word_limit=127,
+        home_mm=home_mm, margin_mm=margin_mm,
+    )  # fmt: skip
+    desk.cycle(NOT_HOMED, valid=0)
+    desk.cycle(RUNNING)
+    return desk
+
+
+def test_positions_of_the_predictor_begin_at_home():
+    lathe = LatheNetwork()
+    desk = node_at(254.0, lathe)
+    for position in (0, 1500, 3000):
+        desk.cycle(RUNNING, position=position, totals=desk.pc.view.requested)
+        assert desk.pc.position_mm == pytest.approx(254.0 + position / 1000)
+        assert desk.pc.view.target == pytest.approx(lathe.error_mm(desk.pc.position_mm, 1) / 0.004, abs=0.6)
+
+
+@pytest.mark.parametrize(("margin_mm", "state"), [(0.0, PcState.HOLD), (1.0, PcState.ACTIVE)])
+def test_beyond_its_ends_a_predictor_is_asked_within_the_margin_only(margin_mm, state):
+    table = UnidirectionalTable(positions_mm=[10.0, 20.0], errors_mm=[0.004, 0.004], backlash_mm=0.0)
+    desk = node_at(10.0, table, margin_mm)
+    desk.cycle(RUNNING, position=-900, totals=1)
+    assert desk.pc.view.state is state
+    with pytest.raises(ArgumentError, match="10 to 20 mm, the range of the predictor"):
+        node_at(0.0, table)
 
 
 def test_the_start_in_order(desk):

@@ -1,0 +1,79 @@
+"""Models of one's own: what is checked before they run, and how they are compiled."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rtec.errors import ArgumentError
+from rtec.predictors import LatheNetwork, Model, NoError, Predictor, StepModel
+from rtec.predictors.binding import bound, rests
+
+
+def slope(numbers, inputs, memory, sd):
+    return numbers[0] * inputs[0]
+
+
+def words(numbers, inputs, memory, sd):
+    return "much"
+
+
+def not_compiled(numbers, inputs, memory, sd):
+    return open("x").read() + numbers[0]
+
+
+MODEL = StepModel(function=slope, inputs=("position",), numbers=[0.001])
+
+
+def test_a_model_of_ones_own_is_a_model_and_no_curve():
+    assert isinstance(MODEL, Model)
+    assert not isinstance(MODEL, Predictor)
+    assert isinstance(LatheNetwork(), Model)
+
+
+def test_what_rests_with_the_axis():
+    assert rests(NoError())
+    assert rests(MODEL)
+    assert not rests(StepModel(function=slope, inputs=("time",), numbers=[1.0]))
+    assert not rests(StepModel(function=slope, inputs=("position",), numbers=[1.0], memory=[0.0]))
+
+
+def test_what_is_bound_has_room_of_its_own():
+    one, other = bound(MODEL, places=3), bound(MODEL)
+    assert one[5] is not other[5]
+    assert one[6].shape == (3, 0)
+    assert np.isnan(one[7]).all()
+    assert one[7].shape == (3,)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"inputs": ()}, "one or more sensors"),
+        ({"inputs": ("position", "position")}, "each once"),
+        ({"numbers": [1.0, math.nan]}, "finite numbers"),
+        ({"numbers": "many"}, "a list of numbers"),
+        ({"memory": [math.inf]}, "finite numbers"),
+        ({"ranges": {"velocity": (0.0, 1.0)}}, "an input: position"),
+        ({"range_mm": (5.0, 5.0)}, "a length above 0"),
+        ({"ranges": {"position": (5.0, 1.0)}}, "a length above 0"),
+    ],
+)
+def test_what_is_wrong_is_said_at_once(wrong, says):
+    with pytest.raises(ArgumentError, match=says):
+        StepModel(**({"function": slope, "inputs": ("position",)} | wrong))
+
+
+@pytest.mark.parametrize(
+    ("model", "says"),
+    [
+        (StepModel(function=words), "returns a float"),
+        (StepModel(function=not_compiled), "numba can compile"),
+        (StepModel(function=slope, inputs=("speed",)), "did you mean|what is sensed"),
+        (StepModel(function=slope, inputs=("position_16",)), "what is sensed"),
+        (StepModel(function=slope, inputs=("temperature_bed",)), "what is sensed"),
+    ],
+)
+def test_what_cannot_be_bound_says_why(model, says):
+    with pytest.raises(ArgumentError, match=says):
+        bound(model)
