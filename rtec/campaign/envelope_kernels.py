@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model.core._layout import STOP, STOP_FAULT
-from rtec._jit import Record, helper, kernel
+from rtec._jit import Record, array_kernel, helper
 from rtec.board._board_kernels import COMPLETED, WORDS, board_ask, play, signed_word
 from rtec.controller._kernels import receiver_edge, receiver_settle
 
@@ -61,7 +61,7 @@ def judge(
     return NOT_COMPLETED if verdict == SAFE and done != total else verdict
 
 
-@kernel
+@array_kernel
 def sweep(
     b: Record,
     raw_b: Bytes,

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import kernel
+from rtec._jit import array_kernel
 
 ANCHOR = 32
 """Frequencies from one exact sine to the next; turning on from there loses 1e-14 at most."""
 
 
-@kernel
+@array_kernel
 def fill_waves(first: float, step: float, position: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Fill ``out[k, 0]`` and ``out[k, 1]`` with sine and cosine of ``2 pi (first + k step) position``.
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import helper, kernel
+from rtec._jit import array_helper, array_kernel
 
 _GAIN = 1e-9
 _ROUNDS = 12
 
 
-@helper
+@array_helper
 def eliminate(upper: NDArray[np.float64], count: int) -> float:
     """Factorise the first columns of an upper triangle, take them out of the rest; return the log of the pivots."""
     total = 0.0
@@ -30,7 +30,7 @@ def eliminate(upper: NDArray[np.float64], count: int) -> float:
     return total
 
 
-@helper
+@array_helper
 def log_likelihood(products: NDArray[np.float64], readings: float, deviations: NDArray[np.float64]) -> float:
     """Return the log marginal likelihood for one set of prior deviations; a deviation of 0 leaves a column out."""
     used = np.flatnonzero(deviations)
@@ -48,7 +48,7 @@ def log_likelihood(products: NDArray[np.float64], readings: float, deviations: N
     return float(-0.5 * readings * np.log(max(upper[n, n], 1e-300)) - log_pivots)
 
 
-@helper
+@array_helper
 def at_places(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64],
@@ -61,7 +61,7 @@ def at_places(
     return log_likelihood(products, readings, deviations)
 
 
-@kernel
+@array_kernel
 def shift(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64],
@@ -80,7 +80,7 @@ def shift(
     return best
 
 
-@helper
+@array_helper
 def without_block(
     products: NDArray[np.float64], own: NDArray[np.int64], rest: NDArray[np.int64], deviation: float,
     reduced: NDArray[np.float64],
@@ -106,7 +106,7 @@ def without_block(
     return total
 
 
-@helper
+@array_helper
 def kept(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64], own: NDArray[np.int64], rest: NDArray[np.int64], reduced: NDArray[np.float64],
@@ -124,7 +124,7 @@ def kept(
     return float(at_places(reduced[at], readings, block[rest[:-1]], ladder, places) - log_pivots[at])
 
 
-@kernel
+@array_kernel
 def climb(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], optional: NDArray[np.bool_],
     ladder: NDArray[np.float64], rare: float, entrances: NDArray[np.int64], places: NDArray[np.int64],

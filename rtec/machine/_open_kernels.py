@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, kernel, step
+from rtec._jit import Record, array_kernel, kernel, step
 from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, jitter, steady_crossing
 from rtec.controller._kernels import RECEIVER, X4, receiver_edge, receiver_reset, receiver_settle
 from rtec.injector._design_kernels import B
@@ -176,7 +176,7 @@ def start(m: Record, count: int) -> None:
     m.due = m.edges - 1
 
 
-@kernel
+@array_kernel
 def run(m: Record, edges: int, tape: Any) -> None:
     """Move over the next ``edges`` lines at constant speed."""
     e = m.encoder

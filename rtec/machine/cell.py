@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rtec._jit import new_record
+from rtec._jit import new_record, prepared
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels, _station_kernels, _station_line_kernels
@@ -135,8 +135,7 @@ class Cell:
     def run(self, *, until_ps: int) -> None:
         """Run to ``until_ps``; time never runs back."""
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
-        run: Any = _cell_kernels.run
-        run(self._cell, self._stations, self._pcs, self._faults, until_ps, *self._program, self._model)
+        self._run(self._cell, self._stations, self._pcs, self._faults, until_ps, *self._program, self._model)
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
@@ -158,6 +157,8 @@ class Cell:
         for pc in self._pcs:
             pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
         self._model = bound(predictor, self._temperatures, places=len(self._pcs))
+        parts = self._cell, self._stations, self._pcs, self._faults
+        self._run = prepared(_cell_kernels.run, *parts, 0, *self._program, self._model)
 
     @property
     def now_ps(self) -> int:

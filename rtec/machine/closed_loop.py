@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model import Fault
-from rtec._jit import Record, new_record
+from rtec._jit import Record, new_record, prepared
 from rtec.axis import Encoder, MotionSegments, Servo
 from rtec.board import Board, Microcontroller
 from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
@@ -275,7 +275,7 @@ def run_machine(
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
     trace: Any = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
-    advance: Any = _loop_kernels.run
+    advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box)
     begun = time.perf_counter()
     for part in range(1, slices + 1):
         until_ps = total_ps * part // slices

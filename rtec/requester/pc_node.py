@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rtec._jit import new_record
+from rtec._jit import new_record, prepared
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
@@ -149,6 +149,7 @@ class PcNode:
             raise ArgumentError("home_mm", f"{home_mm:g} mm", allowed, "say where the axis' home is in it")
         self._node.low_mm, self._node.high_mm = max(low_mm - margin_mm, -1e9), min(high_mm + margin_mm, 1e9)
         self._model = bound(predictor, self._temperatures)
+        self._turn = prepared(_pc_node_kernels.turn, self._node, 0, self._model)
 
     def feel(self, name: str, degc: float) -> None:
         """Take the reading of a temperature sensor, in degrees Celsius; it holds until the next."""
@@ -180,7 +181,7 @@ class PcNode:
 
     def turn(self, *, at_ps: int) -> list[Frame]:
         """Take a turn; return the frames to send."""
-        _pc_node_kernels.turn(self._node, at_ps, self._model)
+        self._turn(self._node, at_ps, self._model)
         out = self._node.out
         frames = [Frame.of_payload(int(out.identifier[k]), int(out.payload[k])) for k in range(int(out.waiting))]
         out.waiting = 0
