@@ -76,14 +76,30 @@ def array_kernel(function: _F) -> _F:
 
 
 def by_address(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Return a function, a kernel or one of the user's, as a value that kernels call by its address.
+    """Return a kernel, compiled for types of arguments, as a value that other kernels call by its address.
 
     Raises
     ------
     numba.core.errors.NumbaError
         A function that cannot be compiled.
     """
-    return _processor.address_of(function if hasattr(function, "py_func") else _compile(function), arguments)
+    return _processor.address_of(function, arguments)
+
+
+def guarded(function: Callable[..., Any]) -> Any:
+    """Return a user's function of arrays, compiled so that it cannot write beside them; no number where it raises.
+
+    Called by its address, a function that raises would return zero.
+    """
+    checked: Any = function if hasattr(function, "py_func") else _compile(function, boundscheck=True)
+
+    def call(numbers: Any, inputs: Any, memory: Any, sd: Any) -> float:
+        try:
+            return float(checked(numbers, inputs, memory, sd))
+        except Exception:
+            return float(np.nan)
+
+    return _compile(call)
 
 
 def prepared(function: Any, *arguments: object) -> Any:

@@ -15,7 +15,7 @@ from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.predictors import BidirectionalTable, Predictor
-from rtec.predictors.binding import bound
+from rtec.predictors.binding import bound_curve
 from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
 from rtec.signal import NEVER
 
@@ -136,7 +136,7 @@ class WatchedCell(Cell):
         super().__init__(stations, moves, predictor, faults=faults)
         self._slice_ps = slice_ps
         self._freeze_ps = NEVER
-        self._truth = bound(predictor if truth is None else truth)
+        self._truth = bound_curve(predictor if truth is None else truth, "truth")
         self._watches = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
         for record, station in zip(self._watches, stations, strict=True):
             step_counts = station.injector.design.step_counts
@@ -164,7 +164,7 @@ class WatchedCell(Cell):
 
     def truth_is(self, predictor: Predictor) -> None:
         """Take another prediction for the healthy one from now on."""
-        self._truth = bound(predictor)
+        self._truth = bound_curve(predictor, "truth")
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode; totals are to stay once the last requests have arrived."""

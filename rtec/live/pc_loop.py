@@ -14,8 +14,6 @@ from rtec.requester import HoldReason, PcNode, PcState
 MOST_KEPT = 1 << 20
 """Turns and answers that are kept for the figures at the end: three hours at 10 ms."""
 
-_KINDS = 0x7F0 & ~AXIS_BITS
-
 
 class PcLoop:
     """The nodes of one PC, an axis each, on one transport.
@@ -102,8 +100,9 @@ class PcLoop:
             self.late_ps.append(now_ps - node.due_ps)
         if self.transport.state is BusState.OFF:
             node.hold(HoldReason.BUS_OFF, at_ps=now_ps)
-        for other in self.nodes:
-            node.see_axis(other.axis, other.position_mm)
+        if node.sees_axes:
+            for other in self.nodes:
+                node.see_axis(other.axis, other.position_mm)
         frames = node.turn(at_ps=now_ps)
         if self.lost is None:
             try:

@@ -38,13 +38,13 @@ from rtec.machine._station_line_kernels import (
     strike,
 )
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
-from rtec.predictors._kernels import AXES, believed_mm
+from rtec.predictors._kernels import AXES
 from rtec.requester._box_node_kernels import box_receive
-from rtec.requester._pc_kernels import HOLD as HOLDING, sense
+from rtec.requester._pc_kernels import HOLD as HOLDING
 from rtec.requester._pc_node_kernels import (
     BUS_OFF,
     OTHER_AXIS,
-    pc_finish,
+    pc_believe,
     pc_hold,
     pc_node_start,
     pc_prepare,
@@ -182,12 +182,11 @@ def turn_pc(
         pc_hold(n, pc_ps, BUS_OFF)
     if pc_prepare(n, pc_ps):
         for j in range(pcs.size):
-            p = pcs[j].pc
-            seen_mm = p.home_mm + p.position * p.count_mm
-            n.pc.sensors[AXES + j] = seen_mm if pcs[j].has_position == 1 else math.nan
+            other = pcs[j]
+            known = other.has_position == 1 and other.valid == 1
+            n.pc.sensors[AXES + j] = other.pc.home_mm + other.position * other.pc.count_mm if known else math.nan
         read_thermometers(c.thermometers, t_ps, n.pc.sensors)
-        sense(n.pc, pc_ps)
-        pc_finish(n, pc_ps, believed_mm(model, n.pc.sensors, i))
+        pc_believe(n, pc_ps, model, i)
         late = abs(n.pc.target - stations[i].injector.completed)
         c.late_steps[i] = max(c.late_steps[i], late)
     for k in range(n.out.waiting):

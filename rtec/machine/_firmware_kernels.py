@@ -84,7 +84,8 @@ def take_words(m: Record, box: Any, t_ps: int) -> None:
 def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Bytes) -> None:
     """Compare the processor with what it was at the snapshot."""
     if rest.state == WANTED:
-        snapshot[:] = mem[:STATE_BYTES]
+        for i in range(STATE_BYTES):
+            snapshot[i] = mem[i]
         rest.cycle = h[CYCLES]
         rest.state = TAKEN
     elif rest.state == TAKEN:

@@ -126,7 +126,7 @@ def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
         return
     if pc_read(m.pc, m.up, t_ps):
         read_thermometers(m.thermometers, t_ps, m.pc.sensors)
-        sense(m.pc, t_ps)
+        sense(m.pc, t_ps, m.up.delivered_ps, 1)
         pc_request(m.pc, m.down, t_ps, believed_mm(model, m.pc.sensors, 0))
 
 

@@ -153,10 +153,11 @@ class Cell:
 
     def predict_by(self, predictor: Model) -> None:
         """Give the PC another predictor from now on."""
+        count = len(self._pcs)
+        self._model = bound(predictor, self._temperatures, axes=count, places=count)
         low_mm, high_mm = predictor.range_mm
         for pc in self._pcs:
             pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
-        self._model = bound(predictor, self._temperatures, places=len(self._pcs))
         parts = self._cell, self._stations, self._pcs, self._faults
         self._run = prepared(_cell_kernels.run, *parts, 0, *self._program, self._model)
 

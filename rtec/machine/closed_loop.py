@@ -28,7 +28,7 @@ from rtec.machine.play import check_play
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
-from rtec.predictors.binding import bound, rests
+from rtec.predictors.binding import bound, bound_curve, rests
 from rtec.requester import Conversation, Status
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
@@ -49,7 +49,7 @@ class Ending(enum.Enum):
 
     FINISHED = _loop_kernels.FINISHED
     HELD = _loop_kernels.HELD
-    """The PC held the machine after "I Still Don't Believe You"."""
+    """The PC held the machine: after "I Still Don't Believe You", or because its model had no answer."""
     FAULTED = _loop_kernels.FAULTED
     """The controller latched a servo fault."""
 
@@ -119,6 +119,7 @@ class Machine:
 
     def __post_init__(self) -> None:
         """Check that the true error is one that a play between two flanks can have, and the box one for the loop."""
+        names_of(self.thermometers)
         check_play(self.axis_error)
         if self.microcontroller is not None:
             talk = self.conversation
@@ -165,7 +166,8 @@ class Machine:
 
     def bound_models(self) -> tuple[Any, Any, Any]:
         """Return the true error, what the PC believes and the controller's own table as the kernel takes them."""
-        return bound(self.axis_error), bound(self.model, names_of(self.thermometers)), bound(self.own_table)
+        error, own = (bound_curve(getattr(self, name), name) for name in ("axis_error", "own_table"))
+        return error, bound(self.model, names_of(self.thermometers), axes=1), own
 
     def board(self) -> Board | None:
         """Return the box with its firmware, powered up and with its lines through, before time 0."""
@@ -255,8 +257,8 @@ def run_machine(
     Raises
     ------
     ArgumentError
-        A receiver whose counts are coarser than the encoder's, with a box that corrects by single counts; a run
-        longer than 50 days, or with more than 1e11 edges.
+        A model that looks at what the PC does not sense; a receiver whose counts are coarser than the encoder's, with
+        a box that corrects by single counts; a run longer than 50 days, or with more than 1e11 edges.
     """
     if machine.injector is not None and machine.receiver.multiplication is not Multiplication.X4:
         raise ArgumentError(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
 from rtec.predictors import BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors.binding import bound_curve
 
 GRID_POINTS = 4001
 NEAREST_MM = 1e-6
@@ -31,6 +32,7 @@ def check_play(error: Predictor) -> None:
     >>> from rtec.predictors import LatheNetwork
     >>> check_play(LatheNetwork())
     """
+    bound_curve(error, "axis_error")
     grid = _points(error)
     if grid.size < 2:
         return

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rtec._jit import Record
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
-from rtec.predictors._kernels import MOST_TEMPERATURES
-
-_NAME = re.compile(r"[a-z][a-z0-9_]{0,31}", re.ASCII)
+from rtec.predictors.binding import sensor_names
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +47,10 @@ class Thermometer:
 
     def __post_init__(self) -> None:
         """Check name and ranges."""
-        if not _NAME.fullmatch(self.name):
-            raise ArgumentError("name", repr(self.name)[:60], "1 to 32 small letters, digits and underscores")
+        try:
+            sensor_names([self.name])
+        except ArgumentError as error:
+            raise ArgumentError("name", error.value, error.allowed) from None
         number_within("start_degc", self.start_degc, -273.15, 1000.0, unit="degC")
         number_within("rise_k", self.rise_k, -1000.0, 1000.0, unit="K")
         number_within("time_constant_s", self.time_constant_s, 1e-3, 1e6, unit="s")
@@ -65,10 +64,7 @@ def names_of(thermometers: Sequence[Thermometer]) -> tuple[str, ...]:
     >>> names_of([Thermometer(name="screw"), Thermometer(name="bed")])
     ('screw', 'bed')
     """
-    names = tuple(one.name for one in thermometers)
-    if len(names) > MOST_TEMPERATURES or len(set(names)) != len(names):
-        raise ArgumentError("thermometers", ", ".join(names)[:200], f"at most {MOST_TEMPERATURES}, each name once")
-    return names
+    return sensor_names([one.name for one in thermometers])
 
 
 def fill_thermometers(record: Record, thermometers: Sequence[Thermometer]) -> None:

@@ -10,7 +10,7 @@ from rtec.predictors._rows import LengthUnit
 from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
 from rtec.predictors.network import LatheNetwork, SigmoidLayer, SigmoidNetwork
 from rtec.predictors.protocol import FORWARD, REVERSE, Model, NoError, Outside, Predictor
-from rtec.predictors.step_model import StepModel
+from rtec.predictors.step_model import StepModel, growth
 from rtec.predictors.table_files import read_table, write_table
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 
@@ -29,6 +29,7 @@ __all__ = [
     "SigmoidNetwork",
     "StepModel",
     "UnidirectionalTable",
+    "growth",
     "read_linuxcnc_table",
     "read_table",
     "write_table",

@@ -165,7 +165,7 @@ def believed_mm(model: Any, sensors: npt.NDArray[np.float64], place: int) -> flo
     sd[place] = math.nan
     for k in range(wanted.size):
         inputs[k] = sensors[wanted[k]]
-        if not low[k] <= inputs[k] <= high[k]:  # nor is a sensor that is not there
+        if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
             return math.nan
     return float(function(numbers, inputs, memory[place], sd[place : place + 1]))
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
 
-from rtec._jit import by_address
+from rtec._jit import by_address, guarded
 from rtec.errors import ArgumentError, nearest
 from rtec.predictors import _kernels
 
@@ -24,11 +25,20 @@ _PLACES = {
     "direction": _kernels.DIRECTION,
     "velocity": _kernels.VELOCITY,
     "time": _kernels.TIME,
-} | {f"{OF_AXIS}{axis}": _kernels.AXES + axis - 1 for axis in range(1, _kernels.MOST_AXES + 1)}
+}
 _ARRAY = numba.float64[::1]
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,31}", re.ASCII)
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
-def bound(model: Model, temperatures: Sequence[str] = (), *, places: int = 1) -> tuple[Any, ...]:
+def bound(
+    model: Model,
+    temperatures: Sequence[str] = (),
+    *,
+    axes: int = _kernels.MOST_AXES,
+    places: int = 1,
+    margin_mm: float = 0.0,
+) -> tuple[Any, ...]:
     """Return a model as the kernels take it, with room of its own for inputs and memory.
 
     Parameters
@@ -37,9 +47,12 @@ def bound(model: Model, temperatures: Sequence[str] = (), *, places: int = 1) ->
         What is believed of an axis.
     temperatures
         Names of the temperature sensors, as in ``temperature_NAME``, in the order in which they are read.
-
+    axes
+        Number of axes whose positions the PC knows.
     places
-        Number of axes at which it is at work: each has a memory of its own.
+        Number of axes at which the model is at work: each has a memory of its own.
+    margin_mm
+        How far beyond the ends of its positions a model is still asked. A curve holds its ends.
 
     Raises
     ------
@@ -53,21 +66,41 @@ def bound(model: Model, temperatures: Sequence[str] = (), *, places: int = 1) ->
     >>> wanted.tolist()
     [0, 1]
     """
-    known = _PLACES | {OF_TEMPERATURE + name: _kernels.TEMPERATURES + k for k, name in enumerate(temperatures)}
     names = tuple(model.inputs)
+    heat = {OF_TEMPERATURE + name: k for k, name in enumerate(sensor_names(temperatures), _kernels.TEMPERATURES)}
+    known = _PLACES | {f"{OF_AXIS}{axis + 1}": _kernels.AXES + axis for axis in range(axes)} | heat
     for name in names:
         if name not in known:
-            here = [*CURVE, "velocity", "time", f"{OF_AXIS}1", *(OF_TEMPERATURE + t for t in temperatures)]
-            raise ArgumentError(
-                "model", f"an input {name!r}"[:80], f"what is sensed: {', '.join(here)}", nearest(name, here)
-            )
-    low, high = np.full((2, len(names)), [[-np.inf], [np.inf]])
-    for k, name in enumerate(names):
-        low[k], high[k] = model.ranges.get(name, (-np.inf, np.inf))
+            several = f"{OF_AXIS}1" + (f" to {OF_AXIS}{axes}" if axes > 1 else "")
+            allowed = f"what is sensed: {', '.join([*_PLACES, several, *heat])}"
+            raise ArgumentError("model", f"an input {name!r}"[:80], allowed, nearest(name, known))
+    ranges = dict(model.ranges)
+    if not hasattr(model, "error_mm"):
+        low_mm, high_mm = model.range_mm
+        ranges["position"] = low_mm - margin_mm, high_mm + margin_mm
+    low, high = np.array([ranges.get(name, (-np.inf, np.inf)) for name in names], dtype=np.float64).reshape(-1, 2).T
     numbers, memory = (np.array(values, dtype=np.float64) for values in (model.numbers, model.memory))
-    wanted = np.array([known[name] for name in names], dtype=np.int64)
-    inputs, each = np.zeros(len(names)), np.tile(memory, (places, 1))
-    return _address(model.function), numbers, wanted, low, high, inputs, each, np.full(places, np.nan)
+    return (
+        _address(model.function),
+        numbers,
+        np.array([known[name] for name in names], dtype=np.int64),
+        low.copy(),
+        high.copy(),
+        np.zeros(len(names)),
+        np.tile(memory, (places, 1)),
+        np.full(places, np.nan),
+    )
+
+
+def bound_curve(curve: Model, name: str = "curve") -> tuple[Any, ...]:
+    """Return a curve as the kernels take it: a model of position and direction alone, which remembers nothing.
+
+    ``name`` is what an error message calls it.
+    """
+    if tuple(curve.inputs) != CURVE or np.size(curve.memory):
+        found = f"a model of {', '.join(curve.inputs)}" + (" with a memory" if np.size(curve.memory) else "")
+        raise ArgumentError(name, found[:200], f"a curve: of {' and '.join(CURVE)} alone")
+    return bound(curve)
 
 
 def rests(model: Model) -> bool:
@@ -75,15 +108,44 @@ def rests(model: Model) -> bool:
     return set(model.inputs) <= set(CURVE) and np.size(model.memory) == 0
 
 
+def sees_axes(model: Model) -> bool:
+    """Return whether a model looks at positions of axes by their numbers."""
+    return any(name.startswith(OF_AXIS) for name in model.inputs)
+
+
+def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of temperature sensors.
+
+    Raises
+    ------
+    ArgumentError
+        Too many, one twice, or one that is no name.
+
+    Examples
+    --------
+    >>> sensor_names(["screw", "bed"])
+    ('screw', 'bed')
+    """
+    found = (names,) if isinstance(names, str) else tuple(names)
+    for name in found:
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            raise ArgumentError("temperatures", repr(name)[:60], "1 to 32 small letters, digits and underscores")
+    most = _kernels.MOST_TEMPERATURES
+    if len(found) > most or len(set(found)) != len(found):
+        raise ArgumentError("temperatures", ", ".join(found)[:200], f"at most {most} sensors, each name once")
+    return found
+
+
 @functools.cache
 def _address(function: Callable[..., float]) -> Any:
+    """Return the address of a function; one of the user's may raise, and says no number then."""
+    own = getattr(function, "__module__", "") == _kernels.__name__
     try:
-        found = by_address(function, (_ARRAY,) * 4)
-    except numba.core.errors.NumbaError as error:
-        why = str(error).strip().splitlines()[0][:200]
-        allowed = "a function (numbers, inputs, memory, sd) that numba can compile"
-        raise ArgumentError("function", getattr(function, "__name__", "?"), allowed, why) from None
-    if not callable(getattr(found, "signature", None)) or found.signature().return_type == numba.float64:
-        return found
-    returned = found.signature().return_type
-    raise ArgumentError("function", f"one that returns {returned}", "one that returns a float, the error in mm")
+        return by_address(function if own else guarded(function), (_ARRAY,) * 4)
+    except (numba.core.errors.NumbaError, TypeError, RuntimeError, ValueError) as error:
+        lines = [line.strip() for line in _COLOUR.sub("", str(error)).splitlines()]
+        why = next((line for line in lines if line and not line.startswith(("Failed in", "During", "File"))), "")
+        allowed = "a function (numbers, inputs, memory, sd) of the error in mm that numba can compile"
+        raise ArgumentError(
+            "function", getattr(function, "__name__", repr(function)[:60]), allowed, why[:200]
+        ) from None

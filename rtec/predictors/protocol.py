@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
-from rtec.predictors.binding import CURVE, bound
+from rtec.predictors.binding import CURVE, bound_curve
 
 Floats = npt.NDArray[np.float64]
 
@@ -149,7 +149,7 @@ class Curve(ABC):
             self._refuse_outside(position)
         x_mm = np.array(position, dtype=np.float64).ravel()
         error = np.empty_like(x_mm)
-        _kernels.errors_along(bound(self), x_mm, np.array(way, dtype=np.int64).ravel(), error)
+        _kernels.errors_along(bound_curve(self), x_mm, np.array(way, dtype=np.int64).ravel(), error)
         return error.reshape(position.shape)
 
     def _refuse_outside(self, position_mm: Floats) -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
+from rtec.predictors import _kernels
 from rtec.predictors._columns import LARGEST
-from rtec.predictors.binding import CURVE
+from rtec.predictors.binding import CURVE, OF_TEMPERATURE
 from rtec.predictors.protocol import Floats
 
 
@@ -61,23 +62,61 @@ class StepModel:
 
     def __post_init__(self) -> None:
         """Check what can be checked before the machine is known."""
+        if not callable(self.function):
+            raise ArgumentError("function", repr(self.function)[:60], "a function (numbers, inputs, memory, sd)")
         object.__setattr__(self, "inputs", _names(self.inputs))
         for name in ("numbers", "memory"):
             object.__setattr__(self, name, _finite(name, getattr(self, name)))
-        for name, (low, high) in {"position": self.range_mm, **self.ranges}.items():
-            if name != "position" and name not in self.inputs:
-                raise ArgumentError("ranges", name, f"an input: {', '.join(self.inputs)}")
-            if not low < high:
-                raise ArgumentError(
-                    f"range of {name}", f"{low:g} to {high:g}", "the lower end first, and a length above 0"
-                )
-        object.__setattr__(self, "ranges", dict(self.ranges))
+        if not isinstance(self.ranges, Mapping):
+            raise ArgumentError(
+                "ranges", repr(self.ranges)[:60], "the lowest and highest value by the name of an input"
+            )
+        object.__setattr__(self, "range_mm", _range("range_mm", self.range_mm))
+        ranges = {name: _range(f"range of {name}", ends) for name, ends in self.ranges.items()}
+        for name in ranges:
+            if name not in self.inputs or name == "position":
+                others = ", ".join(other for other in self.inputs if other != "position")
+                raise ArgumentError("ranges", str(name)[:60], f"an input: {others}", "positions have range_mm")
+        object.__setattr__(self, "ranges", ranges)
+
+
+def _range(name: str, ends: object) -> tuple[float, float]:
+    try:
+        low, high = (float(end) for end in ends)  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        raise ArgumentError(name, repr(ends)[:60], "its lower and its upper end") from None
+    if not low < high:
+        raise ArgumentError(name, f"{low:g} to {high:g}", "the lower end first, and a length above 0")
+    return low, high
+
+
+def growth(sensor: str, mm_per_k: float, *, from_degc: float = 20.0) -> StepModel:
+    """Return the model of an axis that grows in proportion to one temperature, the same everywhere.
+
+    Parameters
+    ----------
+    sensor
+        Name of the temperature sensor.
+    mm_per_k
+        Growth for each degree.
+    from_degc
+        Temperature at which there is none.
+
+    Examples
+    --------
+    >>> growth("screw", 0.002).inputs
+    ('temperature_screw',)
+    """
+    function: Callable[..., float] = _kernels.growth_error
+    return StepModel(function=function, inputs=(OF_TEMPERATURE + sensor,), numbers=[from_degc, mm_per_k])
 
 
 def _names(given: Sequence[str]) -> tuple[str, ...]:
-    names = (given,) if isinstance(given, str) else tuple(given)
-    if not names or len(set(names)) != len(names):
-        raise ArgumentError("inputs", ", ".join(names) or "none", "one or more sensors by name, each once")
+    names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Sequence) else ()
+    if not names or len(set(names)) != len(names) or not all(isinstance(name, str) for name in names):
+        raise ArgumentError(
+            "inputs", ", ".join(map(str, names))[:200] or "none", "one or more sensors by name, each once"
+        )
     return names
 
 

@@ -6,7 +6,7 @@ box has accepted, and never before the box has sampled the last request.
 
 ::
 
-    WAITING --home position read--> ACTIVE --fatal status read--> HOLD
+    WAITING --home position read--> ACTIVE --fatal status read, or a model without an answer--> HOLD
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from rtec._jit import Record, kernel, step
 from rtec.link._kernels import deliver, post
-from rtec.predictors._kernels import DIRECTION, POSITION, SENSORS, TIME, VELOCITY
+from rtec.predictors._kernels import AXES, DIRECTION, POSITION, SENSORS, TIME, VELOCITY
 from rtec.requester._box_kernels import (
     GO_HOME,
     I_DONT_BELIEVE_YOU,
@@ -30,6 +30,9 @@ from rtec.requester._box_kernels import (
 from rtec.signal._kernels import NEVER
 
 WAITING, ACTIVE, HOLD = 0, 1, 2
+
+BEYOND_EVERYTHING_MM = 1e3
+"""Of a deviation: no axis is so far off."""
 
 PC = np.dtype(
     [
@@ -62,6 +65,7 @@ PC = np.dtype(
         ("sent", np.int64),
         ("commanded_ps", np.int64),  # when it last gave the home command
         ("large_sent", np.int64),  # 1: the last request carried Large Correction
+        ("read_ps", np.int64),  # when the position was said that the sensors hold
         ("sensors", np.float64, (SENSORS,)),  # what the model of the axis may look at
         # observations
         ("requests", np.int64),
@@ -122,17 +126,22 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
 
 
 @step
-def sense(p: Record, t_ps: int) -> None:
-    """Let the model see the position just read, its direction, the velocity since the last look, and the clock."""
+def sense(p: Record, t_ps: int, read_ps: int, axis: int) -> None:
+    """Let the model see the position of the axis, said at ``read_ps``, its direction and velocity, and the clock.
+
+    The velocity is that from one reading to the next, and stays where none has come since; it is zero at the first.
+    """
     sensors = p.sensors
     position_mm = p.home_mm + p.position * p.count_mm
-    time_s = t_ps / 1e12
-    passed_s = time_s - sensors[TIME]
-    # before the first look there is no time to take the difference from
-    sensors[VELOCITY] = (position_mm - sensors[POSITION]) / passed_s if passed_s > 0.0 else 0.0
+    if p.read_ps == -NEVER:
+        sensors[VELOCITY] = 0.0
+    elif read_ps > p.read_ps:
+        sensors[VELOCITY] = (position_mm - sensors[POSITION]) / ((read_ps - p.read_ps) / 1e12)
+    p.read_ps = read_ps
     sensors[POSITION] = position_mm
+    sensors[AXES + axis - 1] = position_mm
     sensors[DIRECTION] = p.direction
-    sensors[TIME] = time_s
+    sensors[TIME] = t_ps / 1e12
 
 
 @step
@@ -147,10 +156,10 @@ def pc_start(p: Record, down: Record, t_ps: int) -> None:
 def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     """Turn the predicted deviation into the next request and send it.
 
-    Added counts pull the axis back, so the total is +deviation / step. A deviation that is no number is that of a
-    model which sees something it was not made for: the machine is held.
+    Added counts pull the axis back, so the total is +deviation / step. A deviation that is no number, or as large
+    as a machine, is that of a model which sees something that it was not made for: the machine is held.
     """
-    if math.isnan(deviation_mm):
+    if not abs(deviation_mm) < BEYOND_EVERYTHING_MM:
         p.state = HOLD
         return
     wanted = deviation_mm / p.step_mm
@@ -199,6 +208,7 @@ def pc_reset(p: Record, first_ps: int) -> None:
     p.beyond_word_max = 0
     for k in range(SENSORS):
         p.sensors[k] = math.nan
+    p.read_ps = -NEVER
 
 
 @kernel

@@ -44,7 +44,7 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import MAILBOX, deliver, mailbox_reset, post
 from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
-from rtec.predictors._kernels import believed_mm
+from rtec.predictors._kernels import AXES, MOST_AXES, believed_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
     ENCODER_FAULT as BOX_ENCODER_FAULT,
@@ -62,6 +62,7 @@ from rtec.requester._box_kernels import (
 )
 from rtec.requester._pc_kernels import (
     ACTIVE,
+    BEYOND_EVERYTHING_MM,
     HOLD as HOLDING,
     PC,
     WAITING,
@@ -109,6 +110,7 @@ PC_NODE = np.dtype(
         ("watch_ps", np.int64),  # longest silence of the box
         ("patience_ps", np.int64),  # longest time that an accepted total may stay unfinished (0: for ever)
         ("most_counts_per_s", np.float64),  # fastest that the axis can move
+        ("believed", np.int64),  # 1: the model has been asked
         ("low_mm", np.float64),  # where the predictor knows the axis
         ("high_mm", np.float64),
         ("limit_mm", np.float64),  # largest deviation that is plausible (0: no limit)
@@ -186,6 +188,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.has_status = 0
     n.has_corrections = 0
     n.has_position = 0
+    n.believed = 0
     n.has_probe = 0
     n.valid = 0
     n.doubts = 0
@@ -457,7 +460,7 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
     """End the turn: turn the predicted deviation into the next request."""
     p = n.pc
     # a deviation that is no number is beyond every limit
-    if not (abs(deviation_mm) <= n.limit_mm or (n.limit_mm == 0.0 and abs(deviation_mm) < 1e3)):
+    if not (abs(deviation_mm) <= n.limit_mm or (n.limit_mm == 0.0 and abs(deviation_mm) < BEYOND_EVERYTHING_MM)):
         pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE if math.isnan(deviation_mm) else DEVIATION_LIMIT)
         say_request(n, p.sent, 0)
         return
@@ -473,6 +476,25 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
     if p.sent != before:
         n.wanted_ps = t_ps
     say_request(n, p.sent, n.down.word1 | ENABLE)
+
+
+@helper
+def pc_believe(n: Record, t_ps: int, model: Any, place: int) -> None:
+    """End the turn by what a model, at work at this ``place``, sees in what the sensors say.
+
+    Until all the axes that it looks at have been home, nothing is asked for; after that a sensor that is lost holds
+    the machine, as does whatever the model was not made for.
+    """
+    p = n.pc
+    sense(p, t_ps, n.position_ps, n.axis)
+    wanted = model[2]
+    for k in range(wanted.size):
+        at = wanted[k]
+        if n.believed == 0 and AXES <= at and at < AXES + MOST_AXES and math.isnan(p.sensors[at]):
+            say_request(n, p.sent, 0)
+            return
+    n.believed = 1
+    pc_finish(n, t_ps, believed_mm(model, p.sensors, place))
 
 
 @kernel
@@ -491,8 +513,7 @@ def receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
 def turn(n: Record, t_ps: int, model: Any) -> None:
     """Let the PC take the turn that is due, from outside; the model as `rtec.predictors.binding` makes it."""
     if pc_prepare(n, t_ps):
-        sense(n.pc, t_ps)
-        pc_finish(n, t_ps, believed_mm(model, n.pc.sensors, 0))
+        pc_believe(n, t_ps, model, 0)
 
 
 @kernel

@@ -13,7 +13,7 @@ from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.predictors import Model
 from rtec.predictors._kernels import AXES, TEMPERATURES
-from rtec.predictors.binding import bound
+from rtec.predictors.binding import bound, sees_axes, sensor_names
 from rtec.requester import _pc_node_kernels
 from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
@@ -72,7 +72,7 @@ class PcNode:
     axis
         Number of the axis, 1 to 15.
     predictor
-        Deviation of the axis by position and direction.
+        What the PC believes of the axis: a curve over the position, or any other model.
     count_mm
         Travel of one count.
     step_counts
@@ -134,7 +134,7 @@ class PcNode:
         precautions.fill_pc(node, count_mm=count_mm)
         node.axis = axis
         node.requester = whole_within("requester", requester, 0, 7)
-        self._temperatures = tuple(temperatures)
+        self._temperatures = sensor_names(temperatures)
         node.pc.home_mm = number_within("home_mm", home_mm, -1e6, 1e6, unit="mm")
         self._margin_mm = number_within("margin_mm", margin_mm, 0.0, 1e3, unit="mm")
         self.predict_by(predictor)
@@ -142,13 +142,15 @@ class PcNode:
 
     def predict_by(self, predictor: Model) -> None:
         """Take another predictor from now on; home has to lie in its range."""
+        model = bound(predictor, self._temperatures, margin_mm=self._margin_mm)
         low_mm, high_mm = predictor.range_mm
         home_mm, margin_mm = float(self._node.pc.home_mm), self._margin_mm
         if not low_mm <= home_mm <= high_mm:
             allowed = f"{low_mm:g} to {high_mm:g} mm, the range of the predictor"
             raise ArgumentError("home_mm", f"{home_mm:g} mm", allowed, "say where the axis' home is in it")
         self._node.low_mm, self._node.high_mm = max(low_mm - margin_mm, -1e9), min(high_mm + margin_mm, 1e9)
-        self._model = bound(predictor, self._temperatures)
+        self._model = model
+        self.sees_axes = sees_axes(predictor)
         self._turn = prepared(_pc_node_kernels.turn, self._node, 0, self._model)
 
     def feel(self, name: str, degc: float) -> None:
@@ -165,9 +167,9 @@ class PcNode:
 
     @property
     def position_mm(self) -> float:
-        """Return where the axis is by what the box last said, in the positions of the predictor; no number before."""
-        pc = self._node.pc
-        return float(pc.home_mm + self._node.position * pc.count_mm) if self._node.has_position else math.nan
+        """Return where the axis is, in the positions of the predictor; no number before it has been home."""
+        n = self._node
+        return float(n.pc.home_mm + n.position * n.pc.count_mm) if n.has_position and n.valid else math.nan
 
     @property
     def due_ps(self) -> int:

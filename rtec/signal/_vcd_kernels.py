@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import kernel
+from rtec._jit import array_kernel
 
 DIGITS = 20
 """Bytes that the digits of any int64 need."""
 
 
-@kernel
+@array_kernel
 def format_changes(
     ticks: NDArray[np.int64],
     signals: NDArray[np.int64],

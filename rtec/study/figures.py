@@ -13,8 +13,7 @@ from rtec.board import Board, Microcontroller
 from rtec.injector import Design, Injector, RealEdges
 from rtec.machine import TRACE_COLUMNS, Machine, Thermometer, run_machine, straight_pass
 from rtec.machine.measuring_run import HOME_DWELL_S, end_ps
-from rtec.predictors import NoError, StepModel
-from rtec.predictors._kernels import growth_error
+from rtec.predictors import NoError, growth
 from rtec.report.results import FeedCurve, HoldCurve, Waveform
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
@@ -93,8 +92,7 @@ def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
     time_constant = study.growth.time_constant_s
     motion = straight_pass([count * count_mm], count_mm * 1000.0, study.limits, dwell_s=5.0 * time_constant)
     warm = Thermometer(name="axis", rise_k=_WARM_UP_K, time_constant_s=time_constant)
-    numbers = [warm.start_degc, study.growth.final_mm / _WARM_UP_K]
-    grown = StepModel(function=growth_error, inputs=("temperature_axis",), numbers=numbers)
+    grown = growth(warm.name, study.growth.final_mm / _WARM_UP_K, from_degc=warm.start_degc)
     growing = replace(machine, growth=study.growth, axis_error=NoError(), model=grown, thermometers=(warm,))
     result = run_machine(growing, motion, trace_every=max(round(time_constant), 1) * 5, progress=progress)
     trace = np.empty((0, len(TRACE_COLUMNS))) if result.trace is None else result.trace

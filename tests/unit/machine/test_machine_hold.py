@@ -7,8 +7,7 @@ from rtec.axis import Dwell, Encoder, Limits, Program, Servo, plan
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import TRACE_COLUMNS, Growth, Machine, Thermometer, run_machine
-from rtec.predictors import StepModel
-from rtec.predictors._kernels import growth_error
+from rtec.predictors import growth
 
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 GROWTH_MM = 0.010
@@ -26,7 +25,7 @@ def held(design, state, *, final_mm=GROWTH_MM, servo=None):
         encoder=Encoder(count_mm=COUNT_MM, home_state=state),
         servo=servo or Servo(),
         growth=Growth(final_mm=final_mm, time_constant_s=1.0),
-        model=StepModel(function=growth_error, inputs=("temperature_axis",), numbers=[20.0, final_mm / 5.0]),
+        model=growth("axis", final_mm / 5.0),
         thermometers=(Thermometer(name="axis", rise_k=5.0, time_constant_s=1.0),),
     )
     motion = plan(Program(blocks=(Dwell(seconds=12.0),)), LIMITS)

@@ -112,7 +112,61 @@ def test_outside_what_it_was_made_for_the_machine_is_held():
     assert (axis.pc_state, axis.pc_reason) == (PcState.HOLD, HoldReason.PREDICTOR_OUT_OF_RANGE)
 
 
+def far_off(numbers, inputs, memory, sd):
+    return numbers[0]
+
+
+def raising(numbers, inputs, memory, sd):
+    if inputs[0] > 0.5:
+        raise ValueError("beyond me")
+    return 0.0
+
+
+def beside(numbers, inputs, memory, sd):
+    return memory[3]
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        StepModel(function=far_off, inputs=("time",), numbers=[1e200]),
+        StepModel(function=far_off, inputs=("position",), numbers=[-2e3]),
+        StepModel(function=raising, inputs=("time",)),
+        StepModel(function=beside, inputs=("time",)),
+        StepModel(function=turns, inputs=("position",), numbers=[0.0], memory=[0.0], range_mm=(5.0, 9.0)),
+    ],
+    ids=["too far", "too far below", "raises", "reads beside its memory", "out of range"],
+)
+def test_a_model_without_an_answer_holds_the_machine(model):
+    result = stay(machine(model), 2.0)
+    assert result.ending is Ending.HELD
+    assert result.insertions.inserted == 0
+    axis = cell(model).axes[0]
+    assert axis.pc_state is PcState.HOLD
+    assert axis.pc_reason in (HoldReason.PREDICTOR_OUT_OF_RANGE, HoldReason.DEVIATION_LIMIT)
+    assert axis.view.completed == 0
+
+
+def fast(numbers, inputs, memory, sd):
+    """The largest velocity so far."""
+    memory[0] = max(memory[0], abs(inputs[0]))
+    return numbers[0] * memory[0]
+
+
+def test_the_velocity_is_that_from_reading_to_reading():
+    found = cell(StepModel(function=fast, inputs=("velocity",), numbers=[0.004], memory=[0.0]), to_mm=4.0)
+    assert found.axes[0].target_steps == 2  # at 2 mm/s
+
+
+@pytest.mark.parametrize("part", ["axis_error", "own_table"])
+def test_what_is_a_curve_takes_no_other_model(part):
+    with pytest.raises(ArgumentError, match=part):
+        stay(Machine(**{part: MEMORY}), 1.0)
+
+
 def test_an_input_that_nobody_senses_is_refused():
+    with pytest.raises(ArgumentError, match="what is sensed"):
+        stay(machine(OTHER), 1.0)
     with pytest.raises(ArgumentError, match=r"'temperature_scrw'.*temperature_screw"):
         stay(machine(StepModel(function=grown, inputs=("temperature_scrw",), numbers=[1.0])), 1.0)
     with pytest.raises(ArgumentError, match="each name once"):

@@ -7,7 +7,7 @@ import pytest
 
 from rtec.errors import ArgumentError
 from rtec.predictors import LatheNetwork, Model, NoError, Predictor, StepModel
-from rtec.predictors.binding import bound, rests
+from rtec.predictors.binding import bound, bound_curve, rests, sensor_names
 
 
 def slope(numbers, inputs, memory, sd):
@@ -54,9 +54,16 @@ def test_what_is_bound_has_room_of_its_own():
         ({"numbers": [1.0, math.nan]}, "finite numbers"),
         ({"numbers": "many"}, "a list of numbers"),
         ({"memory": [math.inf]}, "finite numbers"),
-        ({"ranges": {"velocity": (0.0, 1.0)}}, "an input: position"),
+        ({"ranges": {"velocity": (0.0, 1.0)}}, "velocity is not allowed"),
         ({"range_mm": (5.0, 5.0)}, "a length above 0"),
-        ({"ranges": {"position": (5.0, 1.0)}}, "a length above 0"),
+        ({"ranges": {"position": (1.0, 5.0)}}, "positions have range_mm"),
+        ({"ranges": {"time": (5.0, 1.0)}, "inputs": ("time",)}, "a length above 0"),
+        ({"ranges": None}, "by the name of an input"),
+        ({"range_mm": 5.0}, "its lower and its upper end"),
+        ({"range_mm": ("a", "b")}, "its lower and its upper end"),
+        ({"inputs": None}, "one or more sensors"),
+        ({"inputs": (1, 2)}, "one or more sensors"),
+        ({"function": 3}, "a function"),
     ],
 )
 def test_what_is_wrong_is_said_at_once(wrong, says):
@@ -67,8 +74,10 @@ def test_what_is_wrong_is_said_at_once(wrong, says):
 @pytest.mark.parametrize(
     ("model", "says"),
     [
-        (StepModel(function=words), "returns a float"),
+        (StepModel(function=words), "could not convert string to float"),
         (StepModel(function=not_compiled), "numba can compile"),
+        (StepModel(function=lambda numbers: 0.0), "numba can compile"),
+        (StepModel(function=math.sin), "numba can compile"),
         (StepModel(function=slope, inputs=("speed",)), "did you mean|what is sensed"),
         (StepModel(function=slope, inputs=("position_16",)), "what is sensed"),
         (StepModel(function=slope, inputs=("temperature_bed",)), "what is sensed"),
@@ -77,3 +86,23 @@ def test_what_is_wrong_is_said_at_once(wrong, says):
 def test_what_cannot_be_bound_says_why(model, says):
     with pytest.raises(ArgumentError, match=says):
         bound(model)
+
+
+def test_a_curve_is_of_position_and_direction_alone():
+    assert bound_curve(NoError())[2].tolist() == [0, 1]
+    for wrong in (MODEL, StepModel(function=slope, numbers=[1.0], memory=[0.0])):
+        with pytest.raises(ArgumentError, match="of position and direction alone"):
+            bound_curve(wrong)
+
+
+@pytest.mark.parametrize("names", [["bed", "bed"], ["Bed"], [f"t{k}" for k in range(9)], [3], [""]])
+def test_sensors_have_names_of_their_own(names):
+    with pytest.raises(ArgumentError, match="temperatures"):
+        sensor_names(names)
+
+
+def test_only_positions_of_axes_that_are_there_are_known():
+    other = StepModel(function=slope, inputs=("position_2",), numbers=[1.0])
+    assert bound(other, axes=2)[2].tolist() == [5]
+    with pytest.raises(ArgumentError, match="time, position_1; did you mean"):
+        bound(other, axes=1)

@@ -5,7 +5,7 @@ from node_oracle import CORRECTIONS, ENABLE, GO_HOME, POSITION, PROBE, REQUEST, 
 
 from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
-from rtec.predictors import LatheNetwork, UnidirectionalTable
+from rtec.predictors import LatheNetwork, StepModel, UnidirectionalTable
 from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Status
 
 MS = 10**9
@@ -84,6 +84,15 @@ def test_beyond_its_ends_a_predictor_is_asked_within_the_margin_only(margin_mm, 
     assert desk.pc.view.state is state
     with pytest.raises(ArgumentError, match="10 to 20 mm, the range of the predictor"):
         node_at(0.0, table)
+
+
+def test_a_predictor_that_is_refused_leaves_the_other_at_work(desk):
+    desk.cycle(NOT_HOMED, valid=0)
+    desk.cycle(RUNNING)
+    with pytest.raises(ArgumentError, match="temperature_bed"):
+        desk.pc.predict_by(StepModel(function=max, inputs=("temperature_bed",), range_mm=(-1.0, 1.0)))
+    desk.cycle(RUNNING, position=5000, totals=1)
+    assert (desk.pc.view.state, desk.pc.view.target) == (PcState.ACTIVE, 1)
 
 
 def test_the_start_in_order(desk):
