@@ -86,20 +86,27 @@ def by_address(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
     return _processor.address_of(function, arguments)
 
 
-def guarded(function: Callable[..., Any]) -> Any:
-    """Return a user's function of arrays, compiled so that it cannot write beside them; no number where it raises.
+def guarded(function: Callable[..., Any], arguments: int) -> Any:
+    """Return a user's function of three or four arrays, compiled so that it cannot write beside them.
 
-    Called by its address, a function that raises would return zero.
+    Where it raises it returns no number: called by its address, it would return zero.
     """
     checked: Any = function if hasattr(function, "py_func") else _compile(function, boundscheck=True)
 
-    def call(numbers: Any, inputs: Any, memory: Any, sd: Any) -> float:
+    # compiled code has no functions of any number of arguments
+    def of_three(a: Any, b: Any, c: Any) -> float:
         try:
-            return float(checked(numbers, inputs, memory, sd))
+            return float(checked(a, b, c))
         except Exception:
             return float(np.nan)
 
-    return _compile(call)
+    def of_four(a: Any, b: Any, c: Any, d: Any) -> float:
+        try:
+            return float(checked(a, b, c, d))
+        except Exception:
+            return float(np.nan)
+
+    return _compile(of_three if arguments == 3 else of_four)
 
 
 def prepared(function: Any, *arguments: object) -> Any:

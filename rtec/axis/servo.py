@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from rtec._jit import Record
+from rtec.axis.plant import Plant
 from rtec.checks import number_within, whole_within
 
 PS_PER_MS = 1_000_000_000
@@ -33,6 +34,8 @@ class Servo:
         Velocity below which friction holds the axis once the loop asks for none.
     dither_counts, dither_hz
         Sine added to the command, for an axis that has to be kept moving (off by default).
+    plant
+        What the loop moves; None is a rigid axis behind the lag.
 
     Raises
     ------
@@ -59,6 +62,7 @@ class Servo:
     standstill_counts_s: float = 0.01
     dither_counts: float = 0.0
     dither_hz: float = 10.0
+    plant: Plant | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -86,3 +90,4 @@ class Servo:
         state.dither_hz = self.dither_hz
         state.counts_per_unit = counts_per_unit
         state.count_mm = count_mm
+        state.rigid = int(self.plant is None)

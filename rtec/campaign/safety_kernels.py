@@ -177,6 +177,7 @@ def watch(
     targets: NDArray[np.float64],
     speeds: NDArray[np.float64],
     rests: NDArray[np.int64],
+    plant: Any,
     model: Any,
     truth: Any,
 ) -> int:
@@ -187,7 +188,7 @@ def watch(
     """
     while c.now_ps < until_ps:
         t_ps = min(c.now_ps + slice_ps, until_ps)
-        run(c, stations, pcs, faults, t_ps, targets, speeds, rests, model)
+        run(c, stations, pcs, faults, t_ps, targets, speeds, rests, plant, model)
         for i in range(stations.size):
             a = watches[i]
             follow(a, stations[i].encoder.count)

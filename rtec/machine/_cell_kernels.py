@@ -209,10 +209,11 @@ def turn_box(
     targets: NDArray[np.float64],
     speeds: NDArray[np.float64],
     rests: NDArray[np.int64],
+    plant: Any,
 ) -> None:
     """Run an axis to the reading of its box, and let the box take it."""
     st = stations[i]
-    station_advance(st, t_ps, targets[i], speeds[i], rests[i])
+    station_advance(st, t_ps, targets[i], speeds[i], rests[i], plant, i)
     station_turn(st, t_ps)
     out = st.node.out
     for k in range(out.waiting):
@@ -245,6 +246,7 @@ def run(
     targets: NDArray[np.float64],
     speeds: NDArray[np.float64],
     rests: NDArray[np.int64],
+    plant: Any,
     model: Any,
 ) -> None:
     """Run the cell to ``until_ps``; the moves of axis ``i`` stand in row ``i``, padded with moves that stay."""
@@ -281,7 +283,7 @@ def run(
                     continue
                 if f.place > PC_PLACE and (f.from_ps == t_ps or f.until_ps == t_ps):
                     j = f.place - 1
-                    station_advance(stations[j], t_ps, targets[j], speeds[j], rests[j])
+                    station_advance(stations[j], t_ps, targets[j], speeds[j], rests[j], plant, j)
                 if f.from_ps == t_ps and f.kept == 0:
                     f.kept = 1
                     begin_fault(c, stations, pcs, f, t_ps)
@@ -290,11 +292,11 @@ def run(
                     end_fault(c, stations, f, t_ps)
             fault_ps = next_of_faults(faults)
         elif box_ps == t_ps:
-            turn_box(c, stations, faults, box, t_ps, targets, speeds, rests)
+            turn_box(c, stations, faults, box, t_ps, targets, speeds, rests, plant)
         else:
             turn_pc(c, stations, pcs, faults, pc, t_ps, model)
     for i in range(stations.size):
-        station_advance(stations[i], until_ps, targets[i], speeds[i], rests[i])
+        station_advance(stations[i], until_ps, targets[i], speeds[i], rests[i], plant, i)
     for i in range(faults.size):
         f = faults[i]
         if f.kind > LAST_OF_BUS and f.place > PC_PLACE and f.kept == 1 and f.ended == 0:

@@ -44,6 +44,12 @@ def grown_mm(play: Record, t_ps: int) -> float:
     return play.growth_mm * (1.0 - math.exp(-t_ps / 1e12 / play.growth_tau_s))
 
 
+@step
+def true_mm(m: Record, t_ps: int) -> float:
+    """Return where the slide stands at ``t_ps``, behind play, growth and what gives way beyond the encoder."""
+    return float(m.play.y_mm + grown_mm(m.play, t_ps) + m.servo.beyond_mm)
+
+
 @helper
 def follow_play(m: Record, error: Any) -> None:
     """Let the true position follow the encoder's within the play between the forward and the reverse curve."""
@@ -66,7 +72,7 @@ def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any) -> bool:
     if abs(m.servo.command * m.servo.count_mm - target_mm) > m.reader.window_mm:
         return False
     follow_play(m, error)
-    return abs(m.play.y_mm + grown_mm(m.play, m.servo.now_ps) - target_mm) <= m.reader.window_mm
+    return abs(true_mm(m, m.servo.now_ps) - target_mm) <= m.reader.window_mm
 
 
 @step
@@ -88,7 +94,7 @@ def read_laser(
         r.begun_ps = t_ps
     if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
         follow_play(m, error)
-        seen_mm = m.play.y_mm + grown_mm(m.play, t_ps)
+        seen_mm = true_mm(m, t_ps)
         if r.weight == 0:
             r.first_mm = seen_mm
         r.sum_mm += (seen_mm - r.first_mm) * ticks

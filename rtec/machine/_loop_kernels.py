@@ -44,7 +44,7 @@ from rtec.machine._firmware_kernels import (
     stop_firmware,
     words_valid,
 )
-from rtec.machine._laser_kernels import PLAY, READER, follow_play, grown_mm, read_laser
+from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import SERVO, command_at, servo_tick
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
@@ -225,19 +225,20 @@ def run(
     error: Any,
     model: Any,
     own: Any,
+    plant: Any,
     trace: Any,
     box: Any,
 ) -> None:
     """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
 
     ``error``, ``model`` and ``own`` are the axis' true curve, what the PC believes and the controller's own table, as
-    `rtec.predictors.binding` makes them. ``trace`` is None or (array (n, 8), every so many ticks, [rows used]);
-    ``box`` is None, or that of `rtec.machine._firmware_kernels`.
+    `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is None or
+    (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
     servo, piece = m.servo, m.piece
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
-        acceleration = servo_tick(m, speed, own)
+        acceleration = servo_tick(m, speed, own, plant, 0)
         if trace is not None:
             rows, every, used = trace
             if servo.ticks % every == 0 and used[0] < rows.shape[0]:
@@ -246,7 +247,7 @@ def run(
                 row[0] = servo.now_ps / 1e12
                 row[1] = servo.command * servo.count_mm
                 row[2] = servo.x * servo.count_mm
-                row[3] = m.play.y_mm + grown_mm(m.play, servo.now_ps)
+                row[3] = true_mm(m, servo.now_ps)
                 row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
                 row[5] = m.pc.target
                 row[6] = m.injector.completed
@@ -295,7 +296,7 @@ def run(
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return
-        if m.receiver.fault == 1:
+        if m.receiver.fault == 1 or servo.failed == 1:
             m.status = FAULTED
             return
     m.status = FINISHED

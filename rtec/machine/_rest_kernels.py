@@ -45,7 +45,9 @@ def ticks_at_rest(
     """Return for how many ticks from now on nothing can change; at least 1."""
     servo, r = m.servo, m.reader
     i = servo.segment
-    if m.skipping == 0 or servo.dither != 0.0 or motion[1, i] != 0.0 or motion[2, i] != 0.0 or motion[3, i] != 0.0:
+    if m.skipping == 0 or servo.rigid == 0 or servo.dither != 0.0:
+        return 1
+    if motion[1, i] != 0.0 or motion[2, i] != 0.0 or motion[3, i] != 0.0:
         return 1
     if not box_rests(m, box) or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
         return 1

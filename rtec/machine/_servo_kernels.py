@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, step
+from rtec.axis._plant_kernels import driven
 from rtec.controller._kernels import receiver_settle
 from rtec.predictors._kernels import error_at
 
@@ -28,6 +29,7 @@ SERVO = np.dtype(
         ("counts_per_unit", np.float64),  # encoder counts in one unit of the controller's counter
         ("count_mm", np.float64),
         ("compensates", np.int64),  # 1: by a table of its own
+        ("rigid", np.int64),  # 0: a plant says how the axis moves
         # state
         ("now_ps", np.int64),
         ("x", np.float64),  # counts
@@ -36,6 +38,8 @@ SERVO = np.dtype(
         ("segment", np.int64),
         ("moving", np.int64),  # sign of the last motion
         ("program", np.int64),  # sign of the last commanded motion
+        ("failed", np.int64),  # 1: the plant had no answer
+        ("beyond_mm", np.float64),  # by how much the slide stands beyond what the encoder sees
         # observations
         ("following_max", np.float64),
         ("ticks", np.int64),
@@ -64,10 +68,11 @@ def command_at(
 
 
 @step
-def servo_tick(m: Record, speed: float, own: Any) -> float:
+def servo_tick(m: Record, speed: float, own: Any, plant: Any, place: int) -> float:
     """Close the position loop once; return the acceleration of this tick in counts/s^2.
 
     ``own`` is the controller's own compensation table, which moves the command; None for a controller without.
+    ``plant`` is what it moves, where the axis is not rigid (`rtec.axis._plant_kernels`).
     """
     servo = m.servo
     receiver_settle(m.receiver, servo.now_ps)
@@ -89,6 +94,8 @@ def servo_tick(m: Record, speed: float, own: Any) -> float:
         lag = 0.0
     wanted = servo.gain_per_s * lag + servo.feedforward * speed
     wanted = min(max(wanted, -servo.max_speed), servo.max_speed)
+    if servo.rigid == 0:
+        return driven(servo, wanted, plant, place)
     if wanted == 0.0 and abs(servo.v) < servo.standstill:
         servo.v = 0.0
         return 0.0

@@ -12,6 +12,7 @@ box nothing of the bus can reach them, so a station runs on its own from one rea
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,20 +117,25 @@ def arrive(st: Record, targets: NDArray[np.float64], rests: NDArray[np.int64]) -
 
 @helper
 def open_tick(
-    st: Record, targets: NDArray[np.float64], speeds: NDArray[np.float64], rests: NDArray[np.int64]
+    st: Record,
+    targets: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    rests: NDArray[np.int64],
+    plant: Any,
+    place: int,
 ) -> None:
     """Begin a tick of the servo: its acceleration holds until the next."""
     servo, piece = st.servo, st.piece
     speed = next_command(st, targets, speeds, rests)
     if st.alarm == NO_ALARM:
-        acceleration = servo_tick(st, speed, None)
+        acceleration = servo_tick(st, speed, None, plant, place)
         # a position loop answers the feed like a delay of 1 / Kv
         st.lag += (speed * (1.0 - servo.feedforward) / servo.gain_per_s - st.lag) * servo.gain_per_s * servo.period_s
         lag = servo.command - st.receiver.count * servo.counts_per_unit
         if st.receiver.fault == 1:
             st.alarm = ILLEGAL_LINES
             st.alarm_ps = servo.now_ps
-        elif abs(lag - st.lag) > st.following_limit:
+        elif abs(lag - st.lag) > st.following_limit or servo.failed == 1:
             st.alarm = FOLLOWING
             st.alarm_ps = servo.now_ps
     elif abs(servo.v) < servo.standstill + servo.period_s * st.acceleration:
@@ -197,7 +203,13 @@ def run_lines(st: Record, until_ps: int, closing: bool) -> None:
 
 @helper
 def station_advance(
-    st: Record, until_ps: int, targets: NDArray[np.float64], speeds: NDArray[np.float64], rests: NDArray[np.int64]
+    st: Record,
+    until_ps: int,
+    targets: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    rests: NDArray[np.int64],
+    plant: Any,
+    place: int,
 ) -> None:
     """Run axis, lines and controller up to ``until_ps``."""
     servo = st.servo
@@ -205,7 +217,7 @@ def station_advance(
         if st.tick_open == 0:
             if servo.now_ps >= until_ps:
                 return
-            open_tick(st, targets, speeds, rests)
+            open_tick(st, targets, speeds, rests, plant, place)
         part_end_ps = servo.now_ps + int(st.part_end_s * 1e12 + 0.5)
         if until_ps < part_end_ps:
             run_lines(st, until_ps, False)
@@ -303,16 +315,21 @@ def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
 
 @kernel
 def run(
-    st: Record, until_ps: int, targets: NDArray[np.float64], speeds: NDArray[np.float64], rests: NDArray[np.int64]
+    st: Record,
+    until_ps: int,
+    targets: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    rests: NDArray[np.int64],
+    plant: Any,
 ) -> int:
     """Run the station to ``until_ps``, or to its next reading that wants to send; return the time reached."""
     while st.node.box.next_ps < until_ps:
         t_ps = st.node.box.next_ps
-        station_advance(st, t_ps, targets, speeds, rests)
+        station_advance(st, t_ps, targets, speeds, rests, plant, 0)
         station_turn(st, t_ps)
         if st.node.out.waiting > 0:
             return t_ps
-    station_advance(st, until_ps, targets, speeds, rests)
+    station_advance(st, until_ps, targets, speeds, rests, plant, 0)
     return until_ps
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rtec._jit import new_record, prepared
+from rtec.axis.plant import bound_plant
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels, _station_kernels, _station_line_kernels
@@ -129,7 +130,7 @@ class Cell:
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
         self._temperatures = names_of(thermometers)
         fill_thermometers(self._cell.thermometers, thermometers)
-        self._program = _padded(stations, moves)
+        self._program = *_padded(stations, moves), _plant_of(stations)
         self.predict_by(predictor)
 
     def run(self, *, until_ps: int) -> None:
@@ -211,6 +212,14 @@ class Cell:
                 )
             )
         return tuple(outcomes)
+
+
+def _plant_of(stations: Sequence[StationSettings]) -> tuple[Any, ...]:
+    """Return what moves at every axis: all are rigid, or of one kind."""
+    plant = stations[0].servo.plant
+    if any(station.servo.plant is not plant for station in stations):
+        raise ArgumentError("stations", "several plants", "one plant for all axes of a cell, or none")
+    return bound_plant(plant, places=len(stations))
 
 
 def _padded(stations: Sequence[StationSettings], moves: Sequence[Sequence[Move]]) -> tuple[Any, Any, Any]:

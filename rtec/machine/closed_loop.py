@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from firmware_model import Fault
 from rtec._jit import Record, new_record, prepared
 from rtec.axis import Encoder, MotionSegments, Servo
+from rtec.axis.plant import bound_plant
 from rtec.board import Board, Microcontroller
 from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
 from rtec.checks import number_within
@@ -51,7 +52,7 @@ class Ending(enum.Enum):
     HELD = _loop_kernels.HELD
     """The PC held the machine: after "I Still Don't Believe You", or because its model had no answer."""
     FAULTED = _loop_kernels.FAULTED
-    """The controller latched a servo fault."""
+    """The controller latched a servo fault, or what it moves had no answer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,10 +165,10 @@ class Machine:
         _loop_kernels.start(state, 0, _BOX_FIRST_PS, _PC_FIRST_PS)
         return state
 
-    def bound_models(self) -> tuple[Any, Any, Any]:
-        """Return the true error, what the PC believes and the controller's own table as the kernel takes them."""
+    def bound_models(self) -> tuple[Any, Any, Any, Any]:
+        """Return true error, what the PC believes, the controller's own table and the plant for the kernel."""
         error, own = (bound_curve(getattr(self, name), name) for name in ("axis_error", "own_table"))
-        return error, bound(self.model, names_of(self.thermometers), axes=1), own
+        return error, bound(self.model, names_of(self.thermometers), axes=1), own, bound_plant(self.servo.plant)
 
     def board(self) -> Board | None:
         """Return the box with its firmware, powered up and with its lines through, before time 0."""

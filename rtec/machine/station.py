@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, new_record
+from rtec._jit import Record, new_record, prepared
 from rtec.axis.encoder import Encoder
+from rtec.axis.plant import bound_plant
 from rtec.axis.servo import Servo
 from rtec.checks import number_within, whole_within
 from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
@@ -238,6 +239,8 @@ class Station:
         self._state = new_record(_station_line_kernels.STATION)
         settings.fill(self._state)
         self._moves = move_arrays(moves, settings.encoder.count_mm)
+        self._plant = bound_plant(settings.servo.plant)
+        self._run = prepared(_station_kernels.run, self._state, 0, *self._moves, self._plant)
         self._state.repeats = 1
         first_ps = start_ps + settings.conversation.box_period_ps
         _station_kernels.start(self._state, start_ps, first_ps, whole_within("session", session, 0, 255))
@@ -263,7 +266,7 @@ class Station:
         sent: list[tuple[int, Frame]] = []
         out = self._state.node.out
         while self._now_ps < until_ps:
-            self._now_ps = int(_station_kernels.run(self._state, until_ps, *self._moves))
+            self._now_ps = int(self._run(self._state, until_ps, *self._moves, self._plant))
             for k in range(int(out.waiting)):
                 sent.append((self._now_ps, Frame.of_payload(int(out.identifier[k]), int(out.payload[k]))))
             out.waiting = 0

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 
-from rtec._jit import by_address, guarded
+from rtec.compiled import address_of_function
 from rtec.errors import ArgumentError, nearest
 from rtec.predictors import _kernels
 
@@ -26,9 +24,7 @@ _PLACES = {
     "velocity": _kernels.VELOCITY,
     "time": _kernels.TIME,
 }
-_ARRAY = numba.float64[::1]
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,31}", re.ASCII)
-_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 def bound(
@@ -81,7 +77,7 @@ def bound(
     low, high = np.array([ranges.get(name, (-np.inf, np.inf)) for name in names], dtype=np.float64).reshape(-1, 2).T
     numbers, memory = (np.array(values, dtype=np.float64) for values in (model.numbers, model.memory))
     return (
-        _address(model.function),
+        address_of_function(model.function, "(numbers, inputs, memory, sd) of the error in mm"),
         numbers,
         np.array([known[name] for name in names], dtype=np.int64),
         low.copy(),
@@ -134,18 +130,3 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
     if len(found) > most or len(set(found)) != len(found):
         raise ArgumentError("temperatures", ", ".join(found)[:200], f"at most {most} sensors, each name once")
     return found
-
-
-@functools.cache
-def _address(function: Callable[..., float]) -> Any:
-    """Return the address of a function; one of the user's may raise, and says no number then."""
-    own = getattr(function, "__module__", "") == _kernels.__name__
-    try:
-        return by_address(function if own else guarded(function), (_ARRAY,) * 4)
-    except (numba.core.errors.NumbaError, TypeError, RuntimeError, ValueError) as error:
-        lines = [line.strip() for line in _COLOUR.sub("", str(error)).splitlines()]
-        why = next((line for line in lines if line and not line.startswith(("Failed in", "During", "File"))), "")
-        allowed = "a function (numbers, inputs, memory, sd) of the error in mm that numba can compile"
-        raise ArgumentError(
-            "function", getattr(function, "__name__", repr(function)[:60]), allowed, why[:200]
-        ) from None
