@@ -72,12 +72,19 @@ class _Address(numba.types.WrapperAddressProtocol):
         return self._compiled.signature
 
 
+def expect_addresses() -> None:
+    """Ignore that numba calls functions as values experimental, with each kernel that takes one; tests hold us to it.
+
+    By the category: its words begin with a colour where colorama is installed. It has to be said again wherever such
+    a kernel is compiled or loaded: test frameworks forget from test to test what is ignored.
+    """
+    warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
+
+
 def address_of(function: Any, arguments: tuple[Any, ...]) -> Any:
     """Return a kernel, compiled for types of arguments, as a value that other kernels call by its address."""
     if config.DISABLE_JIT:
         return function
-    # numba calls passing functions as values experimental, with each kernel that does so; the tests hold us to it. By
-    # the category: its words begin with a colour where colorama is installed
-    warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
+    expect_addresses()
     function.compile(arguments)
     return _Address(function.overloads[arguments])

@@ -117,6 +117,7 @@ def prepared(function: Any, *arguments: object) -> Any:
     """
     if config.DISABLE_JIT:
         return function
+    _processor.expect_addresses()
     types = tuple(map(numba.typeof, arguments))
     function.compile(types)
     return function.overloads[types].entry_point
