@@ -75,17 +75,6 @@ def array_kernel(function: _F) -> _F:
     return _compile(function, cache=True, nogil=True)
 
 
-def by_address(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Return a kernel, compiled for types of arguments, as a value that other kernels call by its address.
-
-    Raises
-    ------
-    numba.core.errors.NumbaError
-        A function that cannot be compiled.
-    """
-    return _processor.address_of(function, arguments)
-
-
 def guarded(function: Callable[..., Any], arguments: int) -> Any:
     """Return a user's function of three or four arrays, compiled so that it cannot write beside them.
 

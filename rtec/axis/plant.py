@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.axis._plant_kernels import INPUTS, MOST_STATE, no_plant
-from rtec.compiled import address_of_function
+from rtec.compiled import address_of_function, finite_array
 from rtec.errors import ArgumentError
 
 
@@ -55,14 +55,7 @@ class Plant:
         if not callable(self.function):
             raise ArgumentError("function", repr(self.function)[:60], "a function (numbers, inputs, state)")
         for name in ("numbers", "state"):
-            try:
-                array = np.array(getattr(self, name), dtype=np.float64).reshape(-1)
-            except (TypeError, ValueError, OverflowError):
-                raise ArgumentError(name, repr(getattr(self, name))[:60], "a list of numbers") from None
-            if not np.isfinite(array).all():
-                raise ArgumentError(name, "a number that is not finite", "finite numbers")
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, finite_array(name, getattr(self, name)))
         if not 1 <= self.state.size <= MOST_STATE:
             raise ArgumentError("state", f"{self.state.size} numbers", f"1 to {MOST_STATE}")
 
@@ -74,5 +67,5 @@ def bound_plant(plant: Plant | None, *, places: int = 1) -> tuple[Any, ...]:
     if plant is not None:
         numbers = np.array(plant.numbers)
         state[: plant.state.size] = plant.state
-    address = address_of_function(function, "(numbers, inputs, state) of the acceleration in mm/s²")
+    address = address_of_function(function, ("numbers", "inputs", "state"), "the acceleration in mm/s²")
     return address, numbers, np.zeros(INPUTS), np.tile(state, (places, 1))

@@ -294,7 +294,7 @@ class Space:
             return
         data = self.scanned(effect)
         whiten = self.whitening(colour).of
-        size, amplitudes = 8 * data.rows, data.columns(effect, shapes[0]).shape[1]
+        size, amplitudes = 8 * data.rows, len(effect.amplitudes(shapes[0], data.units))
         at_once = max(1, _AT_ONCE_BYTES // size)
         keep = len(shapes) <= at_once
         for begin in range(0, len(shapes), at_once):

@@ -79,7 +79,7 @@ def servo_tick(m: Record, speed: float, own: Any, plant: Any, place: int) -> flo
     if speed != 0.0:
         servo.program = 1 if speed > 0.0 else -1
     goal = servo.command
-    if own is not None:
+    if own is not None:  # known when it is compiled; whether the table is one, not before it runs
         if servo.compensates == 1:
             # where the axis is sent, its error brings it to the goal: the error there, not the one at the goal
             sent = goal

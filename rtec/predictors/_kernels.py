@@ -32,10 +32,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec._jit import helper, kernel
+from rtec.link._frame_kernels import MOST_AXES
 
 POSITION, DIRECTION, VELOCITY, TIME = 0, 1, 2, 3
 """Places of what the PC senses of its own axis: mm, +1 or -1, mm/s, and its clock in s."""
-AXES, MOST_AXES = 4, 15
+AXES = 4
 """Place of the position of axis 1 in mm; those of the others follow."""
 TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
 """Place of the first temperature in degrees Celsius."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from rtec.compiled import address_of_function
 from rtec.errors import ArgumentError, nearest
+from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors import _kernels
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def bound(
     model: Model,
     temperatures: Sequence[str] = (),
     *,
-    axes: int = _kernels.MOST_AXES,
+    axes: int = MOST_AXES,
     places: int = 1,
     margin_mm: float = 0.0,
 ) -> tuple[Any, ...]:
@@ -77,7 +78,7 @@ def bound(
     low, high = np.array([ranges.get(name, (-np.inf, np.inf)) for name in names], dtype=np.float64).reshape(-1, 2).T
     numbers, memory = (np.array(values, dtype=np.float64) for values in (model.numbers, model.memory))
     return (
-        address_of_function(model.function, "(numbers, inputs, memory, sd) of the error in mm"),
+        address_of_function(model.function, ("numbers", "inputs", "memory", "sd"), "the error in mm"),
         numbers,
         np.array([known[name] for name in names], dtype=np.int64),
         low.copy(),

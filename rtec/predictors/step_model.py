@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
 import numpy.typing as npt
 
+from rtec.compiled import finite_array
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
 from rtec.predictors._columns import LARGEST
 from rtec.predictors.binding import CURVE, OF_TEMPERATURE
-from rtec.predictors.protocol import Floats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,7 +26,7 @@ class StepModel:
         it returns, in mm, into ``sd[0]``. It is called once for every turn of the PC, some 10 ms apart.
     inputs
         Sensors by name, in the order of ``inputs``: ``position`` (mm) and ``direction`` (+1, -1) of the axis, its
-        ``velocity`` (mm/s, from one turn of the PC to the next), ``time`` (s, on the PC's clock), ``position_1`` to
+        ``velocity`` (mm/s, from one reading to the next), ``time`` (s, on the PC's clock), ``position_1`` to
         ``position_15`` of all axes (mm), ``temperature_NAME`` (degrees Celsius).
     numbers
         What it computes with.
@@ -66,7 +65,7 @@ class StepModel:
             raise ArgumentError("function", repr(self.function)[:60], "a function (numbers, inputs, memory, sd)")
         object.__setattr__(self, "inputs", _names(self.inputs))
         for name in ("numbers", "memory"):
-            object.__setattr__(self, name, _finite(name, getattr(self, name)))
+            object.__setattr__(self, name, finite_array(name, getattr(self, name)))
         if not isinstance(self.ranges, Mapping):
             raise ArgumentError(
                 "ranges", repr(self.ranges)[:60], "the lowest and highest value by the name of an input"
@@ -118,14 +117,3 @@ def _names(given: Sequence[str]) -> tuple[str, ...]:
             "inputs", ", ".join(map(str, names))[:200] or "none", "one or more sensors by name, each once"
         )
     return names
-
-
-def _finite(name: str, values: npt.ArrayLike) -> Floats:
-    try:
-        array = np.array(values, dtype=np.float64).reshape(-1)
-    except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(name, repr(values)[:60], "a list of numbers") from None
-    if not np.isfinite(array).all():
-        raise ArgumentError(name, "a number that is not finite", "finite numbers")
-    array.setflags(write=False)
-    return array

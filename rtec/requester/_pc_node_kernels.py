@@ -21,6 +21,7 @@ from rtec.link._frame_kernels import (
     ENABLE,
     GO_HOME,
     HOLD,
+    MOST_AXES,
     POSITION,
     PROBE,
     REQUEST,
@@ -44,7 +45,7 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import MAILBOX, deliver, mailbox_reset, post
 from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
-from rtec.predictors._kernels import AXES, MOST_AXES, believed_mm
+from rtec.predictors._kernels import AXES, believed_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
     ENCODER_FAULT as BOX_ENCODER_FAULT,
