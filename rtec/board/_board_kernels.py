@@ -56,6 +56,8 @@ ENABLE_N, NOT_VALID, CIRCUIT, TRIP_N, LINES = 0x01, 0x02, 0x04, 0x08, 0x30
 # words on the external bus
 DECODER_HIGH, DECODER_LOW = 0xFF00, 0xFF01
 REQUEST_LOW, REQUEST_HIGH, PC_STATUS = 0xFF10, 0xFF11, 0xFF12
+LARGE, PROBING, HOME = 1, 2, 4
+"""Bits of the PC's status."""
 WORDS = 0xFF20
 # where in the words to the PC, after three bytes of position, something stands
 COMPLETED, STATUS, REFUSED = 3, 7, 12

@@ -33,12 +33,27 @@ WINDOW_STEPS, GRACE_READINGS = 3, 2
 READING_PS, READING_CYCLES = 1_250_000_000, 1250
 """A reading of the PC's words comes within so long, on a slow clock within so many cycles."""
 
+START_UP_READINGS = 6
+"""A start-up takes so many: three to take home, three to take a request of zero."""
+
 _ROOM = 1024
 """Changes of the lines that a run leaves room for, beside two an edge; more are fetched in further turns."""
 
 DECODER_CHIP = ReceiverSettings(filter_samples=3, clock_hz=14_000_000, counter_bits=0)
 """The HCTL-2000: a level counts once three clocks in a row have seen it; 14 MHz is its fastest clock (data sheet
 HCTL-2000/2016/2020, "Digital Noise Filter" and "Functional Pin Description", CLK)."""
+
+
+def reading_ps(microcontroller: Microcontroller) -> int:
+    """Return within how long a reading of the PC's words comes.
+
+    Examples
+    --------
+    >>> reading_ps(Microcontroller.named("8051-12mhz")) / 1e9
+    1.25
+    """
+    cycle_num, cycle_den = microcontroller.cycle_ps
+    return max(READING_PS, READING_CYCLES * cycle_num // cycle_den)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +136,7 @@ class Board:
         state.cycle_num, state.cycle_den = microcontroller.cycle_ps
         state.cycles_per_ps = state.cycle_den / state.cycle_num
         state.sample_ps = microcontroller.sample_ps
-        state.reading_ps = max(READING_PS, READING_CYCLES * state.cycle_num // state.cycle_den)
+        state.reading_ps = reading_ps(microcontroller)
         state.latched = int(hold_latch)
         state.trip_n = 1
         DECODER_CHIP.fill(state.decoder)
@@ -144,7 +159,7 @@ class Board:
     def ask(self, total: int, *, large: bool = False, probing: bool = False, home: bool = False) -> None:
         """Put the PC's words out: the requested total of steps and its status."""
         whole_within("total", total, -32768, 32767)
-        kernels.ask(self._inner[0], total, large | probing << 1 | home << 2)
+        kernels.ask(self._inner[0], total, large * kernels.LARGE | probing * kernels.PROBING | home * kernels.HOME)
 
     def switch(self, on: bool) -> None:
         """Throw the switch that allows corrections."""
@@ -162,7 +177,7 @@ class Board:
         """
         for home in (True, False):
             self.ask(0, home=home)
-            self.idle(until_ps=self.now_ps + 3 * int(self._state.reading_ps))
+            self.idle(until_ps=self.now_ps + START_UP_READINGS // 2 * int(self._state.reading_ps))
         return self.words.status
 
     @property

@@ -14,6 +14,12 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     timing, design = path.injector.timing, path.injector.design
     forward = "+" if path.direction > 0 else "-"
     insertions, received = result.insertions, result.received
+    inside = []
+    if insertions.longest_ps is not None and insertions.real_inside is not None:
+        inside = [
+            ("last change after its edge, at most", _time(insertions.longest_ps)),
+            ("real edges inside insertions", _whole(insertions.real_inside)),
+        ]
     rows = [
         ("encoder frequency", _hertz(result.frequency_hz)),
         ("real edges", f"{_whole(result.edges)} in {forward} direction"),
@@ -23,8 +29,7 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
         ("corrections inserted", f"{_whole(result.corrections_inserted)} steps"),
         ("corrections left over", f"{_whole(result.pending)} steps"),
         ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
-        ("last change after its edge, at most", _time(insertions.longest_ps)),
-        ("real edges inside insertions", _whole(insertions.real_inside)),
+        *inside,
         ("illegal transitions", _whole(received.illegal_transitions)),
         ("shortest time between edges", _time(received.min_separation_ps)),
         ("changes swallowed by the filter", _whole(received.filtered)),
@@ -32,7 +37,11 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
         ("servo fault", "none" if received.fault_ps is None else f"at {_time(received.fault_ps)}"),
         ("simulated", f"{result.simulated_s:.6g} s in {result.wall_s:.3g} s"),
     ]
-    table = Table(title=f"design {design.value}, worst insertion {_time(timing.worst_ps(design))}", show_header=False)
+    processor = path.microcontroller
+    box = (
+        f"worst insertion {_time(timing.worst_ps(design))}" if processor is None else f"firmware on {processor.name}"
+    )
+    table = Table(title=f"design {design.value}, {box}", show_header=False)
     table.add_column()
     table.add_column(justify="right")
     for row in rows:
@@ -61,6 +70,8 @@ def verdict(path: OpenPath, result: OpenPathResult) -> str:
 
 def _gate_reason(path: OpenPath, result: OpenPathResult) -> str:
     timing: Timing = path.injector.timing
+    if path.microcontroller is not None:
+        return " (refused by the program's speed gate, or asked for since its last reading)"
     if not result.insertions.refused or timing.gate_margin is None:
         return ""
     limit_hz = timing.limit_hz(path.injector.design) / (1.0 + timing.gate_margin)

@@ -183,10 +183,6 @@ def _settings(
 
     insertion = Design.named(design)
     processor = member(timing, Processor, name="--timing")
-    if processor is Processor.FIRMWARE:
-        raise ArgumentError(
-            "--timing", timing, "8051 or fast", "the firmware's program runs in 'rtec run --firmware'"
-        )
     try:
         conversation = Conversation(window_steps=whole(window, name="--window"))
         conversation = dataclasses.replace(

@@ -205,7 +205,6 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of firmware as one."""
     from rtec.cli.firmware_build import build, copy
     from rtec.cli.firmware_check import check
-    from rtec.cli.firmware_compare import compare
 
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
@@ -217,7 +216,6 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
         "copy": copy,
         "build": build,
         "check": check,
-        "compare": compare,
     }
     for name, verb in verbs.items():
         app.command(name)(verb)

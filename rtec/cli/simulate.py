@@ -53,6 +53,8 @@ _OPTIONS = {
     "design": "--design",
 }
 """The option behind each parameter that a face can refuse."""
+_FIRMWARE = "firmware"
+"""The --timing of a box in which the design's program runs."""
 _PARAMETER = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
 
 
@@ -78,7 +80,7 @@ def simulate(
     frequency: Annotated[str, _option("--frequency", None, "500kHz", "Of the encoder's A (or B) square wave.")],
     cycles: Annotated[str, _option("--cycles", None, "N", "Length of the motion; a cycle is four counts.")],
     corrections: Annotated[str, _option("--corrections", None, "N", "Steps asked for, spread evenly.")],
-    timing: Annotated[str, _option("--timing", None, "8051|fast|firmware", "Processor of the box.")] = "fast",
+    timing: Annotated[str, _option("--timing", None, "8051|fast|firmware", "What works in the box.")] = "fast",
     direction: Annotated[str, _option("--direction", None, "+|-", "Of the motion.")] = "+",
     sign: Annotated[str, _option("--sign", None, "+|-", "- takes counts away instead of adding them.")] = "+",
     seed: Annotated[str, _option("--seed", None, "N", "Of jitter and glitches.")] = "0",
@@ -134,20 +136,24 @@ def simulate(
     """Send an encoder's edges at constant speed through the box into the controller, and compare the counts.
 
     Exits with 1 where corrections are left over, a transition is illegal or a count is wrong. Times, frequencies and
-    angles carry their units. What is not given of the box is that of the --timing: 8051 is the report's, firmware the
-    same processor as measured on its program's trace.
+    angles carry their units. What is not given of the box is that of the --timing: 8051 is the report's words; with
+    firmware the design's program runs on a 12 MHz 8051, instruction by instruction.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     """
     from rtec.axis import Encoder, Imperfections
+    from rtec.board import Microcontroller
     from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
     from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
     from rtec.machine import OpenPath
 
     with _named_as_options():
         insertion = Design.named(design)
-        processor = member(timing, Processor, name="--timing")
-        if processor is Processor.FIRMWARE:
+        timings = [*(known.value for known in Processor), _FIRMWARE]
+        timing = choice(timing, timings, name="--timing")
+        runs_firmware = timing == _FIRMWARE
+        processor = Processor.MCS51 if runs_firmware else Processor(timing)
+        if runs_firmware:
             own = {"--poll": poll, "--poll-offset": poll_offset, "--decide": decide, "--step": step, "--rest": rest,
                    "--recover": recover, "--latency": latency, "--gate-margin": gate_margin}  # fmt: skip
             _refuse_times(own, no_gate)
@@ -198,6 +204,7 @@ def simulate(
             cycles=whole(cycles, name="--cycles"),
             corrections=_sign(sign, "--sign") * _steps(corrections, "--corrections"),
             direction=_sign(direction, "--direction"),
+            microcontroller=Microcontroller.named("8051-12mhz") if runs_firmware else None,
         )
         _carry_out(path, vcd, force, as_json)
 

@@ -2,12 +2,10 @@
 
 from rtec.injector.box import Injector, InjectorSettings, Insertions, PowerLoss, RealEdges
 from rtec.injector.design import Design
-from rtec.injector.timing import Effect, FirmwareTiming, Processor, Timing
+from rtec.injector.timing import Processor, Timing
 
 __all__ = [
     "Design",
-    "Effect",
-    "FirmwareTiming",
     "Injector",
     "InjectorSettings",
     "Insertions",

@@ -10,16 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, kernel, step
 from rtec.injector._design_kernels import ORIGINAL, B, changes_of
-from rtec.injector._firmware_kernels import (
-    firmware_edge,
-    firmware_fire,
-    firmware_off,
-    firmware_request,
-    firmware_start,
-)
-from rtec.injector._firmware_pins_kernels import ADVANCE, KEEP, LATCHING, RELEASING, START_UP_CYCLES, STEPPING
 from rtec.injector._insertion_kernels import (
     advance_insertion,
     arm_at_rest,
@@ -34,7 +26,7 @@ from rtec.injector._insertion_kernels import (
     write,
 )
 from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, LETTING_GO, RUNNING, SAMPLING, WRITING
+from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, LETTING_GO, SAMPLING, WRITING
 from rtec.signal._kernels import NEVER
 
 
@@ -54,13 +46,7 @@ def note_edge(s: Record, t_ps: int, ab: int) -> None:
 @step
 def injector_edge(s: Record, t_ps: int, ab: int) -> None:
     """Take a real transition to ``ab`` at ``t_ps``."""
-    before = s.ab_in
     note_edge(s, t_ps, ab)
-    if s.program == 1:
-        firmware_edge(s, t_ps, before)
-        if s.design != B:
-            drive(s)
-        return
     if s.design == B:
         if s.powered == 1 and (s.phase == IDLE or (s.phase == ARMED and t_ps <= s.recognised_ps)):
             begin_sampling(s, t_ps)
@@ -80,32 +66,11 @@ def injector_edge(s: Record, t_ps: int, ab: int) -> None:
     drive(s)
 
 
-@helper
-def fire_firmware(s: Record, t_ps: int) -> None:
-    """Carry out an event of the firmware's timing."""
-    order = firmware_fire(s)
-    if order == ADVANCE:
-        advance_insertion(s)
-    if order != KEEP:
-        drive(s)
-    if s.closing == 1:
-        close_firmware(s, t_ps)
-
-
-@step
-def close_firmware(s: Record, t_ps: int) -> None:
-    """Take the power away unless an insertion is under way."""
-    if not (LATCHING <= s.place <= RELEASING or s.place == STEPPING):
-        injector_power(s, t_ps, 0)
-
-
 @step
 def injector_fire(s: Record) -> None:
     """Carry out the box's own event at ``next_ps``."""
     t_ps = s.next_ps
-    if s.phase == RUNNING:
-        fire_firmware(s, t_ps)
-    elif s.phase == SAMPLING:
+    if s.phase == SAMPLING:
         sample(s, t_ps)
     elif s.phase == WRITING:
         write(s, t_ps)
@@ -138,9 +103,6 @@ def injector_fire(s: Record) -> None:
 def injector_request(s: Record, t_ps: int, total: int) -> None:
     """Take the total of steps over that the box is to have inserted."""
     s.requested = total
-    if s.program == 1:
-        firmware_request(s, t_ps)
-        return
     if total == s.completed and s.phase == ARMED and t_ps <= s.recognised_ps:
         cancel(s)
     arm_at_rest(s, t_ps)
@@ -150,8 +112,6 @@ def injector_request(s: Record, t_ps: int, total: int) -> None:
 def injector_enable(s: Record, t_ps: int, enabled: int) -> None:
     """Allow or forbid insertions; one that is recognised already is carried to its end."""
     s.enabled = enabled
-    if s.program == 1:
-        return
     if enabled == 0 and s.phase == ARMED and t_ps <= s.recognised_ps:
         cancel(s)
     arm_at_rest(s, t_ps)
@@ -162,9 +122,7 @@ def injector_shutdown(s: Record, t_ps: int) -> None:
     """Switch the box off in good order: what is under way is carried to its end, then the power goes."""
     injector_enable(s, t_ps, 0)
     s.closing = 1
-    if s.program == 1:
-        close_firmware(s, t_ps)
-    elif s.phase == IDLE:
+    if s.phase == IDLE:
         injector_power(s, t_ps, 0)
 
 
@@ -192,13 +150,6 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
         s.ready_ps = t_ps + s.recover_ps
         s.last_edge_ps = t_ps  # whether the axis rests, and how fast it moves, is still to be seen
         s.edge_before_ps = -NEVER
-    if s.program == 1:
-        s.phase = RUNNING
-        if powered == 0:
-            firmware_off(s)
-        else:
-            s.origin_ps = t_ps + START_UP_CYCLES * s.cycle_ps
-            firmware_start(s)
     drive(s)
 
 
@@ -217,10 +168,6 @@ def injector_reset(s: Record, ab: int) -> None:
     s.seen_out = ab
     s.last_edge_ps = -NEVER
     s.edge_before_ps = -NEVER
-    if s.program == 1:
-        s.phase = RUNNING
-        s.origin_ps = s.start_ps
-        firmware_start(s)
 
 
 @kernel

@@ -64,15 +64,6 @@ class InjectorSettings:
         state.rest_ps = timing.rest_ps
         state.holds = int(self.real_edges is RealEdges.HOLD)
         state.releases = int(self.power_loss is PowerLoss.RELEASE)
-        firmware = timing.firmware
-        if firmware is not None:
-            state.program = 1
-            state.effects = firmware.effects.value
-            state.cycle_ps = firmware.cycle_ps
-            state.sample_ps = firmware.sample_ps
-            state.start_ps = firmware.start_ps
-            state.gate_counts = firmware.gate_counts
-            state.fast_counts = firmware.fast_counts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,10 +82,11 @@ class Insertions:
     """Counts by which the controller's side went ahead of the encoder's, by ideal decoders on both sides."""
     illegal: int
     """Changes of both lines at one instant at the controller's side that the encoder's side did not make."""
-    real_inside: int
-    """Real edges that fell between the look that begins an insertion and its last change."""
-    longest_ps: int
-    """Longest time from a transition to the last change of the insertion that followed it."""
+    real_inside: int | None
+    """Real edges that fell between the look that begins an insertion and its last change; None where a program runs,
+    whose looks are its own."""
+    longest_ps: int | None
+    """Longest time from a transition to the last change of the insertion that followed it; None as above."""
 
 
 class Injector:
@@ -188,8 +180,7 @@ class Injector:
     def _run(self, edges: EdgeStream, until_ps: int) -> None:
         state, from_ps, before = self._state, self._now_ps, int(self._state.seen_out)
         most = (self._later(until_ps) - from_ps) // int(state.decide_ps) + 1
-        requested, accepted, completed = int(state.requested), int(state.accepted), int(state.completed)
-        at_rest = min(most, abs(requested - completed) + abs(accepted - requested))
+        at_rest = min(most, abs(int(state.requested) - int(state.completed)))
         room = 6 * edges.times_ps.size + 5 * at_rest + 8
         times = np.empty(room, dtype=np.int64)
         levels = np.empty(room, dtype=np.uint8)
@@ -201,15 +192,16 @@ class Injector:
         return self._now_ps
 
 
-def insertions_of(state: Record) -> Insertions:
-    """Return the observations in a kernel's state."""
+def insertions_of(state: Record, board: Record | None = None) -> Insertions:
+    """Return the observations in a kernel's state, those of the lines by a board's monitor where there is one."""
+    monitor = state if board is None else board
     return Insertions(
         requested=int(state.requested),
         completed=int(state.completed),
         inserted=int(state.inserted),
         refused=int(state.refused),
-        ahead_counts=int(state.ahead),
-        illegal=int(state.illegal_out),
-        real_inside=int(state.real_inside),
-        longest_ps=int(state.longest_ps),
+        ahead_counts=int(monitor.ahead),
+        illegal=int(monitor.illegal_out),
+        real_inside=int(state.real_inside) if board is None else None,
+        longest_ps=int(state.longest_ps) if board is None else None,
     )

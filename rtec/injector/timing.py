@@ -6,7 +6,6 @@ import enum
 from dataclasses import dataclass, replace
 
 from rtec.checks import number_within, whole_within
-from rtec.injector import _firmware_pins_kernels
 from rtec.injector.design import Design
 
 US = 1_000_000
@@ -22,60 +21,6 @@ class Processor(enum.Enum):
     """The report's 12 MHz 8051, one machine cycle a microsecond."""
     FAST = "fast"
     """Dedicated logic with steps of about 100 ns, for encoders of 500 kHz."""
-    FIRMWARE = "firmware"
-    """The same 8051 with the timing measured on the firmware's trace, to the clock."""
-
-
-class Effect(enum.Flag):
-    """What the firmware's timing has and the report's words have not; each can be left out, to show what it does."""
-
-    READINGS = _firmware_pins_kernels.READINGS
-    """A reading of the PC's words every 1000 cycles, during which the processor does not look at the lines."""
-    INTERRUPT = _firmware_pins_kernels.INTERRUPT
-    """The timer's interrupt waits for the end of an instruction; from there to the reading it takes 12 cycles."""
-    ARMING = _firmware_pins_kernels.ARMING
-    """Once the gate's timer is over, the line and what came meanwhile are looked at, before the wait begins."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FirmwareTiming:
-    """The firmware's own timing on the 12-clock part: its looks begin anew with each search.
-
-    Parameters
-    ----------
-    gate_counts
-        Cycles that the gate's timer counts.
-    fast_counts
-        Counts between two readings beyond which no search begins.
-    cycle_ps
-        Length of a machine cycle.
-    sample_ps
-        When in a cycle the pins are sampled (S5P2: after 9 of 12 clocks).
-    start_ps
-        When a reading begins, so that the phase between encoder and program is set.
-    effects
-        Those that are not left out.
-
-    Examples
-    --------
-    >>> FirmwareTiming(gate_counts=4, fast_counts=105).effects == Effect.READINGS | Effect.INTERRUPT | Effect.ARMING
-    True
-    """
-
-    gate_counts: int
-    fast_counts: int
-    cycle_ps: int = 1_000_000
-    sample_ps: int = 750_000
-    start_ps: int = 0
-    effects: Effect = Effect.READINGS | Effect.INTERRUPT | Effect.ARMING
-
-    def __post_init__(self) -> None:
-        """Check the ranges."""
-        whole_within("gate_counts", self.gate_counts, 1, 256)
-        whole_within("fast_counts", self.fast_counts, 1, 2047)
-        whole_within("cycle_ps", self.cycle_ps, 12, _LONGEST_PS, unit="ps")
-        whole_within("sample_ps", self.sample_ps, 0, self.cycle_ps - 1, unit="ps (within a cycle)")
-        whole_within("start_ps", self.start_ps, -_LONGEST_PS, 100_000 * _LONGEST_PS, unit="ps")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,8 +46,6 @@ class Timing:
     gate_margin
         The speed gate refuses where an insertion, this share longer than at worst, would not end before the next
         edge of a steady motion; None switches the gate off.
-    firmware
-        Timing of its own that takes the place of all these, which then only say what to expect; None: there is none.
 
     Raises
     ------
@@ -128,7 +71,6 @@ class Timing:
     latency_ps: int = 100 * NS
     rest_ps: int = 1000 * US
     gate_margin: float | None = 0.15
-    firmware: FirmwareTiming | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -158,14 +100,9 @@ class Timing:
           two levels instead of four.
 
         ``fast`` takes 100 ns for each of these steps, 125 ns for Design C.
-
-        ``firmware`` is what the trace shows (docs/behaviour.md): the pins are sampled in S5P2 of a cycle and
-        outputs change at the beginning of a later one, so each delay is a number of cycles and a quarter.
         """
         if processor is Processor.FAST:
             return cls(decide_ps=125 * NS, step_ps=125 * NS) if design is Design.C else cls()
-        if processor is Processor.FIRMWARE:
-            return _of_firmware(design)
         common = cls(poll_ps=2 * US, step_ps=1 * US, recover_ps=2 * US)
         if design is Design.B:
             return replace(common, poll_ps=4 * US, latency_ps=5 * US, decide_ps=5 * US)
@@ -190,20 +127,3 @@ class Timing:
             return 0
         quarters = 4 if design is Design.ORIGINAL else 2
         return round(quarters * self.worst_ps(design) * (1.0 + self.gate_margin))
-
-
-_QUARTER_PS = US // 4
-"""From S5P2 of a cycle to the beginning of the next one."""
-
-
-def _of_firmware(design: Design) -> Timing:
-    """Return the timing that the trace of the committed image for the 12 MHz 8051 shows."""
-    gate_counts = {Design.ORIGINAL: 29, Design.A: 17, Design.B: 59, Design.C: 4}[design]
-    fast_counts = {Design.ORIGINAL: 96, Design.A: 66, Design.B: 39, Design.C: 105}[design]
-    firmware = FirmwareTiming(gate_counts=gate_counts, fast_counts=fast_counts)
-    if design is Design.B:
-        return Timing(
-            poll_ps=6 * US, latency_ps=8 * US + _QUARTER_PS, decide_ps=8 * US, step_ps=1 * US, firmware=firmware
-        )
-    decide_ps = (8 if design is Design.A else 4) * US + _QUARTER_PS
-    return Timing(poll_ps=2 * US, decide_ps=decide_ps, step_ps=1 * US, recover_ps=2 * US, firmware=firmware)

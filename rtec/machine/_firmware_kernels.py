@@ -43,6 +43,8 @@ Bytes = NDArray[np.uint8]
 
 IDLE, WANTED, TAKEN, FOUND = 0, 1, 2, 3
 """Of the search for a round: none, a snapshot is wanted, it is taken, the round is known."""
+READINGS_TO_END = 4
+"""Readings after which what the firmware has begun is over, and said, once the switch is open."""
 STATE_BYTES = 512
 """Internal RAM, pins and registers."""
 
@@ -58,25 +60,30 @@ REST = np.dtype(
 )
 
 
+@step
+def note_insertions(s: Record, mem: Bytes) -> None:
+    """Note what the words to the PC say of insertions, in the record of the behavioural box."""
+    completed = signed_word(mem, WORDS + COMPLETED, 2)
+    s.inserted += abs(completed - s.completed)
+    s.completed = completed
+    refused = int(np.int64(mem[XRAM + WORDS + REFUSED]))
+    s.refused += (refused - s.refused) & 255
+
+
 @helper
 def take_words(m: Record, box: Any, t_ps: int) -> None:
     """Send the words on to the PC that have become valid at ``t_ps``, and note what they say."""
     _, _, mem, h, _, _, rest, snapshot = box
     position = signed_word(mem, WORDS, 3)
-    completed = signed_word(mem, WORDS + COMPLETED, 2)
-    s = m.injector
-    s.inserted += abs(completed - s.completed)
-    s.completed = completed
+    note_insertions(m.injector, mem)
     m.box.accepted = signed_word(mem, WORDS + COMPLETED + 2, 2)
-    s.requested = m.box.accepted
+    m.injector.requested = m.box.accepted
     status = int(np.int64(mem[XRAM + WORDS + STATUS]))
     if m.box.status == STATUS_NOT_HOMED and status != STATUS_NOT_HOMED:
         m.box.zero = m.encoder.count - position
     m.box.status = status
-    refused = int(np.int64(mem[XRAM + WORDS + REFUSED]))
-    s.refused += (refused - s.refused) & 255
     m.box.readings += 1
-    post(m.up, t_ps, position, completed, m.box.accepted, status)
+    post(m.up, t_ps, position, m.injector.completed, m.box.accepted, status)
     look_for_round(rest, mem, h, snapshot)
 
 
@@ -173,9 +180,9 @@ def words_valid(box: Any) -> bool:
 
 @step
 def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
-    """Open the switch; what the firmware has begun is over, and said, some readings later."""
+    """Open the switch, and let what the firmware has begun come to its end."""
     b, _, mem, h, log, _, _, _ = box
     status = m.box.status
     board_switch(b, mem, h, log, t_ps, 1, b.trip_n)
-    run_firmware(m, box, t_ps + 4 * b.reading_ps)
+    run_firmware(m, box, t_ps + READINGS_TO_END * b.reading_ps)
     m.box.status = status  # before the switch was opened

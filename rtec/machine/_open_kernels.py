@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, array_kernel, kernel, step
 from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, jitter, steady_crossing
+from rtec.board._board_kernels import LARGE, board_ask, board_edge, board_fire, board_run, board_switch, read_bus
 from rtec.controller._kernels import RECEIVER, X4, receiver_edge, receiver_reset, receiver_settle
 from rtec.injector._design_kernels import B
 from rtec.injector._kernels import (
@@ -23,6 +24,7 @@ from rtec.injector._kernels import (
 )
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import IDLE, INJECTOR, WRITING
+from rtec.machine._firmware_kernels import READINGS_TO_END, note_insertions
 from rtec.signal._kernels import NEVER, count_delta, level_of_state
 
 BLOCK = 16
@@ -56,28 +58,80 @@ def keep(tape: Any, side: int, t_ps: int, ab: int) -> None:
 
 
 @step
-def run_box_until(m: Record, t_ps: int, tape: Any) -> None:
+def see_gates(m: Record, gates: Record, t_ps: int, tape: Any) -> None:
+    """Let the receiver see what the gates drive, once all events of this instant are carried out."""
+    if observe(gates):
+        receiver_edge(m.receiver, t_ps, gates.ab_out)
+        keep(tape, 1, t_ps, gates.ab_out)
+
+
+@step
+def run_board_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
+    """Let the processor run up to ``t_ps``; what it changes at ``t_ps`` itself joins what comes next there."""
+    b, cpu, mem, h, log, queue = board
+    while True:
+        if board_run(b, cpu, mem, h, log, queue, t_ps):
+            read_bus(b, mem, h)
+        elif b.next_ps <= t_ps:
+            own_ps = b.next_ps
+            published = b.published
+            board_fire(b, mem, h, log)
+            if own_ps < t_ps:
+                see_gates(m, b, own_ps, tape)
+            if b.published > published:
+                note_insertions(m.injector, mem)
+        else:
+            return
+
+
+@step
+def run_box_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
     """Carry out the box's own events up to and at ``t_ps``; those at ``t_ps`` itself join what comes next there."""
+    if board is not None:
+        run_board_until(m, board, t_ps, tape)
+        return
     s = m.injector
     while s.next_ps <= t_ps:
         own_ps = s.next_ps
         while s.next_ps <= own_ps:
             injector_fire(s)
-        if own_ps < t_ps and observe(s):
-            receiver_edge(m.receiver, own_ps, s.ab_out)
-            keep(tape, 1, own_ps, s.ab_out)
+        if own_ps < t_ps:
+            see_gates(m, s, own_ps, tape)
 
 
 @step
-def pass_edge(m: Record, t_ps: int, tape: Any) -> None:
+def pass_edge(m: Record, board: Any, t_ps: int, tape: Any) -> None:
     """Send the encoder's levels at ``t_ps`` through box and receiver."""
-    s = m.injector
     ab = encoder_level(m.encoder)
     keep(tape, 0, t_ps, ab)
-    injector_edge(s, t_ps, ab)
-    if observe(s):
-        receiver_edge(m.receiver, t_ps, s.ab_out)
-        keep(tape, 1, t_ps, s.ab_out)
+    if board is not None:
+        b, _, mem, h, log, _ = board
+        board_edge(b, mem, h, log, t_ps, ab)
+        see_gates(m, b, t_ps, tape)
+    else:
+        injector_edge(m.injector, t_ps, ab)
+        see_gates(m, m.injector, t_ps, tape)
+
+
+@step
+def pass_glitch(m: Record, board: Any, tape: Any) -> None:
+    """Send an edge of a glitch, the next thing that happens on the lines, through box and receiver."""
+    e = m.encoder
+    t_ps = max(glitch_toggle(e), e.last_ps + 1)
+    e.last_ps = t_ps
+    run_box_until(m, board, t_ps, tape)
+    pass_edge(m, board, t_ps, tape)
+
+
+@step
+def ask(m: Record, board: Any, t_ps: int) -> None:
+    """Ask for one step more; a window of the firmware's is meant to be exceeded."""
+    s = m.injector
+    if board is not None:
+        s.requested += m.sign
+        board_ask(board[2], s.requested, LARGE)
+    else:
+        injector_request(s, t_ps, s.requested + m.sign)
 
 
 @step
@@ -176,15 +230,24 @@ def start(m: Record, count: int) -> None:
     m.due = m.edges - 1
 
 
+@kernel
+def switch_on_controller(m: Record, ab: int) -> None:
+    """Let the receiver begin with the levels that the box drives."""
+    receiver_reset(m.receiver, ab)
+
+
 @array_kernel
-def run(m: Record, edges: int, tape: Any) -> None:
-    """Move over the next ``edges`` lines at constant speed."""
+def run(m: Record, edges: int, board: Any, tape: Any) -> None:
+    """Move over the next ``edges`` lines at constant speed.
+
+    ``board`` is None, or the box's circuits, processor, memory, hidden state, log and an empty queue.
+    """
     e = m.encoder
     blocks_ps = np.empty((2, BLOCK), np.int64)
     shifts_ps = np.empty(BLOCK, np.int64)
     left = edges
     while left > 0:
-        if tape is None and m.in_blocks == 1 and passes_unchanged(m):
+        if board is None and tape is None and m.in_blocks == 1 and passes_unchanged(m):
             before = e.serial
             # up to the edge before the next request
             until_due = (m.edges - 1 - m.due) // m.corrections if m.corrections > 0 else left
@@ -196,35 +259,34 @@ def run(m: Record, edges: int, tape: Any) -> None:
         left -= 1
         crossing_ps = steady_crossing(e)
         while e.glitch_next_ps < crossing_ps:
-            t_ps = max(glitch_toggle(e), e.last_ps + 1)
-            e.last_ps = t_ps
-            run_box_until(m, t_ps, tape)
-            pass_edge(m, t_ps, tape)
+            pass_glitch(m, board, tape)
         t_ps = emit(e, crossing_ps, e.step_sign)
-        run_box_until(m, t_ps, tape)
+        run_box_until(m, board, t_ps, tape)
         m.due += m.corrections
         while m.due >= m.edges:
             m.due -= m.edges
-            injector_request(m.injector, t_ps, m.injector.requested + m.sign)
-        pass_edge(m, t_ps, tape)
+            ask(m, board, t_ps)
+        pass_edge(m, board, t_ps, tape)
 
 
 @kernel
-def finish(m: Record, settle_ps: int, tape: Any) -> int:
+def finish(m: Record, settle_ps: int, board: Any, tape: Any) -> int:
     """Stop: end what is under way, but begin nothing at rest; return the time at which all is settled."""
     e, s = m.encoder, m.injector
     while e.glitch_next_ps < e.last_ps + s.rest_ps:
-        t_ps = max(glitch_toggle(e), e.last_ps + 1)
-        e.last_ps = t_ps
-        run_box_until(m, t_ps, tape)
-        pass_edge(m, t_ps, tape)
+        pass_glitch(m, board, tape)
     end_ps = e.last_ps
-    while s.next_ps < e.last_ps + s.rest_ps:
-        end_ps = s.next_ps
-        run_box_until(m, end_ps, tape)
-        if observe(s):
-            receiver_edge(m.receiver, end_ps, s.ab_out)
-            keep(tape, 1, end_ps, s.ab_out)
+    if board is not None:
+        b, _, mem, h, log, _ = board
+        board_switch(b, mem, h, log, end_ps, 1, b.trip_n)
+        end_ps += READINGS_TO_END * b.reading_ps
+        run_board_until(m, board, end_ps, tape)
+        see_gates(m, b, end_ps, tape)
+    else:
+        while s.next_ps < e.last_ps + s.rest_ps:
+            end_ps = s.next_ps
+            run_box_until(m, board, end_ps, tape)
+            see_gates(m, s, end_ps, tape)
     end_ps += settle_ps
     receiver_settle(m.receiver, end_ps)
     return end_ps

@@ -131,9 +131,6 @@ class Machine:
                     f"window {WINDOW_STEPS} and grace {GRACE_READINGS} with the firmware",
                     "they stand in its source (rtec.inc)",
                 )
-        if self.injector is not None and self.injector.timing.firmware is not None:
-            allowed = "a timing without a program: the loop has readings of its own"
-            raise ArgumentError("injector.timing", "that of the firmware", allowed, "take Processor.MCS51")
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""
@@ -289,12 +286,10 @@ def run_machine(
             break
     settle: Any = _loop_kernels.come_to_rest
     settle(state, box)
-    if board is not None:
-        state.injector.ahead = board.state.ahead
-        state.injector.illegal_out = board.state.illegal_out
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
-    result = _result(machine, state, readings - target, None if trace is None else trace[0][: trace[2][0]], wall_s)
+    rows = None if trace is None else trace[0][: trace[2][0]]
+    result = _result(machine, state, board, readings - target, rows, wall_s)
     if board is None:
         return result
     *_, rest, _ = box
@@ -360,10 +355,15 @@ def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np
 
 
 def _result(
-    machine: Machine, state: Record, deviation: NDArray[np.float64], trace: NDArray[np.float64] | None, wall_s: float
+    machine: Machine,
+    state: Record,
+    board: Board | None,
+    deviation: NDArray[np.float64],
+    trace: NDArray[np.float64] | None,
+    wall_s: float,
 ) -> LoopResult:
     """Collect what the state says at the end, and audit the counts."""
-    insertions = insertions_of(state.injector)
+    insertions = insertions_of(state.injector, None if board is None else board.state)
     received = result_of(state.receiver)
     step = machine.injector.design.step_counts if machine.injector else 0
     encoder_counts = int(state.encoder.count)

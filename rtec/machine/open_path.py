@@ -6,16 +6,19 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.axis import Encoder
+from rtec.board import Board, Microcontroller
+from rtec.board.board import START_UP_READINGS, reading_ps
 from rtec.checks import number_within, whole_within
 from rtec.controller import ReceiverResult, ReceiverSettings
 from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
-from rtec.injector import InjectorSettings, Insertions
+from rtec.injector import InjectorSettings, Insertions, RealEdges
 from rtec.injector.box import insertions_of
 from rtec.machine import _open_kernels
 from rtec.signal import VcdSignal, VcdWriter
@@ -46,6 +49,9 @@ class OpenPath:
         Steps asked for, spread evenly over the motion; negative ones take counts away.
     direction
         +1 or -1.
+    microcontroller
+        A processor that runs the design's firmware in the box, in place of the behavioural model of it. Design and
+        hold latch are those of ``injector``; its times are the firmware's own.
 
     Raises
     ------
@@ -69,6 +75,7 @@ class OpenPath:
     direction: int = 1
     encoder: Encoder = field(default_factory=Encoder)
     receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
+    microcontroller: Microcontroller | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -79,7 +86,11 @@ class OpenPath:
             raise ArgumentError("cycles", cycles, f"at most {most}, 50 days at this frequency")
         if self.direction not in (1, -1):
             raise ArgumentError("direction", self.direction, "+1 or -1")
-        whole_within("corrections", self.corrections, -16 * cycles, 16 * cycles, unit="(at most 4 an edge)")
+        most, why = 16 * cycles, "(at most 4 an edge)"
+        word = self.injector.design.word_limit
+        if self.microcontroller is not None and word < most:
+            most, why = word, "(the total that the firmware's word holds)"
+        whole_within("corrections", self.corrections, -most, most, unit=why)
 
     def state(self) -> Record:
         """Return the kernel's state at the start."""
@@ -93,6 +104,22 @@ class OpenPath:
         state.sign = 1 if self.corrections >= 0 else -1
         _open_kernels.start(state, 0)
         return state
+
+    def board(self) -> Board | None:
+        """Return the box with its firmware, homed and with its lines through, before time 0."""
+        if self.microcontroller is None:
+            return None
+        board = Board(
+            self.injector.design,
+            self.microcontroller,
+            initial=self.encoder.level_at_home,
+            hold_latch=self.injector.real_edges is RealEdges.HOLD,
+            start_ps=-2 * START_UP_READINGS * reading_ps(self.microcontroller),
+        )
+        board.start_up()
+        board.idle(until_ps=0)
+        board.begin_counting()
+        return board
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,14 +189,14 @@ class OpenPathResult:
 class _Tape:
     """Edges of both sides of the box on their way into a waveform file."""
 
-    def __init__(self, path: Path, level: int) -> None:
+    def __init__(self, path: Path, *levels: int) -> None:
         room = 8 * _TAPE_EDGES
         self.arrays = (np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64))
-        self.levels = [level, level]
-        scopes = ("encoder", "controller")
+        self.levels = list(levels)
+        scopes = zip(("encoder", "controller"), levels, strict=True)
         self.writer = VcdWriter(
             path,
-            signals=[VcdSignal(scope=s, name=n, initial=level >> b & 1) for s in scopes for b, n in enumerate("AB")],
+            signals=[VcdSignal(scope=s, name=n, initial=at >> b & 1) for s, at in scopes for b, n in enumerate("AB")],
         )
 
     def spool(self) -> None:
@@ -225,18 +252,28 @@ def simulate(
     state = path.state()
     state.in_blocks = int(in_blocks)
     total = 4 * path.cycles
-    _open_kernels.run(state, 0, None)  # machine code is loaded before the clock starts
+    board = path.board()
+    box = _box_of(state, board)
+    _open_kernels.run(state, 0, box, None)  # machine code is loaded before the clock starts
     if vcd is None:
-        wall_s = _run(state, total, _CHUNK_EDGES, None, progress)
-        end_ps = _open_kernels.finish(state, _settle_ps(path), None)
+        wall_s = _run(state, total, _CHUNK_EDGES, box, None, progress)
+        end_ps = _open_kernels.finish(state, _settle_ps(path), box, None)
     else:
-        tape = _Tape(vcd, int(state.injector.ab_out))
+        tape = _Tape(vcd, path.encoder.level_at_home, int(state.receiver.raw))
         with tape.writer:
-            wall_s = _run(state, total, _TAPE_EDGES, tape, progress)
-            end_ps = _open_kernels.finish(state, _settle_ps(path), tape.arrays)
+            wall_s = _run(state, total, _TAPE_EDGES, box, tape, progress)
+            end_ps = _open_kernels.finish(state, _settle_ps(path), box, tape.arrays)
             tape.spool()
             tape.writer.finish(int(end_ps))
-    return _result(path, state, end_ps, wall_s)
+    return _result(path, state, board, end_ps, wall_s)
+
+
+def _box_of(state: Record, board: Board | None) -> Any:
+    """Return the box with its firmware as the kernel wants it, its lines where the controller begins to count."""
+    if board is None:
+        return None
+    _open_kernels.switch_on_controller(state, board.state.ab_out)
+    return board.state, board.cpu.loop, *board.cpu.arrays, np.zeros((0, 3), np.int64)
 
 
 def _settle_ps(path: OpenPath) -> int:
@@ -245,14 +282,14 @@ def _settle_ps(path: OpenPath) -> int:
 
 
 def _run(
-    state: Record, total: int, chunk: int, tape: _Tape | None, progress: Callable[[float], None] | None
+    state: Record, total: int, chunk: int, box: Any, tape: _Tape | None, progress: Callable[[float], None] | None
 ) -> float:
     """Run all edges chunk by chunk; return the wall-clock seconds."""
     begun = time.perf_counter()
     done = 0
     while done < total:
         part = min(chunk, total - done)
-        _open_kernels.run(state, part, None if tape is None else tape.arrays)
+        _open_kernels.run(state, part, box, None if tape is None else tape.arrays)
         if tape is not None:
             tape.spool()
         done += part
@@ -261,9 +298,9 @@ def _run(
     return time.perf_counter() - begun
 
 
-def _result(path: OpenPath, state: Record, end_ps: int, wall_s: float) -> OpenPathResult:
+def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wall_s: float) -> OpenPathResult:
     """Collect what the run's state says."""
-    insertions = insertions_of(state.injector)
+    insertions = insertions_of(state.injector, None if board is None else board.state)
     received = result_of(state.receiver)
     encoder_counts = int(state.encoder.count)
     step = path.injector.design.step_counts

@@ -94,7 +94,7 @@ class StationSettings:
     Raises
     ------
     ArgumentError
-        A value outside its range; a receiver whose counts are coarser than the encoder's; a timing with a program.
+        A value outside its range; a receiver whose counts are coarser than the encoder's.
     """
 
     axis: int = 1
@@ -117,8 +117,6 @@ class StationSettings:
         number_within("following_limit_mm", self.following_limit_mm, 1e-6, 1e6, unit="mm")
         if self.receiver.multiplication is not Multiplication.X4:
             raise ArgumentError("multiplication", self.receiver.multiplication.value, "4 (x4) in a corrected machine")
-        if self.injector.timing.firmware is not None:
-            raise ArgumentError("injector.timing", "that of the firmware", "a timing without a program")
 
     def fill(self, state: Record) -> None:
         """Write the parameters into a kernel's state."""

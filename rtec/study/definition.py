@@ -311,19 +311,11 @@ def _box(section: Section) -> dict[str, Any]:
         raise ArgumentError(section.where("designs"), [d.value for d in designs], "each design once")
     return {
         "designs": tuple(designs),
-        "processor": _profile(section),
+        "processor": section.choice("processor", Processor),
         "real_edges": section.choice("real_edges", RealEdges),
         "gate_margin": section.number("gate_margin", 0.0, 100.0),
         "rest_ps": section.time_ps("rest"),
     }
-
-
-def _profile(section: Section) -> Processor:
-    profile = section.choice("processor", Processor)
-    if profile is Processor.FIRMWARE:
-        hint = "rtec run --firmware runs the real machine code"
-        raise ArgumentError(section.where("processor"), profile.value, "8051 or fast", hint)
-    return profile
 
 
 def _conversation(section: Section) -> Conversation:

@@ -177,11 +177,6 @@ ELSEWHERE = (
     ),
     ("how fast the encoder may go", "rtec envelope", "[envelope](envelope.md)"),
     (
-        "the behavioural box beside the firmware, at every phase",
-        "rtec firmware compare --design all --phases 144",
-        "[behaviour](behaviour.md)",
-    ),
-    (
         "how often hidden effects are named right",
         "python -m tests.recovery.confusion --trials 125",
         "[confusion](confusion.md)",

@@ -2,19 +2,22 @@
 
 import itertools
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rtec._jit import new_record
 from rtec.axis import Encoder, Imperfections, _kernels
+from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, Multiplication, Receiver, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Injector, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import _open_kernels as open_kernels
-from rtec.machine.open_path import OpenPath, simulate
+from rtec.machine.open_path import OpenPath, _box_of as box_of, simulate
 from rtec.signal import EdgeStream
 
+TWELVE_MHZ = Microcontroller.named("8051-12mhz")
 STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
 FLAWED = Imperfections(phase_error_deg=10.0, duty_error_a=0.02, jitter_ps=20_000)
 
@@ -96,7 +99,7 @@ def test_the_loop_is_its_stages_with_glitches(design):
     state = path.state()
     room = 16 * 4 * path.cycles
     tape = np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
-    open_kernels.run(state, 4 * path.cycles, tape)
+    open_kernels.run(state, 4 * path.cycles, None, tape)
     used = tape[2].tolist()
     edges = EdgeStream(tape[0][0, : used[0]], tape[1][0, : used[0]], initial=0)
     assert used[0] > 4 * path.cycles + 100
@@ -208,3 +211,32 @@ def test_the_result_is_one_json_document_with_the_names_of_the_contract():
 def test_runs_that_cannot_be_are_named(name, value):
     with pytest.raises(ArgumentError, match=name):
         path_of(Design.C, **{name: value})
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize("design", list(Design))
+def test_a_running_program_in_the_open_path_is_the_board_between_the_same_edges(design, hold):
+    path = path_of(design, Processor.MCS51, hold=hold, frequency_hz=3e3, cycles=60, corrections=9, direction=-1)
+    path = replace(path, microcontroller=TWELVE_MHZ, encoder=Encoder(imperfections=FLAWED))
+    state, alone = path.state(), path.board()
+    box = box_of(state, path.board())
+    room = 20 * path.cycles
+    times, levels, used = tape = np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
+    open_kernels.run(state, 4 * path.cycles, box, tape)
+    end_ps = open_kernels.finish(state, 0, box, tape)
+    edges = EdgeStream(times[0, : used[0]], levels[0, : used[0]], initial=0)
+    due, asked, out, done = len(edges) - 1, 0, [], 0
+    for k, t_ps in enumerate(edges.times_ps.tolist()):
+        due += 9
+        if due >= len(edges):
+            due -= len(edges)
+            out.append(alone.process(edges.part(done, k), until_ps=t_ps))
+            done, asked = k, asked + 1
+            alone.ask(asked, large=True)
+    out.append(alone.process(edges.part(done, len(edges)), until_ps=t_ps + 1))
+    alone.switch(False)
+    out.append(alone.idle(until_ps=end_ps))
+    assert np.array_equal(times[1, : used[1]], np.concatenate([part.times_ps for part in out]))
+    assert np.array_equal(levels[1, : used[1]], np.concatenate([part.levels for part in out]))
+    assert int(state.injector.completed) == alone.words.completed > 5
+    assert simulate(path).audit
