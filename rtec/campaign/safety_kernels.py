@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, kernel, step
 from rtec.machine._cell_kernels import run
+from rtec.machine._line_kernels import NO_ALARM
 from rtec.machine._station_kernels import is_held
-from rtec.machine._station_line_kernels import NO_ALARM
 from rtec.predictors._kernels import error_at
 from rtec.requester._box_kernels import FATAL, RUNNING
 from rtec.signal._kernels import NEVER

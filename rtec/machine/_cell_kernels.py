@@ -25,8 +25,8 @@ from rtec.link._bus_kernels import (
     is_off,
 )
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.machine._station_kernels import is_held, station_advance, station_settle, station_turn
-from rtec.machine._station_line_kernels import (
+from rtec.machine._axis_kernels import settle_lines
+from rtec.machine._line_kernels import (
     CABLE_OPEN,
     GLITCHES,
     LINE_BROKEN,
@@ -37,6 +37,7 @@ from rtec.machine._station_line_kernels import (
     mend,
     strike,
 )
+from rtec.machine._station_kernels import is_held, station_advance, station_turn
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
 from rtec.requester._box_node_kernels import box_receive
@@ -307,4 +308,4 @@ def run(
 def settle(stations: NDArray[np.void]) -> None:
     """Bring everything under way at every axis to its end."""
     for i in range(stations.size):
-        station_settle(stations[i])
+        settle_lines(stations[i], None)

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from firmware_model.core._layout import BUS_AT, CYCLES, XRAM
 from rtec._jit import Record, helper, step
-from rtec.axis._kernels import encoder_level
 from rtec.board._board_kernels import (
     COMPLETED,
     REFUSED,
@@ -76,14 +75,14 @@ def take_words(m: Record, box: Any, t_ps: int) -> None:
     _, _, mem, h, _, _, rest, snapshot = box
     position = signed_word(mem, WORDS, 3)
     note_insertions(m.injector, mem)
-    m.box.accepted = signed_word(mem, WORDS + COMPLETED + 2, 2)
-    m.injector.requested = m.box.accepted
+    m.node.box.accepted = signed_word(mem, WORDS + COMPLETED + 2, 2)
+    m.injector.requested = m.node.box.accepted
     status = int(np.int64(mem[XRAM + WORDS + STATUS]))
-    if m.box.status == STATUS_NOT_HOMED and status != STATUS_NOT_HOMED:
-        m.box.zero = m.encoder.count - position
-    m.box.status = status
-    m.box.readings += 1
-    post(m.up, t_ps, position, m.injector.completed, m.box.accepted, status)
+    if m.node.box.status == STATUS_NOT_HOMED and status != STATUS_NOT_HOMED:
+        m.node.box.zero = m.encoder.count - position
+    m.node.box.status = status
+    m.node.box.readings += 1
+    post(m.node.up, t_ps, position, m.injector.completed, m.node.box.accepted, status)
     look_for_round(rest, mem, h, snapshot)
 
 
@@ -126,34 +125,39 @@ def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
     b.origin_ps += times * round_ps
     turns = times * round_ps // (rest.round_cycles * b.cycle_num // b.cycle_den)
     rest.skipped_cycles += turns * rest.round_cycles
-    deliver(m.up, t_ps)
-    deliver(m.down, t_ps)
+    deliver(m.node.up, t_ps)
+    deliver(m.node.down, t_ps)
     return True
 
 
 @step
-def deliver_board(m: Record, b: Record, t_ps: int) -> None:
+def deliver_board(m: Record, box: Any, t_ps: int) -> None:
     """Let the receiver see what the box drives, once all events of this instant are carried out."""
+    b, _, _, _, _, _, _, _ = box
     if observe(b):
         receiver_edge(m.receiver, t_ps, b.ab_out)
 
 
 @step
 def run_firmware(m: Record, box: Any, t_ps: int) -> None:
-    """Let the firmware run up to ``t_ps`` and carry out what it changes until then."""
+    """Let the firmware run up to ``t_ps`` and carry out what it changes until then.
+
+    What it changes at ``t_ps`` itself joins what comes next there; the controller sees it by :func:`deliver_board`.
+    """
     b, cpu, mem, h, log, queue, _, _ = box
     while True:
         if board_run(b, cpu, mem, h, log, queue, t_ps):
             if h[BUS_AT] >= REQUEST_LOW:
-                deliver(m.down, read_ps(b, h))
-                if m.down.delivered > 0:
-                    board_ask(mem, m.down.word0, m.down.word1)
+                deliver(m.node.down, read_ps(b, h))
+                if m.node.down.delivered > 0:
+                    board_ask(mem, m.node.down.word0, m.node.down.word1)
             read_bus(b, mem, h)
         elif b.next_ps <= t_ps:
             own_ps = b.next_ps
             published = b.published
             board_fire(b, mem, h, log)
-            deliver_board(m, b, own_ps)
+            if own_ps < t_ps:
+                deliver_board(m, box, own_ps)
             m.event_ps = max(m.event_ps, own_ps)
             if b.published > published:
                 take_words(m, box, own_ps)
@@ -163,12 +167,11 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> None:
 
 
 @step
-def firmware_edge(m: Record, box: Any, t_ps: int) -> None:
-    """Send a transition of the encoder, up to which the firmware has run, through the box."""
+def firmware_edge(box: Any, t_ps: int, level: int) -> None:
+    """Send a transition, up to which the firmware has run, into the box."""
     b, _, mem, h, log, _, _, _ = box
     forget_round(box)
-    board_edge(b, mem, h, log, t_ps, encoder_level(m.encoder))
-    deliver_board(m, b, t_ps)
+    board_edge(b, mem, h, log, t_ps, level)
 
 
 @step
@@ -182,7 +185,7 @@ def words_valid(box: Any) -> bool:
 def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
     """Open the switch, and let what the firmware has begun come to its end."""
     b, _, mem, h, log, _, _, _ = box
-    status = m.box.status
+    status = m.node.box.status
     board_switch(b, mem, h, log, t_ps, 1, b.trip_n)
     run_firmware(m, box, t_ps + READINGS_TO_END * b.reading_ps)
-    m.box.status = status  # before the switch was opened
+    m.node.box.status = status  # before the switch was opened

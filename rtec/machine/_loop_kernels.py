@@ -1,7 +1,7 @@
 """The closed loop in one compiled function: program, servo, axis, encoder, box, PC and receiver.
 
-Time advances from one servo tick to the next. Within a tick the acceleration is constant, so that the lines' crossing
-times have a closed form; box, PC and encoder events are taken in the order of their times. An axis at rest, with
+Time advances from one servo tick to the next (`rtec.machine._axis_kernels`), within a tick from one turn of box or PC
+to the next. An axis at rest, with
 nothing left to do for box and PC, is carried to the next time at which anything can change.
 """
 
@@ -13,43 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
-from rtec.axis._kernels import (
-    ENCODER,
-    PIECE,
-    emit,
-    encoder_level,
-    encoder_reset,
-    glitch_toggle,
-    jitter,
-    next_crossing,
-    set_piece,
-    turning_points,
-)
-from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_index, receiver_reset, receiver_settle
-from rtec.injector._kernels import (
-    injector_edge,
-    injector_enable,
-    injector_fire,
-    injector_request,
-    injector_reset,
-)
-from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import INJECTOR
-from rtec.link._kernels import MAILBOX, mailbox_reset
-from rtec.machine._firmware_kernels import (
-    firmware_edge,
-    forget_round,
-    run_firmware,
-    skip_rounds,
-    stop_firmware,
-    words_valid,
-)
+from rtec.axis._kernels import encoder_level, encoder_reset
+from rtec.controller._kernels import receiver_reset
+from rtec.injector._kernels import injector_enable, injector_request, injector_reset
+from rtec.link._kernels import mailbox_reset
+from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
+from rtec.machine._firmware_kernels import forget_round, skip_rounds, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
+from rtec.machine._line_kernels import AXIS
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
-from rtec.machine._servo_kernels import SERVO, command_at, servo_tick
+from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import believed_mm
-from rtec.requester._box_kernels import BOX, box_reset, box_tick
+from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
 from rtec.signal._kernels import NEVER
 
@@ -57,60 +33,25 @@ RUNNING, FINISHED, HELD, FAULTED = 0, 1, 2, 3
 
 MACHINE = np.dtype(
     [
-        ("encoder", ENCODER),
-        ("piece", PIECE),
-        ("injector", INJECTOR),
-        ("receiver", RECEIVER),
-        ("servo", SERVO),
+        *AXIS,
         ("play", PLAY),
         ("reader", READER),
-        ("box", BOX),
         ("pc", PC),
-        ("down", MAILBOX),
-        ("up", MAILBOX),
         ("thermometers", THERMOMETERS),
         ("restless", np.int64),  # 1: what the PC believes may change while the axis stands
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
-        ("event_ps", np.int64),  # of the last event carried out
         ("status", np.int64),
     ],
     align=True,
 )
 
 
-@step
-def deliver_lines(m: Record, t_ps: int) -> None:
-    """Let the receiver see what the behavioural box drives, once all events of this instant are carried out."""
-    if observe(m.injector):
-        receiver_edge(m.receiver, t_ps, m.injector.ab_out)
-
-
-@step
-def take_edge(m: Record, box: Any, t_ps: int) -> None:
-    """Send a transition of the encoder through the box."""
-    if box is None:
-        while m.injector.next_ps <= t_ps:
-            injector_fire(m.injector)
-        injector_edge(m.injector, t_ps, encoder_level(m.encoder))
-        deliver_lines(m, t_ps)
-    else:
-        firmware_edge(m, box, t_ps)
-
-
-@step
-def next_of_box(m: Record, box: Any) -> int:
-    """Return the time of the behavioural box's next event; that of a running firmware is not known beforehand."""
-    if box is None:
-        return min(m.injector.next_ps, m.box.next_ps) if m.correcting == 1 else m.injector.next_ps
-    return NEVER
-
-
 @helper
 def converse_box(m: Record, t_ps: int) -> None:
     """Let the box read the PC's words and pass its request on to the injector."""
-    total = box_tick(m.box, m.down, m.up, t_ps, m.encoder.count, m.injector.completed)
-    allowed = 1 if m.box.switch_on == 1 and m.box.probing == 0 else 0
+    total = box_tick(m.node.box, m.node.down, m.node.up, t_ps, m.box_count, m.injector.completed)
+    allowed = 1 if m.node.box.switch_on == 1 and m.node.box.probing == 0 else 0
     if m.injector.enabled != allowed:
         injector_enable(m.injector, t_ps, allowed)
     if total != m.injector.requested:
@@ -120,67 +61,34 @@ def converse_box(m: Record, t_ps: int) -> None:
 @helper
 def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC look at the box's words and send its next request."""
-    pc_start(m.pc, m.down, t_ps)
+    pc_start(m.pc, m.node.down, t_ps)
     if box is not None and not words_valid(box):
         pc_look(m.pc, t_ps, False)
         return
-    if pc_read(m.pc, m.up, t_ps):
+    if pc_read(m.pc, m.node.up, t_ps):
         read_thermometers(m.thermometers, t_ps, m.pc.sensors)
-        sense(m.pc, t_ps, m.up.delivered_ps, 1)
-        pc_request(m.pc, m.down, t_ps, believed_mm(model, m.pc.sensors, 0))
+        sense(m.pc, t_ps, m.node.up.delivered_ps, 1)
+        pc_request(m.pc, m.node.down, t_ps, believed_mm(model, m.pc.sensors, 0))
 
 
 @step
-def next_edge(m: Record, crossing_ps: int) -> int:
-    """Return when the line crossed at ``crossing_ps`` gives its edge, jitter included; nothing comes too late."""
-    if crossing_ps == NEVER:
+def next_turn(m: Record, box: Any) -> int:
+    """Return when box or PC takes its next turn; a running firmware takes its own."""
+    if m.correcting == 0:
         return NEVER
-    e = m.encoder
-    edge_ps = crossing_ps + jitter(e.seed, e.serial + 1, e.jitter_ps)
-    return max(edge_ps, max(e.last_ps + 1, m.event_ps))
+    if box is not None:
+        return int(m.pc.next_ps)
+    return min(m.node.box.next_ps, m.pc.next_ps)
 
 
-@step
-def run_part(m: Record, box: Any, end_ps: int, model: Any) -> None:
-    """Carry out all events of one part of a tick, in which the motion does not turn."""
-    e, s = m.encoder, m.injector
-    crossing_ps = next_crossing(e, m.piece)
-    edge_ps = next_edge(m, crossing_ps)
-    while True:
-        other_ps = min(next_of_box(m, box), e.glitch_next_ps)
-        if m.correcting == 1:
-            other_ps = min(other_ps, m.pc.next_ps)
-        if box is not None:
-            # an edge never lies before what the firmware has done already
-            run_firmware(m, box, min(min(edge_ps, other_ps), max(end_ps, m.event_ps)))
-        if edge_ps <= other_ps:
-            if edge_ps == NEVER:
-                return
-            emit(e, crossing_ps, m.piece.sign)
-            e.last_ps = edge_ps
-            m.event_ps = edge_ps
-            take_edge(m, box, edge_ps)
-            if e.index_every > 0 and e.count % e.index_every == 0:
-                receiver_index(m.receiver, edge_ps)
-            crossing_ps = next_crossing(e, m.piece)
-            edge_ps = next_edge(m, crossing_ps)
-            continue
-        if other_ps >= end_ps and edge_ps == NEVER:
-            return
-        m.event_ps = other_ps
-        if other_ps == e.glitch_next_ps:
-            t_ps = max(glitch_toggle(e), e.last_ps + 1)
-            e.last_ps = t_ps
-            m.event_ps = t_ps
-            take_edge(m, box, t_ps)
-        elif other_ps == s.next_ps and box is None:
-            injector_fire(s)
-            if s.next_ps > other_ps:
-                deliver_lines(m, other_ps)
-        elif other_ps == m.box.next_ps and box is None:
-            converse_box(m, other_ps)
-        else:
-            converse_pc(m, box, other_ps, model)
+@helper
+def take_turn(m: Record, box: Any, t_ps: int, model: Any) -> None:
+    """Let box or PC take the turn that is due at ``t_ps``."""
+    m.event_ps = max(t_ps, m.event_ps)
+    if box is None and m.node.box.next_ps == t_ps:
+        converse_box(m, t_ps)
+    else:
+        converse_pc(m, box, t_ps, model)
 
 
 @kernel
@@ -188,12 +96,15 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
     """Stand still at ``count`` at time 0, everything switched on."""
     encoder_reset(m.encoder, count)
     level = encoder_level(m.encoder)
+    m.lines = level
+    m.box_count = count
+    m.powered = 1
     injector_reset(m.injector, level)
     receiver_reset(m.receiver, level)
-    box_reset(m.box, box_first_ps)
+    box_reset(m.node.box, box_first_ps)
     pc_reset(m.pc, pc_first_ps)
-    mailbox_reset(m.down)
-    mailbox_reset(m.up)
+    mailbox_reset(m.node.down)
+    mailbox_reset(m.node.up)
     m.servo.x = count
     m.servo.v = 0.0
     m.servo.command = count
@@ -235,7 +146,7 @@ def run(
     `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is None or
     (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
-    servo, piece = m.servo, m.piece
+    servo = m.servo
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
         acceleration = servo_tick(m, speed, own, plant, 0)
@@ -274,25 +185,12 @@ def run(
             else:
                 carry_pc_to(m, servo.now_ps)
             continue
-        piece.start_ps = servo.now_ps
-        piece.x0 = servo.x
-        piece.v0 = servo.v
-        piece.a0 = acceleration
-        piece.j0 = 0.0
-        turn_s, _ = turning_points(servo.v, acceleration, 0.0, servo.period_s)
-        from_s = 0.0
-        while from_s < servo.period_s:
-            to_s = turn_s if from_s < turn_s else servo.period_s
-            set_piece(piece, from_s, to_s)
-            if piece.sign != 0 and piece.sign != servo.moving:
-                follow_play(m, error)  # the axis turns here
-                servo.moving = piece.sign
-            run_part(m, box, servo.now_ps + int(to_s * 1e12 + 0.5), model)
-            servo.x = piece.x0 + to_s * (piece.v0 + to_s * piece.a0 / 2.0)
-            from_s = to_s
-        servo.v += acceleration * servo.period_s
-        servo.now_ps += servo.period_ps
-        servo.ticks += 1
+        open_tick(m, acceleration, error)
+        while m.tick_open == 1:
+            turn_ps = next_turn(m, box)
+            run_tick(m, box, turn_ps, error)
+            if m.tick_open == 1:
+                take_turn(m, box, turn_ps, model)
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return
@@ -304,38 +202,8 @@ def run(
 
 @kernel
 def come_to_rest(m: Record, box: Any) -> None:
-    """Stop the axis where it is, let what is under way in the box come to its end and the filter see the last edge.
-
-    After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
-    """
-    s, rx = m.injector, m.receiver
-    t_ps = m.servo.now_ps
-    if box is not None:
-        stop_firmware(m, box, t_ps)
-        t_ps = m.event_ps
-    elif s.enabled == 1:
-        injector_enable(s, t_ps, 0)
-    while min(next_change(m, box), m.encoder.glitch_next_ps) != NEVER:
-        if m.encoder.glitch_next_ps <= next_change(m, box):
-            t_ps = max(glitch_toggle(m.encoder), m.encoder.last_ps + 1)
-            m.encoder.last_ps = t_ps
-            if box is not None:
-                run_firmware(m, box, t_ps)
-            take_edge(m, box, t_ps)
-        else:
-            t_ps = s.next_ps
-            injector_fire(s)
-            if s.next_ps > t_ps:
-                deliver_lines(m, t_ps)
-    receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
-
-
-@step
-def next_change(m: Record, box: Any) -> int:
-    """Return when the behavioural box next changes a line."""
-    if box is None:
-        return int(m.injector.next_ps)
-    return NEVER
+    """Bring everything under way to its end."""
+    settle_lines(m, box)
 
 
 @kernel
@@ -351,17 +219,17 @@ def exchange(m: Record, exchanges: int, turn: int) -> int:
     place = 0
     steps = 0
     completed = 0
-    while made < exchanges or m.down.waiting > 0:
-        if made == exchanges or m.box.next_ps <= m.pc.next_ps:
-            total = box_tick(m.box, m.down, m.up, m.box.next_ps, place * 100, completed)
+    while made < exchanges or m.node.down.waiting > 0:
+        if made == exchanges or m.node.box.next_ps <= m.pc.next_ps:
+            total = box_tick(m.node.box, m.node.down, m.node.up, m.node.box.next_ps, place * 100, completed)
             steps += abs(total - completed)
             completed = total
         else:
             t_ps = m.pc.next_ps
-            pc_start(m.pc, m.down, t_ps)
-            if pc_read(m.pc, m.up, t_ps):
+            pc_start(m.pc, m.node.down, t_ps)
+            if pc_read(m.pc, m.node.up, t_ps):
                 made += 1
                 phase = made % (2 * turn)
                 place = min(phase, 2 * turn - phase)
-                pc_request(m.pc, m.down, t_ps, place * m.pc.step_mm)
+                pc_request(m.pc, m.node.down, t_ps, place * m.pc.step_mm)
     return steps

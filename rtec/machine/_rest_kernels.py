@@ -23,9 +23,9 @@ def box_rests(m: Record, box: Any) -> bool:
     if m.correcting == 0:
         return True
     s = m.injector
-    settled = m.pc.state == ACTIVE and m.pc.sent == m.box.accepted and m.box.accepted == s.requested
+    settled = m.pc.state == ACTIVE and m.pc.sent == m.node.box.accepted and m.node.box.accepted == s.requested
     goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
-    reported = m.pc.position == m.encoder.count - m.box.zero and m.pc.completed == s.completed
+    reported = m.pc.position == m.box_count - m.node.box.zero and m.pc.completed == s.completed
     return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0 and m.restless == 0)
 
 
@@ -79,10 +79,10 @@ def carry_to(m: Record, t_ps: int) -> None:
     """Let box and PC repeat themselves before ``t_ps``: the words stand, only when they come has to be known."""
     if m.correcting == 0:
         return
-    box, pc = m.box, m.pc
+    box, pc = m.node.box, m.pc
     while pc.next_ps < t_ps:
         look_ps = pc.next_ps
-        since_ps = (look_ps - box.next_ps - m.up.latency_ps) % box.period_ps  # the last words have arrived
+        since_ps = (look_ps - box.next_ps - m.node.up.latency_ps) % box.period_ps  # the last words have arrived
         if pc_look(pc, look_ps, since_ps >= pc.valid_after_ps):
             pc.requests += 1
     turns = (t_ps - box.next_ps + box.period_ps - 1) // box.period_ps - SLOTS
@@ -90,4 +90,4 @@ def carry_to(m: Record, t_ps: int) -> None:
         box.next_ps += turns * box.period_ps
         box.readings += turns
     while box.next_ps < t_ps:
-        box_tick(box, m.down, m.up, box.next_ps, m.encoder.count, m.injector.completed)
+        box_tick(box, m.node.down, m.node.up, box.next_ps, m.box_count, m.injector.completed)

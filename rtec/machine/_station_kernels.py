@@ -18,33 +18,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
-from rtec.axis._kernels import (
-    emit,
-    encoder_level,
-    encoder_reset,
-    glitch_toggle,
-    next_crossing,
-    set_piece,
-    turning_points,
-)
+from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_reset, receiver_settle
 from rtec.injector._kernels import (
     injector_enable,
     injector_request,
     injector_reset,
 )
-from rtec.machine._loop_kernels import next_edge
-from rtec.machine._servo_kernels import servo_tick
-from rtec.machine._station_line_kernels import (
+from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
+from rtec.machine._line_kernels import (
     FOLLOWING,
     ILLEGAL_LINES,
     NO_ALARM,
-    fire_between_edges,
     mend,
     put_aside,
     strike,
-    take_lines,
 )
+from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import NOT_HOMED, RUNNING
 from rtec.requester._box_node_kernels import (
     box_receive,
@@ -116,16 +106,16 @@ def arrive(st: Record, targets: NDArray[np.float64], rests: NDArray[np.int64]) -
 
 
 @helper
-def open_tick(
+def acceleration_of_tick(
     st: Record,
     targets: NDArray[np.float64],
     speeds: NDArray[np.float64],
     rests: NDArray[np.int64],
     plant: Any,
     place: int,
-) -> None:
-    """Begin a tick of the servo: its acceleration holds until the next."""
-    servo, piece = st.servo, st.piece
+) -> float:
+    """Let the controller look at its counts; return what its drive does in this tick, in counts/s^2."""
+    servo = st.servo
     speed = next_command(st, targets, speeds, rests)
     if st.alarm == NO_ALARM:
         acceleration = servo_tick(st, speed, None, plant, place)
@@ -138,67 +128,11 @@ def open_tick(
         elif abs(lag - st.lag) > st.following_limit or servo.failed == 1:
             st.alarm = FOLLOWING
             st.alarm_ps = servo.now_ps
-    elif abs(servo.v) < servo.standstill + servo.period_s * st.acceleration:
+        return acceleration
+    if abs(servo.v) < servo.standstill + servo.period_s * st.acceleration:
         servo.v = 0.0  # the drive is off and the brake on
-        acceleration = 0.0
-    else:
-        acceleration = -st.acceleration if servo.v > 0.0 else st.acceleration
-    piece.start_ps = servo.now_ps
-    piece.x0 = servo.x
-    piece.v0 = servo.v
-    piece.a0 = acceleration
-    piece.j0 = 0.0
-    st.acceleration_now = acceleration
-    st.turn_s, _ = turning_points(servo.v, acceleration, 0.0, servo.period_s)
-    st.tick_open = 1
-    open_part(st, 0.0)
-
-
-@step
-def open_part(st: Record, from_s: float) -> None:
-    """Begin a part of the tick in which the motion does not turn."""
-    st.part_end_s = st.turn_s if from_s < st.turn_s else st.servo.period_s
-    set_piece(st.piece, from_s, st.part_end_s)
-
-
-@helper
-def close_tick(st: Record) -> None:
-    """End a tick of the servo."""
-    servo, p = st.servo, st.piece
-    servo.x = p.x0 + servo.period_s * (p.v0 + servo.period_s * p.a0 / 2.0)
-    servo.v += st.acceleration_now * servo.period_s
-    servo.now_ps += servo.period_ps
-    servo.ticks += 1
-    st.travel_mm += abs(servo.v) * servo.period_s * servo.count_mm
-    st.tick_open = 0
-
-
-@helper
-def run_lines(st: Record, until_ps: int, closing: bool) -> None:
-    """Carry out what the lines do before ``until_ps``; closing, every crossing of this part, jitter or not."""
-    e, s = st.encoder, st.injector
-    crossing_ps = next_crossing(e, st.piece)
-    edge_ps = next_edge(st, crossing_ps)
-    while True:
-        other_ps = min(s.next_ps, e.glitch_next_ps)
-        t_ps = min(edge_ps, other_ps)
-        if t_ps >= until_ps and not (closing and edge_ps != NEVER):
-            return
-        st.event_ps = max(t_ps, st.event_ps)
-        if edge_ps <= other_ps:
-            emit(e, crossing_ps, st.piece.sign)
-            e.last_ps = edge_ps
-            take_lines(st, edge_ps)
-            crossing_ps = next_crossing(e, st.piece)
-            edge_ps = next_edge(st, crossing_ps)
-        elif other_ps == e.glitch_next_ps:
-            t_ps = max(glitch_toggle(e), e.last_ps + 1)
-            e.last_ps = t_ps
-            st.event_ps = max(t_ps, st.event_ps)
-            take_lines(st, t_ps)
-            edge_ps = next_edge(st, crossing_ps)
-        else:
-            fire_between_edges(st)
+        return 0.0
+    return -st.acceleration if servo.v > 0.0 else st.acceleration
 
 
 @helper
@@ -212,21 +146,14 @@ def station_advance(
     place: int,
 ) -> None:
     """Run axis, lines and controller up to ``until_ps``."""
-    servo = st.servo
     while True:
         if st.tick_open == 0:
-            if servo.now_ps >= until_ps:
+            if st.servo.now_ps >= until_ps:
                 return
-            open_tick(st, targets, speeds, rests, plant, place)
-        part_end_ps = servo.now_ps + int(st.part_end_s * 1e12 + 0.5)
-        if until_ps < part_end_ps:
-            run_lines(st, until_ps, False)
+            open_tick(st, acceleration_of_tick(st, targets, speeds, rests, plant, place), None)
+        run_tick(st, None, until_ps, None)
+        if st.tick_open == 1:
             return
-        run_lines(st, part_end_ps, True)
-        if st.part_end_s < servo.period_s:
-            open_part(st, st.part_end_s)
-        else:
-            close_tick(st)
 
 
 @step
@@ -273,24 +200,6 @@ def zero_counters(st: Record, t_ps: int) -> None:
     st.going_home = 0
     st.moving_to = 0
     st.arrived_ps = NEVER
-
-
-@helper
-def station_settle(st: Record) -> None:
-    """Let what is under way in the box end and the filter see the last edge, so that counts can be audited."""
-    s, rx, e = st.injector, st.receiver, st.encoder
-    t_ps = max(st.servo.now_ps, st.event_ps)
-    if s.enabled == 1:
-        injector_enable(s, t_ps, 0)
-    while min(s.next_ps, e.glitch_next_ps) != NEVER:
-        if e.glitch_next_ps <= s.next_ps:
-            t_ps = max(glitch_toggle(e), e.last_ps + 1)
-            e.last_ps = t_ps
-            take_lines(st, t_ps)
-        else:
-            t_ps = s.next_ps
-            fire_between_edges(st)
-    receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
 
 
 @kernel
@@ -367,7 +276,7 @@ def go_home(st: Record) -> None:
 @kernel
 def settle(st: Record) -> None:
     """Bring everything under way to its end."""
-    station_settle(st)
+    settle_lines(st, None)
 
 
 @kernel

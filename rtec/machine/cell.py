@@ -12,7 +12,7 @@ from rtec._jit import new_record, prepared
 from rtec.axis.plant import bound_plant
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.machine import _cell_kernels, _station_kernels, _station_line_kernels
+from rtec.machine import _cell_kernels, _line_kernels, _station_kernels
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Move, StationSettings, StationView, move_arrays, station_view
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
@@ -110,7 +110,7 @@ class Cell:
         self.settings = tuple(stations)
         self.faults = tuple(faults)
         self._cell = new_record(_cell_kernels.CELL)
-        self._stations = np.rec.array(np.zeros(count, dtype=_station_line_kernels.STATION))
+        self._stations = np.rec.array(np.zeros(count, dtype=_line_kernels.STATION))
         self._pcs = np.rec.array(np.zeros(count, dtype=_pc_node_kernels.PC_NODE))
         self._faults = fault_records(faults)
         for i, station in enumerate(stations):

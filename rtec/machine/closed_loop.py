@@ -143,12 +143,12 @@ class Machine:
         self.receiver.fill(state.receiver)
         count_mm = self.encoder.count_mm
         self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=4.0 / self.receiver.multiplication.value)
-        self.conversation.fill_box(state.box, switch_on=self.switch_on)
+        self.conversation.fill_box(state.node.box, switch_on=self.switch_on)
         self.conversation.fill_pc(
             state.pc, count_mm=count_mm, step_counts=box.design.step_counts, word_limit=box.design.word_limit
         )
-        state.down.latency_ps = self.conversation.latency_ps
-        state.up.latency_ps = self.conversation.latency_ps
+        state.node.down.latency_ps = self.conversation.latency_ps
+        state.node.up.latency_ps = self.conversation.latency_ps
         state.reader.window_mm = self.laser.window_mm
         state.reader.full_ps = round(self.laser.dwell_s * 1e12)
         state.reader.half_ps = state.reader.full_ps // 2
@@ -382,8 +382,8 @@ def _result(
         wanted_steps=wanted,
         pending_steps=wanted - insertions.completed if machine.injector else 0,
         beyond_word_steps=int(state.pc.beyond_word_max),
-        status=Status(int(state.box.status)) if machine.injector else Status.OK,
-        refused=int(state.box.refused),
+        status=Status(int(state.node.box.status)) if machine.injector else Status.OK,
+        refused=int(state.node.box.refused),
         exchanges=int(state.pc.requests),
         not_valid=int(state.pc.not_valid),
         audit_counts=off if off else insertions.ahead_counts - insertions.completed * step,

@@ -13,7 +13,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
-from rtec.machine import _cell_kernels as _cell, _station_line_kernels as _station
+from rtec.machine import _cell_kernels as _cell, _line_kernels as _station
 from rtec.signal import NEVER
 
 MS = 1_000_000_000

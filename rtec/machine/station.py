@@ -19,7 +19,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
-from rtec.machine import _station_kernels, _station_line_kernels
+from rtec.machine import _line_kernels, _station_kernels
 from rtec.machine.faults import FaultKind, FaultPlace
 from rtec.requester import BoxState, Conversation, Precautions, Status
 from rtec.signal import NEVER
@@ -28,10 +28,10 @@ from rtec.signal import NEVER
 class Alarm(enum.IntEnum):
     """Why the controller has stopped the drive."""
 
-    NONE = _station_line_kernels.NO_ALARM
-    FOLLOWING = _station_line_kernels.FOLLOWING
+    NONE = _line_kernels.NO_ALARM
+    FOLLOWING = _line_kernels.FOLLOWING
     """The axis does not follow its command: the counts that come back are too far off."""
-    ILLEGAL = _station_line_kernels.ILLEGAL_LINES
+    ILLEGAL = _line_kernels.ILLEGAL_LINES
     """Its input saw an illegal transition, and its policy is to stop."""
 
 
@@ -234,7 +234,7 @@ class Station:
         self, settings: StationSettings, moves: Sequence[Move] = (), *, start_ps: int = 0, session: int = 1
     ) -> None:
         self.settings = settings
-        self._state = new_record(_station_line_kernels.STATION)
+        self._state = new_record(_line_kernels.STATION)
         settings.fill(self._state)
         self._moves = move_arrays(moves, settings.encoder.count_mm)
         self._plant = bound_plant(settings.servo.plant)
@@ -348,7 +348,7 @@ class Station:
         """Let a fault of the axis end."""
         self._check(kind)
         if self._state.lurking == kind.code:
-            self._state.lurking = _station_line_kernels.NO_FAULT
+            self._state.lurking = _line_kernels.NO_FAULT
         else:
             _station_kernels.fault(self._state, self._now_ps, kind.code, 0)
 

@@ -12,7 +12,7 @@ from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
-from rtec.machine import _station_kernels, _station_line_kernels
+from rtec.machine import _line_kernels, _station_kernels
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView, station_view
 from rtec.requester import BoxState, Conversation, Precautions, Status
@@ -159,7 +159,7 @@ class BenchBox:
         What is under way is brought to its end on a copy, so that looking changes nothing.
         """
         inside = self.station._state  # noqa: SLF001 - the bench belongs to its stations
-        state = np.rec.array(np.array([inside], dtype=_station_line_kernels.STATION))[0]
+        state = np.rec.array(np.array([inside], dtype=_line_kernels.STATION))[0]
         _station_kernels.settle(state)
         view = station_view(state, self.station.settings)
         inserted = view.step_counts * view.completed

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtec.report.appearance import Scale, look_of
+from rtec.metrology.figures import TargetFigures
+from rtec.report.appearance import Look, Scale, look_of
 from rtec.report.figures_style import GUIDE, new_figure
-from rtec.report.results import StudyResult, StudyRow
+from rtec.report.results import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,14 +26,18 @@ def cyclic_figure(result: StudyResult, scale: Scale) -> Figure | None:
     period = result.period_mm
     if period is None or not period > 0 or result.position_mm.size < 2:
         return None
-    after = [row for row in result.rows if row.name != "uncompensated"]
+    after = [
+        (look_of(row.name), row.figures.at_targets)
+        for row in result.rows
+        if row.name != "uncompensated" and row.figures is not None
+    ]
     figure = new_figure(6.2 if after else 3.6)
     grid = figure.add_gridspec(2 if after else 1, max(len(after), 1), height_ratios=[1.25, 1.0] if after else None)
     _zoom(figure.add_subplot(grid[0, :]), result, period, scale)
     first: Axes | None = None
-    for index, row in enumerate(after):
+    for index, (look, at) in enumerate(after):
         axes = figure.add_subplot(grid[1, index], sharey=first)
-        _folded(axes, row, period, scale)
+        _folded(axes, look, at, period, scale)
         axes.tick_params(labelleft=first is None)
         if first is None:
             axes.set_ylabel(f"mean residual ({scale.symbol})")
@@ -59,7 +64,7 @@ def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
     for turn in np.arange(np.ceil(begin / period), np.floor((begin + span) / period) + 0.5) * period:
         axes.axvline(turn * scale.position_per_mm, color=GUIDE, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
     for row in result.rows:
-        if row.name == "uncompensated":
+        if row.name == "uncompensated" and row.readings is not None:
             reading = row.readings
             near = (reading.target_mm >= begin) & (reading.target_mm <= begin + span)
             axes.plot(reading.target_mm[near] * scale.position_per_mm, reading.deviation_mm[near] * scale.per_mm,
@@ -72,9 +77,8 @@ def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
                    f"{period * scale.position_per_mm:g} {scale.position_unit}")  # fmt: skip
 
 
-def _folded(axes: Axes, row: StudyRow, period: float, scale: Scale) -> None:
+def _folded(axes: Axes, look: Look, at: TargetFigures, period: float, scale: Scale) -> None:
     """Draw the mean residual of each target against its phase within a turn."""
-    look, at = look_of(row.name), row.figures.at_targets
     phase = np.mod(at.target + 1e-9, period) / period
     for mean, marker, face in ((at.mean_forward, "^", look.colour), (at.mean_backward, "v", "white")):
         axes.plot(

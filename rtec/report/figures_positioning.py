@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtec.report.appearance import Scale, is_design, look_of
+from rtec.metrology import PositioningFigures
+from rtec.report.appearance import Look, Scale, is_design, look_of
 from rtec.report.figures_style import GUIDE, INK, legend_above, new_figure
-from rtec.report.results import Floats, StudyResult, StudyRow
+from rtec.report.results import Floats, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,28 +21,28 @@ _ALIKE = 5.0
 
 def positioning_figure(result: StudyResult, scale: Scale) -> Figure | None:
     """Return one panel a row: means of both directions with bands of two standard deviations."""
-    rows = [row for row in result.rows if row.figures.at_targets.target.size]
+    rows = [(row.name, row.figures) for row in result.rows if row.figures is not None]
     if not rows:
         return None
-    heights = [1.0 if is_design(row.name) or row.name == "table" else 1.9 for row in rows]
+    heights = [1.0 if is_design(name) or name == "table" else 1.9 for name, _ in rows]
     figure = new_figure(1.35 * sum(heights) + 1.1)
     grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
     first: Axes | None = None
-    for index, row in enumerate(rows):
+    for index, (name, figures) in enumerate(rows):
         axes = figure.add_subplot(grid[index], sharex=first)
         first = first or axes
-        _panel(axes, row, scale)
+        _panel(axes, look_of(name), figures, scale)
         axes.tick_params(labelbottom=index == len(rows) - 1)
     axes.set_xlabel(f"target position ({scale.position_unit})")
     figure.supylabel(f"deviation, actual − target ({scale.symbol})", fontsize=9.5)
-    _share_scales([axes for axes, row in zip(figure.axes, rows, strict=True) if row.name != "uncompensated"])
+    _share_scales([axes for axes, (name, _) in zip(figure.axes, rows, strict=True) if name != "uncompensated"])
     if first is not None:
         legend_above(figure, first, 4)
     return figure
 
 
-def _panel(axes: Axes, row: StudyRow, scale: Scale) -> None:
-    look, at = look_of(row.name), row.figures.at_targets
+def _panel(axes: Axes, look: Look, figures: PositioningFigures, scale: Scale) -> None:
+    at = figures.at_targets
     target = at.target * scale.position_per_mm
     for label, mean, spread, marker, line, face in (
         ("forward", at.mean_forward, at.spread_forward, "^", "-", look.colour),
@@ -59,11 +60,10 @@ def _panel(axes: Axes, row: StudyRow, scale: Scale) -> None:
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     axes.margins(x=0.01)
     axes.set_title(look.label, color=look.ink, fontweight="bold")
-    axes.set_title(_figures(row, scale), loc="right", fontsize=8.5, color=INK)
+    axes.set_title(_figures(figures, scale), loc="right", fontsize=8.5, color=INK)
 
 
-def _figures(row: StudyRow, scale: Scale) -> str:
-    figures = row.figures
+def _figures(figures: PositioningFigures, scale: Scale) -> str:
     named = (
         ("A", figures.accuracy),
         ("R", figures.repeatability),

@@ -24,7 +24,10 @@ def summary_figure(result: StudyResult, scale: Scale) -> Figure | None:
     kinds = ("maximum average error (E)", "maximum reversal error (B)", "peak to peak of all readings")
     width = 0.84 / len(rows)
     lengths = [
-        (row.figures.max_average_error, row.figures.max_reversal_error, row.figures.peak_to_peak) for row in rows
+        (None, None, None)
+        if row.figures is None
+        else (row.figures.max_average_error, row.figures.max_reversal_error, row.figures.peak_to_peak)
+        for row in rows
     ]
     heights = [value * scale.per_mm for row in lengths for value in row if value is not None and value > 0.0]
     floor = 10.0 ** np.floor(np.log10(min(heights) / 1.5)) if heights else 1.0

@@ -69,6 +69,8 @@ def _write_all(
         _write_readings(result, "calibration", "none", result.learned.readings, folder / "readings")
         write_model(folder / "model.toml", result.learned.diagnosis.model)
     for row in result.rows:
+        if row.readings is None:
+            continue
         _write_readings(result, file_name(row.name), row.title, row.readings, folder / "readings")
     for waveform in result.waveforms:
         _write_waveform(waveform, folder / "waveforms")

@@ -16,7 +16,6 @@ from rtec.report.tables import (
     READING_COLUMNS,
     THESIS_COLUMNS,
     audit_text,
-    is_good,
     limit_rows,
     table_rows,
 )
@@ -90,17 +89,21 @@ class Verdict:
 
 def verdict(result: StudyResult, scale: Scale) -> Verdict:
     """Return what the best design leaves of the error, and whether every count is accounted for."""
-    bad = [row for row in result.rows if not is_good(row)]
+    bad = [row for row in result.rows if not row.good]
     if bad:
         named = "; ".join(f"{look_of(row.name).label} {_failure(row)}" for row in bad)
         return Verdict(text=f"Not every count is accounted for: {named}.", good=False)
     before = next((row for row in result.rows if row.name == "uncompensated"), None)
-    designs = [row for row in result.rows if is_design(row.name) and row.figures.max_average_error is not None]
-    if before is None or before.figures.max_average_error is None or not designs:
+    designs = [
+        (row, row.figures)
+        for row in result.rows
+        if is_design(row.name) and row.figures is not None and row.figures.max_average_error is not None
+    ]
+    if before is None or before.figures is None or before.figures.max_average_error is None or not designs:
         return Verdict(text="Every count is accounted for.", good=True)
-    best = min(designs, key=lambda row: (row.figures.max_average_error or 0.0, row.figures.rms))
-    left, whole = (scale.with_unit(row.figures.max_average_error) for row in (best, before))
-    pending = joined(look_of(row.name).label for row in designs if row.corrections_pending)
+    best, figures = min(designs, key=lambda design: (design[1].max_average_error or 0.0, design[1].rms))
+    left, whole = (scale.with_unit(of.max_average_error) for of in (figures, before.figures))
+    pending = joined(look_of(row.name).label for row, _ in designs if row.corrections_pending)
     tail = f" Corrections are pending at the end in {pending}." if pending else ""
     return Verdict(
         text=f"{look_of(best.name).label} leaves {left} of {whole} maximum average error; "

@@ -21,8 +21,11 @@ class StudyRow:
     name: str
     """``uncompensated``, ``table``, or the design."""
     title: str
-    readings: Readings
-    figures: PositioningFigures
+    readings: Readings | None
+    """None where the laser could take none: `reason` says why."""
+    figures: PositioningFigures | None
+    reason: str
+    """Why the row is empty, or ended before its time; empty where nothing is amiss."""
     step_counts: int
     """Counts of one step; 0 where no box is at work."""
     corrections_inserted: int
@@ -44,6 +47,11 @@ class StudyRow:
     exchanges: int
     simulated_s: float
     wall_s: float
+
+    @property
+    def good(self) -> bool:
+        """Return whether the row came to its end and every count is accounted for."""
+        return self.audit and self.ending == "FINISHED" and not self.reason
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -179,31 +187,32 @@ class StudyResult:
     @property
     def good(self) -> bool:
         """Return whether every count of every row is accounted for."""
-        return all(row.audit and row.ending == "FINISHED" for row in self.rows)
+        return all(row.good for row in self.rows)
 
 
 def row_dict(row: StudyRow) -> dict[str, object]:
     """Return one row under the names that scripts rely on, lengths in µm."""
-    figures = row.figures
 
-    def um(value_mm: float | None) -> float | None:
+    def um(name: str) -> float | None:
+        value_mm = None if row.figures is None else getattr(row.figures, name)
         return None if value_mm is None else value_mm * 1000.0
 
     return {
         "name": row.name,
-        "max_average_error_um": um(figures.max_average_error),
-        "max_reversal_error_um": um(figures.max_reversal_error),
+        "reason": row.reason or None,
+        "max_average_error_um": um("max_average_error"),
+        "max_reversal_error_um": um("max_reversal_error"),
         "iso230": {
-            "A": um(figures.accuracy),
-            "R": um(figures.repeatability),
-            "E": um(figures.systematic),
-            "M": um(figures.mean_bidirectional),
-            "B": um(figures.reversal),
+            "A": um("accuracy"),
+            "R": um("repeatability"),
+            "E": um("systematic"),
+            "M": um("mean_bidirectional"),
+            "B": um("reversal"),
         },
-        "max_repeat_um": um(figures.max_repeat),
-        "cyclic_pp_um": um(figures.cyclic_pp),
-        "rms_um": um(figures.rms),
-        "pp_um": um(figures.peak_to_peak),
+        "max_repeat_um": um("max_repeat"),
+        "cyclic_pp_um": um("cyclic_pp"),
+        "rms_um": um("rms"),
+        "pp_um": um("peak_to_peak"),
         "corrections_inserted": row.corrections_inserted,
         "corrections_pending": row.corrections_pending,
         "beyond_word_steps": row.beyond_word_steps,

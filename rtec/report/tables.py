@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from rtec.metrology import PositioningFigures
 from rtec.report.appearance import MISSING, Look, Scale, is_design, look_of, number
 from rtec.report.results import Limit, StudyResult, StudyRow
 
@@ -45,13 +46,17 @@ class LengthColumn:
     words
         For a table with room.
     value_mm
-        Takes it from a row.
+        Takes it from the figures of a row.
     """
 
     key: str
     head: str
     words: str
-    value_mm: Callable[[StudyRow], float | None]
+    value_mm: Callable[[PositioningFigures], float | None]
+
+    def of(self, row: StudyRow) -> float | None:
+        """Return the length of a row; None where it is not defined, or the row is empty."""
+        return None if row.figures is None else self.value_mm(row.figures)
 
 
 THESIS_COLUMNS = (
@@ -59,31 +64,31 @@ THESIS_COLUMNS = (
         key="max_average_error",
         head="max average",
         words="maximum average error",
-        value_mm=lambda row: row.figures.max_average_error,
+        value_mm=lambda figures: figures.max_average_error,
     ),
     LengthColumn(
         key="max_reversal_error",
         head="max reversal",
         words="maximum reversal error",
-        value_mm=lambda row: row.figures.max_reversal_error,
+        value_mm=lambda figures: figures.max_reversal_error,
     ),
     LengthColumn(
-        key="max_repeat", head="max repeat", words="maximum repeat", value_mm=lambda row: row.figures.max_repeat
+        key="max_repeat", head="max repeat", words="maximum repeat", value_mm=lambda figures: figures.max_repeat
     ),
     LengthColumn(
-        key="cyclic_pp", head="cyclic p‑p", words="cyclic, peak to peak", value_mm=lambda row: row.figures.cyclic_pp
+        key="cyclic_pp", head="cyclic p‑p", words="cyclic, peak to peak", value_mm=lambda figures: figures.cyclic_pp
     ),
 )
 ISO_COLUMNS = (
-    LengthColumn(key="A", head="A", words="ISO 230-2  A", value_mm=lambda row: row.figures.accuracy),
-    LengthColumn(key="R", head="R", words="ISO 230-2  R", value_mm=lambda row: row.figures.repeatability),
-    LengthColumn(key="E", head="E", words="ISO 230-2  E", value_mm=lambda row: row.figures.systematic),
-    LengthColumn(key="M", head="M", words="ISO 230-2  M", value_mm=lambda row: row.figures.mean_bidirectional),
-    LengthColumn(key="B", head="B", words="ISO 230-2  B", value_mm=lambda row: row.figures.reversal),
+    LengthColumn(key="A", head="A", words="ISO 230-2  A", value_mm=lambda figures: figures.accuracy),
+    LengthColumn(key="R", head="R", words="ISO 230-2  R", value_mm=lambda figures: figures.repeatability),
+    LengthColumn(key="E", head="E", words="ISO 230-2  E", value_mm=lambda figures: figures.systematic),
+    LengthColumn(key="M", head="M", words="ISO 230-2  M", value_mm=lambda figures: figures.mean_bidirectional),
+    LengthColumn(key="B", head="B", words="ISO 230-2  B", value_mm=lambda figures: figures.reversal),
 )
 READING_COLUMNS = (
-    LengthColumn(key="rms", head="RMS", words="RMS of all readings", value_mm=lambda row: row.figures.rms),
-    LengthColumn(key="pp", head="p‑p", words="peak to peak", value_mm=lambda row: row.figures.peak_to_peak),
+    LengthColumn(key="rms", head="RMS", words="RMS of all readings", value_mm=lambda figures: figures.rms),
+    LengthColumn(key="pp", head="p‑p", words="peak to peak", value_mm=lambda figures: figures.peak_to_peak),
 )
 LENGTH_COLUMNS = THESIS_COLUMNS + ISO_COLUMNS + READING_COLUMNS
 
@@ -145,11 +150,6 @@ class TableRow:
     good: bool
 
 
-def is_good(row: StudyRow) -> bool:
-    """Return whether the row came to its end and every count is accounted for."""
-    return row.audit and row.ending == "FINISHED"
-
-
 def audit_text(row: StudyRow) -> str:
     """Return the outcome of the audit in a few words.
 
@@ -176,10 +176,10 @@ def table_rows(result: StudyResult, scale: Scale) -> list[TableRow]:
     """Return the main table, its cells in the order of the columns, the audit last."""
     rows = []
     for row in result.rows:
-        cells = [Cell(text=scale.text(column.value_mm(row))) for column in LENGTH_COLUMNS]
+        cells = [Cell(text=scale.text(column.of(row))) for column in LENGTH_COLUMNS]
         cells += [_count_cell(column, row) for column in COUNT_COLUMNS]
-        cells.append(Cell(text=audit_text(row), mark=Mark.GOOD if is_good(row) else Mark.ALARM))
-        rows.append(TableRow(look=look_of(row.name), title=row.title, cells=tuple(cells), good=is_good(row)))
+        cells.append(Cell(text=audit_text(row), mark=Mark.GOOD if row.good else Mark.ALARM))
+        rows.append(TableRow(look=look_of(row.name), title=row.title, cells=tuple(cells), good=row.good))
     return rows
 
 
@@ -238,7 +238,7 @@ def rows_csv(result: StudyResult, scale: Scale) -> str:
     counts = [column.key for column in COUNT_COLUMNS]
     writer.writerow(["name", *lengths, *counts, "beyond_word_steps", "audit", "audit_counts", "ending"])
     for row in result.rows:
-        values = (column.value_mm(row) for column in LENGTH_COLUMNS)
+        values = (column.of(row) for column in LENGTH_COLUMNS)
         writer.writerow(
             [
                 row.name,

@@ -11,9 +11,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.errors import ArgumentError
 from rtec.injector import Design
-from rtec.machine import LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
+from rtec.machine import Ending, LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
 from rtec.report.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
@@ -212,23 +211,13 @@ def _row(
 ) -> StudyRow:
     """Measure one row."""
     result = run_machine(machine, task, progress=tell)
-    if result.firmware_fault is not None:
-        found = f"the firmware stopped: {result.firmware_fault}"
-        raise ArgumentError(f"row {name}", found, "an image that runs", "rtec firmware check says where it fails")
-    if not np.isfinite(result.deviation_mm).any():
-        off = "audit holds" if result.audit else f"{result.audit_counts} counts off"
-        raise ArgumentError(
-            f"row {name}",
-            f"no reading ({result.ending.name} after {result.simulated_s:.3f} s, {off})",
-            "a run in which the axis reaches its targets and stands there longer than the laser's dwell",
-            "counts lost at too high a speed lead it astray; a fault or a held machine ends the run",
-        )
     readings = _readings(task, result, noise)
     return StudyRow(
         name=name,
         title=TITLES[name],
         readings=readings,
-        figures=positioning_figures(readings, period=period_mm),
+        figures=None if readings is None else positioning_figures(readings, period=period_mm),
+        reason=_reason(result),
         step_counts=result.step_counts,
         corrections_inserted=result.insertions.inserted,
         corrections_pending=abs(result.pending_steps),
@@ -245,11 +234,13 @@ def _row(
     )
 
 
-def _readings(task: MeasuringRun, result: LoopResult, noise: NDArray[np.float64]) -> Readings:
+def _readings(task: MeasuringRun, result: LoopResult, noise: NDArray[np.float64]) -> Readings | None:
     """Return the laser's readings; a run that was held or faulted, or led astray by lost counts, has those it has."""
     if result.ending.name == "FINISHED" and result.audit:
         return readings_of(task, result.deviation_mm + noise)
     taken = np.isfinite(result.deviation_mm)
+    if not taken.any():
+        return None
     return Readings(
         target_mm=task.target_mm[taken],
         deviation_mm=(result.deviation_mm + noise)[taken],
@@ -258,11 +249,29 @@ def _readings(task: MeasuringRun, result: LoopResult, noise: NDArray[np.float64]
     )
 
 
+def _reason(result: LoopResult) -> str:
+    """Return why a row is empty, or ended before its time; nothing where it is whole."""
+    if result.firmware_fault is not None:
+        return f"the firmware stopped: {result.firmware_fault}; 'rtec firmware check' says where it fails"
+    after = f"after {result.simulated_s:.3f} s"
+    if result.ending is Ending.HELD:
+        return f"held by the PC {after}; the box says {result.status.name}"
+    if result.ending is Ending.FAULTED:
+        return f"stopped by the controller {after}: an illegal transition, or a drive without an answer"
+    if not np.isfinite(result.deviation_mm).any():
+        off = "every count is right" if result.audit else f"its count is off by {result.audit_counts}"
+        return f"the axis never stood at a target for the laser's dwell; {off}"
+    return ""
+
+
 def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     """Return each warning once."""
     seen = {f"the predictor does without {left.effect}: {left.why}": None for left in study.left_out}
     for row in rows:
-        seen.update(dict.fromkeys(row.figures.warnings))
+        if row.figures is not None:
+            seen.update(dict.fromkeys(row.figures.warnings))
+        if row.reason:
+            seen[f"{row.title}: {'no reading: ' if row.readings is None else ''}{row.reason}"] = None
         if row.corrections_pending:
             seen[f"{row.title}: {row.corrections_pending} steps are pending at the end"] = None
         if row.beyond_word_steps:

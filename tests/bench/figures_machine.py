@@ -92,7 +92,7 @@ def converse(exchanges: int, conversation: Conversation) -> float:
         number; so does how often the box has looked, from the two periods.
     """
     state = Machine(injector=box(Design.C), conversation=conversation).state()
-    box_first, pc_first = int(state.box.next_ps), int(state.pc.next_ps)
+    box_first, pc_first = int(state.node.box.next_ps), int(state.pc.next_ps)
     begun = time.perf_counter()
     steps = _loop_kernels.exchange(state, exchanges, _TURN)
     wall_s = time.perf_counter() - begun
@@ -100,7 +100,13 @@ def converse(exchanges: int, conversation: Conversation) -> float:
     # the first look of the PC finds no home, the others make an exchange each; the last request is then sampled, too
     last_ps = pc_first + exchanges * conversation.pc_period_ps + conversation.latency_ps
     looks = -(-(last_ps - box_first) // conversation.box_period_ps) + 1
-    found = (steps, int(state.box.accepted), int(state.box.readings), int(state.pc.requests), int(state.box.refused))
+    found = (
+        steps,
+        int(state.node.box.accepted),
+        int(state.node.box.readings),
+        int(state.pc.requests),
+        int(state.node.box.refused),
+    )
     expected = (exchanges, min(phase, 2 * _TURN - phase), looks, exchanges, 0)
     if found != expected:
         raise WrongResultError(f"steps, total, looks, requests, refusals: {found} instead of {expected}")

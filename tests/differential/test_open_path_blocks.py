@@ -55,8 +55,8 @@ def end_state(path, tape, parts=(EDGES,)):
     """Run the path, cut into ``parts`` edges, and return when all is settled and what is left in the state."""
     state = path.state()
     for edges in parts:
-        kernels.run(state, edges, tape)
-    settled_ps = kernels.finish(state, SETTLE_PS, tape)
+        kernels.run(state, edges, None, tape)
+    settled_ps = kernels.finish(state, SETTLE_PS, None, tape)
     fields = {"settled_ps": settled_ps, "due": int(state.due)}
     for part in ("encoder", "injector", "receiver"):
         stage = getattr(state, part)
@@ -109,7 +109,7 @@ def test_the_blocks_are_used(design, frequency_hz):
     """Else the comparison above would be one of the step functions with themselves."""
     path = open_path(design, Processor.FAST, frequency_hz, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
     state = path.state()
-    kernels.run(state, 8, None)
+    kernels.run(state, 8, None, None)
     assert kernels.passes_unchanged(state)
 
 

@@ -40,7 +40,7 @@ class Paused:
 def test_nothing_is_requested_before_home_was_read():
     paused = Paused(machine(), THERE_AND_BACK)
     state = paused.run(5 * MS)
-    assert (state.pc.state, state.box.state) == (PcState.WAITING, 0)
+    assert (state.pc.state, state.node.box.state) == (PcState.WAITING, 0)
     # the PC's first look finds the box without a home; the error there would be 12 µm
     state = paused.run(15 * MS)
     assert state.pc.state == PcState.WAITING
@@ -49,12 +49,12 @@ def test_nothing_is_requested_before_home_was_read():
     assert state.pc.state == PcState.ACTIVE
     assert (state.pc.position, state.pc.sent) == (0, 3)
     state = paused.run(18 * MS)
-    assert state.box.accepted == 3
+    assert state.node.box.accepted == 3
 
 
 def test_the_request_slews_by_the_window_every_10_ms():
     paused = Paused(machine(), THERE_AND_BACK)
-    accepted = [int(paused.run(t * MS).box.accepted) for t in range(20, 70, 10)]
+    accepted = [int(paused.run(t * MS).node.box.accepted) for t in range(20, 70, 10)]
     # the lathe's forward error at 1 inch, in steps of Design B: four windows of three steps and what is left
     assert accepted == [3, 6, 9, 12, round(float(LATHE.error_mm(25.4, 1)) / 0.001)]
 
@@ -63,29 +63,29 @@ def corrupted(samples):
     """Run with one word of the PC changed on its way for so many samples of the box."""
     paused = Paused(machine(), THERE_AND_BACK)
     state = paused.run(2_400 * MS)
-    right = int(state.down.word0)
-    state.down.word0 = right + 50
+    right = int(state.node.down.word0)
+    state.node.down.word0 = right + 50
     paused.run((2_400 + samples) * MS)
-    if state.down.word0 == right + 50:
-        state.down.word0 = right
+    if state.node.down.word0 == right + 50:
+        state.node.down.word0 = right
     return paused.run(paused.end_ps)
 
 
 @pytest.mark.parametrize("samples", [1, 2])
 def test_a_wrong_word_is_refused_and_forgiven(samples):
     state = corrupted(samples)
-    assert state.box.refused == samples
+    assert state.node.box.refused == samples
     assert state.status == _loop_kernels.FINISHED
-    assert state.box.status == Status.OK
+    assert state.node.box.status == Status.OK
     assert state.injector.completed == state.pc.target  # nothing of it was inserted
 
 
 def test_a_third_wrong_word_holds_the_machine():
     state = corrupted(3)
-    assert state.box.refused == 3
+    assert state.node.box.refused == 3
     assert state.status == _loop_kernels.HELD
     assert state.pc.state == PcState.HOLD
-    assert state.box.status == Status.I_STILL_DONT_BELIEVE_YOU
+    assert state.node.box.status == Status.I_STILL_DONT_BELIEVE_YOU
 
 
 def test_a_box_that_believes_less_than_the_pc_holds_the_machine(monkeypatch):
@@ -150,7 +150,7 @@ def test_large_steps_of_the_request_are_taken_in_windows_only():
 
 def _accepted_at_every_ms():
     paused = Paused(machine(), THERE_AND_BACK)
-    return [paused.run(t * MS).box.accepted for t in range(1, 4_500)]
+    return [paused.run(t * MS).node.box.accepted for t in range(1, 4_500)]
 
 
 def test_the_pc_sees_the_last_count_before_the_axis_is_taken_for_resting(monkeypatch):
@@ -170,7 +170,7 @@ def test_probing_stops_the_corrections():
     state.pc.probing = 1
     state = paused.run(1_020 * MS)
     before = int(state.injector.inserted)
-    assert state.box.status == Status.PROBING
+    assert state.node.box.status == Status.PROBING
     state = paused.run(3_000 * MS)  # through the reversal
     assert state.injector.inserted == before
     state.pc.probing = 0
@@ -180,4 +180,4 @@ def test_probing_stops_the_corrections():
 
 def test_a_wider_window_slews_faster():
     wide = Paused(machine(conversation=Conversation(window_steps=20)), THERE_AND_BACK)
-    assert wide.run(20 * MS).box.accepted == round(float(LATHE.error_mm(25.4, 1)) / 0.001)
+    assert wide.run(20 * MS).node.box.accepted == round(float(LATHE.error_mm(25.4, 1)) / 0.001)

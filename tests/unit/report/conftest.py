@@ -36,6 +36,7 @@ def study_row(name: str, error_mm: float, **changes: object) -> StudyRow:
         "title": name.capitalize(),
         "readings": taken,
         "figures": positioning_figures(taken, period=PERIOD_MM),
+        "reason": "",
         "step_counts": 4,
         "corrections_inserted": 12345,
         "corrections_pending": 0,

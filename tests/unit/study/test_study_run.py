@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from rtec.controller import IllegalPolicy, ReceiverSettings
-from rtec.errors import ArgumentError
 from rtec.injector import Design, RealEdges
 from rtec.machine import Growth, Laser
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
-from rtec.report import study_document
+from rtec.report import study_document, write_report
 from rtec.requester import Conversation
 from rtec.study import builtin_study, read_study, run_study
 from rtec.study.figures import feed_curve
@@ -233,7 +232,7 @@ def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
     assert study_document(result)["rows"][-1]["ending"] == "HELD"
 
 
-def test_a_row_without_any_reading_is_named(monkeypatch):
+def test_a_row_without_any_reading_is_empty_with_its_reason(tmp_path, monkeypatch):
     fill = Conversation.fill_box
 
     def narrow(self, box, *, switch_on=True):
@@ -241,14 +240,30 @@ def test_a_row_without_any_reading_is_named(monkeypatch):
         box.window = 1
 
     monkeypatch.setattr(Conversation, "fill_box", narrow)
-    with pytest.raises(ArgumentError, match=r"row b: no reading \(HELD after 0.0\d+ s"):
-        run_study(small(designs=(Design.B,)))
+    result = run_study(small(designs=(Design.B,)))
+    row = result.rows[-1]
+    assert row.readings is row.figures is None
+    assert row.ending == "HELD"
+    assert row.reason.startswith("held by the PC after 0.0")
+    assert not result.good
+    said = study_document(result)["rows"][-1]
+    assert said["reason"] == row.reason
+    assert said["rms_um"] is said["iso230"]["A"] is None
+    assert said["corrections_inserted"] == row.corrections_inserted
+    assert any(warning.startswith("Design B: no reading: held by the PC") for warning in result.warnings)
+    assert result.rows[0].readings.size > 0
+    page = write_report(result, tmp_path)
+    assert "no reading: held by the PC" in page.read_text(encoding="utf-8")
+    assert not (tmp_path / "readings" / "b.csv").exists()
 
 
 def test_a_faulting_controller_is_named():
     slow = ReceiverSettings(filter_samples=1, clock_hz=15_000, policy=IllegalPolicy.FAULT)
-    with pytest.raises(ArgumentError, match=r"row uncompensated: no reading \(FAULTED after"):
-        run_study(small(receiver=slow))
+    result = run_study(small(receiver=slow))
+    assert all(row.readings is None for row in result.rows)
+    assert {row.ending for row in result.rows} == {"FAULTED"}
+    assert "stopped by the controller after" in result.rows[0].reason
+    assert not result.good
 
 
 def test_merged_edges_show_in_the_row():
@@ -265,8 +280,10 @@ def test_counts_lost_at_too_high_a_speed_are_a_row_or_named():
     # at 0.1 µm a count 50 inch/min are 212 000 counts a second: more than Design B's processor can copy
     encoder = replace(builtin_study().encoder, count_mm=1e-4)
     study = small(encoder=encoder, designs=(Design.B,))
-    with pytest.raises(ArgumentError, match=r"row b: no reading \(FINISHED after .* counts off\)"):
-        run_study(study)
+    row = run_study(study).rows[-1]
+    assert row.readings is None
+    assert "never stood at a target" in row.reason
+    assert f"off by {row.audit_counts}" in row.reason
 
 
 def test_one_run_of_two_targets_has_figures_where_they_exist():

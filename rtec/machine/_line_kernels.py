@@ -1,11 +1,15 @@
-"""Compiled lines of a station: encoder, cable, box and controller, and what a fault does to each of them.
+"""Compiled lines of an axis: encoder, cable, box and controller, and what a fault does to each of them.
 
 ::
 
-    encoder -> cable -> box (injector, node) -> controller
+    encoder -> cable -> box (injector or board, node) -> controller
+
+``box`` is None where the injector models the box, else that of `rtec.machine._firmware_kernels`.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +29,7 @@ from rtec.injector._kernels import (
 )
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import ARMED, INJECTOR, INSERTING
+from rtec.machine._firmware_kernels import deliver_board, firmware_edge
 from rtec.machine._servo_kernels import SERVO
 from rtec.requester._box_node_kernels import (
     BOX_NODE,
@@ -58,66 +63,66 @@ AFTER = 6
 NO_ALARM, FOLLOWING, ILLEGAL_LINES = 0, 1, 2
 """Why the controller has stopped the drive: the axis does not follow, or its input saw an illegal transition."""
 
-STATION = np.dtype(
-    [
-        ("encoder", ENCODER),
-        ("piece", PIECE),
-        ("injector", INJECTOR),
-        ("receiver", RECEIVER),
-        ("servo", SERVO),
-        ("node", BOX_NODE),
-        # parameters
-        ("acceleration", np.float64),  # of the moves, counts/s^2
-        ("ramp_s", np.float64),  # of the feed override between 0 and 1
-        ("following_limit", np.float64),  # counts beyond the lag of the feed, at which the controller stops the drive
-        ("repeats", np.int64),  # 1: after the last move comes the first
-        # motion
-        ("event_ps", np.int64),
-        ("tick_open", np.int64),
-        ("acceleration_now", np.float64),
-        ("turn_s", np.float64),
-        ("part_end_s", np.float64),
-        ("moving_to", np.int64),  # move of the program
-        ("arrived_ps", np.int64),  # at its end; NEVER: still under way
-        ("command_speed", np.float64),
-        ("lag", np.float64),  # counts that the axis may lag behind at the feed of the last while
-        ("override", np.float64),
-        ("going_home", np.int64),  # 1: back to the encoder's home, whatever the controller counts
-        # cable between encoder and box
-        ("cable", np.int64),
-        ("cable_level", np.int64),  # what a broken cable says
-        ("lines", np.int64),  # levels behind the cable
-        ("box_count", np.int64),  # by the box's decoder
-        ("illegal_in", np.int64),
-        ("cable_struck", np.int64),  # moments at which a broken cable said something else than the encoder
-        # what stops it
-        ("powered", np.int64),
-        ("pc_holds", np.int64),
-        ("alarm", np.int64),
-        ("alarm_ps", np.int64),
-        ("held_ps", np.int64),  # since when it is held; NEVER: it is not
-        # a fault that waits for an insertion to be under way
-        ("lurking", np.int64),
-        ("struck_ps", np.int64),
-        # the last changes of the lines, for whoever wants to see an insertion
-        ("keeps", np.int64),  # 1: they are kept
-        ("kept", np.int64),  # changes so far
-        ("kept_ps", np.int64, (KEPT,)),
-        ("kept_in", np.int64, (KEPT,)),
-        ("kept_out", np.int64, (KEPT,)),
-        ("seen_inserted", np.int64),
-        ("still_to_keep", np.int64),  # changes after an insertion until it is put aside
-        ("aside", np.int64),  # changes put aside
-        ("aside_ps", np.int64, (KEPT,)),
-        ("aside_in", np.int64, (KEPT,)),
-        ("aside_out", np.int64, (KEPT,)),
-        # observations
-        ("starts", np.int64),
-        ("moves", np.int64),
-        ("travel_mm", np.float64),
-    ],
-    align=True,
-)
+AXIS: list[tuple[object, ...]] = [
+    ("encoder", ENCODER),
+    ("piece", PIECE),
+    ("injector", INJECTOR),
+    ("receiver", RECEIVER),
+    ("servo", SERVO),
+    ("node", BOX_NODE),
+    # parameters
+    ("acceleration", np.float64),  # of the moves, counts/s^2
+    ("ramp_s", np.float64),  # of the feed override between 0 and 1
+    ("following_limit", np.float64),  # counts beyond the lag of the feed, at which the controller stops the drive
+    ("repeats", np.int64),  # 1: after the last move comes the first
+    # motion
+    ("event_ps", np.int64),
+    ("tick_open", np.int64),
+    ("turn_s", np.float64),
+    ("part_end_s", np.float64),
+    ("crossing_ps", np.int64),  # when the axis crosses the next line; NEVER: none in this part of the tick
+    ("moving_to", np.int64),  # move of the program
+    ("arrived_ps", np.int64),  # at its end; NEVER: still under way
+    ("command_speed", np.float64),
+    ("lag", np.float64),  # counts that the axis may lag behind at the feed of the last while
+    ("override", np.float64),
+    ("going_home", np.int64),  # 1: back to the encoder's home, whatever the controller counts
+    # cable between encoder and box
+    ("cable", np.int64),
+    ("cable_level", np.int64),  # what a broken cable says
+    ("lines", np.int64),  # levels behind the cable
+    ("box_count", np.int64),  # by the box's decoder
+    ("illegal_in", np.int64),
+    ("cable_struck", np.int64),  # moments at which a broken cable said something else than the encoder
+    # what stops it
+    ("powered", np.int64),
+    ("pc_holds", np.int64),
+    ("alarm", np.int64),
+    ("alarm_ps", np.int64),
+    ("held_ps", np.int64),  # since when it is held; NEVER: it is not
+    # a fault that waits for an insertion to be under way
+    ("lurking", np.int64),
+    ("struck_ps", np.int64),
+    # the last changes of the lines, for whoever wants to see an insertion
+    ("keeps", np.int64),  # 1: they are kept
+    ("kept", np.int64),  # changes so far
+    ("kept_ps", np.int64, (KEPT,)),
+    ("kept_in", np.int64, (KEPT,)),
+    ("kept_out", np.int64, (KEPT,)),
+    ("seen_inserted", np.int64),
+    ("still_to_keep", np.int64),  # changes after an insertion until it is put aside
+    ("aside", np.int64),  # changes put aside
+    ("aside_ps", np.int64, (KEPT,)),
+    ("aside_in", np.int64, (KEPT,)),
+    ("aside_out", np.int64, (KEPT,)),
+    # observations
+    ("starts", np.int64),
+    ("moves", np.int64),
+    ("travel_mm", np.float64),
+]
+"""Fields of one axis with its box; a machine that adds parts of its own has them first."""
+
+STATION = np.dtype(AXIS, align=True)
 
 
 @step
@@ -168,27 +173,37 @@ def put_aside(st: Record) -> None:
         st.aside_out[i] = st.kept_out[k]
 
 
-@helper
-def take_lines(st: Record, t_ps: int) -> None:
+@step
+def deliver_lines(st: Record, box: Any, t_ps: int) -> None:
+    """Let the controller see what the box drives, once all events of this instant are carried out."""
+    if box is not None:
+        deliver_board(st, box, t_ps)
+    elif observe(st.injector):
+        receiver_edge(st.receiver, t_ps, st.injector.ab_out)
+
+
+@step
+def take_lines(st: Record, box: Any, t_ps: int) -> None:
     """Send what the cable says at ``t_ps`` through the box to the controller."""
-    s = st.injector
-    while s.next_ps <= t_ps:
-        fire_box(st)
+    if box is None:
+        while st.injector.next_ps <= t_ps:
+            fire_box(st)
     right = encoder_level(st.encoder)
     level = behind_cable(st, right)
     if level != right:
         st.cable_struck += 1
-    if level == st.lines:
-        return
-    delta = count_delta(st.lines, level)
-    if delta == ILLEGAL:
-        st.illegal_in += 1
-    else:
-        st.box_count += delta
-    st.lines = level
-    injector_edge(s, t_ps, level)
-    if observe(s):
-        receiver_edge(st.receiver, t_ps, s.ab_out)
+    if level != st.lines:
+        delta = count_delta(st.lines, level)
+        if delta == ILLEGAL:
+            st.illegal_in += 1
+        else:
+            st.box_count += delta
+        st.lines = level
+        if box is None:
+            injector_edge(st.injector, t_ps, level)
+        else:
+            firmware_edge(box, t_ps, level)
+    deliver_lines(st, box, t_ps)
     if st.keeps == 1:
         keep(st, t_ps)
 
@@ -202,10 +217,6 @@ def fire_box(st: Record) -> None:
         surprise(st, t_ps)  # its insertion is one change: the last moment before it
         return
     injector_fire(s)
-    if s.next_ps > t_ps and observe(s):
-        receiver_edge(st.receiver, t_ps, s.ab_out)
-    if st.keeps == 1:
-        keep(st, t_ps)
     if st.lurking != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
         surprise(st, t_ps)
 
@@ -221,12 +232,17 @@ def surprise(st: Record, t_ps: int) -> None:
 
 @helper
 def fire_between_edges(st: Record) -> None:
-    """Carry out the box's own next event; the lines change at once where a fault of the cable strikes with it."""
+    """Carry out what the box does next; the lines change at once where a fault of the cable strikes with it."""
     t_ps = st.injector.next_ps
     before = st.lurking
-    fire_box(st)
+    while st.injector.next_ps <= t_ps:
+        fire_box(st)
     if st.lurking != before:
-        take_lines(st, t_ps)
+        take_lines(st, None, t_ps)
+    else:
+        deliver_lines(st, None, t_ps)
+        if st.keeps == 1:
+            keep(st, t_ps)
 
 
 @helper
@@ -234,7 +250,7 @@ def strike(st: Record, t_ps: int, kind: int) -> None:
     """Let a fault begin at the station, which has been run up to ``t_ps``."""
     begin_fault(st, t_ps, kind)
     if kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
-        take_lines(st, t_ps)
+        take_lines(st, None, t_ps)
 
 
 @helper
@@ -279,7 +295,7 @@ def mend(st: Record, t_ps: int, kind: int) -> None:
         st.node.word_fault = WORD_RIGHT
     elif kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
         st.cable = WHOLE
-        take_lines(st, t_ps)
+        take_lines(st, None, t_ps)
     elif kind == GLITCHES:
         st.encoder.glitch_level = 0
 
@@ -289,8 +305,7 @@ def switch_power(st: Record, t_ps: int, on: int) -> None:
     """Take the power of the box away or give it back; the gates are powered by the controller."""
     s = st.injector
     injector_power(s, t_ps, on)
-    if observe(s):
-        receiver_edge(st.receiver, t_ps, s.ab_out)
+    deliver_lines(st, None, t_ps)
     st.powered = on
     if on == 1:
         st.starts += 1

@@ -1,0 +1,156 @@
+"""Compiled axis under way: a tick of its servo, and in it all that its lines do, in the order of their times.
+
+Within a tick the acceleration is constant, so that the lines' crossing times have a closed form. Whoever owns the
+conversation of PC and box (the closed loop, a station on a bus) opens a tick, runs it up to the next turn of either,
+lets it take the turn, and runs on; the tick closes itself.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rtec._jit import Record, helper, step
+from rtec.axis._kernels import emit, glitch_toggle, jitter, next_crossing, set_piece, turning_points
+from rtec.controller._kernels import receiver_index, receiver_settle
+from rtec.injector._kernels import injector_enable
+from rtec.machine._firmware_kernels import run_firmware, stop_firmware
+from rtec.machine._laser_kernels import follow_play
+from rtec.machine._line_kernels import deliver_lines, fire_between_edges, take_lines
+from rtec.signal._kernels import NEVER
+
+
+@step
+def next_edge(m: Record) -> int:
+    """Return when the line crossed next gives its edge, jitter included; nothing comes too late."""
+    if m.crossing_ps == NEVER:
+        return NEVER
+    e = m.encoder
+    edge_ps = m.crossing_ps + jitter(e.seed, e.serial + 1, e.jitter_ps)
+    return max(edge_ps, max(e.last_ps + 1, m.event_ps))
+
+
+@helper
+def pass_glitch(m: Record, box: Any) -> None:
+    """Send an edge of a glitch, the next thing that happens on the lines, through the box."""
+    e = m.encoder
+    t_ps = max(glitch_toggle(e), e.last_ps + 1)
+    e.last_ps = t_ps
+    m.event_ps = max(t_ps, m.event_ps)
+    if box is not None:
+        run_firmware(m, box, t_ps)
+    take_lines(m, box, t_ps)
+
+
+@step
+def next_of_lines(m: Record, box: Any) -> int:
+    """Return when a line changes between two crossings; what a running firmware does is not known beforehand."""
+    if box is not None:
+        return int(m.encoder.glitch_next_ps)
+    return min(m.injector.next_ps, m.encoder.glitch_next_ps)
+
+
+@helper
+def run_lines(m: Record, box: Any, until_ps: int, part_end_ps: int) -> bool:
+    """Carry out what the lines do up to ``until_ps`` in this part of the tick; return whether the part is over.
+
+    Every line crossed in a part gives its edge, jitter or not, before the part is over.
+    """
+    e = m.encoder
+    edge_ps = next_edge(m)
+    while True:
+        other_ps = next_of_lines(m, box)
+        t_ps = min(edge_ps, other_ps)
+        last_ps = until_ps if edge_ps != NEVER else min(until_ps, part_end_ps - 1)
+        if box is not None:
+            run_firmware(m, box, min(t_ps, last_ps))
+        if t_ps > last_ps:
+            if box is not None:
+                deliver_lines(m, box, last_ps)
+            return edge_ps == NEVER and until_ps >= part_end_ps
+        m.event_ps = max(t_ps, m.event_ps)
+        if edge_ps <= other_ps:
+            emit(e, m.crossing_ps, m.piece.sign)
+            e.last_ps = edge_ps
+            take_lines(m, box, edge_ps)
+            if e.index_every > 0 and e.count % e.index_every == 0:
+                receiver_index(m.receiver, edge_ps)
+            m.crossing_ps = next_crossing(e, m.piece)
+            edge_ps = next_edge(m)
+        elif other_ps == e.glitch_next_ps:
+            pass_glitch(m, box)
+            edge_ps = next_edge(m)  # it comes behind the glitch
+        else:
+            fire_between_edges(m)
+
+
+@step
+def open_part(m: Record, from_s: float, error: Any) -> None:
+    """Begin a part of the tick in which the motion does not turn.
+
+    ``error`` is that of the slide, which follows the encoder through its play; None where nobody looks at the slide.
+    """
+    servo = m.servo
+    m.part_end_s = m.turn_s if from_s < m.turn_s else servo.period_s
+    set_piece(m.piece, from_s, m.part_end_s)
+    m.crossing_ps = next_crossing(m.encoder, m.piece)
+    if error is not None:
+        if m.piece.sign != 0 and m.piece.sign != servo.moving:
+            follow_play(m, error)  # the axis turns here
+            servo.moving = m.piece.sign
+
+
+@step
+def open_tick(m: Record, acceleration: float, error: Any) -> None:
+    """Begin a tick of the servo: its acceleration holds until the next."""
+    servo, piece = m.servo, m.piece
+    piece.start_ps = servo.now_ps
+    piece.x0 = servo.x
+    piece.v0 = servo.v
+    piece.a0 = acceleration
+    piece.j0 = 0.0
+    m.turn_s, _ = turning_points(servo.v, acceleration, 0.0, servo.period_s)
+    m.tick_open = 1
+    open_part(m, 0.0, error)
+
+
+@step
+def run_tick(m: Record, box: Any, until_ps: int, error: Any) -> None:
+    """Run the open tick up to ``until_ps``; it is closed where it ends before."""
+    servo, p = m.servo, m.piece
+    while m.tick_open == 1:
+        end_s = m.part_end_s
+        if not run_lines(m, box, until_ps, servo.now_ps + int(end_s * 1e12 + 0.5)):
+            return
+        servo.x = p.x0 + end_s * (p.v0 + end_s * p.a0 / 2.0)
+        if end_s < servo.period_s:
+            open_part(m, end_s, error)
+        else:
+            servo.v += p.a0 * servo.period_s
+            servo.now_ps += servo.period_ps
+            servo.ticks += 1
+            m.travel_mm += abs(servo.v) * servo.period_s * servo.count_mm
+            m.tick_open = 0
+
+
+@helper
+def settle_lines(m: Record, box: Any) -> None:
+    """Stop the axis where it is, let what is under way in the box come to its end and the filter see the last edge.
+
+    After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
+    """
+    s, rx = m.injector, m.receiver
+    t_ps = max(m.servo.now_ps, m.event_ps)
+    if box is not None:
+        stop_firmware(m, box, t_ps)
+        t_ps = m.event_ps
+        deliver_lines(m, box, t_ps)
+    elif s.enabled == 1:
+        injector_enable(s, t_ps, 0)
+    while next_of_lines(m, box) != NEVER:
+        t_ps = next_of_lines(m, box)
+        if m.encoder.glitch_next_ps == t_ps:
+            pass_glitch(m, box)
+            t_ps = m.event_ps
+        else:
+            fire_between_edges(m)
+    receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)
