@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import get_context
 from types import MappingProxyType
 
 import numpy as np
@@ -24,6 +20,7 @@ from rtec.blind.scored import Game, LineScore, PoolScore
 from rtec.blind.secret import Secret
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
+from rtec.jobs import Crew
 from rtec.metrology import Measurement
 
 Progress = Callable[[str, float], None]
@@ -143,11 +140,7 @@ def confusion(
     if not played:
         raise ArgumentError("lines", "none that can be played", "one or more; those of the noise floor need refit")
     scores = []
-    with ExitStack() as stack:
-        each: _Map = map
-        if workers > 1:
-            # fresh processes: a fork would copy locks that the compiler's threads may hold
-            each = stack.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn"))).map
+    with Crew(workers, processes=True) as crew:
         for number, line in enumerate(played):
 
             def tell(share: float, number: int = number, line: Line = line) -> None:
@@ -155,13 +148,15 @@ def confusion(
                     progress(line.title, (number + share) / len(played))
 
             most = trials * (patience if line.above_detectable else 1)
-            fresh = partial(each, partial(_play_game, line, seed, judge, refit))
+
+            def fresh(trials: Sequence[int], line: Line = line) -> Iterator[Game]:
+                return crew.results(
+                    [GameJob(line=line, trial=trial, seed=seed, judge=judge, refit=refit) for trial in trials]
+                )
+
             games = _games(line.title, trials, most, fresh, known, record, tell)
             scores.append(scored(line, games))
     return Confusion(scores=tuple(scores), trials=trials, seed=seed)
-
-
-_Map = Callable[[Callable[[int], Game], Sequence[int]], Iterator[Game]]
 
 
 def _games(
@@ -214,41 +209,53 @@ def scored(line: Line, games: Sequence[Game]) -> LineScore:
     )
 
 
-def _play_game(line: Line, seed: int, judge: Judge, refit: Refit | None, trial: int) -> Game:
-    own_seed = seed_of(seed, line.title, trial)
-    scenario = line.scenario(trial, own_seed)
-    measurement, secret = play(scenario, own_seed)
-    right: bool | None
-    effects: tuple[str, ...] = ()
-    verdict = ""
-    waves: tuple[Wave, ...] = ()
-    figures: tuple[Figure, ...] = ()
-    beliefs: tuple[Belief, ...] = ()
-    if line.rule is Rule.FLOOR and refit is not None:
-        right, said = _at_floor(*refit(measurement, secret.names))
-    else:
-        answer = Answer(*judge(measurement))
-        plan, said = scenario.plan, label_of(answer)
-        right = is_right(line.rule, answer, secret, repeated=plan.repeated, span_mm=plan.span_mm)
-        if line.above_detectable and _too_weak(answer, secret):
-            right = None
-        effects, verdict = answer.effects, answer.verdict
-        waves, figures = waves_of(answer, secret), figures_of(answer, secret)
-        beliefs = beliefs_of(answer, secret)
-    return Game(
-        trial=trial,
-        seed=own_seed,
-        plan=scenario.plan.name,
-        hidden=truth_label(secret.names),
-        said=said,
-        right=right,
-        effects=effects,
-        names=secret.names,
-        verdict=verdict,
-        waves=waves,
-        figures=figures,
-        beliefs=beliefs,
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GameJob:
+    """One game of a line; line, trial and seed are its seed."""
+
+    line: Line
+    trial: int
+    seed: int
+    judge: Judge
+    refit: Refit | None
+
+    def run(self) -> Game:
+        """Play it."""
+        line, trial, refit = self.line, self.trial, self.refit
+        own_seed = seed_of(self.seed, line.title, trial)
+        scenario = line.scenario(trial, own_seed)
+        measurement, secret = play(scenario, own_seed)
+        right: bool | None
+        effects: tuple[str, ...] = ()
+        verdict = ""
+        waves: tuple[Wave, ...] = ()
+        figures: tuple[Figure, ...] = ()
+        beliefs: tuple[Belief, ...] = ()
+        if line.rule is Rule.FLOOR and refit is not None:
+            right, said = _at_floor(*refit(measurement, secret.names))
+        else:
+            answer = Answer(*self.judge(measurement))
+            plan, said = scenario.plan, label_of(answer)
+            right = is_right(line.rule, answer, secret, repeated=plan.repeated, span_mm=plan.span_mm)
+            if line.above_detectable and _too_weak(answer, secret):
+                right = None
+            effects, verdict = answer.effects, answer.verdict
+            waves, figures = waves_of(answer, secret), figures_of(answer, secret)
+            beliefs = beliefs_of(answer, secret)
+        return Game(
+            trial=trial,
+            seed=own_seed,
+            plan=scenario.plan.name,
+            hidden=truth_label(secret.names),
+            said=said,
+            right=right,
+            effects=effects,
+            names=secret.names,
+            verdict=verdict,
+            waves=waves,
+            figures=figures,
+            beliefs=beliefs,
+        )
 
 
 def seed_of(seed: int, title: str, trial: int) -> int:

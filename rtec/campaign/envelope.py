@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from firmware_model import FirmwareError, Image
@@ -18,6 +19,7 @@ from rtec.campaign.envelope_trials import Bursts, Failure, Streams
 from rtec.checks import whole_within
 from rtec.errors import RtecError
 from rtec.injector import Design
+from rtec.jobs import Workers
 from rtec.units import PS_PER_S
 
 RAPID_HZ, MODERATE_HZ, GOAL_HZ = 30_000, 100_000, 500_000
@@ -173,15 +175,12 @@ def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda
     (27, 'insertion window')
     """
     pairs = [(processor, design) for processor in plan.processors for design in plan.designs]
-    rows = []
-    for i, (processor, design) in enumerate(pairs):
-
-        def told(share: float, i: int = i) -> None:
-            progress((i + share) / len(pairs))
-
-        rows.append(_row(plan, design, processor, told))
-        told(1.0)
-    return rows
+    with Workers(lambda _, share: progress(share), total=max(len(pairs), 1)) as workers:
+        rows = [
+            workers.start(f"{design.value} on {processor.name}", 1.0, partial(_row, plan, design, processor))
+            for processor, design in pairs
+        ]
+        return [row.result() for row in rows]
 
 
 def _row(

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from os import cpu_count
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
 from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
+from rtec.jobs import Crew
 from rtec.requester import HoldReason, Status
 
 LATE_S = 0.25
@@ -163,26 +162,42 @@ class Matrix:
 
 def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda share: None) -> Matrix:
     """Try every fault of the plan in every phase."""
-    jobs = [(phase, design, seed) for phase in plan.phases for design in plan.designs for seed in range(plan.seeds)]
+    jobs = [
+        PhaseJob(plan=plan, phase=phase, design=design, seed=seed)
+        for phase in plan.phases
+        for design in plan.designs
+        for seed in range(plan.seeds)
+    ]
     trials: list[Trial] = []
-    with ThreadPoolExecutor(max_workers=cpu_count() or 1) as pool:
-        for done, some in enumerate(pool.map(lambda job: _trials(plan, *job), jobs), start=1):
+    with Crew() as crew:
+        for done, some in enumerate(crew.results(jobs), start=1):
             trials += some
             progress(done / len(jobs))
     return Matrix(plan=plan, trials=tuple(trials))
 
 
-def _trials(plan: MatrixPlan, phase: Phase, design: Design, seed: int) -> list[Trial]:
-    """Try all faults in one phase, at one seed."""
-    twin = twin_of(phase, design, seed)
-    key = [plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
-    generator = np.random.default_rng(key)
-    trials = []
-    for variant in plan.variants:
-        moment_ps = moment_within(twin, generator)
-        bits = seed + 3 * int(generator.integers(1 << 30))  # the seed says which of the box's three frames is struck
-        trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
-    return trials
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhaseJob:
+    """All faults of a plan in one phase, at one seed."""
+
+    plan: MatrixPlan
+    phase: Phase
+    design: Design
+    seed: int
+
+    def run(self) -> list[Trial]:
+        """Try them."""
+        phase, design, seed = self.phase, self.design, self.seed
+        twin = twin_of(phase, design, seed)
+        key = [self.plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
+        generator = np.random.default_rng(key)
+        trials = []
+        for variant in self.plan.variants:
+            moment_ps = moment_within(twin, generator)
+            # the seed says which of the box's three frames is struck
+            bits = seed + 3 * int(generator.integers(1 << 30))
+            trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
+        return trials
 
 
 def run_trial(

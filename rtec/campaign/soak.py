@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell, statio
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
+from rtec.jobs import Crew
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
 from rtec.predictors import Predictor
 
@@ -187,12 +187,12 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
     shares = {design: plan.hours / len(MAIN) for design in MAIN} | {Design.B: plan.hours * _SHARE_OF_B}
     whole_s = sum(shares.values()) * 3600.0
     episodes: list[Episode] = []
-    with ThreadPoolExecutor(max_workers=plan.threads) as pool:
+    with Crew(plan.threads) as crew:
         for design, hours in shares.items():
             ran_s, number = 0.0, 0
             while ran_s < hours * 3600.0:
-                some = pool.map(lambda n, d=design: run_episode(plan, d, n), range(number, number + _BATCH))
-                for episode in some:
+                some = [EpisodeJob(plan=plan, design=design, number=n) for n in range(number, number + _BATCH)]
+                for episode in crew.results(some):
                     if ran_s < hours * 3600.0:
                         episodes.append(episode)
                         ran_s += episode.run_s
@@ -201,26 +201,35 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
     return Soak(plan=plan, episodes=tuple(episodes))
 
 
-def run_episode(plan: SoakPlan, design: Design, number: int) -> Episode:
-    """Run one episode."""
-    generator = np.random.default_rng([plan.seed, design.code, number])
-    programs = draw_programs(generator, axes=AXES, length_s=plan.episode_s)
-    amplitude_mm, backlash_mm = float(generator.uniform(0.005, 0.025)), float(generator.uniform(0.0, 0.015))
-    table, hot = (
-        wavy_table(amplitude_mm=amplitude_mm, backlash_mm=backlash_mm, offset_mm=offset_mm)
-        for offset_mm in (0.0, _HOT_MM)
-    )
-    orders = draw_orders(generator, length_s=plan.episode_s)
-    drawn = _draw_faults(generator, plan.episode_s)
-    cell = WatchedCell(
-        [station_settings(axis, design) for axis in range(1, AXES + 1)],
-        programs.moves,
-        table,
-        faults=[fault for _, _, fault in drawn],
-        slice_ps=_SLICE_PS,
-    )
-    phases = _run(cell, programs, orders, drawn, hot)
-    return _concluded(cell, design, number, drawn, phases)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EpisodeJob:
+    """One episode of a soak; plan, design and number are its seed."""
+
+    plan: SoakPlan
+    design: Design
+    number: int
+
+    def run(self) -> Episode:
+        """Run it."""
+        length_s = self.plan.episode_s
+        generator = np.random.default_rng([self.plan.seed, self.design.code, self.number])
+        programs = draw_programs(generator, axes=AXES, length_s=length_s)
+        amplitude_mm, backlash_mm = float(generator.uniform(0.005, 0.025)), float(generator.uniform(0.0, 0.015))
+        table, hot = (
+            wavy_table(amplitude_mm=amplitude_mm, backlash_mm=backlash_mm, offset_mm=offset_mm)
+            for offset_mm in (0.0, _HOT_MM)
+        )
+        orders = draw_orders(generator, length_s=length_s)
+        drawn = _draw_faults(generator, length_s)
+        cell = WatchedCell(
+            [station_settings(axis, self.design) for axis in range(1, AXES + 1)],
+            programs.moves,
+            table,
+            faults=[fault for _, _, fault in drawn],
+            slice_ps=_SLICE_PS,
+        )
+        phases = _run(cell, programs, orders, drawn, hot)
+        return _concluded(cell, self.design, self.number, drawn, phases)
 
 
 Drawn = list[tuple[Variant, int, Fault]]
@@ -360,4 +369,4 @@ def flaw(axis: Watched, design: Design) -> str:
     return "" if axis.checks else "never seen at rest"
 
 
-__all__ = ["MAIN", "Episode", "Soak", "SoakPlan", "Stopper", "Struck", "flaw", "run_episode", "run_soak"]
+__all__ = ["MAIN", "Episode", "EpisodeJob", "Soak", "SoakPlan", "Stopper", "Struck", "flaw", "run_soak"]

@@ -12,13 +12,13 @@ from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
+from rtec.jobs import Tell
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, Readings, measurement_of_readings
 from rtec.predictors import BidirectionalTable, Predictor
 from rtec.report.results import Learned, LeftOut, TruthScore
 from rtec.study.definition import Study
 from rtec.study.model_predictor import predictor_of_model, static_part
-from rtec.study.workers import Tell
 from rtec.units import MM_PER_INCH
 
 SOURCE = "readings/calibration.csv"

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.injector import Design
+from rtec.jobs import Progress, Tell, Workers
 from rtec.machine import Ending, LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
@@ -21,7 +22,6 @@ from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, waveform
 from rtec.study.learning import calibrate, learn, score
 from rtec.study.limits import limit_of
-from rtec.study.workers import Progress, Tell, Workers
 from rtec.units import MM_PER_INCH
 
 _CALIBRATING, _SEARCHING, _MEASURING, _MOVING, _HOLDING = 2.0, 12.0, 0.7, 0.6, 0.1

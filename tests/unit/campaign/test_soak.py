@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtec.campaign.safety_matrix import Outcome
-from rtec.campaign.soak import MAIN, SoakPlan, flaw, run_episode, run_soak
+from rtec.campaign.soak import MAIN, EpisodeJob, SoakPlan, flaw, run_soak
 from rtec.campaign.soak_program import draw_programs
 from rtec.errors import ArgumentError
 from rtec.injector import Design
@@ -60,7 +60,7 @@ def test_any_number_of_threads_gives_the_same():
 
 def test_an_episode_can_be_run_again(soak):
     episode = soak.episodes[3]
-    assert run_episode(soak.plan, episode.design, episode.number) == episode
+    assert EpisodeJob(plan=soak.plan, design=episode.design, number=episode.number).run() == episode
 
 
 def test_programs_cut_at_the_feeds_that_are_meant():
@@ -102,4 +102,4 @@ def test_a_plan_that_is_none_is_refused(changes):
 @pytest.mark.parametrize(("design", "number"), [(Design.ORIGINAL, 98), (Design.C, 166)])
 def test_a_request_on_its_way_when_probing_begins_is_no_error(design, number):
     """All frames come 15 ms late, and the last request before the probing mode is still to be carried out."""
-    assert run_episode(SoakPlan(seed=1), design, number).outcome is Outcome.RIGHT
+    assert EpisodeJob(plan=SoakPlan(seed=1), design=design, number=number).run().outcome is Outcome.RIGHT

@@ -1,11 +1,13 @@
-"""Jobs in threads: what they tell, and how they end."""
+"""Jobs side by side: their order, what they tell, and how they end."""
 
+import os
 import threading
 import time
+from dataclasses import dataclass
 
 import pytest
 
-from rtec.study.workers import Workers, cores
+from rtec.jobs import Crew, Workers, cores
 
 
 def test_jobs_give_their_results_and_tell_the_share_of_the_whole():
@@ -67,3 +69,46 @@ def test_the_error_of_a_job_is_that_of_its_result():
         job = workers.start("fails", 1.0, fails)
         with pytest.raises(ValueError, match="row b"):
             job.result()
+
+
+@dataclass(frozen=True)
+class Noted:
+    """A job that writes down where it ran."""
+
+    number: int
+
+    def run(self):
+        return self.number, threading.current_thread().name, os.getpid()
+
+
+@pytest.mark.parametrize(("workers", "processes"), [(1, False), (3, False), (2, True)])
+def test_results_come_in_the_order_of_the_jobs(workers, processes):
+    with Crew(workers, processes=processes) as crew:
+        results = list(crew.results([Noted(n) for n in range(6)]))
+    assert [number for number, _, _ in results] == list(range(6))
+    elsewhere = {pid != os.getpid() for _, _, pid in results}
+    assert elsewhere == {processes}
+    assert all(name.startswith("rtec-job") == (workers == 3) for _, name, _ in results)
+
+
+def test_an_error_of_a_job_ends_the_crew_and_drops_what_has_not_begun():
+    begun = []
+
+    @dataclass(frozen=True)
+    class Slow:
+        number: int
+
+        def run(self):
+            begun.append(self.number)
+            if self.number == 0:
+                raise ValueError("the first")
+            threading.Event().wait(0.02)
+
+    def run_all():
+        with Crew(2) as crew:
+            list(crew.results([Slow(n) for n in range(200)]))
+
+    with pytest.raises(ValueError, match="the first"):
+        run_all()
+    assert len(begun) < 100
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("rtec-job")]
