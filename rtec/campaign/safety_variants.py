@@ -9,7 +9,8 @@ from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_watch import MS
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
+from rtec.machine.faults import PC_NODE, Fault, Strikes
 
 _K = FaultKind
 _MANY = 1 << 40
@@ -28,10 +29,6 @@ class From(enum.Enum):
     AXIS = "box"
     ENCODER = "encoder"
     PROGRAM = "PC"
-
-
-UPSTREAM = frozenset({_K.CABLE_OPEN, _K.LINES_SWAPPED, _K.LINE_BROKEN, _K.GLITCHES})
-"""Faults before the box: box and controller see the same wrong lines."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +75,7 @@ class Variant:
     @property
     def upstream(self) -> bool:
         """Return whether it happens before the box."""
-        return self.kind in UPSTREAM
+        return self.kind.category is FaultCategory.ENCODER
 
     def fault(self, phase: Phase, moment_ps: int, seed: int, *, axis: int = 1) -> Fault:
         """Return the fault at a moment of a phase."""

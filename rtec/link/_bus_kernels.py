@@ -35,6 +35,9 @@ LAST_OF_BUS = OFF
 
 ANY = -1
 
+BEGUN, FRAMES_STRUCK, CABLE_STRUCK, WORD_STRUCK, GLITCHES_MADE = 0, 1, 2, 3, 4
+"""What proves that a fault took effect: that it began, or what it struck."""
+
 FAULT = np.dtype(
     [
         # parameters
@@ -46,6 +49,7 @@ FAULT = np.dtype(
         ("most", np.int64),  # frames it strikes
         ("delay_ps", np.int64),
         ("seed", np.int64),
+        ("proof", np.int64),  # what shows that it took effect
         ("while_inserting", np.int64),  # 1: it waits for an insertion to be under way
         # state
         ("kept_node", np.int64),

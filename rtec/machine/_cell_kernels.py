@@ -15,8 +15,12 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
 from rtec.link._bus_kernels import (
+    BEGUN,
     BUS,
+    CABLE_STRUCK,
+    GLITCHES_MADE,
     LAST_OF_BUS,
+    WORD_STRUCK,
     bus_next,
     bus_reset,
     bus_step,
@@ -26,17 +30,7 @@ from rtec.link._bus_kernels import (
 )
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
 from rtec.machine._axis_kernels import settle_lines
-from rtec.machine._line_kernels import (
-    CABLE_OPEN,
-    GLITCHES,
-    LINE_BROKEN,
-    LINES_SWAPPED,
-    NO_FAULT,
-    STALE_WORD,
-    TORN_WORD,
-    mend,
-    strike,
-)
+from rtec.machine._line_kernels import NO_FAULT, mend, strike
 from rtec.machine._station_kernels import is_held, station_advance, station_turn
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
@@ -78,11 +72,11 @@ CELL = np.dtype(
 @helper
 def effects_at(st: Record, f: Record) -> int:
     """Return how often faults of this kind have taken effect at a station."""
-    if f.kind in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN):
+    if f.proof == CABLE_STRUCK:
         return int(st.cable_struck)
-    if f.kind == GLITCHES:
+    if f.proof == GLITCHES_MADE:
         return int(st.encoder.glitches)
-    if f.kind in (STALE_WORD, TORN_WORD):
+    if f.proof == WORD_STRUCK:
         return int(st.node.word_struck)
     return 1 if f.while_inserting == 1 and st.struck_ps > 0 else 0
 
@@ -117,7 +111,7 @@ def begin_fault(c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], f:
         else:
             f.struck_before = effects_at(st, f)
             strike(st, t_ps, f.kind)
-            if f.kind not in (CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN, GLITCHES, STALE_WORD, TORN_WORD):
+            if f.proof == BEGUN:
                 fire(f, t_ps)
 
 
@@ -302,6 +296,12 @@ def run(
         f = faults[i]
         if f.kind > LAST_OF_BUS and f.place > PC_PLACE and f.kept == 1 and f.ended == 0:
             note_effects(stations[f.place - 1], f, until_ps)
+
+
+@kernel
+def effects(st: Record, f: Record) -> int:
+    """Return from outside how often faults of this kind have taken effect at a station."""
+    return effects_at(st, f)
 
 
 @kernel

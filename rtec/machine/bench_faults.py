@@ -9,15 +9,12 @@ from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import REQUEST
 from rtec.link.simulated import PS_PER_S
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
+from rtec.machine.faults import PC_NODE, Fault, Strikes
 from rtec.machine.workbench import Workbench
 
 DELAY_S = 0.003
 """Delay of a frame that is late or duplicated, where none is given."""
-
-_REQUESTS = frozenset({FaultKind.REQUEST_STUCK, FaultKind.TOTAL_BIT_FLIPPED, FaultKind.FRAME_FORGED})
-_DELAYED = frozenset({FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED})
-_JUMPS = {FaultKind.CLOCK_JUMP_FORWARD: 1, FaultKind.CLOCK_JUMP_BACK: -1}
 
 
 def kind_of(name: FaultKind | str) -> FaultKind:
@@ -120,12 +117,12 @@ class BenchFaults:
         number_within("at_s", low_s, 0.0, 1e6, unit="s")
         number_within("at_s", high_s, low_s, 1e6, unit="s")
         from_ps = round(random.Random(seed).uniform(low_s, high_s) * PS_PER_S)  # noqa: S311 - a draw, no secret
-        if kind in _REQUESTS and place is None and identifier is None:
+        if kind.category is FaultCategory.TOTAL and place is None and identifier is None:
             place, identifier = PC_NODE, REQUEST + 1
         if kind.place is FaultPlace.AXIS and place is None:
             place = 1
         if delay_s is None:
-            delay_s = DELAY_S if kind in _DELAYED else 0.0
+            delay_s = DELAY_S if kind.delayed and kind.place is FaultPlace.BUS else 0.0
         fault = Fault(
             kind=kind,
             place=place,
@@ -137,7 +134,7 @@ class BenchFaults:
             seed=seed,
             strikes=Strikes.WHILE_INSERTING if while_inserting else Strikes.AT_ONCE,
         )
-        if kind in _JUMPS:
+        if kind.category is FaultCategory.CLOCK:
             self._arm_jump(fault)
         else:
             self._bench.arm(fault)
@@ -165,7 +162,7 @@ class BenchFaults:
     def _arm_jump(self, fault: Fault) -> None:
         looks: list[int] = []
         self._jumps.append((fault, looks))
-        by_ps = _JUMPS[fault.kind] * fault.delay_ps
+        by_ps = fault.delay_ps if fault.kind is FaultKind.CLOCK_JUMP_FORWARD else -fault.delay_ps
         bus = self._bench.bus
         bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: looks.append(bus.now_ps)))
 

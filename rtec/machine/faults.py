@@ -13,87 +13,14 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
-from rtec.machine import _cell_kernels as _cell, _line_kernels as _station
+from rtec.machine import _cell_kernels as _cell
+from rtec.machine.fault_kinds import FaultKind, FaultPlace
 from rtec.signal import NEVER
+
+__all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "Strikes", "fault_records"]
 
 MS = 1_000_000_000
 
-
-class FaultKind(enum.Enum):
-    """A class of faults."""
-
-    FRAME_LOST = "frame lost"
-    FRAME_LATE = "frame late"
-    FRAME_DUPLICATED = "frame duplicated"
-    FRAMES_REORDERED = "frames reordered"
-    FRAME_CORRUPTED = "frame corrupted, checksum wrong"
-    FRAME_FORGED = "frame corrupted, checksum right"
-    TOTAL_BIT_FLIPPED = "bit flipped in the total"
-    REQUEST_STUCK = "request stuck"
-    BABBLING_NODE = "babbling node"
-    BUS_OFF = "bus off"
-    STALE_DATA_VALID = "stale data valid"
-    TORN_POSITION = "torn position word"
-    PC_KILLED = "PC killed"
-    BOX_RESTARTED = "box restarted"
-    POWER_LOST = "power lost"
-    CLOCK_JUMP_FORWARD = "PC clock jumps forward"
-    CLOCK_JUMP_BACK = "PC clock jumps back"
-    CABLE_OPEN = "encoder cable open"
-    LINES_SWAPPED = "A and B swapped"
-    LINE_BROKEN = "one line of a pair broken"
-    GLITCHES = "glitches"
-    SWITCH_THROWN = "disable switch thrown"
-    PROBE_TRIPPED = "probe trip"
-
-    @property
-    def code(self) -> int:
-        """Return the number that the kernels use."""
-        return _CODES[self]
-
-    @property
-    def place(self) -> FaultPlace:
-        """Return where a fault of this class happens."""
-        if self.code <= _bus.LAST_OF_BUS:
-            return FaultPlace.BUS
-        return FaultPlace.PC if self.code >= _cell.PC_KILLED else FaultPlace.AXIS
-
-
-class FaultPlace(enum.Enum):
-    """Where a fault happens."""
-
-    BUS = "bus"
-    """To frames of one node or of all."""
-    PC = "PC"
-    AXIS = "axis"
-    """At the box of an axis, or at the encoder before it."""
-
-
-_CODES = {
-    FaultKind.FRAME_LOST: _bus.LOST,
-    FaultKind.FRAME_LATE: _bus.LATE,
-    FaultKind.FRAME_DUPLICATED: _bus.DUPLICATED,
-    FaultKind.FRAMES_REORDERED: _bus.REORDERED,
-    FaultKind.FRAME_CORRUPTED: _bus.CORRUPTED,
-    FaultKind.FRAME_FORGED: _bus.FORGED,
-    FaultKind.TOTAL_BIT_FLIPPED: _bus.FLIPPED,
-    FaultKind.REQUEST_STUCK: _bus.STUCK,
-    FaultKind.BABBLING_NODE: _bus.BABBLING,
-    FaultKind.BUS_OFF: _bus.OFF,
-    FaultKind.STALE_DATA_VALID: _station.STALE_WORD,
-    FaultKind.TORN_POSITION: _station.TORN_WORD,
-    FaultKind.PC_KILLED: _cell.PC_KILLED,
-    FaultKind.BOX_RESTARTED: _station.BOX_RESTART,
-    FaultKind.POWER_LOST: _station.POWER_OFF,
-    FaultKind.CLOCK_JUMP_FORWARD: _cell.CLOCK_JUMP_FORWARD,
-    FaultKind.CLOCK_JUMP_BACK: _cell.CLOCK_JUMP_BACK,
-    FaultKind.CABLE_OPEN: _station.CABLE_OPEN,
-    FaultKind.LINES_SWAPPED: _station.LINES_SWAPPED,
-    FaultKind.LINE_BROKEN: _station.LINE_BROKEN,
-    FaultKind.GLITCHES: _station.GLITCHES,
-    FaultKind.SWITCH_THROWN: _station.SWITCH_THROWN,
-    FaultKind.PROBE_TRIPPED: _station.PROBE_TRIP,
-}
 
 PC_NODE = _cell.PC_PLACE
 """Node of the PC; the box of axis n is node n."""
@@ -167,9 +94,7 @@ class Fault:
             whole_within("place", self.place, 1, MOST_AXES)
         elif self.place is not None:
             whole_within("place", self.place, 0, _bus.NODES - 1)
-        delayed = {FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED}
-        jumps = {FaultKind.CLOCK_JUMP_FORWARD, FaultKind.CLOCK_JUMP_BACK}
-        if self.kind in delayed | jumps and self.delay_ps == 0:
+        if self.kind.delayed and self.delay_ps == 0:
             raise ArgumentError("delay_ps", 0, "at least 1 ps", f"say how far: {self.kind.value}")
         if self.kind is FaultKind.BUS_OFF and self.place is None:
             raise ArgumentError("place", "None", "a node: 0 is the PC, n the box of axis n")
@@ -188,6 +113,7 @@ class Fault:
         record.most = self.most
         record.delay_ps = self.delay_ps
         record.seed = self.seed
+        record.proof = self.kind.proved_by
         record.while_inserting = int(self.strikes is Strikes.WHILE_INSERTING)
 
 

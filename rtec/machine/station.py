@@ -341,6 +341,7 @@ class Station:
         self._check(kind)
         if while_inserting:
             self._state.lurking = kind.code
+            self._state.struck_ps = 0
         else:
             _station_kernels.fault(self._state, self._now_ps, kind.code, 1)
 

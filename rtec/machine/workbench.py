@@ -12,17 +12,14 @@ from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
-from rtec.machine import _line_kernels, _station_kernels
-from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine import _cell_kernels, _line_kernels, _station_kernels
+from rtec.machine.fault_kinds import FaultPlace, ProvedBy
+from rtec.machine.faults import Fault, Strikes, fault_records
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView, station_view
 from rtec.requester import BoxState, Conversation, Precautions, Status
 
 MS = 10**9
 _MOST_AXES = 7
-
-_CABLE = frozenset({FaultKind.CABLE_OPEN, FaultKind.LINES_SWAPPED, FaultKind.LINE_BROKEN})
-_WORD = frozenset({FaultKind.STALE_DATA_VALID, FaultKind.TORN_POSITION})
-_CLOCK = frozenset({FaultKind.CLOCK_JUMP_FORWARD, FaultKind.CLOCK_JUMP_BACK})
 
 
 class BenchBox:
@@ -234,6 +231,7 @@ class _Armed:
 
     def __init__(self, fault: Fault) -> None:
         self.fault = fault
+        self.record = fault_records([fault])[0]
         self.times = 0
         self.begun = False
         self.over = False
@@ -285,7 +283,7 @@ class Workbench:
             An axis that is not there, a time that has passed, or a fault of a PC, which is not on this bench.
         """
         kind = fault.kind
-        if kind is FaultKind.PC_KILLED or kind in _CLOCK:
+        if kind.place is FaultPlace.PC:
             raise ArgumentError("kind", kind.value, "a fault of the bus or of an axis", "this PC is your own program")
         if fault.from_ps < self.bus.now_ps:
             raise ArgumentError("from_ps", fault.from_ps, f"{self.bus.now_ps} ps or later (time never runs back)")
@@ -311,13 +309,14 @@ class Workbench:
 
     def _begin(self, armed: _Armed) -> None:
         armed.begun = True
-        armed.struck_before = self._struck(armed)
         station = self._station(armed)
-        if armed.fault.strikes is Strikes.WHILE_INSERTING:
+        waits = armed.fault.strikes is Strikes.WHILE_INSERTING
+        if waits:
             station.begin(armed.fault.kind, while_inserting=True)
-        else:
+        armed.struck_before = self._struck(armed)
+        if not waits:
             station.begin(armed.fault.kind)
-            armed.times = int(armed.fault.kind not in {*_CABLE, *_WORD, FaultKind.GLITCHES})
+            armed.times = int(armed.fault.kind.proved_by is ProvedBy.BEGUN)
 
     def _end(self, armed: _Armed) -> None:
         armed.times = self._times(armed)
@@ -328,19 +327,11 @@ class Workbench:
         """Return how often a fault at an axis took effect, by what it did there."""
         if not armed.begun or armed.over or armed.times:
             return armed.times
-        struck = self._struck(armed) - armed.struck_before
-        return int(struck > 0) if armed.fault.strikes is Strikes.WHILE_INSERTING else struck
+        return self._struck(armed) - armed.struck_before
 
     def _struck(self, armed: _Armed) -> int:
         state = self._station(armed)._state  # noqa: SLF001 - as above
-        kind = armed.fault.kind
-        if armed.fault.strikes is Strikes.WHILE_INSERTING:
-            return int(state.struck_ps)
-        if kind in _CABLE:
-            return int(state.cable_struck)
-        if kind in _WORD:
-            return int(state.node.word_struck)
-        return int(state.encoder.glitches)
+        return int(_cell_kernels.effects(state, armed.record))
 
     def _station(self, armed: _Armed) -> Station:
         return self.boxes[armed.fault.place or 0].station

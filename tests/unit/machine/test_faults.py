@@ -1,10 +1,13 @@
 """Every class of faults takes effect, and says so; what a fault cannot be is refused."""
 
+from pathlib import Path
+
 import pytest
 
 from rtec.errors import ArgumentError
 from rtec.machine.cell import Cell
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.fault_kinds import FaultCategory, ProvedBy, fault_table
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes, fault_records
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import UnidirectionalTable
 
@@ -77,3 +80,23 @@ def test_the_numbers_of_the_kernels_differ():
 def test_what_it_cannot_be_is_refused(words, said):
     with pytest.raises(ArgumentError, match=said):
         Fault(**words)
+
+
+def test_every_class_is_one_row_and_all_else_follows_from_it():
+    codes = [kind.code for kind in FaultKind]
+    assert len(set(codes)) == len(codes)
+    assert all(kind.meaning for kind in FaultKind)
+    on_bus = {kind for kind in FaultKind if kind.place is FaultPlace.BUS}
+    # frames are counted where they are struck; what happens elsewhere is proved by what it does there
+    assert {kind for kind in FaultKind if kind.proved_by is ProvedBy.FRAMES} == on_bus
+    assert {kind.proved_by for kind in FaultKind if kind.category is FaultCategory.ENCODER} == {
+        ProvedBy.CABLE,
+        ProvedBy.GLITCHES,
+    }
+    record = fault_records([Fault(kind=FaultKind.GLITCHES, place=1, from_ps=0)])[0]
+    assert (int(record.kind), int(record.proof)) == (FaultKind.GLITCHES.code, ProvedBy.GLITCHES)
+
+
+def test_the_table_for_users_is_that_of_the_rows():
+    page = Path(__file__).parents[3] / "docs" / "how-to-test-your-pc.md"
+    assert fault_table() in page.read_text(encoding="utf-8")

@@ -1,0 +1,140 @@
+"""Every class of faults, a row each: what happens, where, of which category, and what proves that it took effect.
+
+Names, help, records of the kernels, campaigns and the table of docs/how-to-test-your-pc.md follow from the rows.
+"""
+
+from __future__ import annotations
+
+import enum
+
+from rtec.link import _bus_kernels as _bus
+from rtec.machine import _cell_kernels as _cell, _line_kernels as _line
+
+
+class FaultPlace(enum.Enum):
+    """Where a fault happens."""
+
+    BUS = "bus"
+    """To frames of one node or of all."""
+    PC = "PC"
+    AXIS = "axis"
+    """At the box of an axis, or at the encoder before it."""
+
+
+class FaultCategory(enum.Enum):
+    """What a fault is done to."""
+
+    FRAMES = "frames on their way"
+    TOTAL = "what the PC asks for"
+    BUS = "the bus and its nodes"
+    WORD = "the box's position word"
+    POWER = "programs and power"
+    CLOCK = "the PC's clock"
+    ENCODER = "the lines before the box"
+    """Box and controller see the same wrong lines."""
+    OPERATOR = "switch and probe"
+
+
+class ProvedBy(enum.IntEnum):
+    """What shows that a fault took effect."""
+
+    BEGUN = _bus.BEGUN
+    """That it began."""
+    FRAMES = _bus.FRAMES_STRUCK
+    """Frames that it struck."""
+    CABLE = _bus.CABLE_STRUCK
+    """Moments at which the cable said something else than the encoder."""
+    WORD = _bus.WORD_STRUCK
+    """Position words that were not the right ones."""
+    GLITCHES = _bus.GLITCHES_MADE
+    """Glitches on the lines."""
+
+
+_F, _P = FaultCategory, ProvedBy
+
+
+class FaultKind(enum.Enum):
+    """A class of faults; a member is its row: words, number in the kernels, category, proof, meaning.
+
+    Examples
+    --------
+    >>> FaultKind("frame lost").place.value, FaultKind.GLITCHES.proved_by.name
+    ('bus', 'GLITCHES')
+    """
+
+    _value_: str
+    code: int
+    category: FaultCategory
+    proved_by: ProvedBy
+    meaning: str
+
+    def __new__(cls, words: str, code: int, category: FaultCategory, proved_by: ProvedBy, meaning: str) -> FaultKind:
+        """Make a member of its row; its value is the words."""
+        kind = object.__new__(cls)
+        kind._value_ = words
+        kind.code, kind.category, kind.proved_by, kind.meaning = code, category, proved_by, meaning
+        return kind
+
+    FRAME_LOST = "frame lost", _bus.LOST, _F.FRAMES, _P.FRAMES, "does not arrive"
+    FRAME_LATE = "frame late", _bus.LATE, _F.FRAMES, _P.FRAMES, "arrives later by `delay_s`"
+    FRAME_DUPLICATED = "frame duplicated", _bus.DUPLICATED, _F.FRAMES, _P.FRAMES, "comes again after `delay_s`"
+    FRAMES_REORDERED = "frames reordered", _bus.REORDERED, _F.FRAMES, _P.FRAMES, "two arrive in the wrong order"
+    FRAME_CORRUPTED = (
+        "frame corrupted, checksum wrong", _bus.CORRUPTED, _F.FRAMES, _P.FRAMES, "a bit is wrong",
+    )  # fmt: skip
+    FRAME_FORGED = (
+        "frame corrupted, checksum right", _bus.FORGED, _F.TOTAL, _P.FRAMES, "a field is wrong, the checksum fits it",
+    )  # fmt: skip
+    TOTAL_BIT_FLIPPED = (
+        "bit flipped in the total", _bus.FLIPPED, _F.TOTAL, _P.FRAMES, "a bit of the total, not of its inverse",
+    )  # fmt: skip
+    REQUEST_STUCK = "request stuck", _bus.STUCK, _F.TOTAL, _P.FRAMES, "the same frame over and over"
+    BABBLING_NODE = "babbling node", _bus.BABBLING, _F.BUS, _P.FRAMES, "identifier 0 without a gap"
+    BUS_OFF = "bus off", _bus.OFF, _F.BUS, _P.FRAMES, "a node neither sends nor hears"
+    STALE_DATA_VALID = "stale data valid", _line.STALE_WORD, _F.WORD, _P.WORD, "an old position, said to be valid"
+    TORN_POSITION = (
+        "torn position word", _line.TORN_WORD, _F.WORD, _P.WORD, "the upper bytes are those of an earlier reading",
+    )  # fmt: skip
+    PC_KILLED = "PC killed", _cell.PC_KILLED, _F.POWER, _P.BEGUN, "the PC takes no further turn"
+    BOX_RESTARTED = "box restarted", _line.BOX_RESTART, _F.POWER, _P.BEGUN, "its program begins anew"
+    POWER_LOST = "power lost", _line.POWER_OFF, _F.POWER, _P.BEGUN, "the box is dead; its gates pass A and B on"
+    CLOCK_JUMP_FORWARD = (
+        "PC clock jumps forward", _cell.CLOCK_JUMP_FORWARD, _F.CLOCK, _P.BEGUN, "by `delay_s`",
+    )  # fmt: skip
+    CLOCK_JUMP_BACK = "PC clock jumps back", _cell.CLOCK_JUMP_BACK, _F.CLOCK, _P.BEGUN, "by `delay_s`"
+    CABLE_OPEN = "encoder cable open", _line.CABLE_OPEN, _F.ENCODER, _P.CABLE, "both inputs are pulled up"
+    LINES_SWAPPED = "A and B swapped", _line.LINES_SWAPPED, _F.ENCODER, _P.CABLE, "counts go the other way"
+    LINE_BROKEN = (
+        "one line of a pair broken", _line.LINE_BROKEN, _F.ENCODER, _P.CABLE, "A rests, B goes on",
+    )  # fmt: skip
+    GLITCHES = "glitches", _line.GLITCHES, _F.ENCODER, _P.GLITCHES, "one edge in eight is followed by one of 300 ns"
+    SWITCH_THROWN = "disable switch thrown", _line.SWITCH_THROWN, _F.OPERATOR, _P.BEGUN, "corrections are forbidden"
+    PROBE_TRIPPED = "probe trip", _line.PROBE_TRIP, _F.OPERATOR, _P.BEGUN, "the position is latched"
+
+    @property
+    def place(self) -> FaultPlace:
+        """Return where a fault of this class happens."""
+        if self.code <= _bus.LAST_OF_BUS:
+            return FaultPlace.BUS
+        return FaultPlace.PC if self.code >= _cell.PC_KILLED else FaultPlace.AXIS
+
+    @property
+    def delayed(self) -> bool:
+        """Return whether it needs to be told by how much: a delay of frames, or a jump of the clock."""
+        return self.category is FaultCategory.CLOCK or self in (FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED)
+
+
+def fault_table() -> str:
+    """Return all classes as a table in Markdown."""
+    rows = ["| name | of | what happens | place |", "|---|---|---|---|"]
+    places = {
+        FaultPlace.BUS: "the node that sends: 0 the PC, n the box of axis n",
+        FaultPlace.AXIS: "the axis; 1, if nothing else is said",
+        FaultPlace.PC: "the PC",
+    }
+    for kind in FaultKind:
+        place = (
+            "the requests for axis 1, if nothing else is said" if kind.category is _F.TOTAL else places[kind.place]
+        )
+        rows.append(f"| `{kind.value}` (`{kind.name}`) | {kind.category.value} | {kind.meaning} | {place} |")
+    return "\n".join(rows)
