@@ -51,6 +51,11 @@ def step(function: _F) -> _F:
     return _compile(function, forceinline=True, _nrt=False)
 
 
+def written_out(function: _F) -> _F:
+    """Write a function out in every place that calls it, before types are known: compiled code returns no records."""
+    return _compile(function, inline="always", _nrt=False)
+
+
 def helper(function: _F) -> _F:
     """Compile a function that loops call now and then, kept as one copy."""
     return _compile(function, _nrt=False)
@@ -106,10 +111,22 @@ def prepared(function: Any, *arguments: object) -> Any:
     """
     if config.DISABLE_JIT:
         return function
-    _processor.expect_addresses()
-    types = tuple(map(numba.typeof, arguments))
+    types = _types_of(arguments)
     function.compile(types)
     return function.overloads[types].entry_point
+
+
+def _types_of(arguments: tuple[object, ...]) -> tuple[Any, ...]:
+    _processor.expect_addresses()
+    return tuple(map(numba.typeof, arguments))
+
+
+def by_address(function: Any, *arguments: object) -> Any:
+    """Return a kernel compiled for arguments of these types, as a value that other kernels call by its address.
+
+    Called by its name it would be compiled anew into each of them, and once more into each of their callers.
+    """
+    return function if config.DISABLE_JIT else _processor.address_of(function, _types_of(arguments))
 
 
 def new_record(layout: np.dtype[np.void]) -> Record:

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from firmware_model._jit import address_of
 from firmware_model.core import _layout as at
 from firmware_model.core._execute_kernels import execute
+from firmware_model.core._reset_kernels import reset
 from firmware_model.core._serial_kernels import start_reception
 from firmware_model.core.predecode import decode
 from firmware_model.core.results import Fault, FaultKind, PortChange, RunResult
-from firmware_model.core.state import new_hidden, reset, watch
+from firmware_model.core.state import new_hidden, watch
 from firmware_model.errors import FirmwareError
 from firmware_model.isa.parts import PARTS, TIMINGS
 

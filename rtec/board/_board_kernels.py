@@ -36,9 +36,11 @@ from firmware_model.core._layout import (
     STOP,
     STOP_BUS,
     STOP_OUTPUT,
+    STOP_POWER_DOWN,
     XRAM,
 )
 from firmware_model.core._pin_kernels import set_pins
+from firmware_model.core._reset_kernels import reset as reset_processor
 from rtec._jit import Record, kernel, step
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
 from rtec.injector._design_kernels import ORIGINAL, B, C
@@ -60,7 +62,7 @@ LARGE, PROBING, HOME = 1, 2, 4
 """Bits of the PC's status."""
 WORDS = 0xFF20
 # where in the words to the PC, after three bytes of position, something stands
-COMPLETED, STATUS, REFUSED = 3, 7, 12
+COMPLETED, ACCEPTED, STATUS, TRIP, TRIPS, REFUSED = 3, 5, 7, 8, 11, 12
 
 BOARD = np.dtype(
     [
@@ -86,6 +88,7 @@ BOARD = np.dtype(
         ("decoder", RECEIVER),
         ("decoder_latch", np.int64),
         ("inhibited", np.int64),
+        ("refused_said", np.int64),  # word of the insertions refused, when it was last looked at
         ("ab_out", np.int64),
         # observations
         ("published", np.int64),  # how often Data Valid rose
@@ -288,6 +291,34 @@ def board_start(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -
     b.ab_out = gates(b)
 
 
+@step
+def board_restart(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
+    """Let the processor come out of a reset pulled at ``t_ps``; the decoder chip counts on."""
+    reset_processor(m, h)
+    b.refused_said = 0
+    board_start(b, m, h, log, t_ps, b.ab_in)
+
+
+@step
+def board_lose_power(b: Record, h: Longs) -> None:
+    """Let go of all outputs: the gates, fed by the controller, pass A and B on; those of Design B are dead."""
+    h[STOP] = STOP_POWER_DOWN
+    b.next_ps = NEVER
+    b.holding = 0
+    b.valid = 0
+    b.port = 0xCF if b.design == B else 0xFF
+    b.ab_out = gates(b)
+
+
+@step
+def inserting(b: Record) -> bool:
+    """Return whether an insertion is under way, as the outputs tell; those of Design B do not."""
+    low = ~b.port & 15
+    if b.design == C:  # one of its two inverters has changed
+        return bool((low ^ low >> 1) & 1)
+    return bool(b.design != B and low != 0)
+
+
 @kernel
 def power_up(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
     """Start from outside, the decoder at zero, nothing seen yet."""
@@ -311,8 +342,8 @@ def begin_counting(b: Record) -> None:
 
 @kernel
 def reset(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
-    """Let the processor come out of a reset pulled at ``t_ps``; the decoder chip counts on."""
-    board_start(b, m, h, log, t_ps, b.ab_in)
+    """Pull and release the processor's RST from outside."""
+    board_restart(b, m, h, log, t_ps)
 
 
 @kernel

@@ -221,7 +221,6 @@ class Board:
 
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
-        self.cpu.reset()
         memory, hidden, log = self._inner
         kernels.reset(self._state, memory, hidden, log, self.now_ps)
 

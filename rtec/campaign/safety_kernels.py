@@ -167,17 +167,15 @@ def begin(a: NDArray[np.void]) -> None:
 @kernel
 def watch(
     c: Record,
-    stations: NDArray[np.void],
+    axes: Any,
+    boxes: Any,
+    steps: Any,
     pcs: NDArray[np.void],
     faults: NDArray[np.void],
     watches: NDArray[np.void],
     until_ps: int,
     slice_ps: int,
     stop_after_ps: int,
-    targets: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    rests: NDArray[np.int64],
-    plant: Any,
     model: Any,
     truth: Any,
 ) -> int:
@@ -186,9 +184,10 @@ def watch(
     It ends early where an axis has been stopped for ``stop_after_ps``. ``model`` is what the PC predicts by,
     ``truth`` what it should.
     """
+    stations = axes[0]
     while c.now_ps < until_ps:
         t_ps = min(c.now_ps + slice_ps, until_ps)
-        run(c, stations, pcs, faults, t_ps, targets, speeds, rests, plant, model)
+        run(c, axes, boxes, steps, pcs, faults, t_ps, model)
         for i in range(stations.size):
             a = watches[i]
             follow(a, stations[i].encoder.count)

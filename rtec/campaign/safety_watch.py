@@ -158,8 +158,8 @@ class WatchedCell(Cell):
             self._watches.frozen = 1
         run: Any = kernels.watch
         run(
-            self._cell, self._stations, self._pcs, self._faults, self._watches, until_ps, self._slice_ps,
-            stop_after_ps, *self._program, self._model, self._truth,
+            *self._parts, self._watches, until_ps, self._slice_ps,
+            stop_after_ps, self._model, self._truth,
         )  # fmt: skip
 
     def truth_is(self, predictor: Predictor) -> None:

@@ -29,6 +29,7 @@ SHORT_SHIFT = 32
 EXTENDED = 1 << 36
 """Set in the identifier of a frame in the extended format."""
 
+NO_FAULT = 0
 # what can happen to a frame; the node that sent it, or all nodes, is the place
 LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, FORGED, FLIPPED, STUCK, BABBLING, OFF = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 LAST_OF_BUS = OFF

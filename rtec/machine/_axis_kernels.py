@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from rtec._jit import Record, helper, step
+from rtec._jit import Record, helper, step, written_out
 from rtec.axis._kernels import emit, glitch_toggle, jitter, next_crossing, set_piece, turning_points
 from rtec.controller._kernels import receiver_index, receiver_settle
 from rtec.injector._kernels import injector_enable
-from rtec.machine._firmware_kernels import run_firmware, stop_firmware
+from rtec.machine._fault_kernels import surprise
+from rtec.machine._firmware_kernels import stop_firmware
 from rtec.machine._laser_kernels import follow_play
 from rtec.machine._line_kernels import deliver_lines, fire_between_edges, take_lines
 from rtec.signal._kernels import NEVER
@@ -30,6 +31,15 @@ def next_edge(m: Record) -> int:
 
 
 @helper
+def run_box(m: Record, box: Any, t_ps: int) -> None:
+    """Let a running firmware go on to ``t_ps``; a fault that waits for an insertion begins with it."""
+    parts, run = box
+    while run(m, parts, t_ps):
+        surprise(m, box, m.event_ps)
+        take_lines(m, box, m.event_ps)
+
+
+@helper
 def pass_glitch(m: Record, box: Any) -> None:
     """Send an edge of a glitch, the next thing that happens on the lines, through the box."""
     e = m.encoder
@@ -37,7 +47,7 @@ def pass_glitch(m: Record, box: Any) -> None:
     e.last_ps = t_ps
     m.event_ps = max(t_ps, m.event_ps)
     if box is not None:
-        run_firmware(m, box, t_ps)
+        run_box(m, box, t_ps)
     take_lines(m, box, t_ps)
 
 
@@ -62,7 +72,7 @@ def run_lines(m: Record, box: Any, until_ps: int, part_end_ps: int) -> bool:
         t_ps = min(edge_ps, other_ps)
         last_ps = until_ps if edge_ps != NEVER else min(until_ps, part_end_ps - 1)
         if box is not None:
-            run_firmware(m, box, min(t_ps, last_ps))
+            run_box(m, box, min(t_ps, last_ps))
         if t_ps > last_ps:
             if box is not None:
                 deliver_lines(m, box, last_ps)
@@ -113,7 +123,7 @@ def open_tick(m: Record, acceleration: float, error: Any) -> None:
     open_part(m, 0.0, error)
 
 
-@step
+@written_out
 def run_tick(m: Record, box: Any, until_ps: int, error: Any) -> None:
     """Run the open tick up to ``until_ps``; it is closed where it ends before."""
     servo, p = m.servo, m.piece

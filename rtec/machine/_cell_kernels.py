@@ -13,25 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, kernel, step
-from rtec.link._bus_kernels import (
-    BEGUN,
-    BUS,
-    CABLE_STRUCK,
-    GLITCHES_MADE,
-    LAST_OF_BUS,
-    WORD_STRUCK,
-    bus_next,
-    bus_reset,
-    bus_step,
-    bus_submit,
-    fire,
-    is_off,
-)
+from rtec._jit import Record, helper, kernel
+from rtec.link._bus_kernels import BUS, LAST_OF_BUS, bus_next, bus_reset, bus_step, bus_submit, fire, is_off
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.machine._axis_kernels import settle_lines
-from rtec.machine._line_kernels import NO_FAULT, mend, strike
-from rtec.machine._station_kernels import is_held, station_advance, station_turn
+from rtec.machine._fault_kernels import CLOCK_JUMP_FORWARD, PC_KILLED, PC_PLACE, next_of_faults, note_effects
+from rtec.machine._station_kernels import is_held
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
 from rtec.requester._box_node_kernels import box_receive
@@ -46,11 +32,6 @@ from rtec.requester._pc_node_kernels import (
     pc_receive,
 )
 from rtec.signal._kernels import NEVER
-
-PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK = 40, 41, 42
-
-PC_PLACE = 0
-"""Node of the PC; the box of axis n is node n."""
 
 CELL = np.dtype(
     [
@@ -70,76 +51,15 @@ CELL = np.dtype(
 
 
 @helper
-def effects_at(st: Record, f: Record) -> int:
-    """Return how often faults of this kind have taken effect at a station."""
-    if f.proof == CABLE_STRUCK:
-        return int(st.cable_struck)
-    if f.proof == GLITCHES_MADE:
-        return int(st.encoder.glitches)
-    if f.proof == WORD_STRUCK:
-        return int(st.node.word_struck)
-    return 1 if f.while_inserting == 1 and st.struck_ps > 0 else 0
-
-
-@helper
-def note_effects(st: Record, f: Record, t_ps: int) -> None:
-    """Note how often a fault at a station has taken effect since it began."""
-    struck = effects_at(st, f) - f.struck_before
-    if struck > f.fired:
-        fire(f, st.struck_ps if f.while_inserting == 1 and st.struck_ps > 0 else t_ps)
-        f.fired = struck
-
-
-@helper
-def begin_fault(c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], f: Record, t_ps: int) -> None:
-    """Let a fault beyond the bus begin."""
+def begin_at_pc(c: Record, f: Record, t_ps: int) -> None:
+    """Let a fault of the PC begin."""
     if f.kind == PC_KILLED:
         c.pc_runs = 0
-        fire(f, t_ps)
     elif f.kind == CLOCK_JUMP_FORWARD:
         c.pc_offset_ps += f.delay_ps
-        fire(f, t_ps)
-    elif f.kind == CLOCK_JUMP_BACK:
+    else:
         c.pc_offset_ps -= f.delay_ps
-        fire(f, t_ps)
-    else:
-        st = stations[f.place - 1]
-        if f.while_inserting == 1:
-            st.lurking = f.kind
-            st.struck_ps = 0
-            f.struck_before = effects_at(st, f)
-        else:
-            f.struck_before = effects_at(st, f)
-            strike(st, t_ps, f.kind)
-            if f.proof == BEGUN:
-                fire(f, t_ps)
-
-
-@helper
-def end_fault(c: Record, stations: NDArray[np.void], f: Record, t_ps: int) -> None:
-    """Let a fault beyond the bus end."""
-    if f.kind in (PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK):
-        return
-    st = stations[f.place - 1]
-    note_effects(st, f, t_ps)
-    if st.lurking == f.kind:
-        st.lurking = NO_FAULT  # no insertion came by
-    else:
-        mend(st, t_ps, f.kind)
-
-
-@step
-def next_of_faults(faults: NDArray[np.void]) -> int:
-    """Return when a fault beyond the bus next begins or ends."""
-    t_ps = NEVER
-    for i in range(faults.size):
-        f = faults[i]
-        if f.kind > LAST_OF_BUS:
-            if f.kept == 0:
-                t_ps = min(t_ps, f.from_ps)
-            elif f.ended == 0:
-                t_ps = min(t_ps, f.until_ps)
-    return t_ps
+    fire(f, t_ps)
 
 
 @helper
@@ -195,21 +115,13 @@ def turn_pc(
 
 
 @helper
-def turn_box(
-    c: Record,
-    stations: NDArray[np.void],
-    faults: NDArray[np.void],
-    i: int,
-    t_ps: int,
-    targets: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    rests: NDArray[np.int64],
-    plant: Any,
-) -> None:
+def turn_box(c: Record, axes: Any, boxes: Any, steps: Any, faults: NDArray[np.void], i: int, t_ps: int) -> None:
     """Run an axis to the reading of its box, and let the box take it."""
+    advance, turn, _ = steps
+    stations = axes[0]
     st = stations[i]
-    station_advance(st, t_ps, targets[i], speeds[i], rests[i], plant, i)
-    station_turn(st, t_ps)
+    advance(axes, boxes, i, t_ps)
+    turn(axes, boxes, i, t_ps)
     out = st.node.out
     for k in range(out.waiting):
         bus_submit(c.bus, faults, i + 1, t_ps, out.identifier[k], out.payload[k])
@@ -234,27 +146,27 @@ def start(c: Record, pcs: NDArray[np.void], bit_ps: int, pc_first_ps: int, pc_ga
 @kernel
 def run(
     c: Record,
-    stations: NDArray[np.void],
+    axes: Any,
+    boxes: Any,
+    steps: Any,
     pcs: NDArray[np.void],
     faults: NDArray[np.void],
     until_ps: int,
-    targets: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    rests: NDArray[np.int64],
-    plant: Any,
     model: Any,
 ) -> None:
-    """Run the cell to ``until_ps``; the moves of axis ``i`` stand in row ``i``, padded with moves that stay."""
+    """Run the cell to ``until_ps``; ``axes``, ``boxes`` and ``steps`` as in `rtec.machine._station_kernels`."""
+    advance, _, change_fault = steps
+    stations = axes[0]
     bus = c.bus
     fault_ps = next_of_faults(faults)
     while True:
         bus_ps = bus_next(bus)
         box_ps = NEVER
-        box = 0
+        due = 0
         for i in range(stations.size):
             if stations[i].node.box.next_ps < box_ps:
                 box_ps = stations[i].node.box.next_ps
-                box = i
+                due = i
         pc_ps = NEVER
         pc = 0
         if c.pc_runs == 1:
@@ -276,36 +188,26 @@ def run(
                 f = faults[i]
                 if f.kind <= LAST_OF_BUS:
                     continue
-                if f.place > PC_PLACE and (f.from_ps == t_ps or f.until_ps == t_ps):
-                    j = f.place - 1
-                    station_advance(stations[j], t_ps, targets[j], speeds[j], rests[j], plant, j)
-                if f.from_ps == t_ps and f.kept == 0:
-                    f.kept = 1
-                    begin_fault(c, stations, pcs, f, t_ps)
-                elif f.until_ps == t_ps and f.kept == 1 and f.ended == 0:
-                    f.ended = 1
-                    end_fault(c, stations, f, t_ps)
+                begins = f.from_ps == t_ps and f.kept == 0
+                ends = f.until_ps == t_ps and f.kept == 1 and f.ended == 0
+                if not begins and not ends:
+                    continue
+                f.kept = 1
+                f.ended = 1 if ends else 0
+                if f.place <= PC_PLACE:
+                    if begins:
+                        begin_at_pc(c, f, t_ps)
+                    continue
+                advance(axes, boxes, f.place - 1, t_ps)
+                change_fault(axes, boxes, f.place - 1, f, t_ps, begins)
             fault_ps = next_of_faults(faults)
         elif box_ps == t_ps:
-            turn_box(c, stations, faults, box, t_ps, targets, speeds, rests, plant)
+            turn_box(c, axes, boxes, steps, faults, due, t_ps)
         else:
             turn_pc(c, stations, pcs, faults, pc, t_ps, model)
     for i in range(stations.size):
-        station_advance(stations[i], until_ps, targets[i], speeds[i], rests[i], plant, i)
+        advance(axes, boxes, i, until_ps)
     for i in range(faults.size):
         f = faults[i]
         if f.kind > LAST_OF_BUS and f.place > PC_PLACE and f.kept == 1 and f.ended == 0:
             note_effects(stations[f.place - 1], f, until_ps)
-
-
-@kernel
-def effects(st: Record, f: Record) -> int:
-    """Return from outside how often faults of this kind have taken effect at a station."""
-    return effects_at(st, f)
-
-
-@kernel
-def settle(stations: NDArray[np.void]) -> None:
-    """Bring everything under way at every axis to its end."""
-    for i in range(stations.size):
-        settle_lines(stations[i], None)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rtec._jit import Record, kernel
 from rtec.link._bus_kernels import bus_next, bus_reset, bus_step, bus_submit
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.requester._box_node_kernels import box_receive, box_start, box_turn
+from rtec.requester._box_node_kernels import box_receive, box_sample, box_say, box_start, box_watch
 from rtec.requester._pc_node_kernels import pc_finish, pc_node_start, pc_prepare, pc_receive
 
 PC_PLACE, BOX_PLACE = 0, 1
@@ -56,7 +56,10 @@ def exchange_frames(
                 else:
                     pc_receive(pc, t_ps, bus.identifier, bus.payload)
         elif box.box.next_ps == t_ps:
-            completed = box_turn(box, t_ps, 0, completed, 0, 0)
+            box_watch(box, t_ps, 0)
+            box_sample(box, t_ps, 0, completed)
+            box_say(box, t_ps, 0, completed, 0)
+            completed = box.box.accepted
             out = box.out
             for k in range(out.waiting):
                 bus_submit(bus, faults, BOX_PLACE, t_ps, out.identifier[k], out.payload[k])

@@ -1,6 +1,7 @@
 """Compiled seam between the machine and a box whose processor runs its firmware, in place of the behavioural box.
 
-The box is the tuple ``(board, cpu, bytes, hidden, log, queue, rest, snapshot)``. What it tells the PC is copied into
+The box is the tuple ``(board, cpu, bytes, hidden, log, queue, rest, snapshot)``; kernels of axes have it as a pair,
+with :func:`run_firmware` compiled for their record and called by its address. What it tells the PC is copied into
 the records of the behavioural box and injector, where the PC's part of the loop and the results look for it.
 
 At rest the firmware goes round in circles: once its registers and memory are what they were at an earlier reading,
@@ -16,26 +17,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model.core._layout import BUS_AT, CYCLES, XRAM
-from rtec._jit import Record, helper, step
+from rtec._jit import Record, helper, kernel, step
 from rtec.board._board_kernels import (
+    ACCEPTED,
     COMPLETED,
     REFUSED,
     REQUEST_LOW,
     STATUS,
+    TRIP,
+    TRIPS,
     WORDS,
     board_ask,
     board_edge,
     board_fire,
+    board_lose_power,
+    board_restart,
     board_run,
     board_switch,
+    inserting,
     read_bus,
     read_ps,
     signed_word,
 )
 from rtec.controller._kernels import receiver_edge
+from rtec.injector._design_kernels import B
 from rtec.injector._monitor_kernels import observe
-from rtec.link._kernels import deliver, post
-from rtec.requester._box_kernels import STATUS_NOT_HOMED
+from rtec.link._bus_kernels import NO_FAULT
+from rtec.link._kernels import deliver, mailbox_reset, post
+from rtec.machine._kept_kernels import keep
+from rtec.requester._box_kernels import FATAL, NOT_HOMED, STATUS_NOT_HOMED, take_answer
 from rtec.signal._kernels import NEVER
 
 Bytes = NDArray[np.uint8]
@@ -60,29 +70,35 @@ REST = np.dtype(
 
 
 @step
-def note_insertions(s: Record, mem: Bytes) -> None:
+def note_insertions(s: Record, b: Record, mem: Bytes) -> None:
     """Note what the words to the PC say of insertions, in the record of the behavioural box."""
     completed = signed_word(mem, WORDS + COMPLETED, 2)
     s.inserted += abs(completed - s.completed)
     s.completed = completed
     refused = int(np.int64(mem[XRAM + WORDS + REFUSED]))
-    s.refused += (refused - s.refused) & 255
+    s.refused += (refused - b.refused_said) & 255
+    b.refused_said = refused
 
 
 @helper
 def take_words(m: Record, box: Any, t_ps: int) -> None:
     """Send the words on to the PC that have become valid at ``t_ps``, and note what they say."""
-    _, _, mem, h, _, _, rest, snapshot = box
+    b, _, mem, h, _, _, rest, snapshot = box
     position = signed_word(mem, WORDS, 3)
-    note_insertions(m.injector, mem)
-    m.node.box.accepted = signed_word(mem, WORDS + COMPLETED + 2, 2)
-    m.injector.requested = m.node.box.accepted
-    status = int(np.int64(mem[XRAM + WORDS + STATUS]))
-    if m.node.box.status == STATUS_NOT_HOMED and status != STATUS_NOT_HOMED:
-        m.node.box.zero = m.encoder.count - position
-    m.node.box.status = status
-    m.node.box.readings += 1
-    post(m.node.up, t_ps, position, m.injector.completed, m.node.box.accepted, status)
+    n = m.node
+    note_insertions(m.injector, b, mem)
+    not_homed = n.box.status == STATUS_NOT_HOMED
+    take_answer(
+        n.box,
+        signed_word(mem, WORDS + ACCEPTED, 2),
+        int(np.int64(mem[XRAM + WORDS + STATUS])),
+        signed_word(mem, WORDS + TRIP, 3),
+        int(np.int64(mem[XRAM + WORDS + TRIPS])),
+    )
+    if not_homed and n.box.status != STATUS_NOT_HOMED:
+        n.box.zero = m.box_count - position
+    m.injector.requested = n.box.accepted
+    post(n.up, t_ps, position, m.injector.completed, n.box.accepted, n.box.status)
     look_for_round(rest, mem, h, snapshot)
 
 
@@ -134,15 +150,18 @@ def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
 def deliver_board(m: Record, box: Any, t_ps: int) -> None:
     """Let the receiver see what the box drives, once all events of this instant are carried out."""
     b, _, _, _, _, _, _, _ = box
+    m.injector.ab_out = b.ab_out
     if observe(b):
         receiver_edge(m.receiver, t_ps, b.ab_out)
+    m.injector.ahead = b.ahead
 
 
-@step
-def run_firmware(m: Record, box: Any, t_ps: int) -> None:
+@kernel
+def run_firmware(m: Record, box: Any, t_ps: int) -> bool:
     """Let the firmware run up to ``t_ps`` and carry out what it changes until then.
 
     What it changes at ``t_ps`` itself joins what comes next there; the controller sees it by :func:`deliver_board`.
+    Returns True, at ``event_ps``, where an insertion has begun for which a fault waits.
     """
     b, cpu, mem, h, log, queue, _, _ = box
     while True:
@@ -154,16 +173,82 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> None:
             read_bus(b, mem, h)
         elif b.next_ps <= t_ps:
             own_ps = b.next_ps
-            published = b.published
+            published, before = b.published, inserting(b)
             board_fire(b, mem, h, log)
+            ended = before and not inserting(b)
             if own_ps < t_ps:
                 deliver_board(m, box, own_ps)
             m.event_ps = max(m.event_ps, own_ps)
             if b.published > published:
+                inserted = m.injector.inserted
                 take_words(m, box, own_ps)
+                ended = b.design == B and m.injector.inserted > inserted  # its outputs do not tell
+            if m.keeps == 1:
+                keep(m, own_ps, ended)
+            if m.lurking != NO_FAULT and inserting(b):
+                return True
         else:
             m.event_ps = max(m.event_ps, min(t_ps, NEVER - 1))
-            return
+            return False
+
+
+@step
+def restart_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Let the processor start again, with nothing asked of it and nothing inserted."""
+    b, _, mem, h, log, _, _, _ = box
+    forget_round(box)
+    board_restart(b, mem, h, log, t_ps)
+    board_ask(mem, 0, 0)
+    m.injector.completed = 0
+    m.injector.requested = 0
+
+
+@helper
+def power_firmware(m: Record, box: Any, t_ps: int, on: int) -> None:
+    """Take the processor's power away or give it back."""
+    b, _, _, h, _, _, _, _ = box
+    if on == 1:
+        restart_firmware(m, box, t_ps)
+    else:
+        forget_round(box)
+        board_lose_power(b, h)
+
+
+@helper
+def trip_firmware(box: Any, t_ps: int) -> None:
+    """Trip the probe; its line goes back at the next reading."""
+    b, _, mem, h, log, _, _, _ = box
+    forget_round(box)
+    board_switch(b, mem, h, log, t_ps, b.enable_n, 0)
+
+
+@helper
+def turn_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Let the box's node, between bus and firmware, see to what the firmware does not.
+
+    It takes back a home command that the axis has left, resets a processor that the operator has asked to start
+    again, and opens the switch in front of it where the node has stopped for good.
+    """
+    b, _, mem, h, log, _, _, _ = box
+    n = m.node
+    n.box.next_ps += n.box.period_ps
+    if n.resets != m.resets:
+        m.resets = n.resets
+        restart_firmware(m, box, t_ps)
+    if n.box.state == NOT_HOMED and n.at_home == 0:
+        mailbox_reset(n.down)
+        board_ask(mem, 0, 0)
+    enable_n = 0 if n.box.switch_on == 1 and n.box.state != FATAL else 1
+    if enable_n != b.enable_n or b.trip_n == 0:
+        forget_round(box)
+        board_switch(b, mem, h, log, t_ps, enable_n, 1)
+
+
+@helper
+def zero_firmware(box: Any) -> None:
+    """Zero the count by which the lines have gone ahead: the axis stands at home."""
+    b, _, _, _, _, _, _, _ = box
+    b.ahead = 0
 
 
 @step
@@ -182,10 +267,12 @@ def words_valid(box: Any) -> bool:
 
 
 @step
-def stop_firmware(m: Record, box: Any, t_ps: int) -> None:
+def stop_firmware(m: Record, pair: Any, t_ps: int) -> None:
     """Open the switch, and let what the firmware has begun come to its end."""
+    box, run = pair
     b, _, mem, h, log, _, _, _ = box
     status = m.node.box.status
+    m.lurking = NO_FAULT
     board_switch(b, mem, h, log, t_ps, 1, b.trip_n)
-    run_firmware(m, box, t_ps + READINGS_TO_END * b.reading_ps)
+    run(m, box, t_ps + READINGS_TO_END * b.reading_ps)
     m.node.box.status = status  # before the switch was opened

@@ -62,7 +62,7 @@ def converse_box(m: Record, t_ps: int) -> None:
 def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC look at the box's words and send its next request."""
     pc_start(m.pc, m.node.down, t_ps)
-    if box is not None and not words_valid(box):
+    if box is not None and not words_valid(box[0]):
         pc_look(m.pc, t_ps, False)
         return
     if pc_read(m.pc, m.node.up, t_ps):
@@ -117,12 +117,6 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
 
 
 @kernel
-def switch_on_controller(m: Record, ab: int) -> None:
-    """Let the receiver begin with the levels that the box drives."""
-    receiver_reset(m.receiver, ab)
-
-
-@kernel
 def run(
     m: Record,
     until_ps: int,
@@ -172,8 +166,8 @@ def run(
             )
         if box is not None:
             if not (resting and box_rests(m, box)):
-                forget_round(box)
-            elif ticks > 1 and not skip_rounds(m, box, servo.now_ps + ticks * servo.period_ps):
+                forget_round(box[0])
+            elif ticks > 1 and not skip_rounds(m, box[0], servo.now_ps + ticks * servo.period_ps):
                 ticks = 1
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error)
         if ticks > 1:

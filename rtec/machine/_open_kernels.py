@@ -79,7 +79,7 @@ def run_board_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
             if own_ps < t_ps:
                 see_gates(m, b, own_ps, tape)
             if b.published > published:
-                note_insertions(m.injector, mem)
+                note_insertions(m.injector, b, mem)
         else:
             return
 

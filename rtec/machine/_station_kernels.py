@@ -1,5 +1,10 @@
 """Compiled axis with its box as one node of a bus: program, servo, encoder, cable, box, controller.
 
+Stations come side by side, ``axes = (stations, moves, plant)``: their records; targets in counts, speeds in counts/s
+and rests in ps, each of shape (axes, moves); what the servos move. ``boxes`` is None where the injectors model them,
+else their parts as rows (`rtec.machine.firmware_box`). Whoever owns the clock calls :func:`advance`, :func:`turn` and
+:func:`change_fault` by their addresses, so that an axis is compiled once for all of them.
+
 The axis follows moves one after the other by speed and acceleration, under a feed override that goes to zero while
 the machine is held. Lines, box and controller are the step functions of the closed loop; between two readings of the
 box nothing of the bus can reach them, so a station runs on its own from one reading to the next.
@@ -14,34 +19,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, helper, kernel, step, written_out
 from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_reset, receiver_settle
-from rtec.injector._kernels import (
-    injector_enable,
-    injector_request,
-    injector_reset,
-)
+from rtec.injector._kernels import injector_enable, injector_request, injector_reset
+from rtec.link._kernels import deliver
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
-from rtec.machine._line_kernels import (
-    FOLLOWING,
-    ILLEGAL_LINES,
-    NO_ALARM,
-    mend,
-    put_aside,
-    strike,
-)
+from rtec.machine._fault_kernels import note_effects
+from rtec.machine._firmware_kernels import turn_firmware, zero_firmware
+from rtec.machine._kept_kernels import put_aside
+from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, deliver_lines, fault_at_axis
 from rtec.machine._servo_kernels import servo_tick
-from rtec.requester._box_kernels import NOT_HOMED, RUNNING
-from rtec.requester._box_node_kernels import (
-    box_receive,
-    box_start,
-    box_turn,
-    holds_machine,
-)
+from rtec.requester._box_kernels import RUNNING
+from rtec.requester._box_node_kernels import box_receive, box_sample, box_say, box_start, box_watch, holds_machine
 from rtec.signal._kernels import NEVER
 
 
@@ -52,10 +42,9 @@ def is_held(st: Record) -> bool:
 
 
 @step
-def next_command(
-    st: Record, targets: NDArray[np.float64], speeds: NDArray[np.float64], rests: NDArray[np.int64]
-) -> float:
+def next_command(st: Record, moves: Any) -> float:
     """Carry the command one tick on along the moves; return its velocity in counts/s."""
+    targets, speeds, _ = moves
     servo = st.servo
     dt = servo.period_s
     held = is_held(st)
@@ -83,7 +72,7 @@ def next_command(
     if abs(rest) <= abs(speed) * dt or (abs(rest) < 1e-9 and abs(speed) <= most):
         servo.command = target
         st.command_speed = 0.0
-        arrive(st, targets, rests)
+        arrive(st, moves)
         return 0.0
     servo.command += speed * dt
     st.command_speed = speed
@@ -91,8 +80,9 @@ def next_command(
 
 
 @step
-def arrive(st: Record, targets: NDArray[np.float64], rests: NDArray[np.int64]) -> None:
+def arrive(st: Record, moves: Any) -> None:
     """Rest at the end of a move as long as it says, then go on to the next."""
+    targets, _, rests = moves
     if st.going_home == 1 or st.moving_to >= targets.size:
         return
     if st.arrived_ps == NEVER:
@@ -106,17 +96,10 @@ def arrive(st: Record, targets: NDArray[np.float64], rests: NDArray[np.int64]) -
 
 
 @helper
-def acceleration_of_tick(
-    st: Record,
-    targets: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    rests: NDArray[np.int64],
-    plant: Any,
-    place: int,
-) -> float:
+def acceleration_of_tick(st: Record, moves: Any, plant: Any, place: int) -> float:
     """Let the controller look at its counts; return what its drive does in this tick, in counts/s^2."""
     servo = st.servo
-    speed = next_command(st, targets, speeds, rests)
+    speed = next_command(st, moves)
     if st.alarm == NO_ALARM:
         acceleration = servo_tick(st, speed, None, plant, place)
         # a position loop answers the feed like a delay of 1 / Kv
@@ -135,25 +118,38 @@ def acceleration_of_tick(
     return -st.acceleration if servo.v > 0.0 else st.acceleration
 
 
-@helper
-def station_advance(
-    st: Record,
-    until_ps: int,
-    targets: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    rests: NDArray[np.int64],
-    plant: Any,
-    place: int,
-) -> None:
-    """Run axis, lines and controller up to ``until_ps``."""
+@written_out
+def box_of(boxes: Any, i: int) -> Any:
+    """Return the box of an axis out of those that lie side by side."""
+    parts, run = boxes
+    boards, cpu, mem, h, log, queue, rests, snapshots = parts
+    execute, words, code = cpu
+    return (boards[i], (execute, words[i], code[i]), mem[i], h[i], log[i], queue, rests[i], snapshots[i]), run
+
+
+@written_out
+def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, place: int) -> None:
+    """Run an axis with its box, None or as of :func:`box_of`, up to ``until_ps``."""
     while True:
         if st.tick_open == 0:
             if st.servo.now_ps >= until_ps:
                 return
-            open_tick(st, acceleration_of_tick(st, targets, speeds, rests, plant, place), None)
-        run_tick(st, None, until_ps, None)
+            open_tick(st, acceleration_of_tick(st, moves, plant, place), None)
+        run_tick(st, box, until_ps, None)
         if st.tick_open == 1:
             return
+
+
+@kernel
+def advance(axes: Any, boxes: Any, i: int, until_ps: int) -> None:
+    """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``."""
+    stations, moves, plant = axes
+    targets, speeds, rests = moves
+    own = targets[i], speeds[i], rests[i]
+    if boxes is None:
+        advance_box(stations[i], None, until_ps, own, plant, i)
+    else:
+        advance_box(stations[i], box_of(boxes, i), until_ps, own, plant, i)
 
 
 @step
@@ -163,29 +159,42 @@ def at_home(st: Record) -> bool:
 
 
 @helper
-def station_turn(st: Record, t_ps: int) -> None:
-    """Let the box take a reading; the station has been run up to ``t_ps``."""
+def turn_box(st: Record, box: Any, t_ps: int) -> None:
+    """Let a box take a reading."""
     n, s = st.node, st.injector
     if st.powered == 0:
         n.box.next_ps += n.box.period_ps
         return
     n.at_home = 1 if at_home(st) else 0
-    before = n.box.state
-    total = box_turn(n, t_ps, st.box_count, s.completed, s.refused, st.illegal_in)
-    if before == NOT_HOMED and n.box.state == RUNNING:
-        zero_counters(st, t_ps)
-    allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
-    if s.enabled != allowed:
-        injector_enable(s, t_ps, allowed)
-    if n.box.state == RUNNING and total != s.requested:
-        injector_request(s, t_ps, total)
+    box_watch(n, t_ps, st.illegal_in)
+    count = st.box_count
+    if box is None:
+        box_sample(n, t_ps, count, s.completed)
+    else:
+        turn_firmware(st, box[0], t_ps)
+        deliver_lines(st, box, t_ps)
+        deliver(n.up, t_ps)
+        count = n.box.zero + n.up.word0
+    homed = n.box.homed == 1
+    box_say(n, t_ps, count, s.completed, s.refused)
+    if homed:
+        zero_counters(st, box, t_ps)
+    if box is None:
+        allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
+        if s.enabled != allowed:
+            injector_enable(s, t_ps, allowed)
+        if n.box.state == RUNNING and n.box.accepted != s.requested:
+            injector_request(s, t_ps, n.box.accepted)
 
 
 @helper
-def zero_counters(st: Record, t_ps: int) -> None:
+def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     """Zero every counter, that of the controller included: the axis stands at home (General Considerations)."""
     s = st.injector
-    injector_request(s, t_ps, 0)
+    if box is None:
+        injector_request(s, t_ps, 0)
+    else:
+        zero_firmware(box[0])
     s.completed = 0
     s.requested = 0
     s.ahead = 0
@@ -200,6 +209,36 @@ def zero_counters(st: Record, t_ps: int) -> None:
     st.going_home = 0
     st.moving_to = 0
     st.arrived_ps = NEVER
+
+
+@kernel
+def turn(axes: Any, boxes: Any, i: int, t_ps: int) -> None:
+    """Let the box of axis ``i`` take a reading; the axis has been run up to ``t_ps``."""
+    stations, _, _ = axes
+    if boxes is None:
+        turn_box(stations[i], None, t_ps)
+    else:
+        turn_box(stations[i], box_of(boxes, i), t_ps)
+
+
+@kernel
+def change_fault(axes: Any, boxes: Any, i: int, f: Record, t_ps: int, begins: bool) -> None:
+    """Let the fault that ``f`` tells begin or end at axis ``i``, which has been run up to ``t_ps``."""
+    stations, _, _ = axes
+    if boxes is None:
+        fault_at_axis(stations[i], None, f, t_ps, begins)
+    else:
+        fault_at_axis(stations[i], box_of(boxes, i), f, t_ps, begins)
+
+
+@kernel
+def settle(axes: Any, boxes: Any, i: int) -> None:
+    """Bring everything under way at axis ``i`` to its end."""
+    stations, _, _ = axes
+    if boxes is None:
+        settle_lines(stations[i], None)
+    else:
+        settle_lines(stations[i], box_of(boxes, i))
 
 
 @kernel
@@ -223,22 +262,26 @@ def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
 
 
 @kernel
-def run(
-    st: Record,
-    until_ps: int,
-    targets: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    rests: NDArray[np.int64],
-    plant: Any,
-) -> int:
-    """Run the station to ``until_ps``, or to its next reading that wants to send; return the time reached."""
+def switch_on_controller(st: Record, ab: int) -> None:
+    """Let the controller begin with the levels that a running firmware drives."""
+    receiver_reset(st.receiver, ab)
+
+
+@kernel
+def run(axes: Any, boxes: Any, steps: Any, until_ps: int) -> int:
+    """Run the first axis to ``until_ps``, or to its next reading that wants to send; return the time reached.
+
+    ``steps`` are the addresses of :func:`advance`, :func:`turn` and :func:`change_fault`.
+    """
+    advance, turn, _ = steps
+    st = axes[0][0]
     while st.node.box.next_ps < until_ps:
         t_ps = st.node.box.next_ps
-        station_advance(st, t_ps, targets, speeds, rests, plant, 0)
-        station_turn(st, t_ps)
+        advance(axes, boxes, 0, t_ps)
+        turn(axes, boxes, 0, t_ps)
         if st.node.out.waiting > 0:
             return t_ps
-    station_advance(st, until_ps, targets, speeds, rests, plant, 0)
+    advance(axes, boxes, 0, until_ps)
     return until_ps
 
 
@@ -247,15 +290,6 @@ def receive(st: Record, t_ps: int, identifier: int, payload: int) -> None:
     """Hand the box a frame."""
     if st.powered == 1:
         box_receive(st.node, t_ps, identifier, payload)
-
-
-@kernel
-def fault(st: Record, t_ps: int, kind: int, begins: int) -> None:
-    """Let a fault begin or end at the station."""
-    if begins == 1:
-        strike(st, t_ps, kind)
-    else:
-        mend(st, t_ps, kind)
 
 
 @kernel
@@ -274,9 +308,10 @@ def go_home(st: Record) -> None:
 
 
 @kernel
-def settle(st: Record) -> None:
-    """Bring everything under way to its end."""
-    settle_lines(st, None)
+def effects(st: Record, f: Record, t_ps: int) -> int:
+    """Return how often a fault that lasts has taken effect at a station so far."""
+    note_effects(st, f, t_ps)
+    return int(f.fired)
 
 
 @kernel

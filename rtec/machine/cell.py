@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from rtec._jit import new_record, prepared
-from rtec.axis.plant import bound_plant
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.machine import _cell_kernels, _line_kernels, _station_kernels
+from rtec.machine import _cell_kernels
+from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, fault_records
-from rtec.machine.station import Move, StationSettings, StationView, move_arrays, station_view
+from rtec.machine.station_settings import Move, StationSettings, check_waiting
+from rtec.machine.station_view import StationView
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
 from rtec.predictors.binding import bound
@@ -107,17 +107,17 @@ class Cell:
         for fault in faults:
             if fault.place is not None and fault.place > count:
                 raise ArgumentError("place", fault.place, f"0 (the PC) to {count}")
+            if fault.place:
+                check_waiting(stations[fault.place - 1], fault)
         self.settings = tuple(stations)
         self.faults = tuple(faults)
         self._cell = new_record(_cell_kernels.CELL)
-        self._stations = np.rec.array(np.zeros(count, dtype=_line_kernels.STATION))
+        first_ps = [_BOX_FIRST_PS + i * _BOX_GAP_PS for i in range(count)]
+        self._axes = Axes(stations, moves, start_ps=0, first_ps=first_ps, sessions=range(1, count + 1))
+        self._stations = self._axes.records
         self._pcs = np.rec.array(np.zeros(count, dtype=_pc_node_kernels.PC_NODE))
         self._faults = fault_records(faults)
-        for i, station in enumerate(stations):
-            state, pc = self._stations[i], self._pcs[i]
-            station.fill(state)
-            state.repeats = 1
-            _station_kernels.start(state, 0, _BOX_FIRST_PS + i * _BOX_GAP_PS, 1 + i)
+        for i, (station, pc) in enumerate(zip(stations, self._pcs, strict=True)):
             design = station.injector.design
             count_mm = station.encoder.count_mm
             station.conversation.fill_pc(
@@ -130,17 +130,16 @@ class Cell:
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
         self._temperatures = names_of(thermometers)
         fill_thermometers(self._cell.thermometers, thermometers)
-        self._program = *_padded(stations, moves), _plant_of(stations)
         self.predict_by(predictor)
 
     def run(self, *, until_ps: int) -> None:
         """Run to ``until_ps``; time never runs back."""
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
-        self._run(self._cell, self._stations, self._pcs, self._faults, until_ps, *self._program, self._model)
+        self._run(*self._parts, until_ps, self._model)
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
-        _cell_kernels.settle(self._stations)
+        self._axes.settle()
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode on all axes."""
@@ -159,8 +158,8 @@ class Cell:
         low_mm, high_mm = predictor.range_mm
         for pc in self._pcs:
             pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
-        parts = self._cell, self._stations, self._pcs, self._faults
-        self._run = prepared(_cell_kernels.run, *parts, 0, *self._program, self._model)
+        self._parts = self._cell, *self._axes.parts, self._axes.steps, self._pcs, self._faults
+        self._run = prepared(_cell_kernels.run, *self._parts, 0, self._model)
 
     @property
     def now_ps(self) -> int:
@@ -194,10 +193,9 @@ class Cell:
     def axes(self) -> tuple[AxisOutcome, ...]:
         """Return what came of each axis so far; after :meth:`settle` the counts can be compared."""
         outcomes = []
-        for i, settings in enumerate(self.settings):
+        for i, (settings, view) in enumerate(zip(self.settings, self._axes.views, strict=True)):
             state, pc = self._stations[i], self._pcs[i]
             step = settings.injector.design.step_counts
-            view = station_view(state, settings)
             outcomes.append(
                 AxisOutcome(
                     view=view,
@@ -212,22 +210,3 @@ class Cell:
                 )
             )
         return tuple(outcomes)
-
-
-def _plant_of(stations: Sequence[StationSettings]) -> tuple[Any, ...]:
-    """Return what moves at every axis: all are rigid, or of one kind."""
-    plant = stations[0].servo.plant
-    if any(station.servo.plant is not plant for station in stations):
-        raise ArgumentError("stations", "several plants", "one plant for all axes of a cell, or none")
-    return bound_plant(plant, places=len(stations))
-
-
-def _padded(stations: Sequence[StationSettings], moves: Sequence[Sequence[Move]]) -> tuple[Any, Any, Any]:
-    """Return the programs as arrays of shape (axes, moves); after a shorter one the axis stays."""
-    longest = max(len(program) for program in moves)
-    rows = []
-    for station, program in zip(stations, moves, strict=True):
-        stay = Move(target_mm=program[-1].target_mm, speed_mm_s=program[-1].speed_mm_s)
-        rows.append(move_arrays([*program, *[stay] * (longest - len(program))], station.encoder.count_mm))
-    first, second, third = (np.array([row[k] for row in rows]) for k in range(3))
-    return first, second, third

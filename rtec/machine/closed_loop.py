@@ -15,15 +15,15 @@ from firmware_model import Fault
 from rtec._jit import Record, new_record, prepared
 from rtec.axis import Encoder, MotionSegments, Servo
 from rtec.axis.plant import bound_plant
-from rtec.board import Board, Microcontroller
-from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
+from rtec.board import Microcontroller
 from rtec.checks import number_within
 from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
 from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Insertions, Processor, RealEdges, Timing
+from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
-from rtec.machine import _firmware_kernels, _loop_kernels
+from rtec.machine import _loop_kernels, _station_kernels
+from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
 from rtec.machine.play import check_play
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
@@ -39,8 +39,6 @@ _SLICE_WORK = 20_000_000
 _MOST_EDGES = 1e11
 _BOX_FIRST_PS = 300_000_000
 _PC_FIRST_PS = 5_500_000_000
-_WARM_UP_PS = 2_000_000_000
-"""How long the box is on before the machine: Design B's lines are through by then."""
 TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
 """What a row of a trace holds; the totals in steps."""
 
@@ -123,14 +121,7 @@ class Machine:
         names_of(self.thermometers)
         check_play(self.axis_error)
         if self.microcontroller is not None:
-            talk = self.conversation
-            if (talk.window_steps, talk.grace_readings) != (WINDOW_STEPS, GRACE_READINGS):
-                raise ArgumentError(
-                    "conversation",
-                    f"window {talk.window_steps}, grace {talk.grace_readings}",
-                    f"window {WINDOW_STEPS} and grace {GRACE_READINGS} with the firmware",
-                    "they stand in its source (rtec.inc)",
-                )
+            check_windows(self.conversation)
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""
@@ -167,21 +158,11 @@ class Machine:
         error, own = (bound_curve(getattr(self, name), name) for name in ("axis_error", "own_table"))
         return error, bound(self.model, names_of(self.thermometers), axes=1), own, bound_plant(self.servo.plant)
 
-    def board(self) -> Board | None:
-        """Return the box with its firmware, powered up and with its lines through, before time 0."""
+    def firmware_box(self) -> FirmwareBox | None:
+        """Return the box where it runs its firmware."""
         if self.injector is None or self.microcontroller is None:
             return None
-        board = Board(
-            self.injector.design,
-            self.microcontroller,
-            initial=self.encoder.level_at_home,
-            hold_latch=self.injector.real_edges is RealEdges.HOLD,
-            start_ps=-_WARM_UP_PS,
-        )
-        board.switch(self.switch_on)
-        board.idle(until_ps=0)
-        board.begin_counting()
-        return board
+        return FirmwareBox(self.injector, self.microcontroller, self.encoder, switch_on=self.switch_on)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -268,8 +249,11 @@ def run_machine(
     motion = task.motion if isinstance(task, MeasuringRun) else task
     state = machine.state()
     models = machine.bound_models()
-    board = machine.board()
-    box = _box_of(state, board)
+    firmware = machine.firmware_box()
+    box = None if firmware is None else firmware.of(state)
+    if firmware is not None:
+        _station_kernels.switch_on_controller(state, firmware.board.state.ab_out)
+        state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
     state.skipping = int(skip_rest)
     total_ps = end_ps(motion)
     slices = _slices(machine, motion, total_ps)
@@ -289,24 +273,11 @@ def run_machine(
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
     rows = None if trace is None else trace[0][: trace[2][0]]
-    result = _result(machine, state, board, readings - target, rows, wall_s)
-    if board is None:
+    result = _result(machine, state, firmware, readings - target, rows, wall_s)
+    if firmware is None:
         return result
-    *_, rest, _ = box
-    skipped = int(rest.skipped_cycles)
+    skipped, board = firmware.cycles_skipped, firmware.board
     return replace(result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault)
-
-
-def _box_of(state: Record, board: Board | None) -> Any:
-    """Return the box with its firmware as the kernel wants it, its lines where the controller begins to count."""
-    if board is None:
-        return None
-    rest = new_record(_firmware_kernels.REST)
-    snapshot = np.zeros(_firmware_kernels.STATE_BYTES, np.uint8)
-    _loop_kernels.switch_on_controller(state, board.state.ab_out)
-    state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
-    no_queue = np.zeros((0, 3), np.int64)
-    return board.state, board.cpu.loop, *board.cpu.arrays, no_queue, rest, snapshot
 
 
 def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:
@@ -357,13 +328,13 @@ def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np
 def _result(
     machine: Machine,
     state: Record,
-    board: Board | None,
+    firmware: FirmwareBox | None,
     deviation: NDArray[np.float64],
     trace: NDArray[np.float64] | None,
     wall_s: float,
 ) -> LoopResult:
     """Collect what the state says at the end, and audit the counts."""
-    insertions = insertions_of(state.injector, None if board is None else board.state)
+    insertions = insertions_of(state.injector, None if firmware is None else firmware.board.state)
     received = result_of(state.receiver)
     step = machine.injector.design.step_counts if machine.injector else 0
     encoder_counts = int(state.encoder.count)

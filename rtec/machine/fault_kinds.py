@@ -8,7 +8,7 @@ from __future__ import annotations
 import enum
 
 from rtec.link import _bus_kernels as _bus
-from rtec.machine import _cell_kernels as _cell, _line_kernels as _line
+from rtec.machine import _fault_kernels as _at
 
 
 class FaultPlace(enum.Enum):
@@ -91,32 +91,32 @@ class FaultKind(enum.Enum):
     REQUEST_STUCK = "request stuck", _bus.STUCK, _F.TOTAL, _P.FRAMES, "the same frame over and over"
     BABBLING_NODE = "babbling node", _bus.BABBLING, _F.BUS, _P.FRAMES, "identifier 0 without a gap"
     BUS_OFF = "bus off", _bus.OFF, _F.BUS, _P.FRAMES, "a node neither sends nor hears"
-    STALE_DATA_VALID = "stale data valid", _line.STALE_WORD, _F.WORD, _P.WORD, "an old position, said to be valid"
+    STALE_DATA_VALID = "stale data valid", _at.STALE_WORD, _F.WORD, _P.WORD, "an old position, said to be valid"
     TORN_POSITION = (
-        "torn position word", _line.TORN_WORD, _F.WORD, _P.WORD, "the upper bytes are those of an earlier reading",
+        "torn position word", _at.TORN_WORD, _F.WORD, _P.WORD, "the upper bytes are those of an earlier reading",
     )  # fmt: skip
-    PC_KILLED = "PC killed", _cell.PC_KILLED, _F.POWER, _P.BEGUN, "the PC takes no further turn"
-    BOX_RESTARTED = "box restarted", _line.BOX_RESTART, _F.POWER, _P.BEGUN, "its program begins anew"
-    POWER_LOST = "power lost", _line.POWER_OFF, _F.POWER, _P.BEGUN, "the box is dead; its gates pass A and B on"
+    PC_KILLED = "PC killed", _at.PC_KILLED, _F.POWER, _P.BEGUN, "the PC takes no further turn"
+    BOX_RESTARTED = "box restarted", _at.BOX_RESTART, _F.POWER, _P.BEGUN, "its program begins anew"
+    POWER_LOST = "power lost", _at.POWER_OFF, _F.POWER, _P.BEGUN, "the box is dead; its gates pass A and B on"
     CLOCK_JUMP_FORWARD = (
-        "PC clock jumps forward", _cell.CLOCK_JUMP_FORWARD, _F.CLOCK, _P.BEGUN, "by `delay_s`",
+        "PC clock jumps forward", _at.CLOCK_JUMP_FORWARD, _F.CLOCK, _P.BEGUN, "by `delay_s`",
     )  # fmt: skip
-    CLOCK_JUMP_BACK = "PC clock jumps back", _cell.CLOCK_JUMP_BACK, _F.CLOCK, _P.BEGUN, "by `delay_s`"
-    CABLE_OPEN = "encoder cable open", _line.CABLE_OPEN, _F.ENCODER, _P.CABLE, "both inputs are pulled up"
-    LINES_SWAPPED = "A and B swapped", _line.LINES_SWAPPED, _F.ENCODER, _P.CABLE, "counts go the other way"
+    CLOCK_JUMP_BACK = "PC clock jumps back", _at.CLOCK_JUMP_BACK, _F.CLOCK, _P.BEGUN, "by `delay_s`"
+    CABLE_OPEN = "encoder cable open", _at.CABLE_OPEN, _F.ENCODER, _P.CABLE, "both inputs are pulled up"
+    LINES_SWAPPED = "A and B swapped", _at.LINES_SWAPPED, _F.ENCODER, _P.CABLE, "counts go the other way"
     LINE_BROKEN = (
-        "one line of a pair broken", _line.LINE_BROKEN, _F.ENCODER, _P.CABLE, "A rests, B goes on",
+        "one line of a pair broken", _at.LINE_BROKEN, _F.ENCODER, _P.CABLE, "A rests, B goes on",
     )  # fmt: skip
-    GLITCHES = "glitches", _line.GLITCHES, _F.ENCODER, _P.GLITCHES, "one edge in eight is followed by one of 300 ns"
-    SWITCH_THROWN = "disable switch thrown", _line.SWITCH_THROWN, _F.OPERATOR, _P.BEGUN, "corrections are forbidden"
-    PROBE_TRIPPED = "probe trip", _line.PROBE_TRIP, _F.OPERATOR, _P.BEGUN, "the position is latched"
+    GLITCHES = "glitches", _at.GLITCHES, _F.ENCODER, _P.GLITCHES, "one edge in eight is followed by one of 300 ns"
+    SWITCH_THROWN = "disable switch thrown", _at.SWITCH_THROWN, _F.OPERATOR, _P.BEGUN, "corrections are forbidden"
+    PROBE_TRIPPED = "probe trip", _at.PROBE_TRIP, _F.OPERATOR, _P.BEGUN, "the position is latched"
 
     @property
     def place(self) -> FaultPlace:
         """Return where a fault of this class happens."""
         if self.code <= _bus.LAST_OF_BUS:
             return FaultPlace.BUS
-        return FaultPlace.PC if self.code >= _cell.PC_KILLED else FaultPlace.AXIS
+        return FaultPlace.PC if self.code >= _at.PC_KILLED else FaultPlace.AXIS
 
     @property
     def delayed(self) -> bool:

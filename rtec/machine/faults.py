@@ -13,7 +13,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
-from rtec.machine import _cell_kernels as _cell
+from rtec.machine import _fault_kernels
 from rtec.machine.fault_kinds import FaultKind, FaultPlace
 from rtec.signal import NEVER
 
@@ -22,7 +22,7 @@ __all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "Strikes", "faul
 MS = 1_000_000_000
 
 
-PC_NODE = _cell.PC_PLACE
+PC_NODE = _fault_kernels.PC_PLACE
 """Node of the PC; the box of axis n is node n."""
 
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from rtec.axis.encoder import Encoder
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
-from rtec.machine import _cell_kernels, _line_kernels, _station_kernels
-from rtec.machine.fault_kinds import FaultPlace, ProvedBy
-from rtec.machine.faults import Fault, Strikes, fault_records
-from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView, station_view
+from rtec.machine.fault_kinds import FaultPlace
+from rtec.machine.faults import Fault, fault_records
+from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView
+from rtec.machine.station_settings import check_waiting
 from rtec.requester import BoxState, Conversation, Precautions, Status
 
 MS = 10**9
@@ -155,10 +153,7 @@ class BenchBox:
 
         What is under way is brought to its end on a copy, so that looking changes nothing.
         """
-        inside = self.station._state  # noqa: SLF001 - the bench belongs to its stations
-        state = np.rec.array(np.array([inside], dtype=_line_kernels.STATION))[0]
-        _station_kernels.settle(state)
-        view = station_view(state, self.station.settings)
+        view = self.station.settled_view
         inserted = view.step_counts * view.completed
         return view.inserted_counts == inserted and view.controller_count == view.position + inserted
 
@@ -232,10 +227,7 @@ class _Armed:
     def __init__(self, fault: Fault) -> None:
         self.fault = fault
         self.record = fault_records([fault])[0]
-        self.times = 0
-        self.begun = False
-        self.over = False
-        self.struck_before = 0
+        self.lasts = False
 
 
 class Workbench:
@@ -293,6 +285,7 @@ class Workbench:
             return
         if fault.place not in self.boxes:
             raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, self.boxes))}")
+        check_waiting(self.boxes[fault.place].station.settings, fault)
         armed = _Armed(fault)
         self._armed.append(armed)
         self.bus.at(fault.from_ps, lambda: self._begin(armed))
@@ -308,30 +301,16 @@ class Workbench:
         return (*on_bus, *(Proof(fault=armed.fault, times=self._times(armed)) for armed in self._armed))
 
     def _begin(self, armed: _Armed) -> None:
-        armed.begun = True
-        station = self._station(armed)
-        waits = armed.fault.strikes is Strikes.WHILE_INSERTING
-        if waits:
-            station.begin(armed.fault.kind, while_inserting=True)
-        armed.struck_before = self._struck(armed)
-        if not waits:
-            station.begin(armed.fault.kind)
-            armed.times = int(armed.fault.kind.proved_by is ProvedBy.BEGUN)
+        armed.lasts = True
+        self._station(armed).change(armed.record, begins=True)
 
     def _end(self, armed: _Armed) -> None:
-        armed.times = self._times(armed)
-        armed.over = True
-        self._station(armed).end(armed.fault.kind)
+        armed.lasts = False
+        self._station(armed).change(armed.record, begins=False)
 
     def _times(self, armed: _Armed) -> int:
-        """Return how often a fault at an axis took effect, by what it did there."""
-        if not armed.begun or armed.over or armed.times:
-            return armed.times
-        return self._struck(armed) - armed.struck_before
-
-    def _struck(self, armed: _Armed) -> int:
-        state = self._station(armed)._state  # noqa: SLF001 - as above
-        return int(_cell_kernels.effects(state, armed.record))
+        """Return how often a fault at an axis took effect so far."""
+        return self._station(armed).effects(armed.record) if armed.lasts else int(armed.record.fired)
 
     def _station(self, armed: _Armed) -> Station:
         return self.boxes[armed.fault.place or 0].station

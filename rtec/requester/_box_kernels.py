@@ -60,6 +60,7 @@ BOX = np.dtype(
         ("trip_position", np.int64),
         ("trips", np.int64),
         ("judged", np.int64),  # messages of the PC judged so far
+        ("homed", np.int64),  # 1: home was taken, and whoever owns the lines has not zeroed its counters yet
         # observations
         ("readings", np.int64),
         ("refused", np.int64),
@@ -108,6 +109,7 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
                 b.accepted = completed
                 b.state = RUNNING
                 b.status = OK
+                b.homed = 1
         elif b.state == RUNNING and not flags & GO_HOME:  # a command, with no total to believe
             if b.probing == 1:
                 b.status = STATUS_PROBING
@@ -118,6 +120,28 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
         b.judged = down.delivered
     post(up, t_ps, count - b.zero, completed, b.accepted, b.status)
     return b.accepted
+
+
+@step
+def take_answer(b: Record, accepted: int, message: int, trip_position: int, trips: int) -> None:
+    """Take what a running firmware says, which judges in the box's place; what has stopped for good stays so."""
+    b.readings += 1
+    b.accepted = accepted
+    b.trip_position = trip_position
+    b.trips += (trips - b.trips) & 255
+    if b.state == FATAL:
+        return
+    b.probing = 1 if message == STATUS_PROBING else 0
+    b.status = message
+    if message == STATUS_NOT_HOMED:
+        b.state = NOT_HOMED
+        return
+    b.homed |= 1 if b.state == NOT_HOMED else 0
+    b.state = RUNNING
+    if message in (I_DONT_BELIEVE_YOU, I_STILL_DONT_BELIEVE_YOU):
+        b.refused += 1
+    if message == I_STILL_DONT_BELIEVE_YOU:
+        b.state = FATAL
 
 
 @step
@@ -139,6 +163,7 @@ def box_reset(b: Record, first_ps: int) -> None:
     b.probing = 0
     b.trips = 0
     b.judged = 0
+    b.homed = 0
     b.readings = 0
     b.refused = 0
 

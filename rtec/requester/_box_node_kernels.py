@@ -84,6 +84,7 @@ BOX_NODE = np.dtype(
         ("heard_sequence", np.int64),
         ("judged", np.int64),
         ("judged_ps", np.int64),
+        ("said_accepted", np.int64),  # total accepted at the last turn
         ("large_spent", np.int64),  # 1: Large Correction has let a change through, and still stands
         ("resets_asked", np.int64),
         ("cycle_next_ps", np.int64),
@@ -141,6 +142,7 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     n.heard_ps = t_ps
     n.judged = 0
     n.judged_ps = -NEVER
+    n.said_accepted = 0
     n.large_spent = 0
     n.resets_asked = 0
     n.cycle_next_ps = t_ps
@@ -329,31 +331,40 @@ def say_trip(n: Record) -> None:
 
 
 @step
-def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, illegal: int) -> int:
-    """Let the box sample at ``t_ps``, want to send what is due, and return the total that the injector is to reach.
+def box_watch(n: Record, t_ps: int, illegal: int) -> None:
+    """Stop for good where the PC is silent, or the encoder's lines are not those of an encoder.
 
-    ``moments`` counts those at which the speed gate refused to insert, ``illegal`` the changes of both lines at once
-    that the box's own decoder saw.
+    ``illegal`` counts the changes of both lines at once that the box's own decoder saw.
     """
-    b = n.box
-    if b.state == RUNNING:
+    if n.box.state == RUNNING:
         if t_ps - n.heard_ps > n.watch_ps:
             box_fail(n, LINK_LOST)
         elif illegal > 0:
             box_fail(n, ENCODER_FAULT)
-    before = b.state
-    accepted = b.accepted
-    if b.state == NOT_HOMED and n.at_home == 0:
+
+
+@step
+def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
+    """Let the box take its reading and judge."""
+    if n.box.state == NOT_HOMED and n.at_home == 0:
         mailbox_reset(n.down)  # the axis has left home since it was told to take it
-    box_tick(b, n.down, n.up, t_ps, count, completed)
-    homed = b.state == RUNNING and before == NOT_HOMED
-    if abs(b.accepted - accepted) > b.window and not homed:
-        n.large_spent = 1
+    box_tick(n.box, n.down, n.up, t_ps, count, completed)
+
+
+@step
+def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> None:
+    """Want to send what is due; ``moments`` counts those at which the speed gate refused to insert."""
+    b = n.box
+    homed = b.homed == 1
+    b.homed = 0
     if homed:
         completed = 0  # home zeroes every counter, and whoever owns the injector does the same
         b.accepted = 0
         n.said_completed = 0
         n.large_spent = 0
+    elif abs(b.accepted - n.said_accepted) > b.window:
+        n.large_spent = 1
+    n.said_accepted = b.accepted
     n.code = b.status
     if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
         n.code = REFUSED_TOO_FAST
@@ -375,7 +386,6 @@ def box_turn(n: Record, t_ps: int, count: int, completed: int, moments: int, ill
         say_trip(n)
     if due:
         say_position(n, count)
-    return int(b.accepted)
 
 
 @step

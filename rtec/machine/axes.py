@@ -1,0 +1,126 @@
+"""Axes with their boxes side by side, as the kernels of stations want them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rtec._jit import Record, by_address, new_record, prepared
+from rtec.axis.plant import bound_plant
+from rtec.errors import ArgumentError
+from rtec.link._bus_kernels import FAULT
+from rtec.machine import _line_kernels, _station_kernels
+from rtec.machine.firmware_box import side_by_side
+from rtec.machine.station_settings import Move, StationSettings, move_arrays
+from rtec.machine.station_view import StationView, station_view
+
+
+class Axes:
+    """Axes that stand at home, everything switched on, nothing homed.
+
+    Parameters
+    ----------
+    settings
+        The parts of each.
+    moves
+        The program of each, over and over.
+    start_ps
+        When they are switched on.
+    first_ps
+        The first reading of each box.
+    sessions
+        The number of each box's first session.
+
+    Raises
+    ------
+    ArgumentError
+        Axes with plants of several kinds, or some with a firmware and some without.
+    """
+
+    def __init__(
+        self,
+        settings: Sequence[StationSettings],
+        moves: Sequence[Sequence[Move]],
+        *,
+        start_ps: int,
+        first_ps: Sequence[int],
+        sessions: Sequence[int],
+    ) -> None:
+        self.settings = tuple(settings)
+        self.records = np.rec.array(np.zeros(len(settings), dtype=_line_kernels.STATION))
+        """Their states, shape (axes,)."""
+        boxes = [box for each in settings if (box := each.firmware_box(start_ps)) is not None]
+        if len(boxes) not in (0, len(settings)):
+            found = f"{len(boxes)} of {len(settings)} with a microcontroller"
+            raise ArgumentError("stations", found, "all axes of a cell, or none")
+        self._boxes = side_by_side(boxes, self.records[0]) if boxes else None
+        for i, (state, each) in enumerate(zip(self.records, settings, strict=True)):
+            each.fill(state)
+            state.repeats = 1
+            _station_kernels.start(state, start_ps, first_ps[i], sessions[i])
+            if boxes:
+                _station_kernels.switch_on_controller(state, boxes[i].board.state.ab_out)
+        self._plant = _plant_of(settings)
+        self.follow(moves)
+        fault = new_record(FAULT)
+        self.steps: Any = (
+            by_address(_station_kernels.advance, *self.parts, 0, 0),
+            by_address(_station_kernels.turn, *self.parts, 0, 0),
+            by_address(_station_kernels.change_fault, *self.parts, 0, fault, 0, True),
+        )
+        """Addresses of the steps by which whoever owns the clock runs them."""
+        self._settle: Any = prepared(_station_kernels.settle, *self.parts, 0)
+        self._change: Any = prepared(_station_kernels.change_fault, *self.parts, 0, fault, 0, True)
+
+    def follow(self, moves: Sequence[Sequence[Move]]) -> None:
+        """Let them follow other moves from here on; after a shorter program than the longest an axis stays."""
+        longest = max(len(program) for program in moves)
+        rows = []
+        for each, program in zip(self.settings, moves, strict=True):
+            stay = [Move(target_mm=last.target_mm, speed_mm_s=last.speed_mm_s) for last in program[-1:]]
+            rows.append(move_arrays([*program, *stay * (longest - len(program))], each.encoder.count_mm))
+        padded = tuple(np.array([row[k] for row in rows]) for k in range(3))
+        self.parts: Any = (self.records, padded, self._plant), self._boxes
+        """What the kernels take (`rtec.machine._station_kernels`)."""
+
+    def change_fault(self, i: int, fault: Record, t_ps: int, *, begins: bool) -> None:
+        """Let a fault begin or end at an axis, which has been run up to ``t_ps``."""
+        self._change(*self.parts, i, fault, t_ps, begins)
+
+    def settle(self) -> None:
+        """Let what is under way come to its end, so that the counts can be compared."""
+        for i in range(len(self.records)):
+            self._settle(*self.parts, i)
+
+    @property
+    def views(self) -> tuple[StationView, ...]:
+        """Return what happens at each axis."""
+        return _views(self.records, self.settings)
+
+    def settled_views(self) -> tuple[StationView, ...]:
+        """Return what would be seen once what is under way has come to its end; nothing is changed by looking."""
+        copied = _copied(self.parts)
+        for i in range(len(self.records)):
+            self._settle(*copied, i)
+        return _views(copied[0][0], self.settings)
+
+
+def _views(records: Any, settings: Sequence[StationSettings]) -> tuple[StationView, ...]:
+    return tuple(station_view(state, each) for state, each in zip(records, settings, strict=True))
+
+
+def _copied(part: Any) -> Any:
+    """Return a copy of all arrays in nested tuples."""
+    if isinstance(part, tuple):
+        return tuple(_copied(each) for each in part)
+    return part.copy() if isinstance(part, np.ndarray) else part
+
+
+def _plant_of(stations: Sequence[StationSettings]) -> tuple[Any, ...]:
+    """Return what moves at every axis: all are rigid, or of one kind."""
+    plant = stations[0].servo.plant
+    if any(station.servo.plant is not plant for station in stations):
+        raise ArgumentError("stations", "several plants", "one plant for all axes of a cell, or none")
+    return bound_plant(plant, places=len(stations))

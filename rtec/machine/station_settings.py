@@ -1,0 +1,164 @@
+"""An axis with its box on a bus: its parts and its moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record
+from rtec.axis.encoder import Encoder
+from rtec.axis.servo import Servo
+from rtec.board import Microcontroller
+from rtec.checks import number_within, whole_within
+from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
+from rtec.errors import ArgumentError
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.link._frame_kernels import MOST_AXES
+from rtec.machine.faults import Fault, Strikes
+from rtec.machine.firmware_box import FirmwareBox, check_windows
+from rtec.requester import Conversation, Precautions
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Move:
+    """A way to a position, and a rest there.
+
+    Parameters
+    ----------
+    target_mm
+        Position from home.
+    speed_mm_s
+        Feed.
+    rest_s
+        How long it rests there.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+    """
+
+    target_mm: float
+    speed_mm_s: float
+    rest_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        number_within("target_mm", self.target_mm, -1e6, 1e6, unit="mm")
+        number_within("speed_mm_s", self.speed_mm_s, 1e-6, 1e4, unit="mm/s")
+        number_within("rest_s", self.rest_s, 0.0, 1e6, unit="s")
+
+
+def _hold_edges() -> InjectorSettings:
+    design = Design.A
+    return InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationSettings:
+    """An axis with its box.
+
+    Parameters
+    ----------
+    axis
+        Its number, 1 to 15.
+    injector
+        Design and timing of the box; real edges are held back by default (decision 8).
+    microcontroller
+        A processor that runs the design's firmware in the box, behind its node on the bus; its times and windows are
+        the firmware's own. None: the injector models it.
+    encoder, servo, receiver, conversation, precautions
+        The other parts. The receiver stops the drive at an illegal transition by default, as a controller's encoder
+        supervision does.
+    acceleration_mm_s2
+        Of the moves.
+    hold_ramp_s
+        Time in which the feed override goes from 1 to 0 when the machine is held.
+    following_limit_mm
+        Lag beyond that of the feed (speed / Kv, as a position loop follows it) at which the controller stops the
+        drive.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range; a receiver whose counts are coarser than the encoder's.
+    """
+
+    axis: int = 1
+    injector: InjectorSettings = field(default_factory=_hold_edges)
+    microcontroller: Microcontroller | None = None
+    encoder: Encoder = field(default_factory=Encoder)
+    servo: Servo = field(default_factory=Servo)
+    receiver: ReceiverSettings = field(default_factory=lambda: ReceiverSettings(policy=IllegalPolicy.FAULT))
+    conversation: Conversation = field(default_factory=Conversation)
+    precautions: Precautions = field(default_factory=Precautions)
+    acceleration_mm_s2: float = 500.0
+    hold_ramp_s: float = 0.05
+    following_limit_mm: float = 1.0
+    switch_on: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the ranges, and that box and controller count alike."""
+        whole_within("axis", self.axis, 1, MOST_AXES)
+        number_within("acceleration_mm_s2", self.acceleration_mm_s2, 1e-3, 1e6, unit="mm/s²")
+        number_within("hold_ramp_s", self.hold_ramp_s, 1e-3, 100.0, unit="s")
+        number_within("following_limit_mm", self.following_limit_mm, 1e-6, 1e6, unit="mm")
+        if self.receiver.multiplication is not Multiplication.X4:
+            raise ArgumentError("multiplication", self.receiver.multiplication.value, "4 (x4) in a corrected machine")
+        if self.microcontroller is not None:
+            check_windows(self.conversation)
+
+    def firmware_box(self, start_ps: int = 0) -> FirmwareBox | None:
+        """Return the box where it runs its firmware, switched on before ``start_ps``."""
+        if self.microcontroller is None:
+            return None
+        return FirmwareBox(
+            self.injector, self.microcontroller, self.encoder, switch_on=self.switch_on, start_ps=start_ps
+        )
+
+    def fill(self, state: Record) -> None:
+        """Write the parameters into a kernel's state."""
+        count_mm = self.encoder.count_mm
+        self.encoder.fill(state.encoder)
+        self.injector.fill(state.injector)
+        self.receiver.fill(state.receiver)
+        self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=1.0)
+        self.conversation.fill_box(state.node.box, switch_on=self.switch_on)
+        self.precautions.fill_box(state.node)
+        if self.precautions.limit_steps == 0:
+            state.node.limit_steps = self.injector.design.word_limit
+        state.node.axis = self.axis
+        state.acceleration = self.acceleration_mm_s2 / count_mm
+        state.ramp_s = self.hold_ramp_s
+        state.following_limit = self.following_limit_mm / count_mm
+
+
+def move_arrays(
+    moves: Sequence[Move], count_mm: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Return targets in counts, speeds in counts/s and rests in ps, each of shape (n,)."""
+    targets = np.array([move.target_mm / count_mm for move in moves])
+    speeds = np.array([move.speed_mm_s / count_mm for move in moves])
+    rests = np.array([round(move.rest_s * 1e12) for move in moves], dtype=np.int64)
+    return targets, speeds, rests
+
+
+def check_waiting(settings: StationSettings, fault: Fault) -> None:
+    """Check that a box shows when an insertion is under way, if a fault waits for it.
+
+    Raises
+    ------
+    ArgumentError
+        The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion.
+    """
+    waits = fault.strikes is Strikes.WHILE_INSERTING
+    if waits and settings.microcontroller is not None and settings.injector.design is Design.B:
+        raise ArgumentError(
+            "strikes",
+            Strikes.WHILE_INSERTING.value,
+            "'at once' with the firmware of Design B, whose outputs do not tell an insertion",
+            "let the fault begin at a time, or take the model of the box",
+        )
