@@ -61,11 +61,12 @@ class _Address(numba.types.WrapperAddressProtocol):
 
     def __init__(self, compiled: Any) -> None:
         self._compiled = compiled
+        name = compiled.fndesc.llvm_cfunc_wrapper_name
+        self._begins = int(compiled.library.get_pointer_to_function(name))
 
     def __wrapper_address__(self) -> int:
         """Return where its machine code begins."""
-        name = self._compiled.fndesc.llvm_cfunc_wrapper_name
-        return int(self._compiled.library.get_pointer_to_function(name))
+        return self._begins
 
     def signature(self) -> Any:
         """Return its types."""

@@ -5,9 +5,13 @@ from __future__ import annotations
 import enum
 import re
 from collections.abc import Iterable
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rtec.errors import ArgumentError, nearest
+
+if TYPE_CHECKING:
+    from rtec.board import Microcontroller
+    from rtec.injector import Processor
 
 _WHOLE = re.compile(r"[+-]?\d{1,30}", re.ASCII)
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30}))\s*(%|counts?)", re.ASCII)
@@ -51,6 +55,22 @@ def choice(text: str, known: Iterable[str], *, name: str) -> str:
         near = nearest(text[:60].lower(), words)
         raise ArgumentError(name, repr(text[:60]), ", ".join(words), near if near.startswith("did") else "")
     return text.lower()
+
+
+def what_works(timing: str) -> tuple[Processor, Microcontroller | None]:
+    """Return what ``--timing`` puts into the box: the times of a processor, or one that runs the design's program.
+
+    Examples
+    --------
+    >>> what_works("fast"), what_works("firmware")[1].name
+    ((<Processor.FAST: 'fast'>, None), '8051-12mhz')
+    """
+    from rtec.board import Microcontroller
+    from rtec.injector import Processor
+
+    firmware = "firmware"
+    word = choice(timing, (*(known.value for known in Processor), firmware), name="--timing")
+    return (Processor.MCS51, Microcontroller.named("8051-12mhz")) if word == firmware else (Processor(word), None)
 
 
 def member(text: str, kind: type[_E], *, name: str) -> _E:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rtec.cli._arguments import member, whole
+from rtec.cli._arguments import what_works, whole
 from rtec.cli._console import announce_compilation, note, print_json
 from rtec.cli._live import (
     BUS,
@@ -53,7 +53,7 @@ def box(
     axis: Annotated[str | None, option("--axis", MACHINE, "1", "Number of the one axis.")] = None,
     axes: Annotated[str | None, option("--axes", MACHINE, "3", "Axes 1 to N in this process.")] = None,
     design: Annotated[str, option("--design", MACHINE, "original|a|b|c", "Insertion design.")] = "a",
-    timing: Annotated[str, option("--timing", MACHINE, "8051|fast", "Processor of the box.")] = "8051",
+    timing: Annotated[str, option("--timing", MACHINE, "8051|fast|firmware", "What works in the box.")] = "8051",
     count: Annotated[str, option("--count", MACHINE, "1um", "Travel of one count of the encoder.")] = "1um",
     program: Annotated[
         Path | None, option("--program", MACHINE, "FILE", "G-code of a measuring run; a slow shuttle without it.")
@@ -85,7 +85,8 @@ def box(
     """Run axes with their boxes on a live bus, for any PC software to talk to.
 
     Orders are typed: go 12 mm at 300 mm/min, home, switch off, power off, restart, trip, fault cable-open, mend,
-    status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes.
+    status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes. With --timing firmware each box runs its
+    design's program on a 12 MHz 8051, behind the node that speaks on the bus.
 
     Example: rtec box --axes 3 --design c
     """
@@ -177,12 +178,12 @@ def _settings(
 ) -> StationSettings:
     """Return an axis; what the PC sees of the box's times does not depend on the speed."""
     from rtec.axis import Encoder
-    from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+    from rtec.injector import Design, InjectorSettings, RealEdges, Timing
     from rtec.machine.station import StationSettings
     from rtec.requester import Conversation, Precautions
 
     insertion = Design.named(design)
-    processor = member(timing, Processor, name="--timing")
+    processor, microcontroller = what_works(timing)
     try:
         conversation = Conversation(window_steps=whole(window, name="--window"))
         conversation = dataclasses.replace(
@@ -203,19 +204,23 @@ def _settings(
         encoder = Encoder(count_mm=length(count, "--count"))
     except ArgumentError as error:
         raise _as_option(error) from None
-    return StationSettings(
-        axis=axis,
-        injector=InjectorSettings(
-            design=insertion, timing=Timing.of(insertion, processor), real_edges=RealEdges.HOLD
-        ),
-        encoder=encoder,
-        conversation=conversation,
-        precautions=cautions,
-    )
+    box = InjectorSettings(design=insertion, timing=Timing.of(insertion, processor), real_edges=RealEdges.HOLD)
+    try:
+        return StationSettings(
+            axis=axis,
+            injector=box,
+            microcontroller=microcontroller,
+            encoder=encoder,
+            conversation=conversation,
+            precautions=cautions,
+        )
+    except ArgumentError as error:
+        raise _as_option(error) from None
 
 
 _OPTIONS = {
     "window_steps": "--window",
+    "conversation": "--window",
     "cycle_ps": "--cycle",
     "watch_ps": "--watch",
     "limit_steps": "--limit",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _console
-from rtec.cli._arguments import choice, counts, member, share, whole
+from rtec.cli._arguments import choice, counts, member, share, what_works, whole
 from rtec.errors import ArgumentError, OutputError
 from rtec.units import ANGLE, FREQUENCY, parse_quantity, parse_time_ps
 
@@ -53,7 +53,7 @@ _OPTIONS = {
     "design": "--design",
 }
 """The option behind each parameter that a face can refuse."""
-_FIRMWARE = "firmware"
+
 """The --timing of a box in which the design's program runs."""
 _PARAMETER = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
 
@@ -142,18 +142,14 @@ def simulate(
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     """
     from rtec.axis import Encoder, Imperfections
-    from rtec.board import Microcontroller
     from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
-    from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+    from rtec.injector import Design, InjectorSettings, RealEdges, Timing
     from rtec.machine import OpenPath
 
     with _named_as_options():
         insertion = Design.named(design)
-        timings = [*(known.value for known in Processor), _FIRMWARE]
-        timing = choice(timing, timings, name="--timing")
-        runs_firmware = timing == _FIRMWARE
-        processor = Processor.MCS51 if runs_firmware else Processor(timing)
-        if runs_firmware:
+        processor, microcontroller = what_works(timing)
+        if microcontroller is not None:
             own = {"--poll": poll, "--poll-offset": poll_offset, "--decide": decide, "--step": step, "--rest": rest,
                    "--recover": recover, "--latency": latency, "--gate-margin": gate_margin}  # fmt: skip
             _refuse_times(own, no_gate)
@@ -204,7 +200,7 @@ def simulate(
             cycles=whole(cycles, name="--cycles"),
             corrections=_sign(sign, "--sign") * _steps(corrections, "--corrections"),
             direction=_sign(direction, "--direction"),
-            microcontroller=Microcontroller.named("8051-12mhz") if runs_firmware else None,
+            microcontroller=microcontroller,
         )
         _carry_out(path, vcd, force, as_json)
 

@@ -66,7 +66,7 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
         if box is None:
             node_trip(n, st.box_count)
         else:
-            trip_firmware(box[0], t_ps)
+            trip_firmware(st, box[0], t_ps)
     elif kind == STALE_WORD or kind == TORN_WORD:
         n.word_kept = st.box_count - n.box.zero
         n.word_fault = WORD_STALE if kind == STALE_WORD else WORD_TORN

@@ -54,6 +54,8 @@ IDLE, WANTED, TAKEN, FOUND = 0, 1, 2, 3
 """Of the search for a round: none, a snapshot is wanted, it is taken, the round is known."""
 READINGS_TO_END = 4
 """Readings after which what the firmware has begun is over, and said, once the switch is open."""
+TRIP_PS = 100_000_000
+"""How long the probe's line stays low, at least."""
 STATE_BYTES = 512
 """Internal RAM, pins and registers."""
 
@@ -215,9 +217,10 @@ def power_firmware(m: Record, box: Any, t_ps: int, on: int) -> None:
 
 
 @helper
-def trip_firmware(box: Any, t_ps: int) -> None:
-    """Trip the probe; its line goes back at the next reading."""
+def trip_firmware(m: Record, box: Any, t_ps: int) -> None:
+    """Trip the probe; its line stays low long enough for any program to see it."""
     b, _, mem, h, log, _, _, _ = box
+    m.trip_ps = t_ps
     forget_round(box)
     board_switch(b, mem, h, log, t_ps, b.enable_n, 0)
 
@@ -239,9 +242,10 @@ def turn_firmware(m: Record, box: Any, t_ps: int) -> None:
         mailbox_reset(n.down)
         board_ask(mem, 0, 0)
     enable_n = 0 if n.box.switch_on == 1 and n.box.state != FATAL else 1
-    if enable_n != b.enable_n or b.trip_n == 0:
+    trip_n = 0 if b.trip_n == 0 and t_ps - m.trip_ps < TRIP_PS else 1
+    if enable_n != b.enable_n or trip_n != b.trip_n:
         forget_round(box)
-        board_switch(b, mem, h, log, t_ps, enable_n, 1)
+        board_switch(b, mem, h, log, t_ps, enable_n, trip_n)
 
 
 @helper

@@ -1,0 +1,181 @@
+"""Boxes that run their firmware, on a bus: against the model of the box, and plain decoders of their lines."""
+
+from itertools import pairwise
+
+import pytest
+import signal_oracle as oracle
+
+from rtec.board import Microcontroller
+from rtec.errors import ArgumentError
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.link._bus_kernels import bits_of
+from rtec.machine.cell import Cell
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, Strikes
+from rtec.machine.station import Move, Station, StationSettings
+from rtec.predictors import UnidirectionalTable
+from rtec.requester import BoxState, Conversation, HoldReason, PcState, Precautions, Status
+from rtec.requester.pc_node import PcNode
+
+US, MS, S = 10**6, 10**9, 10**12
+MCS51 = Microcontroller.named("8051-12mhz")
+SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
+"""20 um a millimetre."""
+
+
+def settings(design, axis=1, *, firmware=True, **others):
+    box = InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD)
+    return StationSettings(axis=axis, injector=box, microcontroller=MCS51 if firmware else None, **others)
+
+
+def run(*faults, design=Design.C, axes=1, until_ps=4 * S, firmware=True):
+    stations = [settings(design, axis, firmware=firmware) for axis in range(1, axes + 1)]
+    moves = [[Move(target_mm=2.0, speed_mm_s=2.0, rest_s=100.0)]] * axes
+    cell = Cell(stations, moves, SLOPE, faults=faults)
+    cell.run(until_ps=until_ps)
+    return cell
+
+
+def requester(design, **others):
+    return PcNode(
+        Conversation(), Precautions(), axis=1, predictor=SLOPE, count_mm=0.001, step_counts=design.step_counts,
+        word_limit=design.word_limit, **others,
+    )  # fmt: skip
+
+
+def talk(station, pc, until_ps):
+    """Run an axis and its PC, frames without delay."""
+    while station.now_ps < until_ps:
+        for at_ps, frame in station.advance(until_ps=station.now_ps + MS):
+            pc.receive(frame, at_ps=at_ps)
+        if pc.due_ps <= station.now_ps:
+            for frame in pc.turn(at_ps=station.now_ps):
+                station.receive(frame)
+
+
+@pytest.mark.parametrize("design", list(Design))
+def test_every_design_inserts_on_the_bus_what_its_model_does(design):
+    # the controller stands at 2 mm; 20 um a millimetre where the axis truly is, in whole steps
+    steps = 0.020 * 2000 / (1 + 0.020) / design.step_counts
+    for firmware in (True, False):
+        cell = run(design=design, axes=2, firmware=firmware)
+        cell.settle()
+        for axis in cell.axes:
+            assert (axis.pc_state, axis.box_status, cell.held_ps) == (PcState.ACTIVE, Status.OK, None)
+            assert axis.view.completed == axis.view.requested == pytest.approx(steps, abs=0.7)
+            assert axis.view.position == 2000 - design.step_counts * axis.view.completed
+            assert (axis.off_counts, axis.uninserted_counts) == (0, 0)
+
+
+@pytest.mark.parametrize("design", list(Design))
+def test_an_insertion_on_the_lines_is_that_of_a_plain_decoder(design):
+    station = Station(settings(design), [Move(target_mm=0.5, speed_mm_s=2.0, rest_s=100.0)])
+    station.keep_insertions()
+    talk(station, requester(design), 200 * MS)
+    changes = station.last_insertion()
+    counts = []
+    for side in ("lines", "lines_out"):
+        levels = [oracle.text(getattr(change, side)) for change in changes]
+        steps = [oracle.decode_step(before, after) for before, after in pairwise(levels)]
+        assert oracle.ILLEGAL not in steps
+        counts.append(sum(steps))
+    # the copies of Design B come later than what they copy, at the ends of what is kept as in between
+    assert counts[1] - counts[0] == pytest.approx(design.step_counts, abs=1 if design is Design.B else 0)
+    view = station.settled_view
+    assert view.inserted_counts == design.step_counts * view.completed > 0
+
+
+def test_looking_at_an_axis_changes_nothing():
+    station = Station(settings(Design.A), [Move(target_mm=0.5, speed_mm_s=5.0)])
+    station.advance(until_ps=123_456 * US)
+    before = [part.copy() for part in station._axes.parts[1][0][2:5]], station._state.copy()
+    assert station.settled_view.status is Status.NOT_HOMED
+    after = station._axes.parts[1][0][2:5], station._state
+    assert all((a == b).all() for a, b in zip(before[0], after[0], strict=True))
+    assert before[1] == after[1]
+
+
+def test_a_total_that_nobody_asked_for_is_doubted_by_the_program():
+    seed = next(seed for seed in range(10_000) if bits_of(seed, 0) % 8 >= 3)
+    fault = Fault(kind=FaultKind.FRAME_FORGED, place=PC_NODE, identifier=0x201, from_ps=3 * S, most=1, seed=seed)
+    axis = run(fault).axes[0]
+    # the words stand until the next frame, and the program reads them every millisecond: three times is fatal
+    assert axis.view.box_state is BoxState.FATAL
+    assert axis.box_status is Status.I_STILL_DONT_BELIEVE_YOU
+    assert axis.pc_reason is HoldReason.BOX_STILL_DOUBTS
+    assert axis.view.requests_refused == 3
+    assert axis.view.completed == 20
+
+
+def test_a_dead_program_passes_the_lines_and_comes_back_without_a_home():
+    lost = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=1 * S, until_ps=2 * S)
+    cell = run(lost)
+    cell.settle()
+    axis = cell.axes[0]
+    assert [fired.times for fired in cell.fired] == [1]
+    assert axis.view.held
+    assert axis.view.powered
+    assert axis.box_status is Status.NOT_HOMED
+    assert axis.view.session == 2
+    assert axis.view.completed == 0
+    assert axis.pc_reason in (HoldReason.BOX_SILENT, HoldReason.BOX_RESTARTED)
+
+
+def test_the_program_latches_the_probe():
+    station = Station(settings(Design.C), [Move(target_mm=0.5, speed_mm_s=5.0)])
+    station.advance(until_ps=20 * MS)
+    station.trip()
+    station.advance(until_ps=40 * MS)
+    assert station.view.trips == 1
+    station.trip()
+    station.advance(until_ps=60 * MS)
+    assert station.view.trips == 2
+
+
+def test_the_open_switch_is_the_firmwares_message():
+    cell = run(Fault(kind=FaultKind.SWITCH_THROWN, place=1, from_ps=1 * S))
+    axis = cell.axes[0]
+    assert axis.pc_reason is HoldReason.CORRECTIONS_DISABLED
+    assert axis.view.completed < 20
+
+
+@pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
+def test_a_fault_waits_for_an_insertion_of_the_program(design):
+    fault = Fault(kind=FaultKind.BOX_RESTARTED, place=1, from_ps=500 * MS, strikes=Strikes.WHILE_INSERTING)
+    cell = run(fault, design=design)
+    (fired,) = cell.fired
+    assert fired.times == 1
+    assert 500 * MS < fired.first_ps < 2 * S
+    assert cell.axes[0].pc_reason is HoldReason.BOX_RESTARTED
+
+
+def test_design_b_does_not_show_an_insertion():
+    fault = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=0, strikes=Strikes.WHILE_INSERTING)
+    with pytest.raises(ArgumentError, match="do not tell an insertion"):
+        run(fault, design=Design.B)
+    with pytest.raises(ArgumentError, match="do not tell an insertion"):
+        Station(settings(Design.B)).begin(FaultKind.POWER_LOST, while_inserting=True)
+
+
+def test_an_operator_starts_a_program_that_has_stopped_for_good():
+    """Two requests with Reset in a row: the node pulls the processor's reset, and it waits for home again."""
+    station = Station(settings(Design.C))
+    talk(station, requester(Design.C), 200 * MS)
+    assert station.view.box_state is BoxState.RUNNING
+    station.advance(until_ps=400 * MS)
+    assert station.view.status is Status.LINK_LOST
+    pc = requester(Design.C, start_ps=station.now_ps, first_sequence=99)
+    pc.acknowledge()
+    talk(station, pc, 700 * MS)
+    assert (station.view.box_state, station.view.status) == (BoxState.RUNNING, Status.OK)
+    assert pc.view.state is PcState.ACTIVE
+
+
+def test_all_axes_of_a_cell_have_a_processor_or_none():
+    stations = [settings(Design.C, 1), settings(Design.C, 2, firmware=False)]
+    with pytest.raises(ArgumentError, match="1 of 2 with a microcontroller"):
+        Cell(stations, [[Move(target_mm=1.0, speed_mm_s=1.0)]] * 2, SLOPE)
+
+
+def test_the_windows_are_those_of_the_source():
+    with pytest.raises(ArgumentError, match="window 5"):
+        settings(Design.C, conversation=Conversation(window_steps=5))
