@@ -23,6 +23,7 @@ def start(bus: Record, box: Record, pc: Record, bit_ps: int, first_ps: int) -> N
     """Switch all on; the box's first reading is at ``first_ps``, the PC's first turn at zero."""
     bus_reset(bus, bit_ps)
     box_start(box, 0, 1)
+    box.box.framed = 1
     box.box.next_ps = first_ps
     box.cycle_next_ps = first_ps
     pc_node_start(pc, 0, 0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, step
 from rtec.injector._kernels import injector_enable, injector_power
 from rtec.link._bus_kernels import CABLE_STRUCK, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_STRUCK, fire
-from rtec.machine._firmware_kernels import power_firmware, trip_firmware
+from rtec.machine._firmware_kernels import power_firmware, set_inputs, trip_firmware
 from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start, node_trip
 from rtec.signal._kernels import NEVER
 
@@ -27,6 +27,8 @@ BOX_RESTART, POWER_OFF, CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN, GLITCHES, SWITCH
 STALE_WORD, TORN_WORD = 28, 29
 # at the PC
 PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK = 40, 41, 42
+PC_PROBING = 43
+"""An order and no fault: the PC enters the probing mode, and leaves it."""
 
 WHOLE, OPEN, SWAPPED, BROKEN = 0, 1, 2, 3
 """States of the cable between encoder and box."""
@@ -62,6 +64,8 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
         n.box.switch_on = 0
         if box is None:
             injector_enable(st.injector, t_ps, 0)
+        else:
+            set_inputs(st, box[0], t_ps)
     elif kind == PROBE_TRIP:
         if box is None:
             node_trip(n, st.box_count)
@@ -85,6 +89,8 @@ def end_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
         switch_power(st, box, t_ps, 1)
     elif kind == SWITCH_THROWN:
         st.node.box.switch_on = 1
+        if box is not None:
+            set_inputs(st, box[0], t_ps)
     elif kind == STALE_WORD or kind == TORN_WORD:
         st.node.word_fault = WORD_RIGHT
     elif kind == CABLE_OPEN or kind == LINES_SWAPPED or kind == LINE_BROKEN:

@@ -216,6 +216,20 @@ def power_firmware(m: Record, box: Any, t_ps: int, on: int) -> None:
         board_lose_power(b, h)
 
 
+@step
+def set_inputs(m: Record, box: Any, t_ps: int) -> None:
+    """Put switch and probe's line as they are now.
+
+    A node that has stopped for good keeps the switch in front of the firmware open.
+    """
+    b, _, mem, h, log, _, _, _ = box
+    enable_n = 0 if m.node.box.switch_on == 1 and m.node.box.state != FATAL else 1
+    trip_n = 0 if b.trip_n == 0 and t_ps - m.trip_ps < TRIP_PS else 1
+    if enable_n != b.enable_n or trip_n != b.trip_n:
+        forget_round(box)
+        board_switch(b, mem, h, log, t_ps, enable_n, trip_n)
+
+
 @helper
 def trip_firmware(m: Record, box: Any, t_ps: int) -> None:
     """Trip the probe; its line stays low long enough for any program to see it."""
@@ -229,10 +243,10 @@ def trip_firmware(m: Record, box: Any, t_ps: int) -> None:
 def turn_firmware(m: Record, box: Any, t_ps: int) -> None:
     """Let the box's node, between bus and firmware, see to what the firmware does not.
 
-    It takes back a home command that the axis has left, resets a processor that the operator has asked to start
-    again, and opens the switch in front of it where the node has stopped for good.
+    It takes back a home command that the axis has left, and resets a processor that the operator has asked to start
+    again.
     """
-    b, _, mem, h, log, _, _, _ = box
+    mem = box[2]
     n = m.node
     n.box.next_ps += n.box.period_ps
     if n.resets != m.resets:
@@ -241,11 +255,7 @@ def turn_firmware(m: Record, box: Any, t_ps: int) -> None:
     if n.box.state == NOT_HOMED and n.at_home == 0:
         mailbox_reset(n.down)
         board_ask(mem, 0, 0)
-    enable_n = 0 if n.box.switch_on == 1 and n.box.state != FATAL else 1
-    trip_n = 0 if b.trip_n == 0 and t_ps - m.trip_ps < TRIP_PS else 1
-    if enable_n != b.enable_n or trip_n != b.trip_n:
-        forget_round(box)
-        board_switch(b, mem, h, log, t_ps, enable_n, trip_n)
+    set_inputs(m, box, t_ps)
 
 
 @helper

@@ -16,16 +16,19 @@ from rtec._jit import Record, helper, kernel, step
 from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_reset
 from rtec.injector._kernels import injector_enable, injector_request, injector_reset
-from rtec.link._kernels import mailbox_reset
+from rtec.link._bus_kernels import fire
+from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
-from rtec.machine._firmware_kernels import forget_round, skip_rounds, words_valid
+from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, next_of_faults, note_effects
+from rtec.machine._firmware_kernels import forget_round, set_inputs, skip_rounds, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
-from rtec.machine._line_kernels import AXIS
+from rtec.machine._line_kernels import AXIS, fault_at_axis
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import believed_mm
 from rtec.requester._box_kernels import box_reset, box_tick
+from rtec.requester._box_node_kernels import word_of
 from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
 from rtec.signal._kernels import NEVER
 
@@ -40,6 +43,7 @@ MACHINE = np.dtype(
         ("thermometers", THERMOMETERS),
         ("restless", np.int64),  # 1: what the PC believes may change while the axis stands
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
+        ("fault_ps", np.int64),  # when a fault next begins or ends
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
         ("status", np.int64),
     ],
@@ -50,6 +54,9 @@ MACHINE = np.dtype(
 @helper
 def converse_box(m: Record, t_ps: int) -> None:
     """Let the box read the PC's words and pass its request on to the injector."""
+    if m.powered == 0:
+        m.node.box.next_ps += m.node.box.period_ps
+        return
     total = box_tick(m.node.box, m.node.down, m.node.up, t_ps, m.box_count, m.injector.completed)
     allowed = 1 if m.node.box.switch_on == 1 and m.node.box.probing == 0 else 0
     if m.injector.enabled != allowed:
@@ -62,9 +69,15 @@ def converse_box(m: Record, t_ps: int) -> None:
 def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC look at the box's words and send its next request."""
     pc_start(m.pc, m.node.down, t_ps)
-    if box is not None and not words_valid(box[0]):
+    valid = m.powered == 1
+    if box is not None:
+        set_inputs(m, box[0], t_ps)
+        valid = words_valid(box[0])
+    if not valid:
         pc_look(m.pc, t_ps, False)
         return
+    deliver(m.node.up, t_ps)
+    m.node.up.word0 = word_of(m.node, m.node.up.word0)
     if pc_read(m.pc, m.node.up, t_ps):
         read_thermometers(m.thermometers, t_ps, m.pc.sensors)
         sense(m.pc, t_ps, m.node.up.delivered_ps, 1)
@@ -75,17 +88,40 @@ def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
 def next_turn(m: Record, box: Any) -> int:
     """Return when box or PC takes its next turn; a running firmware takes its own."""
     if m.correcting == 0:
-        return NEVER
+        return int(m.fault_ps)
     if box is not None:
-        return int(m.pc.next_ps)
-    return min(m.node.box.next_ps, m.pc.next_ps)
+        return min(m.pc.next_ps, m.fault_ps)
+    return min(min(m.node.box.next_ps, m.pc.next_ps), m.fault_ps)
 
 
 @helper
-def take_turn(m: Record, box: Any, t_ps: int, model: Any) -> None:
-    """Let box or PC take the turn that is due at ``t_ps``."""
+def change_faults(m: Record, box: Any, faults: NDArray[np.void], t_ps: int) -> None:
+    """Let begin and end what does so at ``t_ps``."""
+    for i in range(faults.size):
+        f = faults[i]
+        begins = f.from_ps == t_ps and f.kept == 0
+        ends = f.until_ps == t_ps and f.kept == 1 and f.ended == 0
+        if not begins and not ends:
+            continue
+        f.kept = 1
+        f.ended = 1 if ends else 0
+        if f.kind == PC_PROBING:
+            m.pc.probing = 1 if begins else 0
+        elif f.kind != PC_KILLED:
+            fault_at_axis(m, box, f, t_ps, begins)
+        elif begins:
+            m.pc.next_ps = NEVER
+            fire(f, t_ps)
+    m.fault_ps = next_of_faults(faults)
+
+
+@helper
+def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.void]) -> None:
+    """Let box or PC take the turn that is due at ``t_ps``, or a fault begin or end."""
     m.event_ps = max(t_ps, m.event_ps)
-    if box is None and m.node.box.next_ps == t_ps:
+    if m.fault_ps == t_ps:
+        change_faults(m, box, faults, t_ps)
+    elif box is None and m.node.box.next_ps == t_ps:
         converse_box(m, t_ps)
     else:
         converse_pc(m, box, t_ps, model)
@@ -112,6 +148,7 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
     m.servo.program = 1
     m.reader.begun_ps = NEVER
     m.reader.next = 0
+    m.fault_ps = NEVER
     m.play.y_mm = count * m.servo.count_mm
     m.status = RUNNING
 
@@ -133,6 +170,7 @@ def run(
     plant: Any,
     trace: Any,
     box: Any,
+    faults: NDArray[np.void],
 ) -> None:
     """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
 
@@ -141,6 +179,7 @@ def run(
     (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
     servo = m.servo
+    m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
         acceleration = servo_tick(m, speed, own, plant, 0)
@@ -184,7 +223,7 @@ def run(
             turn_ps = next_turn(m, box)
             run_tick(m, box, turn_ps, error)
             if m.tick_open == 1:
-                take_turn(m, box, turn_ps, model)
+                take_turn(m, box, turn_ps, model, faults)
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return
@@ -195,8 +234,12 @@ def run(
 
 
 @kernel
-def come_to_rest(m: Record, box: Any) -> None:
-    """Bring everything under way to its end."""
+def come_to_rest(m: Record, box: Any, faults: NDArray[np.void]) -> None:
+    """Bring everything under way to its end, and note what faults have done that last."""
+    for i in range(faults.size):
+        f = faults[i]
+        if f.kept == 1 and f.ended == 0 and f.kind < PC_KILLED:
+            note_effects(m, f, m.servo.now_ps)
     settle_lines(m, box)
 
 

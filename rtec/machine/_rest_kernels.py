@@ -11,6 +11,7 @@ from rtec._jit import Record, helper, step
 from rtec.link._kernels import SLOTS
 from rtec.machine._laser_kernels import near_target
 from rtec.requester._box_kernels import box_tick
+from rtec.requester._box_node_kernels import WORD_RIGHT
 from rtec.requester._pc_kernels import ACTIVE, pc_look
 from rtec.signal._kernels import NEVER
 
@@ -22,6 +23,8 @@ def box_rests(m: Record, box: Any) -> bool:
         return False
     if m.correcting == 0:
         return True
+    if m.powered == 0 or m.pc.probing == 1 or m.node.word_fault != WORD_RIGHT:
+        return False
     s = m.injector
     settled = m.pc.state == ACTIVE and m.pc.sent == m.node.box.accepted and m.node.box.accepted == s.requested
     goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
@@ -52,7 +55,7 @@ def ticks_at_rest(
     if not box_rests(m, box) or m.encoder.glitch_next_ps != NEVER or m.receiver.raw != m.receiver.accepted:
         return 1
     # one period of margin: what is due at a boundary is computed tick by tick
-    bound_ps = min(start_ps[i] + duration_ps[i], until_ps)
+    bound_ps = min(min(start_ps[i] + duration_ps[i], until_ps), m.fault_ps)
     if r.next < begins_ps.size:
         if servo.now_ps < begins_ps[r.next]:
             bound_ps = min(bound_ps, begins_ps[r.next])

@@ -250,6 +250,7 @@ def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
     receiver_reset(st.receiver, level)
     st.lines = level
     box_start(st.node, t_ps, session)
+    st.node.box.framed = 1
     st.node.box.next_ps = first_reading_ps
     st.node.cycle_next_ps = first_reading_ps
     st.servo.now_ps = t_ps

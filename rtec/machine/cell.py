@@ -12,8 +12,8 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
-from rtec.machine.faults import Fault, fault_records
-from rtec.machine.station_settings import Move, StationSettings, check_waiting
+from rtec.machine.faults import Fault, Fired, fault_records, proofs_of
+from rtec.machine.station_settings import Move, StationSettings
 from rtec.machine.station_view import StationView
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
@@ -46,15 +46,6 @@ class AxisOutcome:
     late_steps: int
     """Largest difference between what is wanted and what is inserted, at the PC's turns."""
     travel_mm: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fired:
-    """Proof of a fault: how often it took effect, and when it first did."""
-
-    fault: Fault
-    times: int
-    first_ps: int | None
 
 
 class Cell:
@@ -108,7 +99,7 @@ class Cell:
             if fault.place is not None and fault.place > count:
                 raise ArgumentError("place", fault.place, f"0 (the PC) to {count}")
             if fault.place:
-                check_waiting(stations[fault.place - 1], fault)
+                stations[fault.place - 1].check_fault(fault)
         self.settings = tuple(stations)
         self.faults = tuple(faults)
         self._cell = new_record(_cell_kernels.CELL)
@@ -184,10 +175,7 @@ class Cell:
     @property
     def fired(self) -> tuple[Fired, ...]:
         """Return the proof of every fault."""
-        return tuple(
-            Fired(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
-            for fault, record in zip(self.faults, self._faults, strict=True)
-        )
+        return proofs_of(self.faults, self._faults)
 
     @property
     def axes(self) -> tuple[AxisOutcome, ...]:

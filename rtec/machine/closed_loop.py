@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model import Fault
+from firmware_model import Fault as ProcessorFault
 from rtec._jit import Record, new_record, prepared
 from rtec.axis import Encoder, MotionSegments, Servo
 from rtec.axis.plant import bound_plant
@@ -23,6 +23,8 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
 from rtec.machine import _loop_kernels, _station_kernels
+from rtec.machine.fault_kinds import FaultCategory
+from rtec.machine.faults import Fault, FaultPlace, Fired, check_waiting, fault_records, probing_records, proofs_of
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
 from rtec.machine.play import check_play
@@ -95,11 +97,16 @@ class Machine:
         Temperatures that the PC reads.
     switch_on
         False: the box's hardware switch forbids corrections.
+    faults
+        What goes wrong at the axis, its number 1, or with the PC. Without a box, only what happens to the lines.
+    probing
+        Times (from, until) in ps at which the PC is in its probing mode: nothing is corrected then.
 
     Raises
     ------
     ArgumentError
-        An error whose reverse curve lies below its forward curve, or that falls by more than the axis moves.
+        A fault of a bus or of another axis; an error whose reverse curve lies below its forward curve, or that falls
+        by more than the axis moves.
     """
 
     axis_error: Predictor = field(default_factory=NoError)
@@ -115,13 +122,31 @@ class Machine:
     growth: Growth = field(default_factory=Growth)
     thermometers: tuple[Thermometer, ...] = ()
     switch_on: bool = True
+    faults: tuple[Fault, ...] = ()
+    probing: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the true error is one that a play between two flanks can have, and the box one for the loop."""
         names_of(self.thermometers)
         check_play(self.axis_error)
+        for fault in self.faults:
+            self._check_fault(fault)
         if self.microcontroller is not None:
             check_windows(self.conversation)
+
+    def _check_fault(self, fault: Fault) -> None:
+        """Check that a fault can happen here: PC and box exchange words, not frames."""
+        kind = fault.kind
+        if kind.place is FaultPlace.BUS or kind.category is FaultCategory.CLOCK:
+            hint = "in a cell, or by 'rtec safety', PC and box are on a bus"
+            raise ArgumentError("faults", kind.value, "faults of an axis, or 'PC killed'", hint)
+        if kind.place is FaultPlace.AXIS and fault.place != 1:
+            raise ArgumentError("faults", f"{kind.value} at axis {fault.place}", "axis 1, the only one")
+        if self.injector is None:
+            if kind.category is not FaultCategory.ENCODER:
+                raise ArgumentError("faults", kind.value, "faults of the lines, where there is no box")
+        else:
+            check_waiting(fault, self.injector.design, firmware=self.microcontroller is not None)
 
     def state(self) -> Record:
         """Return the kernel's state at home, everything switched on."""
@@ -202,7 +227,9 @@ class LoopResult:
     """Cycles of the box's processor, where it runs its firmware."""
     cycles_skipped: int = 0
     """What of them was left out at rest, in whole rounds that change nothing."""
-    firmware_fault: Fault | None = None
+    firmware_fault: ProcessorFault | None = None
+    fired: tuple[Fired, ...] = ()
+    """The proof of each fault."""
 
     @property
     def audit(self) -> bool:
@@ -259,21 +286,22 @@ def run_machine(
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
     trace: Any = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
-    advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box)
+    records = np.concatenate([fault_records(machine.faults), probing_records(machine.probing)]).view(np.recarray)
+    advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box, records)
     begun = time.perf_counter()
     for part in range(1, slices + 1):
         until_ps = total_ps * part // slices
-        advance(state, until_ps, *arrays, *models, trace, box)
+        advance(state, until_ps, *arrays, *models, trace, box, records)
         if progress is not None:
             progress(part / slices)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
             break
-    settle: Any = _loop_kernels.come_to_rest
-    settle(state, box)
+    prepared(_loop_kernels.come_to_rest, state, box, records)(state, box, records)
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
     rows = None if trace is None else trace[0][: trace[2][0]]
-    result = _result(machine, state, firmware, readings - target, rows, wall_s)
+    fired = proofs_of(machine.faults, records[: len(machine.faults)])
+    result = replace(_result(machine, state, firmware, readings - target, rows, wall_s), fired=fired)
     if firmware is None:
         return result
     skipped, board = firmware.cycles_skipped, firmware.board

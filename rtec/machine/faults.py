@@ -11,13 +11,14 @@ import numpy as np
 from rtec._jit import Record
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
+from rtec.injector import Design
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine import _fault_kernels
 from rtec.machine.fault_kinds import FaultKind, FaultPlace
 from rtec.signal import NEVER
 
-__all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "Strikes", "fault_records"]
+__all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "Fired", "Strikes", "fault_records"]
 
 MS = 1_000_000_000
 
@@ -123,3 +124,48 @@ def fault_records(faults: Sequence[Fault]) -> Record:
     for record, fault in zip(records, faults, strict=True):
         fault.fill(record)
     return records
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fired:
+    """Proof of a fault: how often it took effect, and when it first did."""
+
+    fault: Fault
+    times: int
+    first_ps: int | None
+
+
+def proofs_of(faults: Sequence[Fault], records: Record) -> tuple[Fired, ...]:
+    """Return the proof of each fault, as its kernel's record has it."""
+    return tuple(
+        Fired(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
+        for fault, record in zip(faults, records, strict=True)
+    )
+
+
+def probing_records(probing: Sequence[tuple[int, int]]) -> Record:
+    """Return the times (from, until) in ps at which the PC probes as the kernels want them, shape (n,)."""
+    records = np.rec.array(np.zeros(len(probing), dtype=_bus.FAULT))
+    for record, (from_ps, until_ps) in zip(records, probing, strict=True):
+        whole_within("probing", from_ps, 0, NEVER - 1, unit="ps")
+        whole_within("probing", until_ps, from_ps + 1, NEVER - 1, unit="ps (after its begin)")
+        record.kind = _fault_kernels.PC_PROBING
+        record.from_ps, record.until_ps = from_ps, until_ps
+    return records
+
+
+def check_waiting(fault: Fault, design: Design, *, firmware: bool) -> None:
+    """Check that a box shows when an insertion is under way, if a fault waits for it.
+
+    Raises
+    ------
+    ArgumentError
+        The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion.
+    """
+    if fault.strikes is Strikes.WHILE_INSERTING and firmware and design is Design.B:
+        raise ArgumentError(
+            "strikes",
+            Strikes.WHILE_INSERTING.value,
+            "'at once' with the firmware of Design B, whose outputs do not tell an insertion",
+            "let the fault begin at a time, or take the model of the box",
+        )

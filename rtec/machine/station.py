@@ -11,7 +11,7 @@ from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes, fault_records
-from rtec.machine.station_settings import Move, StationSettings, check_waiting
+from rtec.machine.station_settings import Move, StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
 from rtec.signal import NEVER
 
@@ -203,5 +203,5 @@ class Station:
                 "kind", kind.value, "a fault of an axis", "faults of bus and PC have their place there"
             )
         fault = Fault(kind=kind, place=self.settings.axis, from_ps=max(self._now_ps, 0), strikes=strikes)
-        check_waiting(self.settings, fault)
+        self.settings.check_fault(fault)
         return fault_records([fault])[0]

@@ -17,7 +17,7 @@ from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
-from rtec.machine.faults import Fault, Strikes
+from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.requester import Conversation, Precautions
 
@@ -119,6 +119,10 @@ class StationSettings:
             self.injector, self.microcontroller, self.encoder, switch_on=self.switch_on, start_ps=start_ps
         )
 
+    def check_fault(self, fault: Fault) -> None:
+        """Check that a fault can happen to this box."""
+        check_waiting(fault, self.injector.design, firmware=self.microcontroller is not None)
+
     def fill(self, state: Record) -> None:
         """Write the parameters into a kernel's state."""
         count_mm = self.encoder.count_mm
@@ -144,21 +148,3 @@ def move_arrays(
     speeds = np.array([move.speed_mm_s / count_mm for move in moves])
     rests = np.array([round(move.rest_s * 1e12) for move in moves], dtype=np.int64)
     return targets, speeds, rests
-
-
-def check_waiting(settings: StationSettings, fault: Fault) -> None:
-    """Check that a box shows when an insertion is under way, if a fault waits for it.
-
-    Raises
-    ------
-    ArgumentError
-        The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion.
-    """
-    waits = fault.strikes is Strikes.WHILE_INSERTING
-    if waits and settings.microcontroller is not None and settings.injector.design is Design.B:
-        raise ArgumentError(
-            "strikes",
-            Strikes.WHILE_INSERTING.value,
-            "'at once' with the firmware of Design B, whose outputs do not tell an insertion",
-            "let the fault begin at a time, or take the model of the box",
-        )

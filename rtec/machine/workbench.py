@@ -13,7 +13,6 @@ from rtec.link.simulated import SimulatedBus
 from rtec.machine.fault_kinds import FaultPlace
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView
-from rtec.machine.station_settings import check_waiting
 from rtec.requester import BoxState, Conversation, Precautions, Status
 
 MS = 10**9
@@ -285,7 +284,7 @@ class Workbench:
             return
         if fault.place not in self.boxes:
             raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, self.boxes))}")
-        check_waiting(self.boxes[fault.place].station.settings, fault)
+        self.boxes[fault.place].station.settings.check_fault(fault)
         armed = _Armed(fault)
         self._armed.append(armed)
         self.bus.at(fault.from_ps, lambda: self._begin(armed))

@@ -135,7 +135,6 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     box_reset(n.box, t_ps)
     mailbox_reset(n.down)
     mailbox_reset(n.up)
-    n.box.framed = 1
     n.out.waiting = 0
     n.session = session & 0xFF
     n.heard = 0
@@ -305,9 +304,8 @@ def say_corrections(n: Record, completed: int) -> None:
 
 
 @step
-def say_position(n: Record, count: int) -> None:
-    """Send the position word, with the faults that it is made to have."""
-    right = count - n.box.zero
+def word_of(n: Record, right: int) -> int:
+    """Return what the position word says where it should say ``right``, with the faults that it is made to have."""
     word = right
     if n.word_fault == WORD_STALE:
         word = n.word_kept
@@ -315,6 +313,14 @@ def say_position(n: Record, count: int) -> None:
         word = (n.word_kept & ~0xFF) | (right & 0xFF)  # the upper bytes are those of an earlier reading
     if word != right:
         n.word_struck += 1
+    return int(word)
+
+
+@step
+def say_position(n: Record, count: int) -> None:
+    """Send the position word."""
+    right = count - n.box.zero
+    word = word_of(n, right)
     n.position = word
     valid = 1 if n.box.state != NOT_HOMED else 0
     n.sequence_position += 1

@@ -6,7 +6,7 @@ box has accepted, and never before the box has sampled the last request.
 
 ::
 
-    WAITING --home position read--> ACTIVE --fatal status read, or a model without an answer--> HOLD
+    WAITING --home position read--> ACTIVE --fatal status, home lost, or a model without an answer--> HOLD
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     p.completed = up.word1
     p.accepted = up.word2
     p.status = up.word3
-    if p.status == I_STILL_DONT_BELIEVE_YOU:
-        p.state = HOLD
+    if p.status == I_STILL_DONT_BELIEVE_YOU or (p.state == ACTIVE and p.status == STATUS_NOT_HOMED):
+        p.state = HOLD  # a box without a home has started again, and knows nothing of its totals
         return False
     if p.state == WAITING and p.status != STATUS_NOT_HOMED and up.word0 == p.home_count:
         p.state = ACTIVE

@@ -6,6 +6,7 @@ import pytest
 from rtec.axis import Encoder, Limits, Servo
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Ending, Machine, _loop_kernels, closed_loop, run_machine, straight_pass
+from rtec.machine.faults import fault_records
 from rtec.machine.measuring_run import end_ps
 from rtec.predictors import LatheNetwork, UnidirectionalTable
 from rtec.requester import Conversation, PcState, Status
@@ -23,6 +24,9 @@ def machine(design=Design.B, **parts):
     return Machine(**{"axis_error": LATHE, "model": LATHE, "injector": box, "encoder": Encoder(home_state=1)} | parts)
 
 
+NO_FAULTS = fault_records([])
+
+
 class Paused:
     """A machine that runs up to a time and lets the test look into it."""
 
@@ -33,7 +37,7 @@ class Paused:
         self._models = parts.bound_models()
 
     def run(self, until_ps):
-        _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, None, None)
+        _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, None, None, NO_FAULTS)
         return self.state
 
 
