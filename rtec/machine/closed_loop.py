@@ -23,7 +23,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
 from rtec.machine import _loop_kernels, _station_kernels
-from rtec.machine.fault_kinds import FaultCategory
+from rtec.machine.fault_kinds import FAULTS_OF_WORDS, FaultCategory
 from rtec.machine.faults import Fault, FaultPlace, Fired, check_waiting, fault_records, probing_records, proofs_of
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
@@ -137,7 +137,7 @@ class Machine:
     def _check_fault(self, fault: Fault) -> None:
         """Check that a fault can happen here: PC and box exchange words, not frames."""
         kind = fault.kind
-        if kind.place is FaultPlace.BUS or kind.category is FaultCategory.CLOCK:
+        if kind not in FAULTS_OF_WORDS:
             hint = "in a cell, or by 'rtec safety', PC and box are on a bus"
             raise ArgumentError("faults", kind.value, "faults of an axis, or 'PC killed'", hint)
         if kind.place is FaultPlace.AXIS and fault.place != 1:

@@ -124,6 +124,14 @@ class FaultKind(enum.Enum):
         return self.category is FaultCategory.CLOCK or self in (FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED)
 
 
+FAULTS_OF_WORDS = tuple(
+    kind
+    for kind in FaultKind
+    if kind.place is FaultPlace.AXIS or (kind.place is FaultPlace.PC and kind.category is not FaultCategory.CLOCK)
+)
+"""Those that can happen where PC and box exchange words and no frames."""
+
+
 def fault_table() -> str:
     """Return all classes as a table in Markdown."""
     rows = ["| name | of | what happens | place |", "|---|---|---|---|"]

@@ -102,6 +102,12 @@ class Fault:
         if self.strikes is Strikes.WHILE_INSERTING and where is not FaultPlace.AXIS:
             raise ArgumentError("strikes", self.strikes.value, "at once", f"{self.kind.value} is none of an axis")
 
+    def __str__(self) -> str:
+        """Return the fault in words."""
+        ends = "" if self.until_ps is None else f" to {self.until_ps / 1e12:g} s"
+        waits = f", {self.strikes.value}" if self.strikes is Strikes.WHILE_INSERTING else ""
+        return f"{self.kind.value} from {self.from_ps / 1e12:g} s{ends}{waits}"
+
     def fill(self, record: Record) -> None:
         """Write the fault into a kernel's record."""
         record.kind = self.kind.code

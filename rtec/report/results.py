@@ -44,6 +44,8 @@ class StudyRow:
     """By how many counts the controller is off."""
     ending: str
     """``FINISHED``, ``HELD`` or ``FAULTED``."""
+    faults: tuple[tuple[str, int], ...]
+    """What went wrong on purpose, and how often it took effect."""
     exchanges: int
     simulated_s: float
     wall_s: float
@@ -222,4 +224,5 @@ def row_dict(row: StudyRow) -> dict[str, object]:
         "audit": row.audit,
         "audit_counts": row.audit_counts,
         "ending": row.ending,
+        "faults": [{"fault": words, "times": times} for words, times in row.faults],
     }

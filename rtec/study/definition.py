@@ -11,9 +11,11 @@ from typing import Any
 from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, FileFormatError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Growth, Laser, Machine
+from rtec.machine.fault_kinds import FAULTS_OF_WORDS
+from rtec.machine.faults import Fault, FaultPlace, Strikes
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
 from rtec.report.results import LeftOut
@@ -24,8 +26,10 @@ from rtec.study.sections import Section, brief, choice, parse_toml, read_toml
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")
+_MOST_HAPPENINGS = 100
 MAX_DRIVE_MM_S = 1e4
 """What the drive does at most, however fast the axis may be."""
+_FAULT_KEYS = ("kind", "from", "until", "strikes")
 _SECTIONS = (
     "axis", "encoder", "servo", "program", "laser", "calibration", "controller", "box", "conversation", "predictor",
     "figures",
@@ -77,6 +81,10 @@ class Study:
     feeds_mm_s: tuple[float, ...]
     span_mm: float
     growth: Growth
+    faults: tuple[Fault, ...] = ()
+    """What goes wrong while the rows are measured."""
+    probing: tuple[tuple[int, int], ...] = ()
+    """Times (from, until) in ps at which the PC probes while the rows are measured."""
     firmware: Microcontroller | None = None
     """The processor that runs the real firmware in the box; None for the behavioural model of it."""
 
@@ -133,7 +141,7 @@ def read_study(path: Path) -> Study:
 
 def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
     builtin = parse_toml(builtin_text(), "built-in study")
-    top = Section(path, "", given, builtin)
+    top = Section(path, "", given, builtin, optional=("faults", "probing"))
 
     def section(name: str, *optional: str) -> Section:
         return Section(path, name, top.raw(name), builtin[name], optional=optional)
@@ -170,6 +178,8 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             **_box(parts["box"]),
             conversation=_conversation(parts["conversation"]),
             **_figures(parts["figures"]),
+            faults=tuple(_fault(section) for section in _happenings(top, path, "faults", _FAULT_KEYS)),
+            probing=tuple(_probing(section) for section in _happenings(top, path, "probing", ("from", "until"))),
         )
         with parts["box"].naming(rest_ps="rest"):
             for design in Design:
@@ -184,6 +194,34 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
         where = error.name if str(path) in error.name else f"{path}: {error.name}"
         raise ArgumentError(where, brief(error.value), error.allowed, error.hint) from None
     return study
+
+
+def _happenings(top: Section, path: str | Path, name: str, keys: tuple[str, ...]) -> list[Section]:
+    """Return the tables ``[[name]]`` of a study; there may be none."""
+    given = top.raw(name) if top.has(name) else []
+    if not isinstance(given, list) or len(given) > _MOST_HAPPENINGS:
+        allowed = f"at most {_MOST_HAPPENINGS} tables [[{name}]]"
+        raise FileFormatError(path, None, brief(f"{name} = {given!r}"), allowed)
+    return [Section(path, f"{name}[{k + 1}]", each, {}, optional=keys) for k, each in enumerate(given)]
+
+
+def _fault(section: Section) -> Fault:
+    kind = section.choice("kind", FAULTS_OF_WORDS)
+    with section.naming(from_ps="from", until_ps="until", strikes="strikes"):
+        return Fault(
+            kind=kind,
+            place=1 if kind.place is FaultPlace.AXIS else None,
+            from_ps=section.time_ps("from"),
+            until_ps=section.time_ps("until") if section.has("until") else None,
+            strikes=section.choice("strikes", Strikes) if section.has("strikes") else Strikes.AT_ONCE,
+        )
+
+
+def _probing(section: Section) -> tuple[int, int]:
+    from_ps, until_ps = section.time_ps("from"), section.time_ps("until")
+    if not 0 <= from_ps < until_ps:
+        raise ArgumentError(section.where("until"), f"{until_ps / 1e12:g} s", f"after {from_ps / 1e12:g} s")
+    return from_ps, until_ps
 
 
 def _plain_name(top: Section) -> str:

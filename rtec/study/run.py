@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from rtec.injector import Design
 from rtec.jobs import Progress, Tell, Workers
 from rtec.machine import Ending, LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
+from rtec.machine.fault_kinds import FaultCategory
+from rtec.machine.faults import Strikes
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
 from rtec.report.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
@@ -67,7 +69,7 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
     with Workers(progress, total=total) as workers:
         jobs = _Jobs(study, workers)
         # what does not depend on the predictor begins before it is known
-        rows = [jobs.row("uncompensated", _machine(study))]
+        rows = [jobs.row("uncompensated", _troubled(study, _machine(study)))]
         holds = [jobs.hold(study, design) for design in study.designs]
         lesson = None
         if study.learns:
@@ -183,8 +185,16 @@ def _with_box(study: Study, design: Design) -> Machine:
 def _corrected(study: Study) -> list[tuple[str, Machine]]:
     """Return the corrected rows' machines: the controller's own table, each design."""
     table = BidirectionalTable.sampled_from(study.model, _grid(study))
-    own = ("table", replace(_machine(study), own_table=table))
-    return [own, *((design.value, _with_box(study, design)) for design in study.designs)]
+    own = ("table", _troubled(study, replace(_machine(study), own_table=table)))
+    return [own, *((design.value, _troubled(study, _with_box(study, design))) for design in study.designs)]
+
+
+def _troubled(study: Study, machine: Machine) -> Machine:
+    """Return a machine to which happens what the study says; without a box, to its lines alone."""
+    if machine.injector is not None:
+        return replace(machine, faults=study.faults, probing=study.probing)
+    of_lines = tuple(fault for fault in study.faults if fault.kind.category is FaultCategory.ENCODER)
+    return replace(machine, faults=tuple(fault for fault in of_lines if fault.strikes is Strikes.AT_ONCE))
 
 
 def _grid(study: Study) -> NDArray[np.float64]:
@@ -228,6 +238,7 @@ def _row(
         audit=result.audit,
         audit_counts=result.audit_counts,
         ending=result.ending.name,
+        faults=tuple((str(fired.fault), fired.times) for fired in result.fired),
         exchanges=result.exchanges,
         simulated_s=result.simulated_s,
         wall_s=result.wall_s,
@@ -270,6 +281,9 @@ def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     for row in rows:
         if row.figures is not None:
             seen.update(dict.fromkeys(row.figures.warnings))
+        for words, times in row.faults:
+            if times == 0:
+                seen[f"{row.title}: a fault took no effect, so its row shows nothing of it: {words}"] = None
         if row.reason:
             seen[f"{row.title}: {'no reading: ' if row.readings is None else ''}{row.reason}"] = None
         if row.corrections_pending:
@@ -304,5 +318,7 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
             f"window ±{talk.window_steps} steps, {_box_pace(study)}, "
             f"PC every {talk.pc_period_ps / 1e9:g} ms, latency {talk.latency_ps / 1e6:g} µs",
         ),
+        *(("Fault", str(fault)) for fault in study.faults),
+        *(("Probing", f"from {a / 1e12:g} s to {b / 1e12:g} s: nothing is corrected") for a, b in study.probing),
         ("Controller", f"filter of {study.receiver.delay_ps / 1000:g} ns, x4, {study.receiver.counter_bits} bits"),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -119,11 +119,13 @@ class Section:
 
     def raw(self, key: str) -> Any:
         """Return a value as it stands in the file."""
+        if key not in self._values:
+            raise FileFormatError(self._path, None, f"{self._name} has no {key!r}", f"{key} = ...")
         return self._values[key]
 
     def text(self, key: str) -> str:
         """Return a text of one line."""
-        value = self._values[key]
+        value = self.raw(key)
         if not isinstance(value, str) or not 0 < len(value) <= 200 or not value.isprintable():
             raise ArgumentError(
                 self.where(key), repr(value)[:80], "a printable text of 1 to 200 characters in quotes"
@@ -132,7 +134,7 @@ class Section:
 
     def quantity(self, key: str, kind: Kind) -> float:
         """Return a quantity in the unit of ``kind``."""
-        return parse_quantity(self._values[key], kind, name=self.where(key))
+        return parse_quantity(self.raw(key), kind, name=self.where(key))
 
     def quantities(self, key: str, kind: Kind) -> list[float]:
         """Return a list of quantities in the unit of ``kind``."""
@@ -161,13 +163,13 @@ class Section:
         """Return a pure number."""
         return number_within(self.where(key), self._values[key], low, high)
 
-    def choice(self, key: str, kind: type[_E]) -> _E:
-        """Return the member of ``kind`` whose value stands there."""
-        return choice(self.where(key), self._values[key], kind)
+    def choice(self, key: str, kind: Iterable[_E]) -> _E:
+        """Return the one of these members whose value stands there."""
+        return choice(self.where(key), self.raw(key), kind)
 
 
-def choice(where: str, value: object, kind: type[_E]) -> _E:
-    """Return the member of ``kind`` with the value ``value``."""
+def choice(where: str, value: object, kind: Iterable[_E]) -> _E:
+    """Return the one of these members with the value ``value``."""
     for member in kind:
         if member.value == value:
             return member

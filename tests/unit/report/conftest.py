@@ -47,6 +47,7 @@ def study_row(name: str, error_mm: float, **changes: object) -> StudyRow:
         "audit": True,
         "audit_counts": 0,
         "ending": "FINISHED",
+        "faults": (),
         "exchanges": 100,
         "simulated_s": 3600.0,
         "wall_s": 0.1,

@@ -368,3 +368,49 @@ def test_errors_are_of_the_right_kind(tmp_path):
         read_study(written(tmp_path, 'nmae = "x"'))
     with pytest.raises(ArgumentError):
         read_study(written(tmp_path, '[servo]\nperiod = "1 s"'))
+
+
+def test_faults_and_probing_are_tables_in_any_number(tmp_path):
+    text = """
+[[faults]]
+kind = "power lost"
+from = "600 s"
+until = "601 s"
+strikes = "while inserting"
+
+[[faults]]
+kind = "PC killed"
+from = "1 s"
+
+[[probing]]
+from = "2 s"
+until = "3 s"
+"""
+    study = read_study(written(tmp_path, text))
+    assert [str(fault) for fault in study.faults] == [
+        "power lost from 600 s to 601 s, while inserting",
+        "PC killed from 1 s",
+    ]
+    assert study.probing == ((2 * 10**12, 3 * 10**12),)
+    assert builtin_study().faults == builtin_study().probing == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("faults = 3", "faults = 3"),
+        ("[faults]", "at most 100 tables [[faults]]"),
+        ('[[faults]]\nfrom = "1 s"', "faults[1] has no 'kind'"),
+        ('[[faults]]\nkind = "power lots"\nfrom = "1 s"', "did you mean 'power lost'"),
+        ('[[faults]]\nkind = "power lost"', "faults[1] has no 'from'"),
+        ('[[faults]]\nkind = "power lost"\nfrom = "1"', "faults[1].from"),
+        ('[[faults]]\nkind = "power lost"\nfrom = "2 s"\nuntil = "1 s"', "faults[1].until"),
+        ('[[faults]]\nkind = "frame lost"\nfrom = "1 s"', "faults[1].kind"),
+        ('[[faults]]\nkind = "power lost"\nfrom = "1 s"\nplace = 1', "unknown key 'faults[1].place'"),
+        ('[[faults]]\nkind = "PC killed"\nfrom = "1 s"\nstrikes = "while inserting"', "faults[1].strikes"),
+        ('[[probing]]\nfrom = "2 s"', "probing[1] has no 'until'"),
+        ('[[probing]]\nfrom = "2 s"\nuntil = "2 s"', "probing[1].until"),
+    ],
+)
+def test_a_fault_that_cannot_be_is_refused_with_its_key(tmp_path, text, said):
+    assert said in refusal(tmp_path, text)

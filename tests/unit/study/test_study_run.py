@@ -9,6 +9,7 @@ import pytest
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.injector import Design, RealEdges
 from rtec.machine import Growth, Laser
+from rtec.machine.faults import Fault, FaultKind
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
 from rtec.report import study_document, write_report
@@ -293,3 +294,24 @@ def test_one_run_of_two_targets_has_figures_where_they_exist():
     assert row.figures.repeatability is None
     assert row.figures.max_reversal_error is not None
     assert math.isfinite(row.figures.rms)
+
+
+def test_faults_of_a_study_happen_in_its_rows_and_say_what_they_did():
+    faults = (
+        Fault(kind=FaultKind.BOX_RESTARTED, place=1, from_ps=20 * 10**12),
+        Fault(kind=FaultKind.GLITCHES, place=1, from_ps=10**9 * 10**6, until_ps=10**9 * 10**6 + 1),
+    )
+    result = run_study(small(designs=(Design.C,), faults=faults[:1], probing=((5 * 10**12, 6 * 10**12),)))
+    bare, table, row = result.rows
+    assert bare.faults == table.faults == ()
+    assert row.faults == (("box restarted from 20 s", 1),)
+    assert row.ending == "HELD"
+    assert row.reason.startswith("held by the PC after 20.")
+    assert 0 < row.readings.target_mm.size < bare.readings.target_mm.size
+    assert ("Fault", "box restarted from 20 s") in result.facts
+    assert ("Probing", "from 5 s to 6 s: nothing is corrected") in result.facts
+    document = study_document(result)
+    assert document["rows"][-1]["faults"] == [{"fault": "box restarted from 20 s", "times": 1}]
+    late = run_study(small(designs=(Design.C,), faults=faults[1:]))
+    assert [row.faults[0][1] for row in late.rows] == [0, 0, 0]
+    assert sum("took no effect" in warning for warning in late.warnings) == 3
