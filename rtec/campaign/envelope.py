@@ -191,7 +191,7 @@ def _row(
     except FirmwareError as error:
         raise RtecError(str(error)) from error
     trials: Bursts | Streams
-    if design is Design.B:
+    if design.in_path:
         trials = Streams(stand, plan.jitter_ps, owed=(0,)) if plan.nothing_owed else Streams(stand, plan.jitter_ps)
     else:
         trials = Bursts(stand, plan.jitter_ps)

@@ -190,7 +190,7 @@ class _Campaign:
     def _later(self, bench: Bench, home: BenchState) -> list[tuple[str, Callable[[], str]]]:
         speeds = self.plan.speeds_hz
         # the decoder counts by itself; the lines of Design B go through the program, which may break at more
-        travel_hz = speeds[-1] * (1.0 if self.plan.design is Design.B else 4.0)
+        travel_hz = speeds[-1] * (1.0 if self.plan.design.in_path else 4.0)
 
         def bound(check: Callable[..., str], *more: object) -> Callable[[], str]:
             return partial(check, bench, home, *more)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rtec.injector import Design
-
 NOT_HOMED, PROBING, DISABLED, DOUBT, FATAL, OK = 1, 2, 3, 4, 5, 0
 """Message codes (docs/firmware.md, "Message codes")."""
 
@@ -20,9 +18,6 @@ MESSAGES = {
 
 NOT_VALID = 0x02
 """Bit of port 3: inverted, Data Valid."""
-
-DRIVES = {Design.ORIGINAL: 0x03, Design.A: 0x0F, Design.B: 0x30, Design.C: 0x03}
-"""Bits of port 1 that a design inserts with (docs/firmware.md, "Hardware map")."""
 
 DECODER_RST, HOLD = 0x40, 0x80
 

@@ -10,10 +10,9 @@ from operator import itemgetter
 import numpy as np
 
 from rtec.campaign.firmware_check_bench import Bench, BenchState
-from rtec.campaign.firmware_check_contract import DRIVES, Failed, Stopped
+from rtec.campaign.firmware_check_contract import Failed, Stopped
 from rtec.campaign.firmware_check_results import Trace
 from rtec.controller import ReceiverResult
-from rtec.injector import Design
 from rtec.units import PS_PER_S
 
 GOLDEN = 0.618_033_988_749_895
@@ -164,12 +163,12 @@ def insertions(bench: Bench) -> list[Insertion]:
     The pins of Design B follow the encoder, too: there an insertion is where they change twice after one edge, or
     without one.
     """
-    mask = DRIVES[bench.design]
+    mask = bench.design.pins
     changed = [bench.time_of(cycle) for cycle, before, after in bench.changes(1) if (before ^ after) & mask]
     edges = bench.encoder.times_ps
     moving = edges.size > 8
     groups: list[list[int]] = []
-    if bench.design is Design.B:
+    if bench.design.in_path:
         after = np.searchsorted(edges, changed, side="right").tolist()
         for index, pairs in groupby(zip(after, changed, strict=True), key=itemgetter(0)):
             times = [t for _, t in pairs]
@@ -284,7 +283,7 @@ def hold_to(trial: Trial, bench: Bench, home: BenchState, measured: Measured) ->
         raise TrialFailed(stopped.detail, stopped.time_ps, trial, home, None) from stopped
     if outcome.wrong:
         raise TrialFailed(outcome.wrong, outcome.wrong_ps, trial, home, outcome)
-    waits = bench.design is Design.ORIGINAL and trial.frequency_hz == 0.0 and trial.state != 0
+    waits = bench.design.one_state and trial.frequency_hz == 0.0 and trial.state != 0
     if not outcome.inserted and not waits:
         refused = f"; its speed gate refused {outcome.refused}" if outcome.refused else ""
         detail = f"nothing inserted within {_BUDGET_READINGS} readings and {_BUDGET_PERIODS} encoder periods{refused}"

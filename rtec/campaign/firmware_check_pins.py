@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from rtec.campaign.firmware_check_bench import Bench, BenchState
-from rtec.campaign.firmware_check_contract import DECODER_RST, DRIVES, HOLD, NOT_VALID, Failed
+from rtec.campaign.firmware_check_contract import DECODER_RST, HOLD, NOT_VALID, Failed
 from rtec.campaign.firmware_check_insertion import rest_trials
 from rtec.campaign.firmware_check_reset import pin_names
-from rtec.injector import Design
 
 _OTHERS = {0: "P0 is the bus", 2: "port 2 has to stay FFh for MOVX @Ri", 3: "inputs and bus of port 3 stay high"}
 
@@ -19,8 +18,8 @@ def pins(bench: Bench, home: BenchState) -> str:
     Failed
         A pin of the design is never driven, or another one is.
     """
-    needed = DRIVES[bench.design] | (HOLD if bench.hold_latch and bench.design is not Design.B else 0)
-    own = {0: 0, 1: DRIVES[bench.design] | DECODER_RST | HOLD, 2: 0, 3: NOT_VALID}
+    needed = bench.design.pins | (HOLD if bench.hold_latch and not bench.design.in_path else 0)
+    own = {0: 0, 1: bench.design.pins | DECODER_RST | HOLD, 2: 0, 3: NOT_VALID}
     driven = 0
     for trial in rest_trials():
         trial.play(bench, home)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtec.campaign.firmware_check_bench import Bench, BenchState
-from rtec.campaign.firmware_check_contract import DRIVES, HOLD, NOT_HOMED, Failed
+from rtec.campaign.firmware_check_contract import HOLD, NOT_HOMED, Failed
 from rtec.campaign.firmware_check_insertion import insertions
-from rtec.injector import Design
 
 _MARGIN_CYCLES = 16
 """Before the first and behind the last change of the insertion."""
@@ -69,8 +68,8 @@ def _one(bench: Bench, before: BenchState, sign: int, cycle: int, seen: AfterRes
     when = f"reset in cycle {cycle}, total {sign:+d}"
     rows = len(list(bench.changes(1)))
     bench.run_readings(_BACK_READINGS)
-    driven = bench.design is not Design.B
-    mask = (DRIVES[bench.design] if driven else 0) | HOLD
+    driven = not bench.design.in_path
+    mask = (bench.design.pins if driven else 0) | HOLD
     for changed, _, latch in list(bench.changes(1))[rows:]:
         if ~latch & mask:
             pins = pin_names(1, ~latch & mask)

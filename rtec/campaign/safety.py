@@ -10,7 +10,7 @@ from statistics import median
 from rtec.campaign.safety_matrix import Matrix, MatrixPlan, Outcome, Trial, run_matrix
 from rtec.campaign.safety_ramp import Ramp, run_ramps
 from rtec.campaign.soak import Soak, SoakPlan, run_soak
-from rtec.injector import Design
+from rtec.injector.design import IN_PATH
 
 _SHARE_MATRIX = 0.97
 _S_PER_TRIAL, _S_PER_HOUR = 0.03, 4.5
@@ -144,7 +144,7 @@ def _soak_dict(soak: Soak) -> dict[str, object]:
     return {
         "good": soak.good,
         "hours": soak.hours(),
-        "hours_b": soak.hours([Design.B]),
+        "hours_b": soak.hours(IN_PATH),
         "episodes": len(soak.episodes),
         "outcomes": {outcome.value: count for outcome, count in soak.outcomes().items()},
         "fired": {kind.value: count for kind, count in soak.fired().items()},

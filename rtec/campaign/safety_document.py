@@ -12,8 +12,9 @@ from rtec.campaign.safety_matrix import Outcome, Trial
 from rtec.campaign.safety_prose import filled, table
 from rtec.campaign.safety_ramp import LIMIT_MM
 from rtec.campaign.safety_variants import Variant, impossible
-from rtec.campaign.soak import MAIN, Soak
+from rtec.campaign.soak import Soak
 from rtec.injector import Design
+from rtec.injector.design import BESIDE, IN_PATH
 from rtec.machine.faults import FaultKind
 
 
@@ -29,12 +30,12 @@ def document(case: SafetyCase, *, command: str, picture: str) -> str:
     picture
         Name of the figure's file.
     """
-    main = [design for design in case.matrix.plan.designs if design is not Design.B]
     parts = [_head(case, command), *_definitions()]
-    if main:
-        parts += ["## Original, A and C", "The worst of all trials.", _faults_by_phases(case, main)]
-    if Design.B in case.matrix.plan.designs:
-        parts += ["## Design B", filled(prose.DESIGN_B), _faults_by_phases(case, [Design.B])]
+    for _, designs in case.matrix.plan.groups:
+        if designs[0].in_path:
+            parts += ["## Design B", filled(prose.DESIGN_B), _faults_by_phases(case, designs)]
+        else:
+            parts += ["## Original, A and C", "The worst of all trials.", _faults_by_phases(case, designs)]
     parts.append(f"![Every fault in every phase, by what happens at the controller]({picture})")
     parts += ["## How late", _late(case)]
     parts += ["## How it is found out", filled(prose.DETECTION), _detection(case), filled(_after_stop(case))]
@@ -125,7 +126,7 @@ def _detection(case: SafetyCase) -> str:
 def _after_stop(case: SafetyCase) -> str:
     """Return what the controllers have after a stop, against encoder and insertions."""
     held = [t for t in case.matrix.trials if t.fired and t.outcome is Outcome.HELD and not t.variant.upstream]
-    main = [trial for trial in held if trial.design is not Design.B]
+    main = [trial for trial in held if not trial.design.in_path]
     exact = sum(trial.left_counts == 0 for trial in main)
     return (
         f"After the stop, the controllers of the Original, A and C had exactly the counts of the encoder and of what "
@@ -138,7 +139,7 @@ def _without_power(case: SafetyCase) -> str:
     lost = [
         abs(trial.drift_counts)
         for trial in case.matrix.trials
-        if trial.fired and trial.design is Design.B and trial.variant.kind is FaultKind.POWER_LOST
+        if trial.fired and trial.design.in_path and trial.variant.kind is FaultKind.POWER_LOST
     ]
     return f"{prose.WITHOUT_POWER} Here: up to {max(lost)} counts after the stop." if lost else prose.WITHOUT_POWER
 
@@ -201,7 +202,7 @@ def _impossible(case: SafetyCase) -> str:
 def _soak(soak: Soak) -> list[str]:
     """Return the section about the soak."""
     fired, outcomes = soak.fired(), soak.outcomes()
-    main = [episode for episode in soak.episodes if episode.design in MAIN]
+    main = [episode for episode in soak.episodes if episode.design in BESIDE]
     phases = Counter(struck.phase.value for episode in main for struck in episode.struck)
     held = Counter(episode.reason for episode in main if episode.outcome is Outcome.HELD)
     what = (
@@ -218,7 +219,7 @@ def _soak(soak: Soak) -> list[str]:
         f"{outcomes[Outcome.RIGHT]} episodes ended right, {outcomes[Outcome.HELD]} held, "
         f"**{len(soak.silent(upstream=False)) or 'none'} with wrong counts that nobody noticed because of box, link "
         f"or PC**, {len(soak.silent(upstream=True))} with counts lost before the box. Design B apart: "
-        f"{soak.hours([Design.B]):.1f} hours, {_counted(soak.outcomes([Design.B]), lambda outcome: outcome.value)}."
+        f"{soak.hours(IN_PATH):.1f} hours, {_counted(soak.outcomes(IN_PATH), lambda outcome: outcome.value)}."
     )
     rows = [[kind.value, fired[kind]] for kind in FaultKind]
     return [

@@ -13,6 +13,7 @@ from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
 from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
+from rtec.injector.design import BESIDE
 from rtec.jobs import Crew
 from rtec.requester import HoldReason, Status
 
@@ -111,6 +112,14 @@ class MatrixPlan:
         whole_within("seeds", self.seeds, 1, 1000)
         whole_within("seed", self.seed, 0, (1 << 32) - 1)
 
+    @property
+    def groups(self) -> list[tuple[str, list[Design]]]:
+        """Return titles and designs of its tables: lines that pass beside the processor, and through it."""
+        beside = [design for design in self.designs if not design.in_path]
+        in_path = [design for design in self.designs if design.in_path]
+        titles = f"{', '.join(design.short for design in BESIDE)}: the worst", ", ".join(d.title for d in in_path)
+        return [(title, group) for title, group in zip(titles, (beside, in_path), strict=True) if group]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Matrix:
@@ -141,7 +150,7 @@ class Matrix:
             if trial.outcome is Outcome.SILENT
             and trial.fired > 0
             and not trial.variant.upstream
-            and trial.design is not Design.B
+            and not trial.design.in_path
         )
 
     @property

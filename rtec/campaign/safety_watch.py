@@ -233,7 +233,7 @@ def station_settings(
 
     On the 8051, Design B loses its lines in a rapid traverse of 30 kHz, without any fault.
     """
-    processor = Processor.FAST if design is Design.B else Processor.MCS51
+    processor = Processor.FAST if design.in_path else Processor.MCS51
     box = InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=RealEdges.HOLD)
     return StationSettings(
         axis=axis,

@@ -20,12 +20,12 @@ from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell, statio
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
+from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import Crew
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
 from rtec.predictors import Predictor
 
 AXES = 3
-MAIN = (Design.ORIGINAL, Design.A, Design.C)
 _SHARE_OF_B = 0.1
 """Of the hours, in addition: the report itself says that Design B fails without its processor."""
 _WRONG_S = 0.5
@@ -148,21 +148,21 @@ class Soak:
     plan: SoakPlan
     episodes: tuple[Episode, ...]
 
-    def hours(self, designs: Sequence[Design] = MAIN) -> float:
+    def hours(self, designs: Sequence[Design] = BESIDE) -> float:
         """Return the time run with these designs."""
         return sum(episode.run_s for episode in self.episodes if episode.design in designs) / 3600.0
 
-    def fired(self, designs: Sequence[Design] = MAIN) -> Counter[FaultKind]:
+    def fired(self, designs: Sequence[Design] = BESIDE) -> Counter[FaultKind]:
         """Return how many faults of each class took effect."""
         return Counter(
             struck.variant.kind for episode in self.episodes if episode.design in designs for struck in episode.struck
         )
 
-    def outcomes(self, designs: Sequence[Design] = MAIN) -> Counter[Outcome]:
+    def outcomes(self, designs: Sequence[Design] = BESIDE) -> Counter[Outcome]:
         """Return how the episodes ended."""
         return Counter(episode.outcome for episode in self.episodes if episode.design in designs)
 
-    def silent(self, *, upstream: bool, designs: Sequence[Design] = MAIN) -> tuple[Episode, ...]:
+    def silent(self, *, upstream: bool, designs: Sequence[Design] = BESIDE) -> tuple[Episode, ...]:
         """Return the episodes with a silent error whose fault was the encoder's, or was not."""
         return tuple(
             episode
@@ -184,7 +184,8 @@ class Soak:
 
 def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: None) -> Soak:
     """Run the hours of the plan."""
-    shares = {design: plan.hours / len(MAIN) for design in MAIN} | {Design.B: plan.hours * _SHARE_OF_B}
+    shares = {design: plan.hours / len(BESIDE) for design in BESIDE}
+    shares |= dict.fromkeys(IN_PATH, plan.hours * _SHARE_OF_B)
     whole_s = sum(shares.values()) * 3600.0
     episodes: list[Episode] = []
     with Crew(plan.threads) as crew:
@@ -362,11 +363,11 @@ def flaw(axis: Watched, design: Design) -> str:
         return f"{axis.off_counts} counts of the encoder, {axis.uninserted_counts} of the insertions are wrong"
     if abs(axis.asked_counts) > axis.bound_counts:
         return f"the total is off by {axis.asked_counts:.1f} counts"
-    if axis.pending_steps != 0 and design is not Design.ORIGINAL:  # the Original waits for both lines to be low
+    if axis.pending_steps != 0 and not design.one_state:  # the Original waits for both lines to be low
         return f"{axis.pending_steps} steps are never inserted"
     if axis.wrong_s > _WRONG_S:
         return f"wrong by {axis.wrong_counts:.1f} counts for {axis.wrong_s:.2f} s"
     return "" if axis.checks else "never seen at rest"
 
 
-__all__ = ["MAIN", "Episode", "EpisodeJob", "Soak", "SoakPlan", "Stopper", "Struck", "flaw", "run_soak"]
+__all__ = ["Episode", "EpisodeJob", "Soak", "SoakPlan", "Stopper", "Struck", "flaw", "run_soak"]

@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.table import Table
 
 from rtec.campaign.safety_matrix import Outcome
-from rtec.injector import Design
 
 if TYPE_CHECKING:
     from rtec.campaign.safety import SafetyCase
@@ -28,10 +27,7 @@ def show(case: SafetyCase) -> None:
     """Print the table fault by phase, what was found, and the soak."""
     matrix = case.matrix
     console = Console(highlight=False)
-    main = [design for design in matrix.plan.designs if design is not Design.B]
-    for title, designs in (("Original, A, C: the worst", main), ("Design B", [Design.B])):
-        if not set(designs) & set(matrix.plan.designs):
-            continue
+    for title, designs in matrix.plan.groups:
         table = Table(title=title, box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
         table.add_column("fault", no_wrap=True)
         for phase in matrix.plan.phases:

@@ -100,12 +100,13 @@ def _plan(
     from rtec.campaign.envelope import EnvelopePlan
     from rtec.errors import RtecError
     from rtec.injector import Design
+    from rtec.injector.design import IN_PATH
 
     designs = tuple(dict.fromkeys(Design.named(name) for name in design)) if design else tuple(Design)
     processors = tuple(dict.fromkeys(Microcontroller.named(name) for name in processor or MICROCONTROLLERS))
     if image is not None and (design is None or len(designs) != 1):
         raise ArgumentError("--image", str(image), "a program beside exactly one --design", "say which one it is for")
-    if nothing_owed and designs != (Design.B,):
+    if nothing_owed and designs != IN_PATH:
         raise ArgumentError("--nothing-owed", "given", "beside --design b alone", "the others' lines pass the gates")
     try:
         program = None if image is None else read_hex(image)

@@ -102,15 +102,13 @@ class Timing:
         ``fast`` takes 100 ns for each of these steps, 125 ns for Design C.
         """
         if processor is Processor.FAST:
-            return cls(decide_ps=125 * NS, step_ps=125 * NS) if design is Design.C else cls()
-        common = cls(poll_ps=2 * US, step_ps=1 * US, recover_ps=2 * US)
-        if design is Design.B:
-            return replace(common, poll_ps=4 * US, latency_ps=5 * US, decide_ps=5 * US)
-        return replace(common, decide_ps={Design.ORIGINAL: 4, Design.A: 8, Design.C: 5}[design] * US)
+            return cls(decide_ps=design.fast_ns * NS, step_ps=design.fast_ns * NS)
+        slow = cls(poll_ps=2 * US, step_ps=1 * US, recover_ps=2 * US, decide_ps=design.decide_cycles * US)
+        return replace(slow, poll_ps=4 * US, latency_ps=5 * US) if design.in_path else slow
 
     def worst_ps(self, design: Design) -> int:
         """Return the time from a real transition to the last change of the insertion after it, at worst."""
-        copying_ps = self.latency_ps if design is Design.B else 0
+        copying_ps = self.latency_ps if design.in_path else 0
         return self.poll_ps + copying_ps + self.decide_ps + (design.step_counts - 1) * self.step_ps
 
     def limit_hz(self, design: Design) -> float:
@@ -125,5 +123,4 @@ class Timing:
         """
         if self.gate_margin is None:
             return 0
-        quarters = 4 if design is Design.ORIGINAL else 2
-        return round(quarters * self.worst_ps(design) * (1.0 + self.gate_margin))
+        return round(design.gate_quarters * self.worst_ps(design) * (1.0 + self.gate_margin))

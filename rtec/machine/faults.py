@@ -168,7 +168,7 @@ def check_waiting(fault: Fault, design: Design, *, firmware: bool) -> None:
     ArgumentError
         The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion.
     """
-    if fault.strikes is Strikes.WHILE_INSERTING and firmware and design is Design.B:
+    if fault.strikes is Strikes.WHILE_INSERTING and firmware and design.in_path:
         raise ArgumentError(
             "strikes",
             Strikes.WHILE_INSERTING.value,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
 from rtec.errors import OutputError
+from rtec.injector import Design
 from rtec.report.appearance import look_of
 from rtec.report.figures_style import INK, figure_style, guide, legend_above, new_figure, rendered
 
@@ -78,11 +79,11 @@ def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
 
 def _marks(axes: Axes, rows: Sequence[EnvelopeRow], processors: Sequence[str]) -> None:
     """Draw a design: the safe frequency, what limits it, and a bar up to what its speed gate lets through."""
-    designs = ("original", "a", "b", "c")
+    designs = list(Design)
     look = look_of(rows[0].design.value)
     label: str | None = look.label
     for row in rows:
-        y = processors.index(row.processor) + _APART * (designs.index(row.design.value) - 1.5)
+        y = processors.index(row.processor) + _APART * (designs.index(row.design) - 1.5)
         if row.gate is not None and row.gate.gate_hz is not None:
             bar_hz = min(row.gate.gate_hz, row.max_safe_hz)
             axes.plot([1.0, bar_hz], [y, y], color=look.colour, linewidth=3.0, alpha=0.35)

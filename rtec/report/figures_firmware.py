@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rtec.campaign import FirmwareVerdict, Trace
+from rtec.injector import Design
 from rtec.report.appearance import look_of
 from rtec.report.figures_style import ALARM, INK, figure_style, new_figure, rendered
 from rtec.whole_file import WholeFile
@@ -24,7 +25,8 @@ _APART = 0.35
 _PIN_NAMES = {
     0: "P1.0", 1: "P1.1", 2: "P1.2", 3: "P1.3", 4: "P1.4", 5: "P1.5", 6: "P1.6", 7: "P1.7 hold",
 }  # fmt: skip
-_SHOWN_PINS = {"original": (0, 1, 7), "a": (0, 1, 2, 3, 7), "b": (4, 5), "c": (0, 1, 7)}
+_HOLD_PIN = 0x80
+"""Of the hold latch, which lines that pass through the processor do not have."""
 
 
 def write_insertion_figure(verdict: FirmwareVerdict, file: Path) -> None:
@@ -56,7 +58,7 @@ def insertion_figure(verdict: FirmwareVerdict) -> Figure:
     trace = verdict.trace
     if trace is None:
         raise ValueError("a verdict without a trace has no figure")
-    rows = _rows(trace, verdict.design.value)
+    rows = _rows(trace, verdict.design)
     figure = new_figure(0.36 * len(rows) + 1.7)
     axes = figure.add_subplot()
     left, right = ((t - trace.zero_ps) / _PS_PER_US for t in (trace.from_ps, trace.to_ps))
@@ -83,16 +85,17 @@ def insertion_figure(verdict: FirmwareVerdict) -> Figure:
     return figure
 
 
-def _rows(trace: Trace, design: str) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def _rows(trace: Trace, design: Design) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return name, times and levels of each line, the level before the first change included."""
     rows = []
+    shown = design.pins | (0 if design.in_path else _HOLD_PIN)
     for stream, prime in ((trace.encoder, ""), (trace.controller, "′")):
         levels = np.concatenate([[stream.initial], stream.levels]).astype(np.int64)
         rows += [(f"{name}{prime}", stream.times_ps, levels >> bit & 1) for bit, name in enumerate("AB")]
     latches = np.concatenate([[trace.initial_pins], trace.pin_levels]).astype(np.int64)
     moved = np.bitwise_or.reduce(latches ^ latches[0])
     for bit in range(8):
-        if bit in _SHOWN_PINS[design] or moved >> bit & 1:
+        if (shown | moved) >> bit & 1:
             rows.append((_PIN_NAMES[bit], trace.pin_times_ps, latches >> bit & 1))
     return rows
 

@@ -53,10 +53,7 @@ def safety_figure(matrix: Matrix) -> Figure:
     height_inch = _ABOVE_INCH + 0.19 * len(variants) + 0.1
     figure = new_figure(height_inch)
     figure.set_layout_engine("none")  # a constrained layout cuts the longest names off
-    main = [design for design in matrix.plan.designs if design is not Design.B]
-    groups: list[tuple[str, Sequence[Design]]] = [("Original, A, C: the worst", main)] if main else []
-    if Design.B in matrix.plan.designs:
-        groups.append(("Design B", [Design.B]))
+    groups = matrix.plan.groups
     room = {"left": 0.3, "right": 0.99, "top": 1.0 - _ABOVE_INCH / height_inch, "bottom": 0.1 / height_inch}
     panels = figure.subplots(1, len(groups), sharey=True, squeeze=False, gridspec_kw=room | {"wspace": 0.05})[0]
     for axes, (title, designs) in zip(panels, groups, strict=True):

@@ -6,6 +6,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 from rich.text import Text
 
+from rtec.injector import Design
 from rtec.report.appearance import look_of, printable, scale_of
 from rtec.report.diagnosis.quantities import parameter_texts, probability, shown_of
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
@@ -15,7 +16,7 @@ from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 _TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
 _STYLES = {Mark.NONE: "", Mark.GOOD: "green", Mark.MIND: "yellow", Mark.ALARM: "bold red"}
 _MOST_PARAMETERS = 3
-_SHORT = {"uncompensated": "none", "table": "table", "original": "Original", "a": "A", "b": "B", "c": "C"}
+_SHORT = {"uncompensated": "none", "table": "table"} | {design.value: design.short for design in Design}
 
 
 def terminal_table(result: StudyResult) -> Table:

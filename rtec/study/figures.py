@@ -117,8 +117,8 @@ def waveform(study: Study, design: Design) -> Waveform:
     times = quarter_ps * states.astype(np.int64)
     moving = EdgeStream.from_states(times, states % 4, 0)
     box = Injector(study.injector(design), initial=0)
-    # the Original waits for state 1 (both lines low); the others are shown in state 3, where it could not insert
-    asked = 7 if design is Design.ORIGINAL else 9
+    # one that waits for state 1 (both lines low); the others are shown in state 3, where it could not insert
+    asked = 7 if design.one_state else 9
     before = box.process(moving.part(0, asked), until_ps=int(times[asked]))
     box.request(1, at_ps=int(times[asked]))
     after = box.process(moving.part(asked, 16), until_ps=17 * quarter_ps)

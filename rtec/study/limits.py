@@ -43,11 +43,10 @@ def limit_of(study: Study, design: Design) -> Limit:
     slope = steepest_slope(study.model, grid, over_mm=0.05)
     rate_mm_s = study.conversation.window_steps * step_mm / (study.conversation.pc_period_ps / 1e12)
     gate_ps = study.timing(design).gate_ps(design)
-    span_counts = 4 if design is Design.ORIGINAL else 2
     # the firmware has a gate of its own, in its own cycles: what it refuses, `rtec envelope` measures
     gate_mm_s = math.nan if study.firmware is not None else math.inf
     if gate_ps and study.firmware is None:
-        gate_mm_s = span_counts * study.encoder.count_mm / (gate_ps / 1e12)
+        gate_mm_s = design.gate_quarters * study.encoder.count_mm / (gate_ps / 1e12)
     model = np.concatenate([study.model.error_mm(grid, 1), study.model.error_mm(grid, -1)])
     return Limit(
         name=design.value,

@@ -36,10 +36,7 @@ _BELIEFS = {
 TITLES = {
     "uncompensated": "Uncompensated",
     "table": "Controller's own table",
-    "original": "Original RTEC",
-    "a": "Design A",
-    "b": "Design B",
-    "c": "Design C",
+    **{design.value: design.title for design in Design},
 }
 
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from rtec.campaign.safety_matrix import Outcome
-from rtec.campaign.soak import MAIN, EpisodeJob, SoakPlan, flaw, run_soak
+from rtec.campaign.soak import EpisodeJob, SoakPlan, flaw, run_soak
 from rtec.campaign.soak_program import draw_programs
 from rtec.errors import ArgumentError
 from rtec.injector import Design
+from rtec.injector.design import BESIDE
 from rtec.machine.faults import FaultKind
 
 
@@ -23,7 +24,7 @@ def held_to_account(soak, hours):
     assert [(e.design, e.number, e.wrong) for e in soak.silent(upstream=False)] == []
     assert set(soak.fired()) == set(FaultKind)
     assert soak.good
-    for design in MAIN:
+    for design in BESIDE:
         assert soak.hours([design]) >= hours / 3.0
     for episode in soak.episodes:
         assert episode.outcome is not Outcome.HELD or episode.reason
@@ -40,7 +41,7 @@ def test_a_hundred_hours():
 
 
 def test_only_the_time_that_was_run_counts(soak):
-    assert soak.hours() == pytest.approx(sum(e.run_s for e in soak.episodes if e.design in MAIN) / 3600.0)
+    assert soak.hours() == pytest.approx(sum(e.run_s for e in soak.episodes if e.design in BESIDE) / 3600.0)
     held = [e for e in soak.episodes if e.outcome is Outcome.HELD and e.detected_s is not None]
     assert held
     assert all(e.run_s < 400.0 for e in held)
