@@ -44,7 +44,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--axis", "16"], "--axis: 16 is not allowed; allowed: 1 to 15"),
         (["--axis", "1", "--axes", "2"], "--axes: 2 is not allowed; allowed: --axis or --axes"),
         (["--design", "d"], "design: 'd'"),
-        (["--timing", "firmwear"], "did you mean 'firmware'?"),
+        (["--timing", "firm"], "did you mean 'firmware'?"),
         (["--timing", "firmware", "--window", "5"], "--window: window 5, grace 2"),
         (["--count", "1"], "--count: '1'"),
         (["--speed", "0"], "--speed: '0'"),
