@@ -40,33 +40,40 @@ class Ramp:
     off_mm: float
 
 
-def run_ramps(design: Design) -> tuple[Ramp, ...]:
-    """Let the PC of a design run away without a limit, with the box's, and with its own."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RampJob:
+    """A PC that runs away, and what is set against it."""
+
+    design: Design
+    limit: str
+    precautions: Precautions
+
+    def run(self) -> Ramp:
+        """Let it run away."""
+        cell = new_cell(Phase.CUTTING, self.design, 0, precautions=self.precautions)
+        cell.watch(until_ps=_FROM_PS)
+        for k in range(1, _STEPS + 1):
+            cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / 1e12))
+            cell.watch(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
+        cell.watch(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
+        axes = cell.watched
+        stops = [axis for axis in axes if axis.stop_ps is not None]
+        if stops:
+            outcome, off_counts = Outcome.HELD, max(abs(axis.stop_counts) for axis in axes)
+            reason = reason_of(axes, min(stops, key=lambda axis: axis.stop_ps or 0))
+        else:
+            wrong = any(is_wrong(axis, axis) for axis in axes)
+            outcome, reason = Outcome.SILENT if wrong else Outcome.RIGHT, ""
+            off_counts = max(abs(axis.asked_counts) for axis in axes)
+        return Ramp(design=self.design, limit=self.limit, outcome=outcome, reason=reason, off_mm=off_counts * 0.001)
+
+
+def ramp_jobs(design: Design) -> tuple[RampJob, ...]:
+    """Return a PC that runs away without a limit, with the box's, and with its own."""
     steps = round(LIMIT_MM / (0.001 * design.step_counts))
-    return (
-        _run(design, "none", Precautions()),
-        _run(design, f"limit_steps = {steps}", Precautions(limit_steps=steps)),
-        _run(design, f"limit_mm = {LIMIT_MM}", Precautions(limit_mm=LIMIT_MM)),
-    )
-
-
-def _run(design: Design, limit: str, precautions: Precautions) -> Ramp:
-    cell = new_cell(Phase.CUTTING, design, 0, precautions=precautions)
-    cell.watch(until_ps=_FROM_PS)
-    for k in range(1, _STEPS + 1):
-        cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / 1e12))
-        cell.watch(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
-    cell.watch(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
-    axes = cell.watched
-    stops = [axis for axis in axes if axis.stop_ps is not None]
-    if stops:
-        first = min(stops, key=lambda axis: axis.stop_ps or 0)
-        off_mm = max(abs(axis.stop_counts) for axis in axes) * 0.001
-        return Ramp(
-            design=design, limit=limit, outcome=Outcome.HELD, reason=reason_of(axes, first), off_mm=off_mm
-        )  # fmt: skip
-    wrong = any(is_wrong(axis, axis) for axis in axes)
-    off_mm = max(abs(axis.asked_counts) for axis in axes) * 0.001
-    return Ramp(
-        design=design, limit=limit, outcome=Outcome.SILENT if wrong else Outcome.RIGHT, reason="", off_mm=off_mm
-    )
+    limits = {
+        "none": Precautions(),
+        f"limit_steps = {steps}": Precautions(limit_steps=steps),
+        f"limit_mm = {LIMIT_MM}": Precautions(limit_mm=LIMIT_MM),
+    }
+    return tuple(RampJob(design=design, limit=limit, precautions=set_) for limit, set_ in limits.items())

@@ -9,7 +9,7 @@ from rtec.campaign.safety import detection_of, make_case
 from rtec.campaign.safety_document import document
 from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix, run_trial
 from rtec.campaign.safety_phases import Phase, new_cell, run_through, twin_of
-from rtec.campaign.safety_ramp import run_ramps
+from rtec.campaign.safety_ramp import ramp_jobs
 from rtec.campaign.safety_variants import VARIANTS, impossible
 from rtec.campaign.safety_watch import Stopper, WatchedCell, station_settings, wavy_table
 from rtec.errors import ArgumentError
@@ -104,7 +104,7 @@ def test_without_the_watch_a_killed_pc_is_silent():
 
 @pytest.mark.parametrize("design", Design)
 def test_only_a_limit_catches_a_pc_that_runs_away(design):
-    none, steps, deviation = run_ramps(design)
+    none, steps, deviation = (job.run() for job in ramp_jobs(design))
     assert none.outcome is Outcome.SILENT
     assert none.off_mm == pytest.approx(0.180, abs=0.003)  # 60 um/s for 3 s
     assert (steps.outcome, steps.reason) == (Outcome.HELD, "box: implausible")
