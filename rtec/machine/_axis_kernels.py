@@ -13,6 +13,7 @@ from rtec._jit import Record, helper, step, written_out
 from rtec.axis._kernels import emit, glitch_toggle, jitter, next_crossing, set_piece, turning_points
 from rtec.controller._kernels import receiver_index, receiver_settle
 from rtec.injector._kernels import injector_enable
+from rtec.link._bus_kernels import NO_FAULT
 from rtec.machine._fault_kernels import surprise
 from rtec.machine._firmware_kernels import stop_firmware
 from rtec.machine._laser_kernels import follow_play
@@ -149,6 +150,7 @@ def settle_lines(m: Record, box: Any) -> None:
     After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
     """
     s, rx = m.injector, m.receiver
+    m.lurking = NO_FAULT
     t_ps = max(m.servo.now_ps, m.event_ps)
     if box is not None:
         stop_firmware(m, box, t_ps)

@@ -16,21 +16,14 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, kernel
 from rtec.link._bus_kernels import BUS, LAST_OF_BUS, bus_next, bus_reset, bus_step, bus_submit, fire, is_off
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.machine._fault_kernels import CLOCK_JUMP_FORWARD, PC_KILLED, PC_PLACE, next_of_faults, note_effects
+from rtec.machine._fault_kernels import CLOCK_JUMP_FORWARD, PC_KILLED, PC_PLACE, is_due, next_of_faults, note_effects
 from rtec.machine._station_kernels import is_held
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
 from rtec.requester._box_node_kernels import box_receive
 from rtec.requester._pc_kernels import HOLD as HOLDING
-from rtec.requester._pc_node_kernels import (
-    BUS_OFF,
-    OTHER_AXIS,
-    pc_believe,
-    pc_hold,
-    pc_node_start,
-    pc_prepare,
-    pc_receive,
-)
+from rtec.requester._pc_node_kernels import BUS_OFF, OTHER_AXIS, pc_hold, pc_node_start, pc_receive
+from rtec.requester._pc_turn_kernels import pc_believe, pc_prepare
 from rtec.signal._kernels import NEVER
 
 CELL = np.dtype(
@@ -184,22 +177,16 @@ def run(
             if bus_step(bus, faults):
                 deliver_frame(c, stations, pcs, faults, t_ps)
         elif fault_ps == t_ps:
-            for i in range(faults.size):
-                f = faults[i]
-                if f.kind <= LAST_OF_BUS:
-                    continue
-                begins = f.from_ps == t_ps and f.kept == 0
-                ends = f.until_ps == t_ps and f.kept == 1 and f.ended == 0
-                if not begins and not ends:
-                    continue
-                f.kept = 1
-                f.ended = 1 if ends else 0
-                if f.place <= PC_PLACE:
-                    if begins:
+            for begins in (False, True):  # first the ends, so that one may follow the other
+                for i in range(faults.size):
+                    f = faults[i]
+                    if f.kind <= LAST_OF_BUS or not is_due(f, t_ps, begins):
+                        continue
+                    if f.place > PC_PLACE:
+                        advance(axes, boxes, f.place - 1, t_ps)
+                        change_fault(axes, boxes, f.place - 1, f, t_ps, begins)
+                    elif begins:
                         begin_at_pc(c, f, t_ps)
-                    continue
-                advance(axes, boxes, f.place - 1, t_ps)
-                change_fault(axes, boxes, f.place - 1, f, t_ps, begins)
             fault_ps = next_of_faults(faults)
         elif box_ps == t_ps:
             turn_box(c, axes, boxes, steps, faults, due, t_ps)

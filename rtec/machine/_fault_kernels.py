@@ -55,6 +55,9 @@ def behind_cable(st: Record, level: int) -> int:
 def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
     """Let a fault of an axis begin; ``box`` is None, or that of `rtec.machine._firmware_kernels`."""
     n = st.node
+    if kind == BOX_RESTART or kind == POWER_OFF or kind == PROBE_TRIP:
+        if st.powered == 0:
+            return  # a dead box has nothing to lose, and latches nothing
     if kind == BOX_RESTART:
         switch_power(st, box, t_ps, 0)
         switch_power(st, box, t_ps, 1)
@@ -86,7 +89,8 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
 def end_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
     """Let a fault of an axis end."""
     if kind == POWER_OFF:
-        switch_power(st, box, t_ps, 1)
+        if st.powered == 0:
+            switch_power(st, box, t_ps, 1)
     elif kind == SWITCH_THROWN:
         st.node.box.switch_on = 1
         if box is not None:
@@ -109,9 +113,11 @@ def switch_power(st: Record, box: Any, t_ps: int, on: int) -> None:
     st.powered = on
     if on == 1:
         st.starts += 1
-        next_ps = st.node.box.next_ps
+        next_ps, readings, refused = st.node.box.next_ps, st.node.box.readings, st.node.box.refused
         box_start(st.node, t_ps, st.node.session + 1)
         st.node.box.next_ps = next_ps
+        st.node.box.readings = readings
+        st.node.box.refused = refused
         st.box_count = 0
         st.illegal_in = 0
     else:
@@ -153,6 +159,18 @@ def await_insertion(st: Record, kind: int) -> None:
     """Let a fault wait for an insertion to be under way."""
     st.lurking = kind
     st.struck_ps = 0
+
+
+@step
+def is_due(f: Record, t_ps: int, begins: bool) -> bool:
+    """Return whether a fault begins, or ends, at ``t_ps``, and note that it does."""
+    if begins and f.kept == 0 and f.from_ps == t_ps:
+        f.kept = 1
+        return True
+    if not begins and f.kept == 1 and f.ended == 0 and f.until_ps == t_ps:
+        f.ended = 1
+        return True
+    return False
 
 
 @step

@@ -286,7 +286,6 @@ def stop_firmware(m: Record, pair: Any, t_ps: int) -> None:
     box, run = pair
     b, _, mem, h, log, _, _, _ = box
     status = m.node.box.status
-    m.lurking = NO_FAULT
     board_switch(b, mem, h, log, t_ps, 1, b.trip_n)
     run(m, box, t_ps + READINGS_TO_END * b.reading_ps)
     m.node.box.status = status  # before the switch was opened

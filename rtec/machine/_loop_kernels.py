@@ -19,7 +19,7 @@ from rtec.injector._kernels import injector_enable, injector_request, injector_r
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
-from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, next_of_faults, note_effects
+from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, is_due, next_of_faults, note_effects
 from rtec.machine._firmware_kernels import forget_round, set_inputs, skip_rounds, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
 from rtec.machine._line_kernels import AXIS, fault_at_axis
@@ -68,7 +68,8 @@ def converse_box(m: Record, t_ps: int) -> None:
 @helper
 def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC look at the box's words and send its next request."""
-    pc_start(m.pc, m.node.down, t_ps)
+    if abs(m.encoder.count) <= 1.0 + m.servo.dither:
+        pc_start(m.pc, m.node.down, t_ps)  # where the axis stands elsewhere, nobody may take it for home
     valid = m.powered == 1
     if box is not None:
         set_inputs(m, box[0], t_ps)
@@ -96,22 +97,19 @@ def next_turn(m: Record, box: Any) -> int:
 
 @helper
 def change_faults(m: Record, box: Any, faults: NDArray[np.void], t_ps: int) -> None:
-    """Let begin and end what does so at ``t_ps``."""
-    for i in range(faults.size):
-        f = faults[i]
-        begins = f.from_ps == t_ps and f.kept == 0
-        ends = f.until_ps == t_ps and f.kept == 1 and f.ended == 0
-        if not begins and not ends:
-            continue
-        f.kept = 1
-        f.ended = 1 if ends else 0
-        if f.kind == PC_PROBING:
-            m.pc.probing = 1 if begins else 0
-        elif f.kind != PC_KILLED:
-            fault_at_axis(m, box, f, t_ps, begins)
-        elif begins:
-            m.pc.next_ps = NEVER
-            fire(f, t_ps)
+    """Let end and begin what does so at ``t_ps``: first the ends, so that one may follow the other."""
+    for begins in (False, True):
+        for i in range(faults.size):
+            f = faults[i]
+            if not is_due(f, t_ps, begins):
+                continue
+            if f.kind == PC_PROBING:
+                m.pc.probing = 1 if begins else 0
+            elif f.kind != PC_KILLED:
+                fault_at_axis(m, box, f, t_ps, begins)
+            elif begins:
+                m.pc.next_ps = NEVER
+                fire(f, t_ps)
     m.fault_ps = next_of_faults(faults)
 
 

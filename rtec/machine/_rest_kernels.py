@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, step
 from rtec.link._kernels import SLOTS
 from rtec.machine._laser_kernels import near_target
-from rtec.requester._box_kernels import box_tick
+from rtec.requester._box_kernels import RUNNING, box_tick
 from rtec.requester._box_node_kernels import WORD_RIGHT
 from rtec.requester._pc_kernels import ACTIVE, pc_look
 from rtec.signal._kernels import NEVER
@@ -23,7 +23,10 @@ def box_rests(m: Record, box: Any) -> bool:
         return False
     if m.correcting == 0:
         return True
-    if m.powered == 0 or m.pc.probing == 1 or m.node.word_fault != WORD_RIGHT:
+    n = m.node
+    if m.powered == 0 or n.box.state != RUNNING or n.word_fault != WORD_RIGHT:
+        return False
+    if m.pc.probing == 1 or n.box.probing == 1 or m.pc.status != n.box.status:
         return False
     s = m.injector
     settled = m.pc.state == ACTIVE and m.pc.sent == m.node.box.accepted and m.node.box.accepted == s.requested

@@ -24,7 +24,17 @@ from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timin
 from rtec.injector.box import insertions_of
 from rtec.machine import _loop_kernels, _station_kernels
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS, FaultCategory
-from rtec.machine.faults import Fault, FaultPlace, Fired, check_waiting, fault_records, probing_records, proofs_of
+from rtec.machine.faults import (
+    Fault,
+    FaultKind,
+    FaultPlace,
+    Fired,
+    check_apart,
+    check_waiting,
+    fault_records,
+    probing_records,
+    proofs_of,
+)
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
 from rtec.machine.play import check_play
@@ -131,6 +141,7 @@ class Machine:
         check_play(self.axis_error)
         for fault in self.faults:
             self._check_fault(fault)
+        check_apart(self.faults, self.probing)
         if self.microcontroller is not None:
             check_windows(self.conversation)
 
@@ -142,6 +153,8 @@ class Machine:
             raise ArgumentError("faults", kind.value, "faults of an axis, or 'PC killed'", hint)
         if kind.place is FaultPlace.AXIS and fault.place != 1:
             raise ArgumentError("faults", f"{kind.value} at axis {fault.place}", "axis 1, the only one")
+        if kind is FaultKind.SWITCH_THROWN and not self.switch_on:
+            raise ArgumentError("faults", kind.value, "with a switch that is closed", "leave switch_on as it is")
         if self.injector is None:
             if kind.category is not FaultCategory.ENCODER:
                 raise ArgumentError("faults", kind.value, "faults of the lines, where there is no box")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -102,6 +103,13 @@ class Fault:
         if self.strikes is Strikes.WHILE_INSERTING and where is not FaultPlace.AXIS:
             raise ArgumentError("strikes", self.strikes.value, "at once", f"{self.kind.value} is none of an axis")
 
+    @property
+    def over_ps(self) -> int:
+        """Return when it is over: a restart and a trip of the probe are so at once, others may stay."""
+        if self.strikes is Strikes.AT_ONCE and self.kind in (FaultKind.BOX_RESTARTED, FaultKind.PROBE_TRIPPED):
+            return self.from_ps
+        return NEVER if self.until_ps is None else self.until_ps
+
     def __str__(self) -> str:
         """Return the fault in words."""
         ends = "" if self.until_ps is None else f" to {self.until_ps / 1e12:g} s"
@@ -134,7 +142,10 @@ def fault_records(faults: Sequence[Fault]) -> Record:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fired:
-    """Proof of a fault: how often it took effect, and when it first did."""
+    """Proof of a fault: how often it took effect, and when that was first noted.
+
+    What a fault of cable, word or glitches has done is noted at its end.
+    """
 
     fault: Fault
     times: int
@@ -158,6 +169,23 @@ def probing_records(probing: Sequence[tuple[int, int]]) -> Record:
         record.kind = _fault_kernels.PC_PROBING
         record.from_ps, record.until_ps = from_ps, until_ps
     return records
+
+
+def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]]) -> None:
+    """Check that what shares a part of the axis does not overlap in time; nobody could say which of the two ends it.
+
+    Raises
+    ------
+    ArgumentError
+        Two faults of one category, two that wait for an insertion, or two intervals of probing, that overlap.
+    """
+    spans = [((fault.kind.category.value, fault.kind.place.value), fault) for fault in faults]
+    spans += [(("waiting", ""), fault) for fault in faults if fault.strikes is Strikes.WHILE_INSERTING]
+    times = [(part, fault.from_ps, fault.over_ps, "faults", str(fault)) for part, fault in spans]
+    times += [(("probing", ""), a, b, "probing", f"from {a / 1e12:g} s to {b / 1e12:g} s") for a, b in probing]
+    for (part, _, over_ps, _, words), (other, from_ps, _, name, later) in pairwise(sorted(times)):
+        if part == other and from_ps < over_ps:
+            raise ArgumentError(name, later, f"one that begins when this is over: {words}")
 
 
 def check_waiting(fault: Fault, design: Design, *, firmware: bool) -> None:

@@ -1,14 +1,11 @@
-"""The PC's side of one axis as a node of the bus: frames around its state machine, and what makes it hold.
+"""The PC's side of one axis as a node of the bus: its record, the frames that it takes, and its hold.
 
 The box's frames are refused, and counted, where checksum or order are wrong; the latest good ones are the box's four
-words for the state machine of ``_pc_kernels``. Whatever the PC cannot believe or explain ends in HOLD, with a reason:
-it then asks for nothing any more and says so on the bus until somebody starts it again.
+words for the PC's turns (``_pc_turn_kernels``). In HOLD, with a reason, it asks for nothing any more and says so on
+the bus until somebody starts it again.
 """
 
 from __future__ import annotations
-
-import math
-from typing import Any
 
 import numpy as np
 
@@ -18,21 +15,15 @@ from rtec.link._frame_kernels import (
     AXIS_BITS,
     CORRECTIONS,
     COUNTED_BITS,
-    ENABLE,
-    GO_HOME,
     HOLD,
-    MOST_AXES,
     POSITION,
     PROBE,
     REQUEST,
-    RESET,
     STATUS,
     corrections_accepted,
     corrections_completed,
     corrections_judged,
     corrections_session,
-    pack_hold,
-    pack_request,
     position_counted,
     position_of,
     position_valid,
@@ -43,35 +34,14 @@ from rtec.link._frame_kernels import (
     status_flags,
     status_session,
 )
-from rtec.link._kernels import MAILBOX, deliver, mailbox_reset, post
-from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of, put
-from rtec.predictors._kernels import AXES, believed_mm
-from rtec.requester._box_kernels import (
-    AXIS_TAKEN as BOX_AXIS_TAKEN,
-    ENCODER_FAULT as BOX_ENCODER_FAULT,
-    FATAL,
-    I_DONT_BELIEVE_YOU,
-    I_STILL_DONT_BELIEVE_YOU,
-    IMPLAUSIBLE,
-    LINK_LOST,
-    NOT_HOMED,
-    OK,
-    REFUSED_TOO_FAST,
-    RUNNING,
-    STATUS_DISABLED,
-    STATUS_PROBING,
-)
+from rtec.link._kernels import MAILBOX, mailbox_reset
+from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of
 from rtec.requester._pc_kernels import (
     ACTIVE,
-    BEYOND_EVERYTHING_MM,
     HOLD as HOLDING,
     PC,
     WAITING,
-    pc_look,
-    pc_read,
-    pc_request,
     pc_reset,
-    sense,
 )
 from rtec.signal._kernels import NEVER
 
@@ -323,181 +293,6 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
         n.trip_position = position_of(payload)
 
 
-@step
-def reason_in_status(n: Record) -> int:
-    """Return why the box's status makes the PC hold, if it does."""
-    state = n.box_flags & 7
-    if state == NOT_HOMED:
-        return BOX_RESTARTED
-    if state == FATAL:
-        code = n.code
-        if code == I_STILL_DONT_BELIEVE_YOU:
-            return BOX_STILL_DOUBTS
-        if code == LINK_LOST:
-            return BOX_LOST_LINK
-        if code == BOX_AXIS_TAKEN:
-            return AXIS_TAKEN
-        if code == IMPLAUSIBLE:
-            return BOX_IMPLAUSIBLE
-        if code == BOX_ENCODER_FAULT:
-            return ENCODER_FAULT
-        return BOX_HELD
-    if state != RUNNING or n.code not in (
-        OK,
-        STATUS_PROBING,
-        STATUS_DISABLED,
-        I_DONT_BELIEVE_YOU,
-        I_STILL_DONT_BELIEVE_YOU,
-        REFUSED_TOO_FAST,
-    ):
-        return STATUS_WRONG
-    if n.code == STATUS_DISABLED and (n.pc.sent != 0 or n.completed != 0 or n.accepted != 0):
-        return CORRECTIONS_DISABLED
-    return NONE
-
-
-@helper
-def check_before_turn(n: Record, t_ps: int) -> None:
-    """Hold the machine where the PC's own clock, the box's silence or its status ask for it."""
-    p = n.pc
-    since_ps = t_ps - n.turn_ps
-    if p.state == ACTIVE:
-        if since_ps < 0 or since_ps > n.watch_ps:
-            pc_hold(n, t_ps, CLOCK_JUMP)  # also where this program stood still for so long
-        oldest_ps = min(min(n.status_ps, n.corrections_ps), n.position_ps)
-        if t_ps - oldest_ps > n.watch_ps:
-            pc_hold(n, t_ps, BOX_SILENT)
-        # a bus that delays everything alike breaks neither order nor watch
-        behind_ps = ((n.sequence - n.judged) & 0xFF) * p.period_ps
-        if behind_ps > n.watch_ps + 2 * p.period_ps:
-            pc_hold(n, t_ps, ANSWER_LATE)
-        reason = reason_in_status(n)
-        if reason != NONE:
-            pc_hold(n, t_ps, reason)
-        if n.patience_ps > 0 and n.open_ps != NEVER and t_ps - n.open_ps > n.patience_ps and p.probing == 0:
-            pc_hold(n, t_ps, NOT_COMPLETED)
-        position_mm = p.home_mm + n.position * p.count_mm
-        if not n.low_mm <= position_mm <= n.high_mm:
-            pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE)
-    elif p.state == WAITING and t_ps - n.status_ps > n.watch_ps:
-        n.has_status = 0  # what was heard long ago is no box any more
-    n.turn_ps = t_ps
-
-
-@step
-def say_request(n: Record, total: int, flags: int) -> None:
-    """Send a request."""
-    n.sequence = (n.sequence + 1) & 0xFF
-    put(n.out, REQUEST + n.axis, pack_request(n.axis, n.sequence, total, flags, n.requester, n.session))
-
-
-@helper
-def turn_waiting(n: Record, t_ps: int) -> None:
-    """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position.
-
-    A box that runs but was not sent home by this PC hears nothing: it corrects by totals that nobody knows any more,
-    and its watch is to stop it.
-    """
-    state = n.box_flags & 7
-    if state == FATAL and n.reset_meant == 1:
-        n.homing = 0
-        say_request(n, 0, RESET)
-    elif state == NOT_HOMED:
-        if n.homing == 0:
-            n.home_seen = 0
-        n.homing = 1
-        n.reset_meant = 0
-        say_request(n, 0, GO_HOME)
-    elif state != RUNNING or n.homing == 1:
-        say_request(n, 0, 0)
-
-
-@helper
-def pc_prepare(n: Record, t_ps: int) -> bool:
-    """Begin the turn due at ``t_ps``; return whether a prediction is wanted for ``pc.position`` and ``pc.direction``.
-
-    Where none is, the turn is over.
-    """
-    p = n.pc
-    check_before_turn(n, t_ps)
-    if p.state == HOLDING:
-        pc_look(p, t_ps, True)
-        n.hold_sequence += 1
-        put(n.out, HOLD, pack_hold(n.hold_sequence, n.reason, n.axis))
-        say_request(n, p.sent, 0)
-        return False
-    incomplete = n.has_corrections == 0 or n.has_position == 0
-    if n.has_status == 0 or (incomplete and n.box_flags & 7 != NOT_HOMED):
-        pc_look(p, t_ps, True)
-        if n.has_status == 1:
-            turn_waiting(n, t_ps)
-        return False
-    counts = n.completed != 0 or n.accepted != 0  # home zeroes the totals, so these are not of this start
-    if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0 or counts):
-        pc_look(p, t_ps, True)
-        turn_waiting(n, t_ps)
-        return False
-    if p.state == WAITING and n.home_seen == 1:
-        p.state = ACTIVE  # the axis may have moved on since
-        p.extreme = n.position
-        p.sent = n.accepted
-    if n.code == I_STILL_DONT_BELIEVE_YOU:
-        pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it says that it runs
-        pc_look(p, t_ps, True)
-        say_request(n, p.sent, 0)
-        return False
-    code = n.code if n.code != REFUSED_TOO_FAST else OK  # what is late is not doubted
-    post(n.up, t_ps, n.position, n.completed, n.accepted, code)
-    if n.valid == 0:
-        pc_look(p, t_ps, True)
-        say_request(n, p.sent, 0)
-        return False
-    # where the box is not at home it hears nothing: the home position was missed, and its watch is to stop it
-    return bool(pc_read(p, n.up, t_ps))
-
-
-@helper
-def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
-    """End the turn: turn the predicted deviation into the next request."""
-    p = n.pc
-    # a deviation that is no number is beyond every limit
-    if not (abs(deviation_mm) <= n.limit_mm or (n.limit_mm == 0.0 and abs(deviation_mm) < BEYOND_EVERYTHING_MM)):
-        pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE if math.isnan(deviation_mm) else DEVIATION_LIMIT)
-        say_request(n, p.sent, 0)
-        return
-    # what the request's word cannot say would be left out without a word
-    if abs(deviation_mm) / p.step_mm > p.word_limit + 0.5 + p.margin_steps:
-        pc_hold(n, t_ps, BEYOND_WORD)
-        say_request(n, p.sent, 0)
-        return
-    n.last_total = p.sent
-    before = p.sent
-    pc_request(p, n.down, t_ps, deviation_mm)
-    deliver(n.down, t_ps)
-    if p.sent != before:
-        n.wanted_ps = t_ps
-    say_request(n, p.sent, n.down.word1 | ENABLE)
-
-
-@helper
-def pc_believe(n: Record, t_ps: int, model: Any, place: int) -> None:
-    """End the turn by what a model, at work at this ``place``, sees in what the sensors say.
-
-    Until all the axes that it looks at have been home, nothing is asked for; after that a sensor that is lost holds
-    the machine, as does whatever the model was not made for.
-    """
-    p = n.pc
-    sense(p, t_ps, n.position_ps, n.axis)
-    wanted = model[2]
-    for k in range(wanted.size):
-        at = wanted[k]
-        if n.believed == 0 and AXES <= at and at < AXES + MOST_AXES and math.isnan(p.sensors[at]):
-            say_request(n, p.sent, 0)
-            return
-    n.believed = 1
-    pc_finish(n, t_ps, believed_mm(model, p.sensors, place))
-
-
 @kernel
 def start(n: Record, t_ps: int, sequence: int) -> None:
     """Switch the PC on from outside."""
@@ -508,13 +303,6 @@ def start(n: Record, t_ps: int, sequence: int) -> None:
 def receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     """Hand the PC a frame from outside."""
     pc_receive(n, t_ps, identifier, payload)
-
-
-@kernel
-def turn(n: Record, t_ps: int, model: Any) -> None:
-    """Let the PC take the turn that is due, from outside; the model as `rtec.predictors.binding` makes it."""
-    if pc_prepare(n, t_ps):
-        pc_believe(n, t_ps, model, 0)
 
 
 @kernel

@@ -14,7 +14,7 @@ from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.predictors import Model
 from rtec.predictors._kernels import AXES, TEMPERATURES
 from rtec.predictors.binding import bound, sees_axes, sensor_names
-from rtec.requester import _pc_node_kernels
+from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
 from rtec.signal import NEVER
@@ -151,7 +151,7 @@ class PcNode:
         self._node.low_mm, self._node.high_mm = max(low_mm - margin_mm, -1e9), min(high_mm + margin_mm, 1e9)
         self._model = model
         self.sees_axes = sees_axes(predictor)
-        self._turn = prepared(_pc_node_kernels.turn, self._node, 0, self._model)
+        self._turn = prepared(_pc_turn_kernels.turn, self._node, 0, self._model)
 
     def feel(self, name: str, degc: float) -> None:
         """Take the reading of a temperature sensor, in degrees Celsius; it holds until the next."""

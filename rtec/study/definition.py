@@ -15,7 +15,7 @@ from rtec.errors import ArgumentError, FileFormatError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Growth, Laser, Machine
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS
-from rtec.machine.faults import Fault, FaultPlace, Strikes
+from rtec.machine.faults import Fault, FaultPlace, Strikes, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
 from rtec.report.results import LeftOut
@@ -181,6 +181,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             faults=tuple(_fault(section) for section in _happenings(top, path, "faults", _FAULT_KEYS)),
             probing=tuple(_probing(section) for section in _happenings(top, path, "probing", ("from", "until"))),
         )
+        check_apart(study.faults, study.probing)
         with parts["box"].naming(rest_ps="rest"):
             for design in Design:
                 study.timing(design)
@@ -207,6 +208,8 @@ def _happenings(top: Section, path: str | Path, name: str, keys: tuple[str, ...]
 
 def _fault(section: Section) -> Fault:
     kind = section.choice("kind", FAULTS_OF_WORDS)
+    if section.time_ps("from") < 0:
+        raise ArgumentError(section.where("from"), section.text("from"), "a time of the run, from 0 s on")
     with section.naming(from_ps="from", until_ps="until", strikes="strikes"):
         return Fault(
             kind=kind,
@@ -219,7 +222,9 @@ def _fault(section: Section) -> Fault:
 
 def _probing(section: Section) -> tuple[int, int]:
     from_ps, until_ps = section.time_ps("from"), section.time_ps("until")
-    if not 0 <= from_ps < until_ps:
+    if from_ps < 0:
+        raise ArgumentError(section.where("from"), f"{from_ps / 1e12:g} s", "a time of the run, from 0 s on")
+    if from_ps >= until_ps:
         raise ArgumentError(section.where("until"), f"{until_ps / 1e12:g} s", f"after {from_ps / 1e12:g} s")
     return from_ps, until_ps
 

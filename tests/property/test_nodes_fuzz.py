@@ -35,7 +35,16 @@ from rtec.machine import _station_kernels
 from rtec.machine.station import Station, StationSettings
 from rtec.predictors import UnidirectionalTable
 from rtec.predictors.binding import bound
-from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Status, _pc_node_kernels
+from rtec.requester import (
+    Conversation,
+    HoldReason,
+    PcNode,
+    PcState,
+    Precautions,
+    Status,
+    _pc_node_kernels,
+    _pc_turn_kernels,
+)
 
 MS = 10**9
 AXIS = 1
@@ -296,7 +305,7 @@ class PcUnderFire:
     def turn(self):
         self.now_ps = int(self.next_ps)
         before = int(self.state)
-        _pc_node_kernels.turn(self.node, self.now_ps, self.model)
+        _pc_turn_kernels.turn(self.node, self.now_ps, self.model)
         out = self.node.out
         for k in range(int(self.waiting)):
             identifier, data = int(out.identifier[k]), int(out.payload[k]).to_bytes(8, "little", signed=True)

@@ -87,11 +87,26 @@ def test_an_insertion_on_the_lines_is_that_of_a_plain_decoder(design):
 def test_looking_at_an_axis_changes_nothing():
     station = Station(settings(Design.A), [Move(target_mm=0.5, speed_mm_s=5.0)])
     station.advance(until_ps=123_456 * US)
-    before = [part.copy() for part in station._axes.parts[1][0][2:5]], station._state.copy()
+
+    def inside():
+        circuits, _, memory, hidden, log, _, rest, _ = station._axes.parts[1][0]
+        return [part.tobytes() for part in (circuits, memory, hidden, log, rest, station._axes.records)]
+
+    before = inside()
     assert station.settled_view.status is Status.NOT_HOMED
-    after = station._axes.parts[1][0][2:5], station._state
-    assert all((a == b).all() for a, b in zip(before[0], after[0], strict=True))
-    assert before[1] == after[1]
+    assert inside() == before
+
+
+def test_what_never_began_does_not_end():
+    station = Station(settings(Design.A))
+    station.advance(until_ps=20 * MS)
+    station.end(FaultKind.POWER_LOST)
+    assert (station.view.session, station.view.powered) == (1, True)
+    station.power(False)
+    station.restart()  # there is nothing that could start
+    station.trip()
+    station.advance(until_ps=40 * MS)
+    assert (station.view.powered, station.view.trips) == (False, 0)
 
 
 def test_a_total_that_nobody_asked_for_is_doubted_by_the_program():

@@ -409,6 +409,9 @@ until = "3 s"
         ('[[faults]]\nkind = "power lost"\nfrom = "1 s"\nplace = 1', "unknown key 'faults[1].place'"),
         ('[[faults]]\nkind = "PC killed"\nfrom = "1 s"\nstrikes = "while inserting"', "faults[1].strikes"),
         ('[[probing]]\nfrom = "2 s"', "probing[1] has no 'until'"),
+        ('[[probing]]\nfrom = "-1 s"\nuntil = "2 s"', "probing[1].from: -1 s"),
+        ('[[faults]]\nkind = "glitches"\nfrom = "-1 s"', "faults[1].from: -1 s"),
+        ('[[faults]]\nkind = "glitches"\nfrom = "1 s"\n[[faults]]\nkind = "glitches"\nfrom = "2 s"', "is over"),
         ('[[probing]]\nfrom = "2 s"\nuntil = "2 s"', "probing[1].until"),
     ],
 )

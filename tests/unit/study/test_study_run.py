@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
+from rtec.errors import ArgumentError
 from rtec.injector import Design, RealEdges
 from rtec.machine import Growth, Laser
-from rtec.machine.faults import Fault, FaultKind
+from rtec.machine.faults import Fault, FaultKind, Strikes
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
 from rtec.report import study_document, write_report
@@ -315,3 +317,12 @@ def test_faults_of_a_study_happen_in_its_rows_and_say_what_they_did():
     late = run_study(small(designs=(Design.C,), faults=faults[1:]))
     assert [row.faults[0][1] for row in late.rows] == [0, 0, 0]
     assert sum("took no effect" in warning for warning in late.warnings) == 3
+
+
+def test_what_a_program_cannot_show_is_refused_before_anything_is_measured():
+    waits = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=0, strikes=Strikes.WHILE_INSERTING)
+    study = replace(small(faults=(waits,)), firmware=Microcontroller.named("8051-12mhz"))
+    told = []
+    with pytest.raises(ArgumentError, match="do not tell an insertion"):
+        run_study(study, progress=lambda what, share: told.append(what))
+    assert told == []
