@@ -149,7 +149,7 @@ class BoxUnderFire:
             if due_ps >= until_ps:
                 self.now_ps = until_ps
                 return
-            _station_kernels.run(*self.station._axes.parts, self.station._axes.steps, due_ps + 1)
+            self.station._run(*self.station._axes.parts, self.station._axes.steps, due_ps + 1)
             self.now_ps = due_ps + 1
             self.rules.tick(due_ps, at_home=bool(self.at_home))
             if self.waiting:
