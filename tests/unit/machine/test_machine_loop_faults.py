@@ -178,6 +178,7 @@ def test_away_from_home_nobody_takes_the_place_for_home(firmware):
 
 
 WAITING = {"strikes": Strikes.WHILE_INSERTING}
+FOR_GOOD = {"until_ps": None}
 
 
 @pytest.mark.parametrize(
@@ -185,7 +186,7 @@ WAITING = {"strikes": Strikes.WHILE_INSERTING}
     [
         ((at_axis(FaultKind.POWER_LOST), at_axis(FaultKind.POWER_LOST, from_ps=3 * S // 2, until_ps=4 * S)), ()),
         ((at_axis(FaultKind.POWER_LOST), at_axis(FaultKind.BOX_RESTARTED, from_ps=3 * S // 2, until_ps=None)), ()),
-        ((at_axis(FaultKind.LINE_BROKEN, until_ps=None), at_axis(FaultKind.CABLE_OPEN, from_ps=2 * S, until_ps=None)), ()),
+        ((at_axis(FaultKind.LINE_BROKEN, **FOR_GOOD), at_axis(FaultKind.CABLE_OPEN, from_ps=2 * S, **FOR_GOOD)), ()),
         ((at_axis(FaultKind.POWER_LOST, **WAITING), at_axis(FaultKind.SWITCH_THROWN, **WAITING)), ()),
         ((), ((1 * S, 3 * S), (2 * S, 4 * S))),
     ],
