@@ -71,7 +71,8 @@ class PcWords:
     flags: set[str] = field(default_factory=set)
 
     def turn(self, position: int, accepted: int, status: str, deviation_mm: float) -> None:
-        if status == "I_STILL_DONT_BELIEVE_YOU":
+        lost_home = self.state == "ACTIVE" and status == "NOT_HOMED"
+        if status == "I_STILL_DONT_BELIEVE_YOU" or lost_home:
             self.state = "HOLD"
             return
         if self.state == "WAITING" and status != "NOT_HOMED" and position == 0:
