@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rtec._jit import Record, helper, step, written_out
+from rtec._jit import Record, helper, step
 from rtec.axis._kernels import emit, glitch_toggle, jitter, next_crossing, set_piece, turning_points
 from rtec.controller._kernels import receiver_index, receiver_settle
 from rtec.injector._kernels import injector_enable
@@ -124,7 +124,7 @@ def open_tick(m: Record, acceleration: float, error: Any) -> None:
     open_part(m, 0.0, error)
 
 
-@written_out
+@step
 def run_tick(m: Record, box: Any, until_ps: int, error: Any) -> None:
     """Run the open tick up to ``until_ps``; it is closed where it ends before."""
     servo, p = m.servo, m.piece

@@ -110,11 +110,10 @@ def turn_pc(
 @helper
 def turn_box(c: Record, axes: Any, boxes: Any, steps: Any, faults: NDArray[np.void], i: int, t_ps: int) -> None:
     """Run an axis to the reading of its box, and let the box take it."""
-    advance, turn, _ = steps
+    advance, _ = steps
     stations = axes[0]
     st = stations[i]
-    advance(axes, boxes, i, t_ps)
-    turn(axes, boxes, i, t_ps)
+    advance(axes, boxes, i, t_ps, True)
     out = st.node.out
     for k in range(out.waiting):
         bus_submit(c.bus, faults, i + 1, t_ps, out.identifier[k], out.payload[k])
@@ -148,7 +147,7 @@ def run(
     model: Any,
 ) -> None:
     """Run the cell to ``until_ps``; ``axes``, ``boxes`` and ``steps`` as in `rtec.machine._station_kernels`."""
-    advance, _, change_fault = steps
+    advance, change_fault = steps
     stations = axes[0]
     bus = c.bus
     fault_ps = next_of_faults(faults)
@@ -183,7 +182,7 @@ def run(
                     if f.kind <= LAST_OF_BUS or not is_due(f, t_ps, begins):
                         continue
                     if f.place > PC_PLACE:
-                        advance(axes, boxes, f.place - 1, t_ps)
+                        advance(axes, boxes, f.place - 1, t_ps, False)
                         change_fault(axes, boxes, f.place - 1, f, t_ps, begins)
                     elif begins:
                         begin_at_pc(c, f, t_ps)
@@ -193,7 +192,7 @@ def run(
         else:
             turn_pc(c, stations, pcs, faults, pc, t_ps, model)
     for i in range(stations.size):
-        advance(axes, boxes, i, until_ps)
+        advance(axes, boxes, i, until_ps, False)
     for i in range(faults.size):
         f = faults[i]
         if f.kind > LAST_OF_BUS and f.place > PC_PLACE and f.kept == 1 and f.ended == 0:

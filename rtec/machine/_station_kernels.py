@@ -2,7 +2,7 @@
 
 Stations come side by side, ``axes = (stations, moves, plant)``: their records; targets in counts, speeds in counts/s
 and rests in ps, each of shape (axes, moves); what the servos move. ``boxes`` is None where the injectors model them,
-else their parts as rows (`rtec.machine.firmware_box`). Whoever owns the clock calls :func:`advance`, :func:`turn` and
+else their parts as rows (`rtec.machine.firmware_box`). Whoever owns the clock calls :func:`advance` and
 :func:`change_fault` by their addresses, so that an axis is compiled once for all of them.
 
 The axis follows moves one after the other by speed and acceleration, under a feed override that goes to zero while
@@ -127,7 +127,7 @@ def box_of(boxes: Any, i: int) -> Any:
     return (boards[i], (execute, words[i], code[i]), mem[i], h[i], log[i], queue, rests[i], snapshots[i]), run
 
 
-@written_out
+@step
 def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, place: int) -> None:
     """Run an axis with its box, None or as of :func:`box_of`, up to ``until_ps``."""
     while True:
@@ -138,18 +138,6 @@ def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, pla
         run_tick(st, box, until_ps, None)
         if st.tick_open == 1:
             return
-
-
-@kernel
-def advance(axes: Any, boxes: Any, i: int, until_ps: int) -> None:
-    """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``."""
-    stations, moves, plant = axes
-    targets, speeds, rests = moves
-    own = targets[i], speeds[i], rests[i]
-    if boxes is None:
-        advance_box(stations[i], None, until_ps, own, plant, i)
-    else:
-        advance_box(stations[i], box_of(boxes, i), until_ps, own, plant, i)
 
 
 @step
@@ -212,13 +200,20 @@ def zero_counters(st: Record, box: Any, t_ps: int) -> None:
 
 
 @kernel
-def turn(axes: Any, boxes: Any, i: int, t_ps: int) -> None:
-    """Let the box of axis ``i`` take a reading; the axis has been run up to ``t_ps``."""
-    stations, _, _ = axes
+def advance(axes: Any, boxes: Any, i: int, until_ps: int, reads: bool) -> None:
+    """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``; there the box takes a reading, or not."""
+    stations, moves, plant = axes
+    targets, speeds, rests = moves
+    own = targets[i], speeds[i], rests[i]
     if boxes is None:
-        turn_box(stations[i], None, t_ps)
+        advance_box(stations[i], None, until_ps, own, plant, i)
+        if reads:
+            turn_box(stations[i], None, until_ps)
     else:
-        turn_box(stations[i], box_of(boxes, i), t_ps)
+        box = box_of(boxes, i)
+        advance_box(stations[i], box, until_ps, own, plant, i)
+        if reads:
+            turn_box(stations[i], box, until_ps)
 
 
 @kernel
@@ -272,17 +267,16 @@ def switch_on_controller(st: Record, ab: int) -> None:
 def run(axes: Any, boxes: Any, steps: Any, until_ps: int) -> int:
     """Run the first axis to ``until_ps``, or to its next reading that wants to send; return the time reached.
 
-    ``steps`` are the addresses of :func:`advance`, :func:`turn` and :func:`change_fault`.
+    ``steps`` are the addresses of :func:`advance` and :func:`change_fault`.
     """
-    advance, turn, _ = steps
+    advance, _ = steps
     st = axes[0][0]
     while st.node.box.next_ps < until_ps:
         t_ps = st.node.box.next_ps
-        advance(axes, boxes, 0, t_ps)
-        turn(axes, boxes, 0, t_ps)
+        advance(axes, boxes, 0, t_ps, True)
         if st.node.out.waiting > 0:
             return t_ps
-    advance(axes, boxes, 0, until_ps)
+    advance(axes, boxes, 0, until_ps, False)
     return until_ps
 
 

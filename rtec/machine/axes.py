@@ -66,8 +66,7 @@ class Axes:
         self.follow(moves)
         fault = new_record(FAULT)
         self.steps: Any = (
-            by_address(_station_kernels.advance, *self.parts, 0, 0),
-            by_address(_station_kernels.turn, *self.parts, 0, 0),
+            by_address(_station_kernels.advance, *self.parts, 0, 0, True),
             by_address(_station_kernels.change_fault, *self.parts, 0, fault, 0, True),
         )
         """Addresses of the steps by which whoever owns the clock runs them."""
