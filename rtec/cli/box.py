@@ -201,16 +201,13 @@ def _settings(
             watch_ps=round(cautions.watch_ps * speed),
             gap_ps=round(cautions.gap_ps * speed),
         )
-        encoder = Encoder(count_mm=length(count, "--count"))
-    except ArgumentError as error:
-        raise _as_option(error) from None
-    box = InjectorSettings(design=insertion, timing=Timing.of(insertion, processor), real_edges=RealEdges.HOLD)
-    try:
         return StationSettings(
             axis=axis,
-            injector=box,
+            injector=InjectorSettings(
+                design=insertion, timing=Timing.of(insertion, processor), real_edges=RealEdges.HOLD
+            ),
             microcontroller=microcontroller,
-            encoder=encoder,
+            encoder=Encoder(count_mm=length(count, "--count")),
             conversation=conversation,
             precautions=cautions,
         )

@@ -53,8 +53,6 @@ _OPTIONS = {
     "design": "--design",
 }
 """The option behind each parameter that a face can refuse."""
-
-"""The --timing of a box in which the design's program runs."""
 _PARAMETER = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
 
 

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, kernel
 from rtec.link._bus_kernels import BUS, LAST_OF_BUS, bus_next, bus_reset, bus_step, bus_submit, fire, is_off
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.machine._fault_kernels import CLOCK_JUMP_FORWARD, PC_KILLED, PC_PLACE, is_due, next_of_faults, note_effects
+from rtec.machine._fault_kernels import (
+    CLOCK_JUMP_FORWARD,
+    PC_KILLED,
+    PC_PLACE,
+    comes_due,
+    next_of_faults,
+    note_effects,
+)
 from rtec.machine._station_kernels import is_held
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
@@ -179,7 +186,7 @@ def run(
             for begins in (False, True):  # first the ends, so that one may follow the other
                 for i in range(faults.size):
                     f = faults[i]
-                    if f.kind <= LAST_OF_BUS or not is_due(f, t_ps, begins):
+                    if f.kind <= LAST_OF_BUS or not comes_due(f, t_ps, begins):
                         continue
                     if f.place > PC_PLACE:
                         advance(axes, boxes, f.place - 1, t_ps, False)

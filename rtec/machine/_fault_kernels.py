@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, step
 from rtec.injector._kernels import injector_enable, injector_power
 from rtec.link._bus_kernels import CABLE_STRUCK, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_STRUCK, fire
-from rtec.machine._firmware_kernels import power_firmware, set_inputs, trip_firmware
+from rtec.machine._firmware_kernels import power_firmware, set_inputs
 from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start, node_trip
 from rtec.signal._kernels import NEVER
 
@@ -73,7 +73,8 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
         if box is None:
             node_trip(n, st.box_count)
         else:
-            trip_firmware(st, box[0], t_ps)
+            st.trip_ps = t_ps
+            set_inputs(st, box[0], t_ps)
     elif kind == STALE_WORD or kind == TORN_WORD:
         n.word_kept = st.box_count - n.box.zero
         n.word_fault = WORD_STALE if kind == STALE_WORD else WORD_TORN
@@ -113,11 +114,9 @@ def switch_power(st: Record, box: Any, t_ps: int, on: int) -> None:
     st.powered = on
     if on == 1:
         st.starts += 1
-        next_ps, readings, refused = st.node.box.next_ps, st.node.box.readings, st.node.box.refused
+        next_ps = st.node.box.next_ps
         box_start(st.node, t_ps, st.node.session + 1)
         st.node.box.next_ps = next_ps
-        st.node.box.readings = readings
-        st.node.box.refused = refused
         st.box_count = 0
         st.illegal_in = 0
     else:
@@ -162,7 +161,7 @@ def await_insertion(st: Record, kind: int) -> None:
 
 
 @step
-def is_due(f: Record, t_ps: int, begins: bool) -> bool:
+def comes_due(f: Record, t_ps: int, begins: bool) -> bool:
     """Return whether a fault begins, or ends, at ``t_ps``, and note that it does."""
     if begins and f.kept == 0 and f.from_ps == t_ps:
         f.kept = 1

@@ -220,23 +220,15 @@ def power_firmware(m: Record, box: Any, t_ps: int, on: int) -> None:
 def set_inputs(m: Record, box: Any, t_ps: int) -> None:
     """Put switch and probe's line as they are now.
 
-    A node that has stopped for good keeps the switch in front of the firmware open.
+    A trip pulls the line low for long enough that any program sees it. A node that has stopped for good keeps the
+    switch in front of the firmware open.
     """
     b, _, mem, h, log, _, _, _ = box
     enable_n = 0 if m.node.box.switch_on == 1 and m.node.box.state != FATAL else 1
-    trip_n = 0 if b.trip_n == 0 and t_ps - m.trip_ps < TRIP_PS else 1
+    trip_n = 0 if t_ps - m.trip_ps < TRIP_PS else 1
     if enable_n != b.enable_n or trip_n != b.trip_n:
         forget_round(box)
         board_switch(b, mem, h, log, t_ps, enable_n, trip_n)
-
-
-@helper
-def trip_firmware(m: Record, box: Any, t_ps: int) -> None:
-    """Trip the probe; its line stays low long enough for any program to see it."""
-    b, _, mem, h, log, _, _, _ = box
-    m.trip_ps = t_ps
-    forget_round(box)
-    board_switch(b, mem, h, log, t_ps, b.enable_n, 0)
 
 
 @helper

@@ -75,7 +75,7 @@ AXIS: list[tuple[object, ...]] = [
     ("cable_struck", np.int64),  # moments at which a broken cable said something else than the encoder
     # what stops it
     ("powered", np.int64),
-    ("trip_ps", np.int64),  # when the probe's line fell, for a running firmware
+    ("trip_ps", np.int64),  # when the probe's line fell last, for a running firmware
     ("resets", np.int64),  # of the node, that a running firmware has made
     ("pc_holds", np.int64),
     ("alarm", np.int64),

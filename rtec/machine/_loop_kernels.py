@@ -1,8 +1,8 @@
 """The closed loop in one compiled function: program, servo, axis, encoder, box, PC and receiver.
 
 Time advances from one servo tick to the next (`rtec.machine._axis_kernels`), within a tick from one turn of box or PC
-to the next. An axis at rest, with
-nothing left to do for box and PC, is carried to the next time at which anything can change.
+to the next. An axis at rest, with nothing left to do for box and PC, is carried to the next time at which anything
+can change.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rtec.injector._kernels import injector_enable, injector_request, injector_r
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
-from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, is_due, next_of_faults, note_effects
+from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, comes_due, next_of_faults, note_effects
 from rtec.machine._firmware_kernels import forget_round, set_inputs, skip_rounds, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
 from rtec.machine._line_kernels import AXIS, fault_at_axis
@@ -101,7 +101,7 @@ def change_faults(m: Record, box: Any, faults: NDArray[np.void], t_ps: int) -> N
     for begins in (False, True):
         for i in range(faults.size):
             f = faults[i]
-            if not is_due(f, t_ps, begins):
+            if not comes_due(f, t_ps, begins):
                 continue
             if f.kind == PC_PROBING:
                 m.pc.probing = 1 if begins else 0
@@ -147,6 +147,7 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
     m.reader.begun_ps = NEVER
     m.reader.next = 0
     m.fault_ps = NEVER
+    m.trip_ps = -NEVER
     m.play.y_mm = count * m.servo.count_mm
     m.status = RUNNING
 

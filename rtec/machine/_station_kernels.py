@@ -253,6 +253,7 @@ def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
     st.servo.program = 1
     st.arrived_ps = NEVER
     st.held_ps = NEVER
+    st.trip_ps = -NEVER
     st.powered = 1
     st.starts = 1
 

@@ -153,7 +153,7 @@ def box_trip(b: Record, count: int) -> None:
 
 @step
 def box_reset(b: Record, first_ps: int) -> None:
-    """Switch the box on; it has no home yet."""
+    """Switch the box on; it has no home yet. What was observed of it stays."""
     b.next_ps = first_ps
     b.state = NOT_HOMED
     b.status = STATUS_NOT_HOMED
@@ -164,8 +164,6 @@ def box_reset(b: Record, first_ps: int) -> None:
     b.trips = 0
     b.judged = 0
     b.homed = 0
-    b.readings = 0
-    b.refused = 0
 
 
 @kernel

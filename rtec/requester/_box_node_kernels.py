@@ -243,10 +243,7 @@ def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
 @step
 def restart(n: Record, t_ps: int) -> None:
     """Wait for home again, at the operator's word: totals and doubts begin anew, the session goes on."""
-    refused, readings, next_ps = n.box.refused, n.box.readings, n.box.next_ps
-    box_reset(n.box, next_ps)
-    n.box.refused = refused
-    n.box.readings = readings
+    box_reset(n.box, n.box.next_ps)
     mailbox_reset(n.down)
     n.resets += 1
     n.heard_ps = t_ps

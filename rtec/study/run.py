@@ -61,7 +61,8 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
     other and are measured at the same time, on as many cores as there are; the results are the same on any number.
     """
     begun = time.perf_counter()
-    _corrected(study)  # what cannot be is refused before anything is measured
+    for design in study.designs:
+        _troubled(study, _with_box(study, design))  # what cannot be is refused before anything is measured
     designs = len(study.designs)
     total = (_CALIBRATING + _SEARCHING) * study.learns + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING)
     with Workers(progress, total=total) as workers:

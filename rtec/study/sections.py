@@ -142,7 +142,7 @@ class Section:
 
     def texts(self, key: str) -> list[str]:
         """Return a list of texts."""
-        value = self._values[key]
+        value = self.raw(key)
         if not isinstance(value, list) or len(value) > 1000:
             raise ArgumentError(self.where(key), repr(value)[:80], "a list of texts, such as " + repr(["a", "b"]))
         return value
@@ -157,11 +157,11 @@ class Section:
 
     def whole(self, key: str, low: int, high: int) -> int:
         """Return a whole number."""
-        return whole_within(self.where(key), self._values[key], low, high)
+        return whole_within(self.where(key), self.raw(key), low, high)
 
     def number(self, key: str, low: float, high: float) -> float:
         """Return a pure number."""
-        return number_within(self.where(key), self._values[key], low, high)
+        return number_within(self.where(key), self.raw(key), low, high)
 
     def choice(self, key: str, kind: Iterable[_E]) -> _E:
         """Return the one of these members whose value stands there."""
