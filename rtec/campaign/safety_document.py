@@ -157,7 +157,7 @@ def _remains(case: SafetyCase) -> list[str]:
         seen = median(max(trial.following_counts, 0.0) for trial in some)
         left = max(abs(trial.left_counts) for trial in some)
         share = f"{len(some)} of {len(_fired(case, variant))}"
-        rows.append([variant.name, share, left, f"{seen:.0f} counts", prose.OBSERVERS[variant.kind]])
+        rows.append([variant.name, share, left, f"{seen:.0f} counts", variant.kind.seen_by])
     headings = ["fault", "silent", "counts lost, at most", "a speed check would have seen", "what could observe it"]
     ramps = [
         [ramp.design.value, ramp.limit, _word(ramp.outcome), ramp.reason or "–", f"{ramp.off_mm * 1e3:.0f} um"]
@@ -237,7 +237,7 @@ def _lost(soak: Soak) -> str:
     named = Counter(episode.struck[0].variant for episode in soak.silent(upstream=True))
     if not named:
         return ""
-    rows = [[variant.name, count, prose.OBSERVERS[variant.kind]] for variant, count in named.most_common()]
+    rows = [[variant.name, count, variant.kind.seen_by] for variant, count in named.most_common()]
     return "Counts lost before the box:\n\n" + table(["fault", "episodes", "what could observe it"], rows)
 
 

@@ -6,7 +6,6 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 from rtec.campaign.safety_matrix import LATE_S
-from rtec.machine.faults import FaultKind
 
 _WIDTH = 118
 
@@ -116,13 +115,6 @@ BEYOND = (
     "**What no precaution here looks at**: a home switch that is wrong, a table that is wrong from the beginning, an "
     "axis pushed while everything is off. They are the same for every corrector."
 )
-
-OBSERVERS = {
-    FaultKind.CABLE_OPEN: "a watch over the differential pairs; an index; a speed check, if it lasts",
-    FaultKind.LINES_SWAPPED: "a speed check, at once: the counts go the other way; an index",
-    FaultKind.LINE_BROKEN: "a watch over the differential pair; a speed check, if it lasts; an index",
-    FaultKind.GLITCHES: "a narrower filter; an index",
-}
 
 
 def filled(text: str) -> str:

@@ -256,10 +256,11 @@ def _draw_fault(
     generator: np.random.Generator, variants: Sequence[Variant], at_s: float, taken: set[int]
 ) -> tuple[Variant, int, Fault]:
     """Return a random fault at a time; one fault a box and episode, so that each can be told by its effect."""
-    kinds = sorted({variant.kind.code for variant in variants})
+    known = {variant.kind for variant in variants}
+    kinds = sorted((kind for kind in FaultKind if kind in known), key=lambda kind: kind.code)
     while True:
-        code = kinds[int(generator.integers(len(kinds)))]
-        some = [variant for variant in variants if variant.kind.code == code]
+        kind = kinds[int(generator.integers(len(kinds)))]
+        some = [variant for variant in variants if variant.kind is kind]
         variant = some[int(generator.integers(len(some)))]
         axis = 1 + int(generator.integers(AXES))
         at_axis = variant.kind.place is FaultPlace.AXIS

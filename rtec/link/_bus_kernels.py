@@ -52,6 +52,9 @@ FAULT = np.dtype(
         ("seed", np.int64),
         ("proof", np.int64),  # what shows that it took effect
         ("while_inserting", np.int64),  # 1: it waits for an insertion to be under way
+        ("cable", np.int64),  # which levels it changes on the lines before the box
+        ("glitch_level", np.int64),  # as in the encoder's record
+        ("glitch_ps", np.int64),
         # state
         ("kept_node", np.int64),
         ("kept_identifier", np.int64),

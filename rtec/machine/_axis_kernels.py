@@ -150,7 +150,7 @@ def settle_lines(m: Record, box: Any) -> None:
     After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
     """
     s, rx = m.injector, m.receiver
-    m.lurking = NO_FAULT
+    m.waiting.kind = NO_FAULT
     t_ps = max(m.servo.now_ps, m.event_ps)
     if box is not None:
         stop_firmware(m, box, t_ps)

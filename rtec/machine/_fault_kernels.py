@@ -21,40 +21,29 @@ PC_PLACE = 0
 """Node of the PC; the box of axis n is node n."""
 
 # at an axis
-BOX_RESTART, POWER_OFF, CABLE_OPEN, LINES_SWAPPED, LINE_BROKEN, GLITCHES, SWITCH_THROWN, PROBE_TRIP = (
+BOX_RESTART, POWER_OFF, CABLE, GLITCHES, SWITCH_THROWN, PROBE_TRIP, STALE_WORD, TORN_WORD = (
     20, 21, 22, 23, 24, 25, 26, 27,
 )  # fmt: skip
-STALE_WORD, TORN_WORD = 28, 29
 # at the PC
 PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK = 40, 41, 42
 PC_PROBING = 43
 """An order and no fault: the PC enters the probing mode, and leaves it."""
 
-WHOLE, OPEN, SWAPPED, BROKEN = 0, 1, 2, 3
-"""States of the cable between encoder and box."""
-
-GLITCH_LEVEL = 1 << 13
-"""Of 2^16: one edge in eight is followed by a glitch."""
-GLITCH_PS = 300_000
-"""Width of such a glitch: wide enough for the controller's filter to see."""
-
 
 @step
 def behind_cable(st: Record, level: int) -> int:
-    """Return the levels that the box gets."""
-    if st.cable == WHOLE:
-        return level
-    if st.cable == OPEN:
-        return 3  # both inputs are pulled up
-    if st.cable == SWAPPED:
-        return (level >> 1) | ((level & 1) << 1)
-    return (level & 2) | (st.cable_level & 1)  # A rests, B goes on
+    """Return the levels that the box gets; of the cable it is known which of them differ from the encoder's.
+
+    Two bits for each of the levels now, eight for each of those that the box got before the fault.
+    """
+    return level ^ (st.cable >> (8 * st.cable_level + 2 * level)) & 3
 
 
 @helper
-def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
+def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     """Let a fault of an axis begin; ``box`` is None, or that of `rtec.machine._firmware_kernels`."""
     n = st.node
+    kind = f.kind
     if kind == BOX_RESTART or kind == POWER_OFF or kind == PROBE_TRIP:
         if st.powered == 0:
             return  # a dead box has nothing to lose, and latches nothing
@@ -78,17 +67,18 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
     elif kind == STALE_WORD or kind == TORN_WORD:
         n.word_kept = st.box_count - n.box.zero
         n.word_fault = WORD_STALE if kind == STALE_WORD else WORD_TORN
-    elif kind == CABLE_OPEN or kind == LINES_SWAPPED or kind == LINE_BROKEN:
+    elif kind == CABLE:
         st.cable_level = st.lines
-        st.cable = OPEN if kind == CABLE_OPEN else SWAPPED if kind == LINES_SWAPPED else BROKEN
+        st.cable = f.cable
     elif kind == GLITCHES:
-        st.encoder.glitch_level = GLITCH_LEVEL
-        st.encoder.glitch_ps = GLITCH_PS
+        st.encoder.glitch_level = f.glitch_level
+        st.encoder.glitch_ps = f.glitch_ps
 
 
 @helper
-def end_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
+def end_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     """Let a fault of an axis end."""
+    kind = f.kind
     if kind == POWER_OFF:
         if st.powered == 0:
             switch_power(st, box, t_ps, 1)
@@ -98,8 +88,8 @@ def end_at_axis(st: Record, box: Any, t_ps: int, kind: int) -> None:
             set_inputs(st, box[0], t_ps)
     elif kind == STALE_WORD or kind == TORN_WORD:
         st.node.word_fault = WORD_RIGHT
-    elif kind == CABLE_OPEN or kind == LINES_SWAPPED or kind == LINE_BROKEN:
-        st.cable = WHOLE
+    elif kind == CABLE:
+        st.cable = 0
     elif kind == GLITCHES:
         st.encoder.glitch_level = 0
 
@@ -126,10 +116,9 @@ def switch_power(st: Record, box: Any, t_ps: int, on: int) -> None:
 @helper
 def surprise(st: Record, box: Any, t_ps: int) -> None:
     """Let the fault begin that waited for an insertion to be under way."""
-    kind = st.lurking
-    st.lurking = NO_FAULT
     st.struck_ps = t_ps
-    begin_at_axis(st, box, t_ps, kind)
+    begin_at_axis(st, box, t_ps, st.waiting)
+    st.waiting.kind = NO_FAULT
 
 
 @helper
@@ -154,9 +143,13 @@ def note_effects(st: Record, f: Record, t_ps: int) -> None:
 
 
 @helper
-def await_insertion(st: Record, kind: int) -> None:
+def await_insertion(st: Record, f: Record) -> None:
     """Let a fault wait for an insertion to be under way."""
-    st.lurking = kind
+    waiting = st.waiting
+    waiting.kind = f.kind
+    waiting.cable = f.cable
+    waiting.glitch_level = f.glitch_level
+    waiting.glitch_ps = f.glitch_ps
     st.struck_ps = 0
 
 

@@ -20,11 +20,9 @@ from rtec.injector._design_kernels import B
 from rtec.injector._kernels import injector_edge, injector_fire
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import ARMED, INJECTOR, INSERTING
-from rtec.link._bus_kernels import BEGUN, NO_FAULT, fire
+from rtec.link._bus_kernels import BEGUN, FAULT, NO_FAULT, fire
 from rtec.machine._fault_kernels import (
-    CABLE_OPEN,
-    LINE_BROKEN,
-    LINES_SWAPPED,
+    CABLE,
     await_insertion,
     begin_at_axis,
     behind_cable,
@@ -67,8 +65,8 @@ AXIS: list[tuple[object, ...]] = [
     ("override", np.float64),
     ("going_home", np.int64),  # 1: back to the encoder's home, whatever the controller counts
     # cable between encoder and box
-    ("cable", np.int64),
-    ("cable_level", np.int64),  # what a broken cable says
+    ("cable", np.int64),  # where its levels differ from the encoder's; 0: nowhere
+    ("cable_level", np.int64),  # levels when its fault began
     ("lines", np.int64),  # levels behind the cable
     ("box_count", np.int64),  # by the box's decoder
     ("illegal_in", np.int64),
@@ -82,7 +80,7 @@ AXIS: list[tuple[object, ...]] = [
     ("alarm_ps", np.int64),
     ("held_ps", np.int64),  # since when it is held; NEVER: it is not
     # a fault that waits for an insertion to be under way
-    ("lurking", np.int64),
+    ("waiting", FAULT),
     ("struck_ps", np.int64),
     # the last changes of the lines, for whoever wants to see an insertion
     ("keeps", np.int64),  # 1: they are kept
@@ -149,11 +147,11 @@ def fire_box(st: Record) -> None:
     """Carry out the box's own next event; a fault that lurks strikes while an insertion is under way."""
     s = st.injector
     t_ps = s.next_ps
-    if st.lurking != NO_FAULT and s.design == B and s.phase == ARMED:
+    if st.waiting.kind != NO_FAULT and s.design == B and s.phase == ARMED:
         surprise(st, None, t_ps)  # its insertion is one change: the last moment before it
         return
     injector_fire(s)
-    if st.lurking != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
+    if st.waiting.kind != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
         surprise(st, None, t_ps)
 
 
@@ -161,10 +159,10 @@ def fire_box(st: Record) -> None:
 def fire_between_edges(st: Record) -> None:
     """Carry out what the box does next; the lines change at once where a fault of the cable strikes with it."""
     t_ps = st.injector.next_ps
-    before = st.lurking
+    waiting = st.waiting.kind
     while st.injector.next_ps <= t_ps:
         fire_box(st)
-    if st.lurking != before:
+    if st.waiting.kind != waiting:
         take_lines(st, None, t_ps)
     else:
         deliver_lines(st, None, t_ps)
@@ -173,13 +171,13 @@ def fire_between_edges(st: Record) -> None:
 
 
 @helper
-def strike(st: Record, box: Any, t_ps: int, kind: int, begins: bool) -> None:
+def strike(st: Record, box: Any, t_ps: int, f: Record, begins: bool) -> None:
     """Let a fault begin or end at an axis, which has been run up to ``t_ps``."""
     if begins:
-        begin_at_axis(st, box, t_ps, kind)
+        begin_at_axis(st, box, t_ps, f)
     else:
-        end_at_axis(st, box, t_ps, kind)
-    if kind == CABLE_OPEN or kind == LINES_SWAPPED or kind == LINE_BROKEN:
+        end_at_axis(st, box, t_ps, f)
+    if f.kind == CABLE:
         take_lines(st, box, t_ps)
     else:
         deliver_lines(st, box, t_ps)
@@ -193,15 +191,15 @@ def fault_at_axis(st: Record, box: Any, f: Record, t_ps: int, begins: bool) -> N
     """
     if not begins:
         note_effects(st, f, t_ps)
-        if st.lurking == f.kind:
-            st.lurking = NO_FAULT  # no insertion came by
+        if st.waiting.kind == f.kind:
+            st.waiting.kind = NO_FAULT  # no insertion came by
         else:
-            strike(st, box, t_ps, f.kind, False)
+            strike(st, box, t_ps, f, False)
     elif f.while_inserting == 1:
-        await_insertion(st, f.kind)
+        await_insertion(st, f)
         f.struck_before = effects_at(st, f)
     else:
         f.struck_before = effects_at(st, f)
-        strike(st, box, t_ps, f.kind, True)
+        strike(st, box, t_ps, f, True)
         if f.proof == BEGUN:
             fire(f, t_ps)

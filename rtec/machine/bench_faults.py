@@ -9,7 +9,7 @@ from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import REQUEST
 from rtec.link.simulated import PS_PER_S
-from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
+from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace, FaultRow
 from rtec.machine.faults import PC_NODE, Fault, Strikes
 from rtec.machine.workbench import Workbench
 
@@ -17,8 +17,8 @@ DELAY_S = 0.003
 """Delay of a frame that is late or duplicated, where none is given."""
 
 
-def kind_of(name: FaultKind | str) -> FaultKind:
-    """Return the class of faults with a name.
+def kind_of(name: FaultRow | str) -> FaultRow:
+    """Return the class of faults with a name; a row is one itself.
 
     Raises
     ------
@@ -27,10 +27,10 @@ def kind_of(name: FaultKind | str) -> FaultKind:
 
     Examples
     --------
-    >>> kind_of("frame lost").name, kind_of("BUS_OFF").value
-    ('FRAME_LOST', 'bus off')
+    >>> kind_of("frame lost") is FaultKind.FRAME_LOST, kind_of("BUS_OFF").words
+    (True, 'bus off')
     """
-    if isinstance(name, FaultKind):
+    if isinstance(name, FaultRow):
         return name
     known = {kind.name.lower(): kind for kind in FaultKind} | {kind.value.lower(): kind for kind in FaultKind}
     wanted = str(name).lower()
@@ -69,7 +69,7 @@ class BenchFaults:
 
     def arm(
         self,
-        kind: FaultKind | str,
+        kind: FaultRow | str,
         *,
         at_s: float | tuple[float, float],
         lasting_s: float | None = None,
@@ -86,7 +86,7 @@ class BenchFaults:
         Parameters
         ----------
         kind
-            Its class, or the name of it: ``"frame lost"``, ``"bus_off"``.
+            Its class, or the name of it: ``"frame lost"``, ``"bus_off"``; or a row of one's own.
         at_s
             Simulated time at which it begins, or two between which the seed chooses.
         lasting_s
@@ -169,4 +169,4 @@ class BenchFaults:
 
 def _words(fault: Fault) -> str:
     place = "" if fault.place is None else f", {fault.kind.place.value} {fault.place}"
-    return f"{fault.kind.value} at {fault.from_ps / PS_PER_S:g} s{place}"
+    return f"{fault.kind.words} at {fault.from_ps / PS_PER_S:g} s{place}"

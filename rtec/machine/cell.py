@@ -12,7 +12,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
-from rtec.machine.faults import Fault, Fired, fault_records, proofs_of
+from rtec.machine.faults import Fault, Fired, check_apart, fault_records, proofs_of
 from rtec.machine.station_settings import Move, StationSettings
 from rtec.machine.station_view import StationView
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
@@ -69,7 +69,8 @@ class Cell:
     Raises
     ------
     ArgumentError
-        Axes that are not numbered in order, a program for each missing, a fault at an axis that is not there.
+        Axes that are not numbered in order, a program for each missing, a fault at an axis that is not there,
+        faults that overlap at one axis.
 
     Examples
     --------
@@ -100,6 +101,7 @@ class Cell:
                 raise ArgumentError("place", fault.place, f"0 (the PC) to {count}")
             if fault.place:
                 stations[fault.place - 1].check_fault(fault)
+        check_apart(faults)
         self.settings = tuple(stations)
         self.faults = tuple(faults)
         self._cell = new_record(_cell_kernels.CELL)

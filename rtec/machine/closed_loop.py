@@ -23,7 +23,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
 from rtec.machine import _loop_kernels, _station_kernels
-from rtec.machine.fault_kinds import FAULTS_OF_WORDS, FaultCategory
+from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import (
     Fault,
     FaultKind,
@@ -148,16 +148,16 @@ class Machine:
     def _check_fault(self, fault: Fault) -> None:
         """Check that a fault can happen here: PC and box exchange words, not frames."""
         kind = fault.kind
-        if kind not in FAULTS_OF_WORDS:
+        if not kind.among_words:
             hint = "in a cell, or by 'rtec safety', PC and box are on a bus"
-            raise ArgumentError("faults", kind.value, "faults of an axis, or 'PC killed'", hint)
+            raise ArgumentError("faults", kind.words, "faults of an axis, or 'PC killed'", hint)
         if kind.place is FaultPlace.AXIS and fault.place != 1:
-            raise ArgumentError("faults", f"{kind.value} at axis {fault.place}", "axis 1, the only one")
+            raise ArgumentError("faults", f"{kind.words} at axis {fault.place}", "axis 1, the only one")
         if kind is FaultKind.SWITCH_THROWN and not self.switch_on:
-            raise ArgumentError("faults", kind.value, "with a switch that is closed", "leave switch_on as it is")
+            raise ArgumentError("faults", kind.words, "with a switch that is closed", "leave switch_on as it is")
         if self.injector is None:
             if kind.category is not FaultCategory.ENCODER:
-                raise ArgumentError("faults", kind.value, "faults of the lines, where there is no box")
+                raise ArgumentError("faults", kind.words, "faults of the lines, where there is no box")
         else:
             check_waiting(fault, self.injector.design, firmware=self.microcontroller is not None)
 

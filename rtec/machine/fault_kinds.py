@@ -6,9 +6,15 @@ Names, help, records of the kernels, campaigns and the table of docs/how-to-test
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
+from dataclasses import dataclass
 
+from rtec.errors import ArgumentError
 from rtec.link import _bus_kernels as _bus
 from rtec.machine import _fault_kernels as _at
+
+CABLE, GLITCHES = _at.CABLE, _at.GLITCHES
+"""Codes of faults of the lines before the box: their rows say what the lines show, and how often a glitch comes."""
 
 
 class FaultPlace(enum.Enum):
@@ -52,9 +58,97 @@ class ProvedBy(enum.IntEnum):
 
 _F, _P = FaultCategory, ProvedBy
 
+NO_GLITCHES = 0.0, 0
 
-class FaultKind(enum.Enum):
-    """A class of faults; a member is its row: words, number in the kernels, category, proof, meaning.
+
+@dataclass(frozen=True, eq=False)
+class FaultRow:
+    """What is known of a class of faults.
+
+    Those of rtec are the members of `FaultKind`. Lines that go wrong in another way are a row of one's own, which a
+    `Fault` takes as well.
+
+    Parameters
+    ----------
+    words
+        What it is called.
+    code
+        What is done, as the kernels number it.
+    category
+        What it is done to.
+    proved_by
+        What shows that it took effect.
+    meaning
+        What happens, in a few words.
+    lines
+        Of the cable between encoder and box (code ``CABLE``): the levels that the box gets, as ``lines(levels,
+        before)`` of those that the encoder gives, and of those that the box got last before the fault; A + 2 B each.
+    glitches
+        Share of the edges that one follows, and its width in ps (code ``GLITCHES``).
+    seen_by
+        What else than the box could see it.
+
+    Raises
+    ------
+    ArgumentError
+        Lines that return something else than levels.
+
+    Examples
+    --------
+    >>> shorted = FaultRow("B shorted to A", CABLE, FaultCategory.ENCODER, ProvedBy.CABLE, "B shows A",
+    ...                    lines=lambda levels, before: 3 * (levels & 1))
+    >>> shorted.place.value, shorted.cable == FaultKind.CABLE_OPEN.cable
+    ('axis', False)
+    """
+
+    words: str
+    code: int
+    category: FaultCategory
+    proved_by: ProvedBy
+    meaning: str
+    lines: Callable[[int, int], int] | None = None
+    glitches: tuple[float, int] = NO_GLITCHES
+    seen_by: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the lines."""
+        _ = self.cable
+
+    @property
+    def cable(self) -> int:
+        """Return which levels change on the lines before the box, as the kernels take it."""
+        if self.lines is None:
+            return 0
+        seen = [(levels, self.lines(levels, before)) for before in range(4) for levels in range(4)]
+        if not all(level in range(4) for _, level in seen):
+            raise ArgumentError("lines", str([level for _, level in seen]), "levels, 0 to 3: A + 2 B")
+        return sum((levels ^ level) << (2 * place) for place, (levels, level) in enumerate(seen))
+
+    @property
+    def place(self) -> FaultPlace:
+        """Return where a fault of this class happens."""
+        if self.code <= _bus.LAST_OF_BUS:
+            return FaultPlace.BUS
+        return FaultPlace.PC if self.code >= _at.PC_KILLED else FaultPlace.AXIS
+
+    @property
+    def delayed(self) -> bool:
+        """Return whether it needs to be told by how much: a delay of frames, or a jump of the clock."""
+        return self.category is FaultCategory.CLOCK or self.code in (_bus.LATE, _bus.DUPLICATED)
+
+    @property
+    def among_words(self) -> bool:
+        """Return whether it can happen where PC and box exchange words and no frames."""
+        return self.place is not FaultPlace.BUS and self.category is not FaultCategory.CLOCK
+
+    @property
+    def over_at_once(self) -> bool:
+        """Return whether it is over as soon as it has begun."""
+        return self.code in (_at.BOX_RESTART, _at.PROBE_TRIP)
+
+
+class FaultKind(FaultRow, enum.Enum):
+    """The classes of faults of rtec; a member is its row, its value the words.
 
     Examples
     --------
@@ -62,18 +156,14 @@ class FaultKind(enum.Enum):
     ('bus', 'GLITCHES')
     """
 
-    _value_: str
-    code: int
-    category: FaultCategory
-    proved_by: ProvedBy
-    meaning: str
-
-    def __new__(cls, words: str, code: int, category: FaultCategory, proved_by: ProvedBy, meaning: str) -> FaultKind:
-        """Make a member of its row; its value is the words."""
+    def __new__(cls, words: str, *_: object) -> FaultKind:
+        """Make a member of its row."""
         kind = object.__new__(cls)
         kind._value_ = words
-        kind.code, kind.category, kind.proved_by, kind.meaning = code, category, proved_by, meaning
         return kind
+
+    def __repr__(self) -> str:
+        return f"<FaultKind.{self.name}>"
 
     FRAME_LOST = "frame lost", _bus.LOST, _F.FRAMES, _P.FRAMES, "does not arrive"
     FRAME_LATE = "frame late", _bus.LATE, _F.FRAMES, _P.FRAMES, "arrives later by `delay_s`"
@@ -102,33 +192,31 @@ class FaultKind(enum.Enum):
         "PC clock jumps forward", _at.CLOCK_JUMP_FORWARD, _F.CLOCK, _P.BEGUN, "by `delay_s`",
     )  # fmt: skip
     CLOCK_JUMP_BACK = "PC clock jumps back", _at.CLOCK_JUMP_BACK, _F.CLOCK, _P.BEGUN, "by `delay_s`"
-    CABLE_OPEN = "encoder cable open", _at.CABLE_OPEN, _F.ENCODER, _P.CABLE, "both inputs are pulled up"
-    LINES_SWAPPED = "A and B swapped", _at.LINES_SWAPPED, _F.ENCODER, _P.CABLE, "counts go the other way"
-    LINE_BROKEN = (
-        "one line of a pair broken", _at.LINE_BROKEN, _F.ENCODER, _P.CABLE, "A rests, B goes on",
+    CABLE_OPEN = (
+        "encoder cable open", _at.CABLE, _F.ENCODER, _P.CABLE, "both inputs are pulled up",
+        lambda levels, before: 3, NO_GLITCHES,
+        "a watch over the differential pairs; an index; a speed check, if it lasts",
     )  # fmt: skip
-    GLITCHES = "glitches", _at.GLITCHES, _F.ENCODER, _P.GLITCHES, "one edge in eight is followed by one of 300 ns"
+    LINES_SWAPPED = (
+        "A and B swapped", _at.CABLE, _F.ENCODER, _P.CABLE, "counts go the other way",
+        lambda levels, before: levels >> 1 | (levels & 1) << 1, NO_GLITCHES,
+        "a speed check, at once: the counts go the other way; an index",
+    )  # fmt: skip
+    LINE_BROKEN = (
+        "one line of a pair broken", _at.CABLE, _F.ENCODER, _P.CABLE, "A rests, B goes on",
+        lambda levels, before: levels & 2 | before & 1, NO_GLITCHES,
+        "a watch over the differential pair; a speed check, if it lasts; an index",
+    )  # fmt: skip
+    GLITCHES = (
+        "glitches", _at.GLITCHES, _F.ENCODER, _P.GLITCHES, "one edge in eight is followed by one of 300 ns",
+        None, (1 / 8, 300_000),  # wide enough for the controller's filter to see
+        "a narrower filter; an index",
+    )  # fmt: skip
     SWITCH_THROWN = "disable switch thrown", _at.SWITCH_THROWN, _F.OPERATOR, _P.BEGUN, "corrections are forbidden"
     PROBE_TRIPPED = "probe trip", _at.PROBE_TRIP, _F.OPERATOR, _P.BEGUN, "the position is latched"
 
-    @property
-    def place(self) -> FaultPlace:
-        """Return where a fault of this class happens."""
-        if self.code <= _bus.LAST_OF_BUS:
-            return FaultPlace.BUS
-        return FaultPlace.PC if self.code >= _at.PC_KILLED else FaultPlace.AXIS
 
-    @property
-    def delayed(self) -> bool:
-        """Return whether it needs to be told by how much: a delay of frames, or a jump of the clock."""
-        return self.category is FaultCategory.CLOCK or self in (FaultKind.FRAME_LATE, FaultKind.FRAME_DUPLICATED)
-
-
-FAULTS_OF_WORDS = tuple(
-    kind
-    for kind in FaultKind
-    if kind.place is FaultPlace.AXIS or (kind.place is FaultPlace.PC and kind.category is not FaultCategory.CLOCK)
-)
+FAULTS_OF_WORDS = tuple(kind for kind in FaultKind if kind.among_words)
 """Those that can happen where PC and box exchange words and no frames."""
 
 

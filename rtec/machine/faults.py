@@ -16,10 +16,10 @@ from rtec.injector import Design
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine import _fault_kernels
-from rtec.machine.fault_kinds import FaultKind, FaultPlace
+from rtec.machine.fault_kinds import FaultKind, FaultPlace, FaultRow
 from rtec.signal import NEVER
 
-__all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "Fired", "Strikes", "fault_records"]
+__all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "FaultRow", "Fired", "Strikes", "fault_records"]
 
 MS = 1_000_000_000
 
@@ -43,7 +43,7 @@ class Fault:
     Parameters
     ----------
     kind
-        Its class.
+        Its class, or a row of one's own.
     place
         On the bus, the node that sends the frames (0: the PC, n: the box of axis n; None: any); at an axis, its
         number; None for the PC.
@@ -71,7 +71,7 @@ class Fault:
     'BUS'
     """
 
-    kind: FaultKind
+    kind: FaultRow
     place: int | None = None
     from_ps: int
     until_ps: int | None = None
@@ -97,16 +97,16 @@ class Fault:
         elif self.place is not None:
             whole_within("place", self.place, 0, _bus.NODES - 1)
         if self.kind.delayed and self.delay_ps == 0:
-            raise ArgumentError("delay_ps", 0, "at least 1 ps", f"say how far: {self.kind.value}")
-        if self.kind is FaultKind.BUS_OFF and self.place is None:
+            raise ArgumentError("delay_ps", 0, "at least 1 ps", f"say how far: {self.kind.words}")
+        if self.kind.code == _bus.OFF and self.place is None:
             raise ArgumentError("place", "None", "a node: 0 is the PC, n the box of axis n")
         if self.strikes is Strikes.WHILE_INSERTING and where is not FaultPlace.AXIS:
-            raise ArgumentError("strikes", self.strikes.value, "at once", f"{self.kind.value} is none of an axis")
+            raise ArgumentError("strikes", self.strikes.value, "at once", f"{self.kind.words} is none of an axis")
 
     @property
     def over_ps(self) -> int:
         """Return when it is over: a restart and a trip of the probe are so at once, others may stay."""
-        if self.strikes is Strikes.AT_ONCE and self.kind in (FaultKind.BOX_RESTARTED, FaultKind.PROBE_TRIPPED):
+        if self.strikes is Strikes.AT_ONCE and self.kind.over_at_once:
             return self.from_ps
         return NEVER if self.until_ps is None else self.until_ps
 
@@ -114,7 +114,7 @@ class Fault:
         """Return the fault in words."""
         ends = "" if self.until_ps is None else f" to {self.until_ps / 1e12:g} s"
         waits = f", {self.strikes.value}" if self.strikes is Strikes.WHILE_INSERTING else ""
-        return f"{self.kind.value} from {self.from_ps / 1e12:g} s{ends}{waits}"
+        return f"{self.kind.words} from {self.from_ps / 1e12:g} s{ends}{waits}"
 
     def fill(self, record: Record) -> None:
         """Write the fault into a kernel's record."""
@@ -129,6 +129,9 @@ class Fault:
         record.delay_ps = self.delay_ps
         record.seed = self.seed
         record.proof = self.kind.proved_by
+        record.cable = self.kind.cable
+        share, record.glitch_ps = self.kind.glitches
+        record.glitch_level = round(share * 2**16)
         record.while_inserting = int(self.strikes is Strikes.WHILE_INSERTING)
 
 
@@ -171,7 +174,7 @@ def probing_records(probing: Sequence[tuple[int, int]]) -> Record:
     return records
 
 
-def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]]) -> None:
+def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()) -> None:
     """Check that what shares a part of the axis does not overlap in time; nobody could say which of the two ends it.
 
     Raises
@@ -179,8 +182,9 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]]) -> 
     ArgumentError
         Two faults of one category, two that wait for an insertion, or two intervals of probing, that overlap.
     """
-    spans = [((fault.kind.category.value, fault.kind.place.value), fault) for fault in faults]
-    spans += [(("waiting", ""), fault) for fault in faults if fault.strikes is Strikes.WHILE_INSERTING]
+    faults = [fault for fault in faults if fault.kind.place is FaultPlace.AXIS]  # a frame may suffer several
+    spans = [((fault.kind.category.value, str(fault.place)), fault) for fault in faults]
+    spans += [(("waiting", str(fault.place)), fault) for fault in faults if fault.strikes is Strikes.WHILE_INSERTING]
     times = [(part, fault.from_ps, fault.over_ps, "faults", str(fault)) for part, fault in spans]
     times += [(("probing", ""), a, b, "probing", f"from {a / 1e12:g} s to {b / 1e12:g} s") for a, b in probing]
     for (part, _, over_ps, _, words), (other, from_ps, _, name, later) in pairwise(sorted(times)):

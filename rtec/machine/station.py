@@ -10,7 +10,7 @@ from rtec.errors import ArgumentError
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
-from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes, fault_records
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Strikes, fault_records
 from rtec.machine.station_settings import Move, StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
 from rtec.signal import NEVER
@@ -55,7 +55,7 @@ class Station:
         self._run = prepared(_station_kernels.run, *self._axes.parts, self._axes.steps, 0)
         self._now_ps = start_ps
         self._heard = False
-        self._begun: dict[FaultKind, Record] = {}
+        self._begun: dict[FaultRow, Record] = {}
 
     @property
     def now_ps(self) -> int:
@@ -142,7 +142,7 @@ class Station:
         """Hold the axis' feed, as a PC does by the controller's own input."""
         self._state.pc_holds = 1
 
-    def begin(self, kind: FaultKind, *, while_inserting: bool = False) -> None:
+    def begin(self, kind: FaultRow, *, while_inserting: bool = False) -> None:
         """Let a fault of the axis begin: now, or at the first moment at which an insertion is under way.
 
         Raises
@@ -154,7 +154,7 @@ class Station:
         self._begun[kind] = record
         self.change(record, begins=True)
 
-    def end(self, kind: FaultKind) -> None:
+    def end(self, kind: FaultRow) -> None:
         """Let a fault of the axis end."""
         record = self._begun.pop(kind, None)
         self.change(self._record_of(kind, Strikes.AT_ONCE) if record is None else record, begins=False)
@@ -197,10 +197,10 @@ class Station:
         """Return what happens."""
         return station_view(self._state, self.settings)
 
-    def _record_of(self, kind: FaultKind, strikes: Strikes) -> Record:
+    def _record_of(self, kind: FaultRow, strikes: Strikes) -> Record:
         if kind.place is not FaultPlace.AXIS:
             raise ArgumentError(
-                "kind", kind.value, "a fault of an axis", "faults of bus and PC have their place there"
+                "kind", kind.words, "a fault of an axis", "faults of bus and PC have their place there"
             )
         fault = Fault(kind=kind, place=self.settings.axis, from_ps=max(self._now_ps, 0), strikes=strikes)
         self.settings.check_fault(fault)

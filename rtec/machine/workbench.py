@@ -275,7 +275,7 @@ class Workbench:
         """
         kind = fault.kind
         if kind.place is FaultPlace.PC:
-            raise ArgumentError("kind", kind.value, "a fault of the bus or of an axis", "this PC is your own program")
+            raise ArgumentError("kind", kind.words, "a fault of the bus or of an axis", "this PC is your own program")
         if fault.from_ps < self.bus.now_ps:
             raise ArgumentError("from_ps", fault.from_ps, f"{self.bus.now_ps} ps or later (time never runs back)")
         if kind.place is FaultPlace.BUS:

@@ -4,12 +4,19 @@ from pathlib import Path
 
 import pytest
 
+from rtec.axis import Limits
+from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
+from rtec.injector import Design, InjectorSettings, Processor, Timing
+from rtec.machine import Machine, run_machine, straight_pass
+from rtec.machine.bench_faults import BenchFaults
 from rtec.machine.cell import Cell
-from rtec.machine.fault_kinds import FaultCategory, ProvedBy, fault_table
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, Strikes, fault_records
-from rtec.machine.station import Move, StationSettings
+from rtec.machine.fault_kinds import CABLE, FaultCategory, ProvedBy, fault_table
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Strikes, fault_records
+from rtec.machine.station import Alarm, Move, StationSettings
+from rtec.machine.workbench import bench_of
 from rtec.predictors import UnidirectionalTable
+from rtec.requester import Status
 
 MS, S = 10**9, 10**12
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
@@ -57,10 +64,6 @@ def test_it_strikes_as_many_frames_as_it_says():
     assert cell.fired[0].times == 3
 
 
-def test_the_numbers_of_the_kernels_differ():
-    assert len({kind.code for kind in FaultKind}) == len(FaultKind)
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -83,8 +86,8 @@ def test_what_it_cannot_be_is_refused(words, said):
 
 
 def test_every_class_is_one_row_and_all_else_follows_from_it():
-    codes = [kind.code for kind in FaultKind]
-    assert len(set(codes)) == len(codes)
+    done = [(kind.code, kind.cable) for kind in FaultKind]
+    assert len(set(done)) == len(done)
     assert all(kind.meaning for kind in FaultKind)
     on_bus = {kind for kind in FaultKind if kind.place is FaultPlace.BUS}
     # frames are counted where they are struck; what happens elsewhere is proved by what it does there
@@ -100,3 +103,53 @@ def test_every_class_is_one_row_and_all_else_follows_from_it():
 def test_the_table_for_users_is_that_of_the_rows():
     page = Path(__file__).parents[3] / "docs" / "how-to-test-your-pc.md"
     assert fault_table() in page.read_text(encoding="utf-8")
+
+
+CABLES = CABLE, FaultCategory.ENCODER, ProvedBy.CABLE
+A_LOW = FaultRow("A shorted to ground", *CABLES, "A is low", lambda levels, _: levels & 2)
+BOTH_A = FaultRow("B shorted to A", *CABLES, "B is A", lambda levels, _: 3 * (levels & 1))
+INVERTED = FaultRow("lines inverted", *CABLES, "both are wrong", lambda levels, _: 3 - levels)
+
+
+@pytest.mark.parametrize("firmware", [False, True], ids=["model", "firmware"])
+def test_a_row_of_ones_own_is_all_that_a_new_fault_needs_in_the_loop(firmware):
+    """With A held low B goes forth and back: the loop loses every count, and of four levels two have A high."""
+    design = Design.C
+    machine = Machine(
+        injector=InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51)),
+        microcontroller=Microcontroller.named("8051-12mhz") if firmware else None,
+        faults=[Fault(kind=A_LOW, place=1, from_ps=S, until_ps=2 * S)],
+    )
+    limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
+    result = run_machine(machine, straight_pass([4.0], 1.0, limits))
+    assert result.fired[0].times == pytest.approx(-result.audit_counts / 2, abs=2)
+    assert -result.audit_counts > 1000
+
+
+def test_a_row_of_ones_own_is_all_that_a_new_fault_needs_in_a_cell_and_on_a_workbench():
+    cell = cell_with(fault(BOTH_A))
+    cell.run(until_ps=3 * S)
+    view = cell.axes[0].view
+    assert (view.status, view.alarm) == (Status.ENCODER_FAULT, Alarm.ILLEGAL)
+    assert cell.fired[0].first_ps >= S
+    bench = bench_of()
+    armed = BenchFaults(bench, lambda by_ps, note: None)
+    armed.arm(INVERTED, at_s=0.1, lasting_s=0.1)
+    bench.bus.run(until_ps=S)
+    # both lines change at once when it begins; an axis at rest has no other edge
+    assert armed.times == {"lines inverted at 0.1 s, axis 1": 1}
+    assert bench.boxes[1].alarm is Alarm.ILLEGAL
+
+
+def test_lines_that_are_no_levels_are_refused():
+    with pytest.raises(ArgumentError, match="0 to 3"):
+        FaultRow("loose", *CABLES, "loose", lambda levels, before: levels + 1)
+
+
+def test_two_that_wait_at_one_axis_of_a_cell_are_refused():
+    waiting = {"from_ps": S, "strikes": Strikes.WHILE_INSERTING}
+    power, switch = (Fault(kind=kind, place=1, **waiting) for kind in (FaultKind.POWER_LOST, FaultKind.SWITCH_THROWN))
+    with pytest.raises(ArgumentError, match="when this is over"):
+        cell_with(power, switch)
+    jumps = [Fault(kind=kind, from_ps=S + n, delay_ps=MS) for n, kind in enumerate(JUMPS)]
+    cell_with(power, *jumps)  # a clock that has jumped is done with it
