@@ -75,9 +75,12 @@ def new_figure(height_inch: float) -> Figure:
 
 def rendered(figure: Figure) -> tuple[bytes, bytes]:
     """Return the figure as SVG and as PNG of 150 dots an inch; the same figure gives the same bytes."""
-    figure.draw_without_rendering()
-    # the places hold for both formats; the layout's last digits vary, and ids in an SVG are digests of all digits
-    figure.set_layout_engine("none")
+    # laid out once for both formats: with an engine left, each of them would be drawn twice
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
+        figure.set_layout_engine(None)
+    # the layout's last digits vary, and ids in an SVG are digests of all digits
     for axes in figure.axes:
         left, bottom, width, height = (round(float(edge), 6) for edge in axes.get_position().bounds)
         axes.set_position((left, bottom, width, height))
