@@ -13,6 +13,7 @@ from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.report import StudyResult
+    from rtec.report.illustrations import Illustration
 
 _DONE = 0
 _FAILS = 1
@@ -59,6 +60,7 @@ def run(
     from rtec.board import Microcontroller
     from rtec.report import study_document, write_report
     from rtec.report.destination import check_folder, report_folder
+    from rtec.report.search import search_figures
     from rtec.study import builtin_study, read_study, run_study
     from rtec.study.definition import check_repeatability
     from rtec.units import LENGTH, parse_quantity
@@ -77,10 +79,15 @@ def run(
     if output is not None:
         check_folder(output, force=force)
     announce_compilation()
+    found: list[Illustration] = []
     with progress(f"study {what.name}") as show:
-        result = run_study(what, progress=lambda _, share: show(0.9 * share))
+        result = run_study(
+            what,
+            progress=lambda _, share: show(0.9 * share),
+            meanwhile=lambda learned: found.extend(search_figures(learned)),
+        )
         with report_folder(output, what.name) as folder:
-            page = write_report(result, folder)
+            page = write_report(result, folder, found=found)
         show(1.0)
     if json:
         print_json({**study_document(result), "report": str(page)})

@@ -174,28 +174,27 @@ def run(
     """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
 
     ``error``, ``model`` and ``own`` are the axis' true curve, what the PC believes and the controller's own table, as
-    `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is None or
+    `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is
     (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
     servo = m.servo
+    rows, every, used = trace
     m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
         acceleration = servo_tick(m, speed, own, plant, 0)
-        if trace is not None:
-            rows, every, used = trace
-            if servo.ticks % every == 0 and used[0] < rows.shape[0]:
-                follow_play(m, error)
-                row = rows[used[0]]
-                row[0] = servo.now_ps / 1e12
-                row[1] = servo.command * servo.count_mm
-                row[2] = servo.x * servo.count_mm
-                row[3] = true_mm(m, servo.now_ps)
-                row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
-                row[5] = m.pc.target
-                row[6] = m.injector.completed
-                row[7] = m.encoder.count
-                used[0] += 1
+        if used[0] < rows.shape[0] and servo.ticks % every == 0:
+            follow_play(m, error)
+            row = rows[used[0]]
+            row[0] = servo.now_ps / 1e12
+            row[1] = servo.command * servo.count_mm
+            row[2] = servo.x * servo.count_mm
+            row[3] = true_mm(m, servo.now_ps)
+            row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
+            row[5] = m.pc.target
+            row[6] = m.injector.completed
+            row[7] = m.encoder.count
+            used[0] += 1
         resting = servo.v == 0.0 and acceleration == 0.0
         ticks = 1
         if resting:

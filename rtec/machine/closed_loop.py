@@ -298,7 +298,7 @@ def run_machine(
     total_ps = end_ps(motion)
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
-    trace: Any = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
+    trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
     records = np.concatenate([fault_records(machine.faults), probing_records(machine.probing)]).view(np.recarray)
     advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box, records)
     begun = time.perf_counter()
@@ -312,7 +312,7 @@ def run_machine(
     prepared(_loop_kernels.come_to_rest, state, box, records)(state, box, records)
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
-    rows = None if trace is None else trace[0][: trace[2][0]]
+    rows = trace[0][: trace[2][0]] if trace_every > 0 else None
     fired = proofs_of(machine.faults, records[: len(machine.faults)])
     result = replace(_result(machine, state, firmware, readings - target, rows, wall_s), fired=fired)
     if firmware is None:
@@ -357,13 +357,12 @@ def _arrays(
     return readings, arrays
 
 
-def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]] | None:
-    if every <= 0:
-        return None
-    rows = ticks // every + 2
+def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]]:
+    """Return room for a row every so many ticks, or for none: each type of it would be one more loop to compile."""
+    rows = ticks // every + 2 if every > 0 else 0
     if rows > 20_000_000:
         raise ArgumentError("trace_every", every, f"at least {ticks // 10_000_000}", "a trace is held in memory")
-    return np.zeros((rows, len(TRACE_COLUMNS))), every, np.zeros(1, np.int64)
+    return np.zeros((rows, len(TRACE_COLUMNS))), max(every, 1), np.zeros(1, np.int64)
 
 
 def _result(

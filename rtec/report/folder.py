@@ -22,7 +22,7 @@ from rtec.signal import coarsest_timescale, write_vcd
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9-]+")
 
 
-def write_report(result: StudyResult, folder: Path) -> Path:
+def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustration] | None = None) -> Path:
     """Write page, figures, tables, readings and waveforms of a study.
 
     Everything is made in a hidden folder inside ``folder`` and moved to its place at the end, so that an error, a
@@ -34,6 +34,8 @@ def write_report(result: StudyResult, folder: Path) -> Path:
         The study.
     folder
         Where to; it exists.
+    found
+        What `search_figures` has drawn of the search already; None: it is drawn now.
 
     Returns
     -------
@@ -48,7 +50,8 @@ def write_report(result: StudyResult, folder: Path) -> Path:
         A unit that is not known.
     """
     scale = scale_of(result.unit)
-    found = () if result.learned is None else search_figures(result.learned)
+    if found is None:
+        found = () if result.learned is None else search_figures(result.learned)
     figures = illustrations(result, scale)
     with whole_folder(folder) as new:
         _write_all(result, scale, found, figures, new)

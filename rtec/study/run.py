@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
@@ -40,7 +41,9 @@ TITLES = {
 }
 
 
-def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
+def run_study(
+    study: Study, *, progress: Progress | None = None, meanwhile: Callable[[Learned], None] | None = None
+) -> StudyResult:
     """Run a study and return its results.
 
     Parameters
@@ -49,6 +52,8 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
         What to do.
     progress
         Called with what is being done and the share of the whole that is; from several threads, one at a time.
+    meanwhile
+        Called with what the calibration showed, while the rows are measured: there is time to draw it.
 
     Raises
     ------
@@ -77,6 +82,8 @@ def run_study(study: Study, *, progress: Progress | None = None) -> StudyResult:
             study = replace(study, model=lesson.predictor, left_out=lesson.left_out)
         rows += [jobs.row(name, machine) for name, machine in _corrected(study)]
         feeds = [jobs.feed(study, design) for design in study.designs]
+        if lesson is not None and meanwhile is not None:
+            meanwhile(lesson.learned)
         parts = _Parts(
             rows=tuple(row.result() for row in rows),
             feeds=tuple(feed.result() for feed in feeds),

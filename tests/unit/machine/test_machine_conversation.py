@@ -37,7 +37,8 @@ class Paused:
         self._models = parts.bound_models()
 
     def run(self, until_ps):
-        _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, None, None, NO_FAULTS)
+        no_trace = closed_loop._trace(0, 0)
+        _loop_kernels.run(self.state, until_ps, *self._arrays, *self._models, no_trace, None, NO_FAULTS)
         return self.state
 
 
