@@ -49,6 +49,13 @@ def log_likelihood(products: NDArray[np.float64], readings: float, deviations: N
 
 
 @array_helper
+def put(places: NDArray[np.int64], values: NDArray[np.int64]) -> None:
+    """Copy an array into another; as a slice it takes two seconds to compile."""
+    for b in range(places.size):
+        places[b] = values[b]
+
+
+@array_helper
 def at_places(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64],
@@ -76,7 +83,7 @@ def shift(
         value = at_places(products, readings, block, ladder, moved)
         if value > best:
             best = value
-            places[:] = moved
+            put(places, moved)
     return best
 
 
@@ -143,13 +150,14 @@ def climb(
     large = own, rest, reduced, log_pivots
     price = rare * np.sum(optional & (places >= 0))
     value = kept(*known, places, *large) - price
-    moved = places.copy()
+    moved, near = places.copy(), np.empty(3, np.int64)
     for _ in range(_ROUNDS):
         together = places.copy()
         best_block, best_place, best = -1, -1, value + _GAIN
         for b in range(places.size):
             was, most = places[b], value
-            trials = entrances if was < 0 else np.array([was - 1, was + 1, -1])
+            near[0], near[1], near[2] = was - 1, was + 1, -1
+            trials = entrances if was < 0 else near
             for place in trials:
                 if place == was or place >= ladder.size or (place < 0 and not optional[b]):
                     continue
@@ -166,10 +174,10 @@ def climb(
         # moves of different blocks seldom hinder each other: all that help are tried at once first
         both = kept(*known, together, *large) - rare * np.sum(optional & (together >= 0))
         if both >= best:
-            places[:] = together
+            put(places, together)
             value = both
         else:
             places[best_block] = best_place
             value = best
-        moved[:] = places
+        put(moved, places)
     return value
