@@ -27,6 +27,7 @@ from rtec.machine._fault_kernels import (
 from rtec.machine._station_kernels import is_held
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
+from rtec.requester._box_kernels import RUNNING
 from rtec.requester._box_node_kernels import box_receive
 from rtec.requester._pc_kernels import HOLD as HOLDING
 from rtec.requester._pc_node_kernels import BUS_OFF, OTHER_AXIS, pc_hold, pc_node_start, pc_receive
@@ -132,6 +133,21 @@ def turn_box(c: Record, axes: Any, boxes: Any, steps: Any, faults: NDArray[np.vo
             stations[j].pc_holds = 1  # the hold contacts of the boxes are in series
 
 
+@helper
+def watch_lines(c: Record, axes: Any, boxes: Any, steps: Any, t_ps: int) -> None:
+    """Let axes that follow lines together go once all are ready, and stop at once when one no longer is."""
+    advance, _ = steps
+    stations = axes[0]
+    ready = 1
+    for i in range(stations.size):
+        if is_held(stations[i]) or stations[i].node.box.state != RUNNING:
+            ready = 0
+    if ready != stations[0].lines_run:
+        for i in range(stations.size):
+            advance(axes, boxes, i, t_ps, False)
+            stations[i].lines_run = ready
+
+
 @kernel
 def start(c: Record, pcs: NDArray[np.void], bit_ps: int, pc_first_ps: int, pc_gap_ps: int) -> None:
     """Switch bus and PC on; the stations are started on their own."""
@@ -198,6 +214,8 @@ def run(
             turn_box(c, axes, boxes, steps, faults, due, t_ps)
         else:
             turn_pc(c, stations, pcs, faults, pc, t_ps, model)
+        if stations[0].line_acceleration > 0.0:
+            watch_lines(c, axes, boxes, steps, t_ps)
     for i in range(stations.size):
         advance(axes, boxes, i, until_ps, False)
     for i in range(faults.size):

@@ -52,6 +52,7 @@ AXIS: list[tuple[object, ...]] = [
     ("ramp_s", np.float64),  # of the feed override between 0 and 1
     ("following_limit", np.float64),  # counts beyond the lag of the feed, at which the controller stops the drive
     ("repeats", np.int64),  # 1: after the last move comes the first
+    ("line_acceleration", np.float64),  # mm/s^2 along lines that all axes follow together; 0: moves of its own
     # motion
     ("event_ps", np.int64),
     ("tick_open", np.int64),
@@ -61,6 +62,10 @@ AXIS: list[tuple[object, ...]] = [
     ("moving_to", np.int64),  # move of the program
     ("arrived_ps", np.int64),  # at its end; NEVER: still under way
     ("command_speed", np.float64),
+    ("lines_run", np.int64),  # 1: all axes are ready to follow lines
+    ("line_from", np.float64),  # command at the begin of the line
+    ("line_mm", np.float64),  # way along it
+    ("line_speed", np.float64),  # mm/s along it
     ("lag", np.float64),  # counts that the axis may lag behind at the feed of the last while
     ("override", np.float64),
     ("going_home", np.int64),  # 1: back to the encoder's home, whatever the controller counts

@@ -1,9 +1,10 @@
 """Compiled axis with its box as one node of a bus: program, servo, encoder, cable, box, controller.
 
 Stations come side by side, ``axes = (stations, moves, plant)``: their records; targets in counts, speeds in counts/s
-and rests in ps, each of shape (axes, moves); what the servos move. ``boxes`` is None where the injectors model them,
-else their parts as rows (`rtec.machine.firmware_box`). Whoever owns the clock calls :func:`advance` and
-:func:`change_fault` by their addresses, so that an axis is compiled once for all of them.
+(along lines in mm/s), rests in ps and lengths of lines in mm, each of shape (axes, moves); what the servos move.
+``boxes`` is None where the injectors model them, else their parts as rows (`rtec.machine.firmware_box`). Whoever owns
+the clock calls :func:`advance` and :func:`change_fault` by their addresses, so that an axis is compiled once for all
+of them.
 
 The axis follows moves one after the other by speed and acceleration, under a feed override that goes to zero while
 the machine is held. Lines, box and controller are the step functions of the closed loop; between two readings of the
@@ -44,7 +45,7 @@ def is_held(st: Record) -> bool:
 @step
 def next_command(st: Record, moves: Any) -> float:
     """Carry the command one tick on along the moves; return its velocity in counts/s."""
-    targets, speeds, _ = moves
+    targets, speeds, _, _ = moves
     servo = st.servo
     dt = servo.period_s
     held = is_held(st)
@@ -52,9 +53,12 @@ def next_command(st: Record, moves: Any) -> float:
         st.held_ps = servo.now_ps
     if not held:
         st.held_ps = NEVER
-    runs = not held and st.node.box.state == RUNNING
+    along_lines = st.line_acceleration > 0.0
+    runs = st.lines_run == 1 if along_lines else not held and st.node.box.state == RUNNING
     aim = 1.0 if runs or st.going_home == 1 else 0.0
     st.override = min(max(aim, st.override - dt / st.ramp_s), st.override + dt / st.ramp_s)
+    if along_lines:
+        return next_on_line(st, moves)
     if st.going_home == 1:
         target = float(st.receiver.count - st.encoder.count)
         feed = st.servo.max_speed / 8.0
@@ -80,9 +84,41 @@ def next_command(st: Record, moves: Any) -> float:
 
 
 @step
+def next_on_line(st: Record, moves: Any) -> float:
+    """Carry the command one tick on along a line that all axes follow; each computes the same share of it to the bit.
+
+    So they need no clock between them, as long as feed override and ticks are the same for all.
+    """
+    targets, speeds, _, lengths = moves
+    servo = st.servo
+    dt = servo.period_s
+    if st.arrived_ps != NEVER or st.moving_to >= targets.size:
+        arrive(st, moves)
+        return 0.0
+    if st.line_mm == 0.0:
+        st.line_from = servo.command
+    length = lengths[st.moving_to]
+    rest = length - st.line_mm
+    most = st.line_acceleration * dt
+    fastest = min(speeds[st.moving_to] * st.override, math.sqrt(2.0 * st.line_acceleration * rest))
+    speed = min(max(fastest, st.line_speed - most), st.line_speed + most)
+    if rest <= speed * dt or (rest < 1e-9 and speed <= most):
+        servo.command = targets[st.moving_to]
+        st.line_mm = 0.0
+        st.line_speed = 0.0
+        arrive(st, moves)
+        return 0.0
+    st.line_mm += speed * dt
+    st.line_speed = speed
+    counts_per_mm = (targets[st.moving_to] - st.line_from) / length
+    servo.command = st.line_from + counts_per_mm * st.line_mm
+    return float(counts_per_mm * speed)
+
+
+@step
 def arrive(st: Record, moves: Any) -> None:
     """Rest at the end of a move as long as it says, then go on to the next."""
-    targets, _, rests = moves
+    targets, _, rests, _ = moves
     if st.going_home == 1 or st.moving_to >= targets.size:
         return
     if st.arrived_ps == NEVER:
@@ -192,6 +228,8 @@ def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     st.receiver.fault = 0
     st.servo.command = st.encoder.count
     st.command_speed = 0.0
+    st.line_mm = 0.0
+    st.line_speed = 0.0
     st.lag = 0.0
     st.alarm = NO_ALARM
     st.going_home = 0
@@ -203,8 +241,8 @@ def zero_counters(st: Record, box: Any, t_ps: int) -> None:
 def advance(axes: Any, boxes: Any, i: int, until_ps: int, reads: bool) -> None:
     """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``; there the box takes a reading, or not."""
     stations, moves, plant = axes
-    targets, speeds, rests = moves
-    own = targets[i], speeds[i], rests[i]
+    targets, speeds, rests, lengths = moves
+    own = targets[i], speeds[i], rests[i], lengths[i]
     if boxes is None:
         advance_box(stations[i], None, until_ps, own, plant, i)
         if reads:

@@ -13,7 +13,8 @@ from rtec.errors import ArgumentError
 from rtec.link._bus_kernels import FAULT
 from rtec.machine import _line_kernels, _station_kernels
 from rtec.machine.firmware_box import side_by_side
-from rtec.machine.station_settings import Move, StationSettings, move_arrays
+from rtec.machine.moves import Moves, lines_of, move_arrays
+from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView, station_view
 
 
@@ -25,7 +26,7 @@ class Axes:
     settings
         The parts of each.
     moves
-        The program of each, over and over.
+        The program of each, over and over; or lines that all follow together, once.
     start_ps
         When they are switched on.
     first_ps
@@ -36,13 +37,14 @@ class Axes:
     Raises
     ------
     ArgumentError
-        Axes with plants of several kinds, or some with a firmware and some without.
+        Axes with plants of several kinds, or some with a firmware and some without; lines for axes that do not
+        accelerate alike.
     """
 
     def __init__(
         self,
         settings: Sequence[StationSettings],
-        moves: Sequence[Sequence[Move]],
+        moves: Moves,
         *,
         start_ps: int,
         first_ps: Sequence[int],
@@ -58,7 +60,7 @@ class Axes:
         self._boxes = side_by_side(boxes, self.records[0]) if boxes else None
         for i, (state, each) in enumerate(zip(self.records, settings, strict=True)):
             each.fill(state)
-            state.repeats = 1
+            state.repeats = 0 if lines_of(moves) else 1
             _station_kernels.start(state, start_ps, first_ps[i], sessions[i])
             if boxes:
                 _station_kernels.switch_on_controller(state, boxes[i].board.state.ab_out)
@@ -73,15 +75,15 @@ class Axes:
         self._settle: Any = prepared(_station_kernels.settle, *self.parts, 0)
         self._change: Any = prepared(_station_kernels.change_fault, *self.parts, 0, fault, 0, True)
 
-    def follow(self, moves: Sequence[Sequence[Move]]) -> None:
-        """Let them follow other moves from here on; after a shorter program than the longest an axis stays."""
-        longest = max(len(program) for program in moves)
-        rows = []
-        for each, program in zip(self.settings, moves, strict=True):
-            stay = [Move(target_mm=last.target_mm, speed_mm_s=last.speed_mm_s) for last in program[-1:]]
-            rows.append(move_arrays([*program, *stay * (longest - len(program))], each.encoder.count_mm))
-        padded = tuple(np.array([row[k] for row in rows]) for k in range(3))
-        self.parts: Any = (self.records, padded, self._plant), self._boxes
+    def follow(self, moves: Moves) -> None:
+        """Let them follow other moves from here on."""
+        together = bool(lines_of(moves))
+        if together and len({_pace(each) for each in self.settings}) > 1:
+            raise ArgumentError("stations", "several paces", "one acceleration, hold ramp and servo period for lines")
+        for state, each in zip(self.records, self.settings, strict=True):
+            state.line_acceleration = each.acceleration_mm_s2 if together else 0.0
+        arrays = move_arrays(moves, [each.encoder.count_mm for each in self.settings])
+        self.parts: Any = (self.records, arrays, self._plant), self._boxes
         """What the kernels take (`rtec.machine._station_kernels`)."""
 
     def change_fault(self, i: int, fault: Record, t_ps: int, *, begins: bool) -> None:
@@ -108,6 +110,10 @@ class Axes:
 
 def _views(records: Any, settings: Sequence[StationSettings]) -> tuple[StationView, ...]:
     return tuple(station_view(state, each) for state, each in zip(records, settings, strict=True))
+
+
+def _pace(each: StationSettings) -> tuple[float, float, int]:
+    return each.acceleration_mm_s2, each.hold_ramp_s, each.servo.period_ps
 
 
 def _copied(part: Any) -> Any:

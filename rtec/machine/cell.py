@@ -13,7 +13,8 @@ from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, Fired, check_apart, fault_records, proofs_of
-from rtec.machine.station_settings import Move, StationSettings
+from rtec.machine.moves import Moves, lines_of
+from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
@@ -56,7 +57,7 @@ class Cell:
     stations
         The axes, numbered 1, 2, ... in order.
     moves
-        The program of each, over and over.
+        The program of each, over and over; or lines that all follow together, once.
     predictor
         What the PC knows of the axes' errors.
     thermometers
@@ -75,16 +76,25 @@ class Cell:
     Examples
     --------
     >>> from rtec.predictors import NoError
+    >>> from rtec.machine.moves import Line, Move
     >>> cell = Cell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0)]], NoError())
     >>> cell.run(until_ps=10**12)
     >>> cell.axes[0].pc_state.name, cell.held_ps is None
     ('ACTIVE', True)
+
+    A program of two axes:
+
+    >>> lines = [Line(targets_mm=(3.0, 4.0), speed_mm_s=10.0), Line(targets_mm=(0.0, 4.0), speed_mm_s=10.0)]
+    >>> cell = Cell([StationSettings(), StationSettings(axis=2)], lines, NoError())
+    >>> cell.run(until_ps=5 * 10**12)
+    >>> [round(axis.view.position_mm, 2) for axis in cell.axes]
+    [0.0, 4.0]
     """
 
     def __init__(
         self,
         stations: Sequence[StationSettings],
-        moves: Sequence[Sequence[Move]],
+        moves: Moves,
         predictor: Model,
         *,
         faults: Sequence[Fault] = (),
@@ -94,7 +104,7 @@ class Cell:
         count = whole_within("stations", len(stations), 1, _MOST_CELL_AXES)
         if [station.axis for station in stations] != list(range(1, count + 1)):
             raise ArgumentError("stations", [station.axis for station in stations], "axes 1, 2, ... in order")
-        if len(moves) != count or not all(moves):
+        if not lines_of(moves) and (len(moves) != count or not all(moves)):
             raise ArgumentError("moves", f"{len(moves)} programs", f"{count}, one with a move at least for each axis")
         for fault in faults:
             if fault.place is not None and fault.place > count:

@@ -11,7 +11,8 @@ from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Strikes, fault_records
-from rtec.machine.station_settings import Move, StationSettings
+from rtec.machine.moves import Move
+from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
 from rtec.signal import NEVER
 

@@ -1,12 +1,8 @@
-"""An axis with its box on a bus: its parts and its moves."""
+"""An axis with its box on a bus: its parts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
 
 from rtec._jit import Record
 from rtec.axis.encoder import Encoder
@@ -20,36 +16,6 @@ from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.requester import Conversation, Precautions
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Move:
-    """A way to a position, and a rest there.
-
-    Parameters
-    ----------
-    target_mm
-        Position from home.
-    speed_mm_s
-        Feed.
-    rest_s
-        How long it rests there.
-
-    Raises
-    ------
-    ArgumentError
-        A value outside its range.
-    """
-
-    target_mm: float
-    speed_mm_s: float
-    rest_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check the ranges."""
-        number_within("target_mm", self.target_mm, -1e6, 1e6, unit="mm")
-        number_within("speed_mm_s", self.speed_mm_s, 1e-6, 1e4, unit="mm/s")
-        number_within("rest_s", self.rest_s, 0.0, 1e6, unit="s")
 
 
 def _hold_edges() -> InjectorSettings:
@@ -138,13 +104,3 @@ class StationSettings:
         state.acceleration = self.acceleration_mm_s2 / count_mm
         state.ramp_s = self.hold_ramp_s
         state.following_limit = self.following_limit_mm / count_mm
-
-
-def move_arrays(
-    moves: Sequence[Move], count_mm: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return targets in counts, speeds in counts/s and rests in ps, each of shape (n,)."""
-    targets = np.array([move.target_mm / count_mm for move in moves])
-    speeds = np.array([move.speed_mm_s / count_mm for move in moves])
-    rests = np.array([round(move.rest_s * 1e12) for move in moves], dtype=np.int64)
-    return targets, speeds, rests
