@@ -43,7 +43,6 @@ from firmware_model.core._pin_kernels import set_pins
 from firmware_model.core._reset_kernels import reset as reset_processor
 from rtec._jit import Record, kernel, step
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._design_kernels import ORIGINAL, B, C
 from rtec.injector._monitor_kernels import observe
 from rtec.signal._kernels import NEVER
 
@@ -67,7 +66,10 @@ COMPLETED, ACCEPTED, STATUS, TRIP, TRIPS, REFUSED = 3, 5, 7, 8, 11, 12
 BOARD = np.dtype(
     [
         # parameters
-        ("design", np.int64),
+        ("pins", np.int64),  # of port 1 that the gates hang on
+        ("in_path", np.int64),  # as in the injector's record
+        ("inverts", np.int64),
+        ("one_state", np.int64),
         ("cycle_num", np.int64),  # a cycle lasts cycle_num / cycle_den picoseconds
         ("cycle_den", np.int64),
         ("cycles_per_ps", np.float64),
@@ -128,14 +130,12 @@ def cycle_that_sees(b: Record, t_ps: int) -> int:
 @step
 def gates(b: Record) -> int:
     """Return the levels at the controller."""
-    line = b.held if b.holding == 1 else b.ab_in
-    low = ~b.port & 15
-    if b.design == C:
-        return int(line ^ (low & 3))
-    if b.design == B:
+    if b.in_path == 1:
         return int(b.port >> 4 & 3)
-    if b.design == ORIGINAL:
-        return int(line | (low & 3))
+    line = b.held if b.holding == 1 else b.ab_in
+    low = ~b.port & b.pins
+    if b.inverts == 1:
+        return int(line ^ (low & 3))
     return int((line | (low & 3)) & ~(low >> 2))
 
 
@@ -148,7 +148,7 @@ def pins(b: Record) -> int:
 @step
 def pins_at(b: Record, line: int) -> int:
     """Return the levels on port 3 with the lines behind the hold latch at ``line``."""
-    circuit = (line | line >> 1) & 1 if b.design == ORIGINAL else (line ^ line >> 1) & 1
+    circuit = (line | line >> 1) & 1 if b.one_state == 1 else (line ^ line >> 1) & 1
     return int(0xC2 | b.enable_n | circuit << 2 | b.trip_n << 3 | line << 4)
 
 
@@ -306,17 +306,17 @@ def board_lose_power(b: Record, h: Longs) -> None:
     b.next_ps = NEVER
     b.holding = 0
     b.valid = 0
-    b.port = 0xCF if b.design == B else 0xFF
+    b.port = 0xFF & ~b.pins if b.in_path == 1 else 0xFF
     b.ab_out = gates(b)
 
 
 @step
 def inserting(b: Record) -> bool:
     """Return whether an insertion is under way, as the outputs tell; those of Design B do not."""
-    low = ~b.port & 15
-    if b.design == C:  # one of its two inverters has changed
+    low = ~b.port & b.pins
+    if b.inverts == 1:  # one of the two inverters has changed
         return bool((low ^ low >> 1) & 1)
-    return bool(b.design != B and low != 0)
+    return bool(b.in_path == 0 and low != 0)
 
 
 @kernel

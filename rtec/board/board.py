@@ -16,7 +16,7 @@ from rtec.board.microcontroller import Microcontroller
 from rtec.checks import whole_within
 from rtec.controller import ReceiverSettings
 from rtec.errors import ArgumentError
-from rtec.injector import Design
+from rtec.injector import DesignRow
 from rtec.requester import Status
 from rtec.signal import NEVER, EdgeStream
 
@@ -116,7 +116,7 @@ class Board:
 
     def __init__(
         self,
-        design: Design,
+        design: DesignRow,
         microcontroller: Microcontroller,
         image: Path | Image | None = None,
         *,
@@ -132,7 +132,8 @@ class Board:
         )
         self.cpu.stop_at_outputs((0, 0xFF, 0, kernels.NOT_VALID))
         state = self._state = new_record(kernels.BOARD)
-        state.design = design.code
+        state.pins, state.in_path = design.pins, int(design.in_path)
+        state.inverts, state.one_state = int(design.inverts), int(design.one_state)
         state.cycle_num, state.cycle_den = microcontroller.cycle_ps
         state.cycles_per_ps = state.cycle_den / state.cycle_num
         state.sample_ps = microcontroller.sample_ps

@@ -13,7 +13,7 @@ from typing import Literal
 from firmware_model import TIMINGS
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.injector import Design
+from rtec.injector import DesignRow
 from rtec.units import PS_PER_S
 
 _MOST_RATIO = 1 << 62
@@ -107,7 +107,7 @@ class Microcontroller:
         """Return when in a cycle pins are sampled: S5P2, after 9 of 12 clocks; at its beginning with one clock."""
         return 9 * PS_PER_S // self.clock_hz if self.timing == "12-clock" else 0
 
-    def image(self, design: Design) -> Path:
+    def image(self, design: DesignRow) -> Path:
         """Return the committed Intel HEX of a design that fits: made for this clock or the next faster one.
 
         An image waits between two changes of the lines for the sake of the controller's filter; on a slower clock it
@@ -117,7 +117,7 @@ class Microcontroller:
         if self.timing == "one-clock":
             made_hz = min((hz for hz in _ONE_CLOCK if hz >= self.clock_hz), default=max(_ONE_CLOCK))
             folder /= _ONE_CLOCK[made_hz]
-        return folder / f"{design.value}.ihx"
+        return folder / f"{design.key}.ihx"
 
 
 _ONE_CLOCK = {25_000_000: "one_clock_25mhz", 100_000_000: "one_clock_100mhz"}

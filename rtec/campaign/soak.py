@@ -213,7 +213,7 @@ class EpisodeJob:
     def run(self) -> Episode:
         """Run it."""
         length_s = self.plan.episode_s
-        generator = np.random.default_rng([self.plan.seed, self.design.code, self.number])
+        generator = np.random.default_rng([self.plan.seed, list(Design).index(self.design), self.number])
         programs = draw_programs(generator, axes=AXES, length_s=length_s)
         amplitude_mm, backlash_mm = float(generator.uniform(0.005, 0.025)), float(generator.uniform(0.0, 0.015))
         table, hot = (

@@ -41,7 +41,7 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     box = (
         f"worst insertion {_time(timing.worst_ps(design))}" if processor is None else f"firmware on {processor.name}"
     )
-    table = Table(title=f"design {design.value}, {box}", show_header=False)
+    table = Table(title=f"design {design.key}, {box}", show_header=False)
     table.add_column()
     table.add_column(justify="right")
     for row in rows:

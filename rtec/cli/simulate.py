@@ -252,7 +252,7 @@ def _carry_out(path: OpenPath, vcd: Path | None, force: bool, as_json: bool) -> 
     path.state()  # a frequency or a jitter that the encoder refuses is said before the compilation is
     if to_compile:
         _console.note(_console.COMPILING)
-    with _console.progress(f"design {path.injector.design.value}") as progress:
+    with _console.progress(f"design {path.injector.design.key}") as progress:
         result = run(path, vcd=vcd, progress=progress)
     if as_json:
         _console.print_json(result.to_dict() | {"seed": path.encoder.seed})

@@ -2,15 +2,16 @@
 
 Levels at the gates, with ``held`` the encoder's levels or the copy that the hold latch keeps::
 
-    Original, A    ab_out = (held | pulse_high) & ~pulse_low
-    C              ab_out = held ^ inverted
-    B              ab_out = levels of (state of the sampled levels + offset)
+    beside the processor    ab_out = ((held ^ inverted) | pulse_high) & ~pulse_low
+    through it              ab_out = levels of (state of the sampled levels + offset)
+
+An insertion walks from state to state: it inverts one line after the other, forces levels by pulses, or moves the
+offset. A design says which, how far, and from where (`rtec.injector.design`).
 """
 
 from __future__ import annotations
 
 from rtec._jit import Record, step
-from rtec.injector._design_kernels import ORIGINAL, B, C
 from rtec.injector._state_kernels import ARMED, IDLE, LETTING_GO, SAMPLING, WRITING
 from rtec.signal._kernels import NEVER, level_of_state, state_of_level
 
@@ -21,14 +22,12 @@ UNTIMED_PS = NEVER // 2
 @step
 def gates(s: Record) -> int:
     """Return the levels at the controller."""
-    held = s.held if s.holding == 1 else s.ab_in
-    if s.design == C:
-        return held ^ s.inverted
-    if s.design == B:
+    if s.in_path == 1:
         if s.powered == 0:
             return 0
         return level_of_state((state_of_level(s.sampled) + s.offset) & 3)
-    return (held | s.pulse_high) & ~s.pulse_low
+    held = s.held if s.holding == 1 else s.ab_in
+    return ((held ^ s.inverted) | s.pulse_high) & ~s.pulse_low
 
 
 @step
@@ -66,7 +65,7 @@ def wanted(s: Record) -> bool:
 @step
 def arm_at_rest(s: Record, t_ps: int) -> None:
     """Plan an insertion for the time at which the axis will have been at rest long enough."""
-    if s.phase == IDLE and wanted(s) and (s.design != ORIGINAL or s.ab_in == 0):
+    if s.phase == IDLE and wanted(s) and (s.one_state == 0 or s.ab_in == 0):
         arm(s, max(max(s.last_edge_ps + s.rest_ps, t_ps), s.ready_ps))
 
 
@@ -84,7 +83,7 @@ def trigger(s: Record, t_ps: int) -> None:
     The gate times what the report's circuits offer: the interval between A&B-low signals (Original), else the period
     of the exclusive OR, two edges.
     """
-    if wanted(s) and (s.design != ORIGINAL or s.ab_in == 0):
+    if wanted(s) and (s.one_state == 0 or s.ab_in == 0):
         if s.gate_ps > 0 and not s.gate_ps <= s.interval_ps < UNTIMED_PS:
             s.refused += 1
         elif t_ps >= s.ready_ps:  # a busy processor would look too late after the transition
@@ -93,14 +92,14 @@ def trigger(s: Record, t_ps: int) -> None:
 
 @step
 def begin_sampling(s: Record, t_ps: int) -> None:
-    """Plan Design B's next look at the lines."""
+    """Plan the next look at lines that pass through the processor."""
     s.next_ps = next_look(s, max(t_ps, s.ready_ps))
     s.phase = SAMPLING
 
 
 @step
 def sample(s: Record, t_ps: int) -> None:
-    """Let Design B's processor read the lines and plan their writing."""
+    """Let the processor read the lines that pass through it, and plan their writing."""
     s.sampled = s.ab_in
     s.next_ps = t_ps + s.latency_ps
     s.phase = WRITING
@@ -108,7 +107,7 @@ def sample(s: Record, t_ps: int) -> None:
 
 @step
 def write(s: Record, t_ps: int) -> None:
-    """Let Design B's processor write what it read, and insert right after it if it owes a count."""
+    """Let the processor write what it read, and insert right after it if it owes a count."""
     drive(s)
     cancel(s)
     if s.ab_in != s.sampled:
@@ -126,15 +125,13 @@ def write(s: Record, t_ps: int) -> None:
 def advance_insertion(s: Record) -> None:
     """Set the gates for the next change of the insertion under way."""
     s.done += 1
-    if s.design == C:
-        # forward, the state goes 0 -A-> 1 -B-> 2 -A-> 3 -B-> 0: from an even state A changes first, backward B
-        a_first = (s.origin & 1 == 0) == (s.sign > 0)
-        s.inverted ^= 1 if a_first == (s.done == 1) else 2
-    elif s.design == B:
+    goal = level_of_state((s.origin + s.sign * s.done) & 3)
+    if s.in_path == 1:
         s.offset = (s.offset + s.sign) & 3
+    elif s.inverts == 1:
+        s.inverted ^= goal ^ level_of_state((s.origin + s.sign * (s.done - 1)) & 3)
     else:
         start = level_of_state(s.origin)
-        goal = level_of_state((s.origin + s.sign * s.done) & 3)
         s.pulse_high = goal & ~start
         s.pulse_low = start & ~goal
 
@@ -163,7 +160,7 @@ def finish_insertion(s: Record, t_ps: int) -> None:
     s.longest_ps = max(s.longest_ps, t_ps - s.trigger_ps)
     s.ready_ps = t_ps + s.recover_ps
     finish_holding(s, t_ps)
-    if s.design == B and s.ab_in != s.sampled:
+    if s.in_path == 1 and s.ab_in != s.sampled:
         begin_sampling(s, t_ps)
     else:
         arm_at_rest(s, t_ps)

@@ -1,8 +1,8 @@
 """Compiled box between encoder and controller: what it does at an edge, by itself, and when it is told to.
 
-The box is a processor beside (Original, A, C) or inside (B) the lines. It has one event of its own at a time, at
-``next_ps``; whoever drives it calls :func:`injector_fire` for that event and :func:`injector_edge` for each real
-transition, in the order of their times. Both leave the levels at the controller in ``ab_out``.
+The box is a processor beside the lines, or one through which they pass (Design B). It has one event of its own at a
+time, at ``next_ps``; whoever drives it calls :func:`injector_fire` for that event and :func:`injector_edge` for each
+real transition, in the order of their times. Both leave the levels at the controller in ``ab_out``.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, kernel, step
-from rtec.injector._design_kernels import ORIGINAL, B, changes_of
 from rtec.injector._insertion_kernels import (
     advance_insertion,
     arm_at_rest,
@@ -34,7 +33,7 @@ from rtec.signal._kernels import NEVER
 def note_edge(s: Record, t_ps: int, ab: int) -> None:
     """Take the levels of the transition at ``t_ps`` in, and time it as the speed gate does."""
     s.ab_in = ab
-    if s.design != ORIGINAL:
+    if s.one_state == 0:
         s.interval_ps = t_ps - s.edge_before_ps
         s.edge_before_ps = s.last_edge_ps
     elif ab == 0:
@@ -47,7 +46,7 @@ def note_edge(s: Record, t_ps: int, ab: int) -> None:
 def injector_edge(s: Record, t_ps: int, ab: int) -> None:
     """Take a real transition to ``ab`` at ``t_ps``."""
     note_edge(s, t_ps, ab)
-    if s.design == B:
+    if s.in_path == 1:
         if s.powered == 1 and (s.phase == IDLE or (s.phase == ARMED and t_ps <= s.recognised_ps)):
             begin_sampling(s, t_ps)
             if s.next_ps <= t_ps:
@@ -81,19 +80,19 @@ def injector_fire(s: Record) -> None:
         arm_at_rest(s, t_ps)
     elif s.requested == s.completed and s.phase == ARMED:
         finish_holding(s, t_ps)  # the request went back before the start
-        if s.design == B and s.ab_in != s.sampled:
+        if s.in_path == 1 and s.ab_in != s.sampled:
             begin_sampling(s, t_ps)
     else:
         if s.phase == ARMED:
             s.phase = INSERTING
             s.done = 0
             s.sign = 1 if s.requested > s.completed else -1
-            if s.holds == 1 and s.design != B:
+            if s.holds == 1 and s.in_path == 0:
                 hold(s)
         advance_insertion(s)
         drive(s)
         s.next_ps = t_ps + s.step_ps
-        if s.done == changes_of(s.design):
+        if s.done == s.changes:
             finish_insertion(s, t_ps)
     if s.closing == 1 and s.phase == IDLE:
         injector_power(s, t_ps, 0)
@@ -131,7 +130,7 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """Take the box's power away or give it back.
 
     Without power the OR and AND circuits, fed by the controller, pass A and B through; the inverters keep or drop
-    their state; Design B's outputs are dead. With power back the processor starts with empty totals.
+    their state; a processor in the lines leaves them dead. With power back the processor starts with empty totals.
     """
     cancel(s)
     s.powered = powered

@@ -6,12 +6,15 @@ import numpy as np
 
 IDLE, ARMED, INSERTING, LETTING_GO, SAMPLING, WRITING = 0, 1, 2, 3, 4, 5
 """What the next event of the box is: none, start of an insertion, its next change, end of holding, and for
-Design B the sampling and the writing of the lines."""
+lines that pass through the processor the sampling and the writing of the lines."""
 
 INJECTOR = np.dtype(
     [
         # parameters
-        ("design", np.int64),
+        ("changes", np.int64),  # level changes of an insertion, one state each
+        ("in_path", np.int64),  # 1: the lines end at the processor, which writes them anew
+        ("inverts", np.int64),  # 1: inverters in the lines; 0: pulses OR-ed and AND-ed to them
+        ("one_state", np.int64),  # 1: it inserts with both lines low only, and times from one such moment to the next
         ("poll_ps", np.int64),  # the processor looks at the lines at whole multiples of this (0: always)
         ("poll_offset_ps", np.int64),
         ("decide_ps", np.int64),  # from the look that recognises the moment to the first change

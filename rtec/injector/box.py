@@ -12,7 +12,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import _kernels
 from rtec.injector._state_kernels import INJECTOR
-from rtec.injector.design import Design
+from rtec.injector.design import DesignRow
 from rtec.injector.timing import Timing
 from rtec.signal import NEVER, EdgeStream
 
@@ -45,7 +45,7 @@ class InjectorSettings:
     <RealEdges.MERGE: 'merge'>
     """
 
-    design: Design
+    design: DesignRow
     timing: Timing
     real_edges: RealEdges = RealEdges.MERGE
     power_loss: PowerLoss = PowerLoss.KEEP
@@ -53,14 +53,16 @@ class InjectorSettings:
     def fill(self, state: Record) -> None:
         """Write the parameters into a kernel's state."""
         timing = self.timing
-        state.design = self.design.code
+        design = self.design
+        state.changes, state.in_path = design.step_counts, int(design.in_path)
+        state.inverts, state.one_state = int(design.inverts), int(design.one_state)
         state.poll_ps = timing.poll_ps
         state.poll_offset_ps = timing.poll_offset_ps
         state.decide_ps = timing.decide_ps
         state.step_ps = timing.step_ps
         state.recover_ps = timing.recover_ps
         state.latency_ps = timing.latency_ps
-        state.gate_ps = timing.gate_ps(self.design)
+        state.gate_ps = timing.gate_ps(design)
         state.rest_ps = timing.rest_ps
         state.holds = int(self.real_edges is RealEdges.HOLD)
         state.releases = int(self.power_loss is PowerLoss.RELEASE)

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass, replace
 
 from rtec.checks import number_within, whole_within
-from rtec.injector.design import Design
+from rtec.injector.design import DesignRow
 
 US = 1_000_000
 """Picoseconds in one microsecond: one machine cycle of a 12 MHz 8051."""
@@ -83,7 +83,7 @@ class Timing:
             number_within("gate_margin", self.gate_margin, 0.0, 100.0)
 
     @classmethod
-    def of(cls, design: Design, processor: Processor) -> Timing:
+    def of(cls, design: DesignRow, processor: Processor) -> Timing:
         """Return the profile of a design on a processor.
 
         Notes
@@ -106,16 +106,16 @@ class Timing:
         slow = cls(poll_ps=2 * US, step_ps=1 * US, recover_ps=2 * US, decide_ps=design.decide_cycles * US)
         return replace(slow, poll_ps=4 * US, latency_ps=5 * US) if design.in_path else slow
 
-    def worst_ps(self, design: Design) -> int:
+    def worst_ps(self, design: DesignRow) -> int:
         """Return the time from a real transition to the last change of the insertion after it, at worst."""
         copying_ps = self.latency_ps if design.in_path else 0
         return self.poll_ps + copying_ps + self.decide_ps + (design.step_counts - 1) * self.step_ps
 
-    def limit_hz(self, design: Design) -> float:
+    def limit_hz(self, design: DesignRow) -> float:
         """Return the encoder frequency at which the worst insertion just ends with the next edge."""
         return 1e12 / (4 * self.worst_ps(design))
 
-    def gate_ps(self, design: Design) -> int:
+    def gate_ps(self, design: DesignRow) -> int:
         """Return the least interval that the gate lets through; 0 where there is no gate.
 
         The Original times one whole cycle (from one A&B-low signal to the next), the others half a cycle (the period

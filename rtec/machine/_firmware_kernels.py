@@ -40,7 +40,6 @@ from rtec.board._board_kernels import (
     signed_word,
 )
 from rtec.controller._kernels import receiver_edge
-from rtec.injector._design_kernels import B
 from rtec.injector._monitor_kernels import observe
 from rtec.link._bus_kernels import NO_FAULT
 from rtec.link._kernels import deliver, mailbox_reset, post
@@ -184,7 +183,7 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> bool:
             if b.published > published:
                 inserted = m.injector.inserted
                 take_words(m, box, own_ps)
-                ended = b.design == B and m.injector.inserted > inserted  # its outputs do not tell
+                ended = b.in_path == 1 and m.injector.inserted > inserted  # its outputs do not tell
             if m.keeps == 1:
                 keep(m, own_ps, ended)
             if m.waiting.kind != NO_FAULT and inserting(b):

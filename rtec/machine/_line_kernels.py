@@ -16,7 +16,6 @@ import numpy as np
 from rtec._jit import Record, helper, step, written_out
 from rtec.axis._kernels import ENCODER, PIECE, encoder_level
 from rtec.controller._kernels import RECEIVER, receiver_edge
-from rtec.injector._design_kernels import B
 from rtec.injector._kernels import injector_edge, injector_fire
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import ARMED, INJECTOR, INSERTING
@@ -152,7 +151,7 @@ def fire_box(st: Record) -> None:
     """Carry out the box's own next event; a fault that lurks strikes while an insertion is under way."""
     s = st.injector
     t_ps = s.next_ps
-    if st.waiting.kind != NO_FAULT and s.design == B and s.phase == ARMED:
+    if st.waiting.kind != NO_FAULT and s.in_path == 1 and s.phase == ARMED:
         surprise(st, None, t_ps)  # its insertion is one change: the last moment before it
         return
     injector_fire(s)

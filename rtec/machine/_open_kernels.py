@@ -14,7 +14,6 @@ from rtec._jit import Record, array_kernel, kernel, step
 from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, jitter, steady_crossing
 from rtec.board._board_kernels import LARGE, board_ask, board_edge, board_fire, board_run, board_switch, read_bus
 from rtec.controller._kernels import RECEIVER, X4, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._design_kernels import B
 from rtec.injector._kernels import (
     injector_edge,
     injector_fire,
@@ -144,7 +143,7 @@ def passes_unchanged(m: Record) -> bool:
     e, s, rx = m.encoder, m.injector, m.receiver
     plain = e.glitch_level == 0 and e.glitch_next_ps == NEVER and e.eccentric_counts == 0.0
     idle = s.requested == s.completed and s.holding == 0 and s.ready_ps <= e.last_ps
-    if s.design == B:
+    if s.in_path == 1:
         idle = idle and s.phase == WRITING and s.poll_ps == 0  # the last edge is on its way through the processor
     else:
         idle = idle and s.phase == IDLE
@@ -167,7 +166,7 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
         shifts_ps[i] = e.shift_ps[(k + e.home) & 3] + (i + 1) * whole_ps
     rest, left, den = e.steady_rest, e.quarter_left, e.quarter_den
     last_ps, least_ps = e.last_ps, rx.min_separation_ps
-    delay_ps = s.latency_ps if s.design == B else 0
+    delay_ps = s.latency_ps if s.in_path == 1 else 0
     sure_ps, steady_ps, serial = max(rx.sure_ps, delay_ps), e.steady_ps, e.serial
     passed = 0
     row = 0
@@ -202,11 +201,11 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
     e.serial = serial
     e.steady_ps = steady_ps
     e.steady_rest = rest
-    if s.design == B:
+    if s.in_path == 1:
         least_ps = min(least_ps, e.last_ps + delay_ps - rx.last_ps)  # what was on its way at the beginning
     e.last_ps = last_ps
     # what the stages remember of the edges: a block is whole cycles, so the levels are the same again
-    seen = BLOCK - 1 if s.design != B else BLOCK - 2
+    seen = BLOCK - 1 if s.in_path == 0 else BLOCK - 2
     rx.count += sign * passed
     rx.direction = sign
     rx.min_separation_ps = least_ps
@@ -214,7 +213,7 @@ def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps:
     a_is_last = rx.raw ^ rx.accepted == 1
     rx.changed_a_ps = times_ps[seen if a_is_last else seen - 1] + delay_ps
     rx.changed_b_ps = times_ps[seen - 1 if a_is_last else seen] + delay_ps
-    if s.design == B:
+    if s.in_path == 1:
         s.next_ps = last_ps + delay_ps
     for i in range(BLOCK - 8, BLOCK):
         ab = level_of_state((e.count + e.home - sign * (BLOCK - 1 - i)) & 3)

@@ -12,7 +12,7 @@ import numpy as np
 from rtec._jit import Record
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.injector import Design
+from rtec.injector import DesignRow
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine import _fault_kernels
@@ -192,7 +192,7 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()
             raise ArgumentError(name, later, f"one that begins when this is over: {words}")
 
 
-def check_waiting(fault: Fault, design: Design, *, firmware: bool) -> None:
+def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool) -> None:
     """Check that a box shows when an insertion is under way, if a fault waits for it.
 
     Raises

@@ -308,7 +308,7 @@ def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wal
     # the count before it wraps: modulo a narrow counter's width, a loss of whole turns would go unseen
     off = received.count - path.receiver.counted(encoder_counts + added, path.encoder.home_state)
     return OpenPathResult(
-        design=path.injector.design.value,
+        design=path.injector.design.key,
         frequency_hz=path.frequency_hz,
         edges=4 * path.cycles,
         encoder_counts=encoder_counts,
