@@ -7,12 +7,14 @@ changed step function never meets stale machine code of its callers.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numba
 import numpy as np
+from numba.np.numpy_support import from_dtype, map_layout
 
 from firmware_model import _jit as _processor, _machine_code
 
@@ -118,7 +120,28 @@ def prepared(function: Any, *arguments: object) -> Any:
 
 def _types_of(arguments: tuple[object, ...]) -> tuple[Any, ...]:
     _processor.expect_addresses()
-    return tuple(map(numba.typeof, arguments))
+    return tuple(map(_type_of, arguments))
+
+
+def _type_of(value: Any) -> Any:
+    """Return a value's type; those of records, which numba takes milliseconds to read, are read once."""
+    types: Any = numba.types
+    if isinstance(value, tuple):
+        return types.BaseTuple.from_types(tuple(map(_type_of, value)), type(value))
+    if isinstance(value, np.void):
+        return _record_type(value.dtype)
+    if isinstance(value, np.ndarray) and value.dtype.names is not None:
+        return _array_type(value.dtype, value.ndim, map_layout(value), value.flags.writeable)
+    return numba.typeof(value)  # type: ignore[no-untyped-call]
+
+
+_record_type = functools.cache(from_dtype)
+
+
+@functools.cache
+def _array_type(dtype: np.dtype[np.void], dimensions: int, layout: str, writeable: bool) -> Any:
+    types: Any = numba.types  # its types know no structured arrays
+    return types.Array(_record_type(dtype), dimensions, layout, readonly=not writeable)
 
 
 def by_address(function: Any, *arguments: object) -> Any:
