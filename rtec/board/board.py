@@ -104,6 +104,7 @@ class Board:
     Home, one step requested at rest, and Design C has added two counts within three milliseconds:
 
     >>> from rtec.board import Microcontroller
+    >>> from rtec.injector import Design
     >>> board = Board(Design.C, Microcontroller.named("8051-12mhz"))
     >>> board.start_up().name
     'OK'
@@ -192,6 +193,7 @@ class Board:
         Examples
         --------
         >>> from rtec.board import Microcontroller
+        >>> from rtec.injector import Design
         >>> board = Board(Design.C, Microcontroller.named("8051-12mhz"))
         >>> begin = board.snapshot()
         >>> board.start_up().name, board.restore(begin), board.now_ps

@@ -41,6 +41,7 @@ class InjectorSettings:
 
     Examples
     --------
+    >>> from rtec.injector import Design
     >>> InjectorSettings(design=Design.C, timing=Timing()).real_edges
     <RealEdges.MERGE: 'merge'>
     """
@@ -105,6 +106,7 @@ class Injector:
     --------
     Design C adds two counts behind the first of five forward edges:
 
+    >>> from rtec.injector import Design
     >>> box = Injector(InjectorSettings(design=Design.C, timing=Timing()), initial=0)
     >>> box.request(1, at_ps=0)
     >>> quarter = 1_000_000

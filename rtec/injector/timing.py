@@ -56,6 +56,7 @@ class Timing:
     --------
     The Original on the 8051: the last change comes at worst 9 µs after the transition.
 
+    >>> from rtec.injector import Design
     >>> original = Timing.of(Design.ORIGINAL, Processor.MCS51)
     >>> original.worst_ps(Design.ORIGINAL) / 1e6
     9.0
