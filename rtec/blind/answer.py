@@ -75,6 +75,8 @@ EXPERIMENTS: Mapping[frozenset[str], tuple[str, ...]] = MappingProxyType(
         frozenset(("backlash", "servo_lag")): ("feeds",),
         frozenset(("backlash", "lost_counts")): ("index", "cycle"),
         frozenset(("pitch_map", "thermal_growth")): ("cold",),
+        frozenset(("drift", "thermal_shift")): ("cool",),
+        frozenset(("scale", "thermal_shift")): ("cold",),
     }
 )
 """Words of which the experiment that separates a pair has one."""

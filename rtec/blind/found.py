@@ -109,6 +109,7 @@ TRUTHS: Mapping[tuple[str, str], tuple[str, str, float]] = MappingProxyType(
         ("warm_up", "time_constant"): ("s", "time_constant", 1.0),
         ("warm_up", "final"): ("um", "final", 1.0),
         ("thermal_growth", "expansion"): ("um/m/K", "expansion", 1.0),
+        ("thermal_shift", "shift"): ("um/K", "shift", 1.0),
         # the encoder's count is 1 um
         ("lost_counts", "step"): ("um", "counts", 1.0),
         ("inertia", "inertia"): ("kg", "mass", 1.0),

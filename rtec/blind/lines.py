@@ -10,16 +10,18 @@ from rtec.blind.harder_lines import harder_lines
 from rtec.blind.line import Line
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS
-from rtec.blind.scenario import LAGS, LOOK_ALIKES, OUTSIDE_OF_GAME, Scenario
+from rtec.blind.scenario import LAGS, LOOK_ALIKES, OF_HEAT, OUTSIDE_OF_GAME, Scenario
 
 SINGLES = (
-    "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "thermal_growth", "warm_up", "drift",
-    "interpolation", "lost_counts",
+    "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "thermal_growth", "thermal_shift",
+    "warm_up", "drift", "interpolation", "lost_counts",
 )  # fmt: skip
 """Effects that show at rest, each on the plan that can show it."""
-_PLAN_OF = {"thermal_growth": "temperature", "windup": "dense"}
+_PLAN_OF = dict.fromkeys(OF_HEAT, "temperature") | {"windup": "dense"}
 _STRONG, _WEAK, _ALIKE = 3.0, 1.0, 5.0
-_PAIRED = ("scale", "pitch_map", "cyclic", "backlash", "backlash_map", "thermal_growth", "drift", "lost_counts")
+_PAIRED = (
+    "scale", "pitch_map", "cyclic", "backlash", "backlash_map", *OF_HEAT, "drift", "lost_counts",
+)  # fmt: skip
 
 
 def _singles(strength: float, noise: Noise, names: Sequence[str] = SINGLES) -> tuple[Scenario, ...]:
@@ -32,7 +34,7 @@ def _singles(strength: float, noise: Noise, names: Sequence[str] = SINGLES) -> t
 def _pairs() -> tuple[Scenario, ...]:
     """Return every pair that is no look-alike, on the plan that can show both."""
     return tuple(
-        Scenario(names=pair, plan=PLANS["temperature" if "thermal_growth" in pair else "base"])
+        Scenario(names=pair, plan=PLANS["base" if set(OF_HEAT).isdisjoint(pair) else "temperature"])
         for pair in itertools.combinations(_PAIRED, 2)
         if frozenset(pair) not in LOOK_ALIKES
     )
@@ -47,6 +49,7 @@ def _look_alikes() -> tuple[Scenario, ...]:
         ("backlash", "turned_once"),
         ("lost_counts", "turned_once"),
         ("thermal_growth", "one_heating"),
+        ("thermal_shift", "one_heating"),
     )
     return tuple(Scenario(names=(name,), strength_sigma=_ALIKE, plan=PLANS[plan]) for name, plan in hidden)
 

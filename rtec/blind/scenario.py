@@ -21,6 +21,8 @@ OUTSIDE = (*OUTSIDE_OF_GAME, *(name for name in KINDS if name not in OUTSIDE_OF_
 """What lies outside the library of effects."""
 LAGS = ("servo_lag", "acceleration_lag")
 """What shows in motion only."""
+OF_HEAT = ("thermal_growth", "thermal_shift")
+"""What shows where the temperature changes."""
 OF_DRIVE = ("inertia", "viscous", "coulomb", "stribeck", "cogging", "force_offset")
 """What the force of a drive shows."""
 INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE)))
@@ -45,6 +47,10 @@ LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
         ("drift", "thermal_growth"),
         ("warm_up", "thermal_growth"),
         ("lost_counts", "thermal_growth"),
+        ("drift", "thermal_shift"),
+        ("warm_up", "thermal_shift"),
+        ("lost_counts", "thermal_shift"),
+        ("thermal_growth", "thermal_shift"),
     )
 )
 """Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
@@ -130,7 +136,7 @@ def unfit(name: str, plan: Plan) -> str | None:
         (drive and name not in OF_DRIVE, "it does not show in a force"),
         (name in LAGS and not moving, "it shows in motion only"),
         (moving and name not in LAGS and name not in STATIC, "a moving log is too short for what is slow"),
-        (name == "thermal_growth" and plan.heating is Heating.NONE, "the temperature does not change"),
+        (name in OF_HEAT and plan.heating is Heating.NONE, "the temperature does not change"),
         (one_way and name in _TWO_WAYS, "it needs both directions"),
         (plan.runs < runs, "it needs several runs"),
         (plan.targets < targets, "it needs more targets"),

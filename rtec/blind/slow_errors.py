@@ -154,6 +154,18 @@ def thermal_growth(c: Circumstances, rng: np.random.Generator) -> SlowError:
     )
 
 
+def thermal_shift(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a bracket between axis and laser that lengthens by its true temperature, whatever the position."""
+    sign = float(rng.choice([-1.0, 1.0]))
+    bracket_mm, coefficient = 100.0, 10e-6
+    grown_mm = bracket_mm * coefficient * (c.temperature_degc - REFERENCE_DEGC)
+    return SlowError(
+        added_mm=sign * grown_mm,
+        description="a bracket between axis and laser lengthens with its temperature",
+        parameters=(Parameter("shift", sign, "um/K", scales=True),),
+    )
+
+
 def windup(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a screw that twists under the friction of the slide, more and more after each reversal.
 
@@ -238,6 +250,9 @@ def dwell_reversal(c: Circumstances, rng: np.random.Generator) -> SlowError:
 
 
 SLOW: Mapping[str, Callable[[Circumstances, np.random.Generator], SlowError]] = MappingProxyType(
-    {draw.__name__: draw for draw in (drift, warm_up, thermal_growth, windup, moving_bump, dwell_reversal)}
+    {
+        draw.__name__: draw
+        for draw in (drift, warm_up, thermal_growth, thermal_shift, windup, moving_bump, dwell_reversal)
+    }
 )
 """What draws each slow error, by name; the last two lie outside the library."""

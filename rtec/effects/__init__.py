@@ -40,6 +40,7 @@ from rtec.effects.scale import Scale
 from rtec.effects.servo_lag import ServoLag
 from rtec.effects.stribeck import Stribeck, StribeckShape
 from rtec.effects.thermal_growth import HeatShape, ThermalGrowth
+from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmShape, WarmUp
 from rtec.effects.windup import Windup, WindupShape
@@ -87,6 +88,7 @@ __all__ = [
     "Stribeck",
     "StribeckShape",
     "ThermalGrowth",
+    "ThermalShift",
     "Tunable",
     "Units",
     "Viscous",

@@ -30,6 +30,7 @@ class Drift(Effect):
         Rival("scale", experiments.INTERLEAVE),
         Rival("warm_up", experiments.LONGER),
         Rival("lost_counts", experiments.INDEX_OFTEN),
+        Rival("thermal_shift", experiments.COOL_AGAIN),
     )
     card = Card(
         title="Drift",

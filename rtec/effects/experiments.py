@@ -15,8 +15,8 @@ INTERLEAVE = (
     "the order of the targets: a drift shows at the datum, a scale error does not"
 )
 COLD_AND_HOT = (
-    "measure the same targets cold and hot with a temperature column from screw and scale: a map stays, growth "
-    "follows the temperature"
+    "measure the same targets cold and hot with a temperature column from screw and scale: a map stays, what "
+    "heat does follows the temperature"
 )
 REPEAT_CYCLES = (
     "repeat the whole cycle of both directions and check the index (reference mark) before and after each: lost "
@@ -43,8 +43,16 @@ LONGER = (
     "goes on"
 )
 OTHER_HEAT = (
-    "let the machine cool down, or change the room's temperature, with time and temperature recorded: growth follows "
-    "the temperature both ways, a warm-up follows the time since the start"
+    "let the machine cool down, or change the room's temperature, with time and temperature recorded: what heat "
+    "does follows the temperature both ways, a warm-up follows the time since the start"
+)
+HOT_AT_BOTH_ENDS = (
+    "measure targets close to the fixed bearing and far from it, cold and hot with the temperature recorded: growth "
+    "is larger far from the bearing, a shift of the zero is the same everywhere"
+)
+COOL_AGAIN = (
+    "let the machine cool down again and go on measuring one target, with time and temperature recorded: a shift by "
+    "heat goes back with the temperature, a drift goes on and a step stays"
 )
 SEVERAL_TURNS = (
     "measure several turns in steps of a fraction of a turn, then move the encoder by half a turn against the shaft "

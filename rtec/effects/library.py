@@ -26,6 +26,7 @@ from rtec.effects.scale import Scale
 from rtec.effects.servo_lag import ServoLag
 from rtec.effects.stribeck import Stribeck
 from rtec.effects.thermal_growth import ThermalGrowth
+from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmUp
 from rtec.effects.windup import Windup
@@ -40,6 +41,7 @@ LIBRARY: tuple[Effect, ...] = (
     BacklashMap(),
     Windup(),
     ThermalGrowth(),
+    ThermalShift(),
     WarmUp(),
     Drift(),
     ServoLag(),

@@ -52,6 +52,7 @@ class LostCounts(Effect):
     rivals = (
         Rival("backlash", experiments.REPEAT_CYCLES),
         Rival("drift", experiments.INDEX_OFTEN),
+        Rival("thermal_shift", experiments.COOL_AGAIN),
     )
     card = Card(
         title="Lost counts",

@@ -28,6 +28,7 @@ class Scale(Effect):
         Rival("cosine", experiments.SECOND_INSTRUMENT, permanent=True),
         Rival("drift", experiments.INTERLEAVE),
         Rival("thermal_growth", experiments.COLD_AND_HOT),
+        Rival("thermal_shift", experiments.COLD_AND_HOT),
         Rival("acceleration_lag", experiments.TWO_STROKES),
     )
     card = Card(

@@ -17,9 +17,41 @@ LEAST_CHANGE_K = 0.5
 
 @dataclass(frozen=True, slots=True)
 class HeatShape(Shape):
-    """Which temperature the growth follows."""
+    """Which temperature is followed."""
 
     sensor: str = field(default="temperature", metadata=parameter(Quantity.TEXT, "sensor"))
+
+
+def unchanging(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what heat does, or None."""
+    if not conditions.temperatures:
+        return "no temperature column"
+    change = max(float(np.ptp(values)) for values in conditions.temperatures.values())
+    if change >= LEAST_CHANGE_K:
+        return None
+    return f"the temperature changes by {change:.2g} degC only: at least {LEAST_CHANGE_K:g} needed"
+
+
+def changing_sensors(conditions: Conditions) -> Sequence[HeatShape]:
+    """Return the sensors whose temperature changes."""
+    spread = {name: np.ptp(values) for name, values in conditions.temperatures.items()}
+    return [HeatShape(name) for name, change in spread.items() if change >= LEAST_CHANGE_K]
+
+
+def rise_of(conditions: Conditions, sensor: str) -> Floats:
+    """Return what a sensor shows beyond the reference temperature, shape (rows,), in K.
+
+    Raises
+    ------
+    ArgumentError
+        No sensor of this name.
+    """
+    if sensor not in conditions.temperatures:
+        known = conditions.temperatures
+        hint = nearest(sensor, known) if known else "the data have no temperature column"
+        raise ArgumentError("sensor", sensor, "the name of a temperature column", hint)
+    rise: Floats = conditions.temperatures[sensor] - conditions.reference_temperature_degc
+    return rise
 
 
 class ThermalGrowth(Effect):
@@ -50,6 +82,7 @@ class ThermalGrowth(Effect):
         Rival("pitch_map", experiments.COLD_AND_HOT),
         Rival("scale", experiments.COLD_AND_HOT),
         Rival("warm_up", experiments.OTHER_HEAT),
+        Rival("thermal_shift", experiments.HOT_AT_BOTH_ENDS),
     )
     card = Card(
         title="Thermal growth",
@@ -73,30 +106,20 @@ class ThermalGrowth(Effect):
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show growth, or None."""
         if not conditions.temperatures:
-            return "no temperature column"
+            return unchanging(conditions)
         if conditions.time_is_coordinate:
             return "no positions: what grows with them cannot be seen"
         if conditions.places.size < 2:
             return "one position only"
-        change = max(float(np.ptp(values)) for values in conditions.temperatures.values())
-        if change >= LEAST_CHANGE_K:
-            return None
-        return f"the temperature changes by {change:.2g} degC only: at least {LEAST_CHANGE_K:g} needed"
+        return unchanging(conditions)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the sensors whose temperature changes."""
-        spread = {name: np.ptp(values) for name, values in conditions.temperatures.items()}
-        return [HeatShape(name) for name, change in spread.items() if change >= LEAST_CHANGE_K]
+        return changing_sensors(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the rise of temperature, shape (rows, 1)."""
-        sensor = own_shape(shape, HeatShape).sensor
-        if sensor not in conditions.temperatures:
-            known = conditions.temperatures
-            hint = nearest(sensor, known) if known else "the data have no temperature column"
-            raise ArgumentError("sensor", sensor, "the name of a temperature column", hint)
-        rise = conditions.temperatures[sensor] - conditions.reference_temperature_degc
-        grown: Floats = (conditions.position * rise)[:, None]
+        grown: Floats = (conditions.position * rise_of(conditions, own_shape(shape, HeatShape).sensor))[:, None]
         return grown
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:

@@ -61,6 +61,7 @@ class WarmUp(Effect):
     rivals = (
         Rival("drift", experiments.LONGER),
         Rival("thermal_growth", experiments.OTHER_HEAT),
+        Rival("thermal_shift", experiments.OTHER_HEAT),
     )
     card = Card(
         title="Warm-up",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -19,11 +19,22 @@ _PLACES = 15
 _FEED_SHARES = (1.0, 0.5, 0.05)
 _AFTER_REVERSAL = (0.0, 0.01, 0.02, 0.04)
 _PAUSE_S = 10.0
+_MOST_SENTENCES = 3
+"""Of what separates an effect from all that are tied with it."""
 
 
-def experiment_for_rivals(judge: Judge, model: Scored, rivalry: Rivalry) -> Experiment:
-    """Return the experiment that separates two effects, with what each of them predicts there."""
+def experiment_for_rivals(
+    judge: Judge, model: Scored, rivalry: Rivalry, others: Sequence[Rivalry] = ()
+) -> Experiment:
+    """Return the experiment that separates two effects, with what each of them predicts there.
+
+    Where ``others`` are tied as well, the words of what separates them follow.
+    """
     text = between(effect_named(rivalry.effect), effect_named(rivalry.rival))
+    further = (
+        known_between(effect_named(one.effect), effect_named(one.rival)) for one in others if not one.permanent
+    )
+    text = "; then ".join(list(dict.fromkeys([text, *(words for words in further if words)]))[:_MOST_SENTENCES])
     plan = separating_plan(judge.space)
     if plan is None or rivalry.model is None:
         return Experiment(text=text, rivals=(rivalry.effect, rivalry.rival))
@@ -42,13 +53,18 @@ def experiment_for_rivals(judge: Judge, model: Scored, rivalry: Rivalry) -> Expe
     )
 
 
-def between(first: Effect, second: Effect) -> str:
-    """Return the words of the experiment that separates two effects, from the card of either."""
+def known_between(first: Effect, second: Effect) -> str | None:
+    """Return the words of the experiment that separates two effects, from the card of either; None where none has."""
     for own, other in ((first, second), (second, first)):
         for rival in own.rivals:
             if rival.name == other.name:
                 return rival.experiment
-    return (
+    return None
+
+
+def between(first: Effect, second: Effect) -> str:
+    """Return the words of the experiment that separates two effects."""
+    return known_between(first, second) or (
         f"vary what {first.name} depends on while what {second.name} depends on stays ({first.name} needs "
         f"{first.needs}; {second.name} needs {second.needs})"
     )

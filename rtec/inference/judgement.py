@@ -117,7 +117,7 @@ def _experiment(
     minimum: dict[str, float],
 ) -> Experiment:
     if tied:
-        return experiment_for_rivals(found.scout.judge, found.scouted, tied[0])
+        return experiment_for_rivals(found.scout.judge, found.scouted, tied[0], tied[1:])
     for name in doubts_of(found):
         return Experiment(text=f"{name}: {settling(found, name)}")
     if unknown is not None:

@@ -78,13 +78,15 @@ def _probe(label: str, depends_on: Sequence[str], table: Floats, *of: str) -> Pr
 def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     """Return the probes that a data set has a place for.
 
-    Temperatures and columns of no known quantity; for a force the position; for a deviation that was measured in
+    Columns of no known quantity; for a force temperatures and the position; for a deviation that was measured in
     several runs a course of each run along the axis, and a reversal error of each run.
     """
     c = dataset.coordinates
     found = []
-    for heading, values in (*c.temperatures.items(), *dataset.unknown):
-        least = LEAST_CHANGE_K if heading in c.temperatures else 0.0
+    # a deviation that follows a temperature has a name: thermal_shift
+    heats = c.temperatures if dataset.observable is Observable.DRIVE else {}
+    for heading, values in (*heats.items(), *dataset.unknown):
+        least = LEAST_CHANGE_K if heading in heats else 0.0
         if np.isfinite(values).all() and np.ptp(values) > least:
             shifted = values - values.mean()
             found.append(_probe(f"any {heading}", [heading], shifted[:, None]))

@@ -22,14 +22,15 @@ SEEDS = st.integers(0, 2**32 - 1)
 SHAPES = {
     "windup": WindupShape(7.0),
     "thermal_growth": HeatShape("screw"),
+    "thermal_shift": HeatShape("screw"),
     "warm_up": WarmShape(300.0),
     "lost_counts": StepShape(250.0),
     "stribeck": StribeckShape(4.0),
     "cyclic": CyclicShape(6.35, 3, by_direction=True),
 }
 SIMPLE = (
-    "offset scale cosine backlash windup thermal_growth warm_up drift servo_lag acceleration_lag lost_counts inertia "
-    "viscous coulomb asymmetric_friction stribeck force_offset cyclic"
+    "offset scale cosine backlash windup thermal_growth thermal_shift warm_up drift servo_lag acceleration_lag "
+    "lost_counts inertia viscous coulomb asymmetric_friction stribeck force_offset cyclic"
 ).split()
 
 # what each effect depends on; its card promises that nothing else changes it
@@ -42,6 +43,7 @@ DEPENDS = {
     "coulomb": {"direction"},
     "windup": {"direction", "since_reversal"},
     "thermal_growth": {"position", "temperatures"},
+    "thermal_shift": {"temperatures"},
     "warm_up": {"time_s"},
     "drift": {"time_s"},
     "lost_counts": {"time_s"},

@@ -111,6 +111,13 @@ def test_growth_follows_the_temperature_that_the_sensor_shows():
     assert abs(hot - cold) > 2.0
 
 
+def test_a_shift_follows_the_temperature_at_every_target_alike():
+    what, measurement, numbers = added("thermal_shift", "temperature")
+    heat = columns(measurement)["temperature"]
+    assert what == pytest.approx(numbers["shift"] * 1e-3 * (heat - 20.0), abs=abs(numbers["shift"]) * 1e-3 * 0.1)
+    assert np.ptp(what) > 3e-3
+
+
 def twisted(released, distance_mm, course):
     """Return a first-order element along the way from reading to reading, in small steps."""
     far = BASE.start_mm + 0.4 * BASE.span_mm

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtec.blind import INSIDE, OUTSIDE, PLANS, Noise, Scenario, play
-from rtec.blind.scenario import unfit
+from rtec.blind.scenario import OF_HEAT, unfit
 from rtec.errors import ArgumentError
 
 SIGMA_MM = PLANS["base"].sigma_um * 1e-3
@@ -22,9 +22,9 @@ def added(names, plan="base", seed=11, strength=3.0):
 
 
 CASES = [
-    (name, "temperature" if name == "thermal_growth" else "base")
+    (name, "temperature" if name in OF_HEAT else "base")
     for name in INSIDE + OUTSIDE
-    if unfit(name, PLANS["temperature" if name == "thermal_growth" else "base"]) is None
+    if unfit(name, PLANS["temperature" if name in OF_HEAT else "base"]) is None
 ]
 
 

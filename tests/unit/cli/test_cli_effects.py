@@ -8,7 +8,7 @@ from rtec.cli import main
 from rtec.effects import LIBRARY, effect_named
 
 CONTRACT = (
-    "offset scale pitch_map cyclic backlash backlash_map windup thermal_growth warm_up drift servo_lag "
+    "offset scale pitch_map cyclic backlash backlash_map windup thermal_growth thermal_shift warm_up drift servo_lag "
     "acceleration_lag interpolation eccentricity lost_counts quantisation cosine inertia viscous coulomb "
     "asymmetric_friction stribeck force_offset cogging"
 ).split()

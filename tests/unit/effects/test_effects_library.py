@@ -14,11 +14,11 @@ from rtec.errors import ArgumentError
 
 ROOT = Path(__file__).parents[3]
 NAMES = (
-    "offset scale pitch_map cyclic backlash backlash_map windup thermal_growth warm_up drift servo_lag "
+    "offset scale pitch_map cyclic backlash backlash_map windup thermal_growth thermal_shift warm_up drift servo_lag "
     "acceleration_lag interpolation eccentricity lost_counts quantisation cosine "
     "inertia viscous coulomb asymmetric_friction stribeck force_offset cogging"
 ).split()
-DRIVE = set(NAMES[17:])
+DRIVE = set(NAMES[18:])
 UNITS = [Units("mm", "mm", "s"), Units("deg", "deg", "reading"), Units("n", "mm", "s"), Units("a", "deg", "s")]
 
 
@@ -101,6 +101,8 @@ def test_look_alikes_name_each_other_with_one_experiment(effect):
         ("backlash", "windup", "after each reversal"),
         ("scale", "drift", "datum"),
         ("pitch_map", "thermal_growth", "cold and hot"),
+        ("thermal_shift", "thermal_growth", "far from"),
+        ("thermal_shift", "drift", "cool down again"),
         ("lost_counts", "backlash", "index"),
         ("scale", "cosine", "second instrument"),
         ("cyclic", "interpolation", "signal periods"),
@@ -129,7 +131,13 @@ def test_simpler_effects_are_of_the_library_and_observed_alike(effect):
 
 def test_friction_and_mass_are_not_negative():
     assert {e.name for e in LIBRARY if e.not_negative} == {"inertia", "viscous", "coulomb", "stribeck"}
-    assert {e.name for e in LIBRARY if e.in_time} == {"thermal_growth", "warm_up", "drift", "lost_counts"}
+    assert {e.name for e in LIBRARY if e.in_time} == {
+        "thermal_growth",
+        "thermal_shift",
+        "warm_up",
+        "drift",
+        "lost_counts",
+    }
     several = {e.name: e.at_most for e in LIBRARY if e.at_most != 1}
     assert several == {"lost_counts": 3, "cyclic": 3, "cogging": 4}
 

@@ -5,7 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import Drift, HeatShape, LostCounts, Shape, StepShape, ThermalGrowth, Units, WarmShape, WarmUp
+from rtec.effects import (
+    Drift,
+    HeatShape,
+    LostCounts,
+    Shape,
+    StepShape,
+    ThermalGrowth,
+    ThermalShift,
+    Units,
+    WarmShape,
+    WarmUp,
+)
 from rtec.errors import ArgumentError
 
 
@@ -35,6 +46,14 @@ def test_a_rod_that_grows_piece_by_piece(bidirectional):
         sum(12e-6 * (heat - 18.0) * x / 1000 for _ in range(1000)) for x, heat in zip(c.position, room, strict=True)
     ]
     assert ThermalGrowth().contribution(c, HeatShape("screw"), [12e-6]) == pytest.approx(np.array(grown), rel=1e-9)
+
+
+def test_a_bracket_that_grows_piece_by_piece_and_carries_every_target(bidirectional):
+    room = np.linspace(19.0, 26.0, 210)
+    c = bidirectional(temperatures={"head": room, "air": np.zeros(210)}, reference_temperature_degc=18.0)
+    grown = [sum(11e-6 * (heat - 18.0) * 250.0 / 1000 for _ in range(1000)) for heat in room]
+    found = ThermalShift().contribution(c, HeatShape("head"), [11e-6 * 250.0])
+    assert found == pytest.approx(np.array(grown), rel=1e-9)
 
 
 def test_growth_follows_only_sensors_that_change(bidirectional):
@@ -115,6 +134,12 @@ def test_the_rate_is_one_an_hour_or_a_reading():
             ThermalGrowth(),
             {"temperatures": {"t": np.linspace(20.0, 25.0, 210)}, "position_unit": "s"},
             "no positions: what grows with them cannot be seen",
+        ),
+        (ThermalShift(), {}, "no temperature column"),
+        (
+            ThermalShift(),
+            {"temperatures": {"t": np.linspace(20.0, 20.02, 210)}},
+            "the temperature changes by 0.02 degC only: at least 0.5 needed",
         ),
         (
             ThermalGrowth(),

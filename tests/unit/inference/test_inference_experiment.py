@@ -58,6 +58,15 @@ def test_the_words_stand_on_the_card_of_either(first, second):
     assert found.abscissa is None
 
 
+def test_where_several_are_tied_each_is_told_apart():
+    tied = [Rivalry(effect="drift", rival=rival, cosine=1.0) for rival in ("scale", "thermal_shift", "windup")]
+    found = experiment_for_rivals(*alone("drift"), tied[0], tied[1:])
+    first, second = found.text.split("; then ")
+    assert "return to the datum" in first
+    assert "cool down again" in second
+    assert found.rivals == ("drift", "scale")
+
+
 def test_rivals_without_a_card_are_told_apart_by_their_needs():
     found = experiment_for_rivals(*alone("backlash"), Rivalry(effect="backlash", rival="warm_up", cosine=1.0))
     assert "a time column" in found.text

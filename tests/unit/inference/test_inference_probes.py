@@ -12,21 +12,31 @@ from rtec.inference.probes import MOST_RUNS, changing, probes_of
 from rtec.inference.results import Verdict
 
 
-def heated(shift=0.01, **plan):
+def wandering(rows):
+    return np.convolve(np.random.default_rng(7).normal(size=rows + 30), np.ones(31) / 5.0, "valid")
+
+
+def heated(**plan):
     """Zero that moves by 10 um/K with a cabinet's temperature, which comes and goes."""
     data = measured(timed=False, **plan)
-    rng = np.random.default_rng(7)
-    heat = 20.0 + np.convolve(rng.normal(size=data.rows + 30), np.ones(31) / 5.0, "valid")
+    heat = 20.0 + wandering(data.rows)
     conditions = replace(data.conditions, temperatures={"cabinet": heat})
-    return replace(data, observed=data.observed + shift * (heat - 20.0), conditions=conditions)
+    return replace(data, observed=data.observed + 0.01 * (heat - 20.0), conditions=conditions)
+
+
+def loaded(**plan):
+    """Zero that moves by 10 um with a column of no known quantity, which comes and goes."""
+    data = measured(timed=False, **plan)
+    load = wandering(data.rows)
+    return replace(data, observed=data.observed + 0.01 * load, unknown=(("load", load),))
 
 
 def names(data):
     return [probe.name for probe in probes_of(data)]
 
 
-def test_temperatures_and_columns_of_no_known_quantity_are_probed():
-    data = heated()
+def test_columns_of_no_known_quantity_are_probed_and_for_a_force_temperatures():
+    data = replace(heated(), observable=Observable.DRIVE)
     humid = np.random.default_rng(1).normal(size=data.rows)
     extra = (("humidity", humid), ("broken", np.full(data.rows, np.nan)), ("constant", np.full(data.rows, 3.0)))
     found = {probe.name: probe for probe in probes_of(replace(data, unknown=extra))}
@@ -34,6 +44,7 @@ def test_temperatures_and_columns_of_no_known_quantity_are_probed():
     assert not {"any broken", "any constant"} & set(found)
     assert found["any humidity"].depends_on == ("humidity",)
     assert found["any humidity"].at(data)[:, 0] == pytest.approx(humid - humid.mean())
+    assert "any cabinet" not in names(heated()), "of a deviation it has a name"
     still = replace(data.conditions, temperatures={"cabinet": 20.0 + 0.01 * np.arange(data.rows) % 0.4})
     assert "any cabinet" not in names(replace(data, conditions=still)), "less than half a kelvin"
 
@@ -75,27 +86,35 @@ def test_a_probe_belongs_to_its_data():
 
 
 def test_a_probe_is_no_effect_of_the_library():
-    assert not {probe.name for probe in probes_of(heated())} & {effect.name for effect in LIBRARY}
+    assert not {probe.name for probe in probes_of(loaded())} & {effect.name for effect in LIBRARY}
 
 
-def test_a_drift_with_temperature_that_has_no_name_is_unknown_and_names_the_column():
+def test_a_zero_that_follows_a_temperature_is_a_thermal_shift():
     result = diagnose(heated())
+    assert (result.verdict, result.effects) == (Verdict.NAMED, ("thermal_shift",))
+    (term,) = result.model.terms
+    assert term.shape.sensor == "cabinet"
+    assert term.amplitudes[0] == pytest.approx(0.01, abs=0.001)
+
+
+def test_a_column_that_has_no_name_is_unknown_and_named_in_the_answer():
+    result = diagnose(loaded())
     assert result.verdict is Verdict.UNKNOWN
-    assert result.unknown.depends_on == ("cabinet",)
-    assert "cabinet" in result.unknown.description
+    assert result.unknown.depends_on == ("load",)
+    assert "load" in result.unknown.description
     assert result.effects == ()
     assert not any(name.startswith("any ") for name in result.probability)
     assert not any(c.effect.startswith("any ") for c in result.candidates)
-    assert "vary cabinet on purpose" in result.experiment.text
+    assert "vary load on purpose" in result.experiment.text
 
 
 def test_beside_a_probe_the_effects_keep_their_names():
-    data = heated(runs=6)
+    data = loaded(runs=6)
     data = replace(data, observed=data.observed + 0.004 * data.conditions.direction)
     result = diagnose(data)
     assert result.verdict is Verdict.UNKNOWN
     assert result.effects == ("backlash",)
-    assert result.unknown.depends_on == ("cabinet",)
+    assert result.unknown.depends_on == ("load",)
     assert result.model.terms[0].amplitudes[0] == pytest.approx(0.008, abs=0.0015)
 
 

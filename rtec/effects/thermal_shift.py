@@ -1,0 +1,83 @@
+"""A zero that moves with temperature: what stands between the scale and the tool grows with heat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rtec.effects import experiments
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units, own_shape
+from rtec.effects.thermal_growth import HeatShape, changing_sensors, rise_of, unchanging
+
+
+class ThermalShift(Effect):
+    """Expansion of what carries the spindle, the table or the scale: the same at every position.
+
+    Notes
+    -----
+    ``deviation = shift * (temperature - reference temperature)``.
+
+    References
+    ----------
+    Yao et al., section 4.2: a spindle that moves by its heat while the axis stands; ISO 230-3, clause 6: distortion
+    by a rotating spindle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x, heat = np.array([0.0, 1000.0]), {"temperature": np.array([22.0, 23.0])}
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64), temperatures=heat)
+    >>> ThermalShift().contribution(c, HeatShape(), [0.004]).round(6).tolist()
+    [0.008, 0.012]
+    """
+
+    name = "thermal_shift"
+    needs = "a temperature column that changes by 0.5 K at least"
+    shape_type = HeatShape
+    in_time = True
+    rivals = (
+        Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
+        Rival("scale", experiments.COLD_AND_HOT),
+        Rival("warm_up", experiments.OTHER_HEAT),
+        Rival("drift", experiments.COOL_AGAIN),
+        Rival("lost_counts", experiments.COOL_AGAIN),
+    )
+    card = Card(
+        title="Thermal shift",
+        plot=(
+            "Against temperature the readings of all targets climb alike, wherever they lie; cold and hot runs are "
+            "parallel."
+        ),
+        cause=(
+            "Heat of spindle, motor or bearing lengthens what stands between scale and tool: headstock, column, a "
+            "bracket of the scale or of the reference."
+        ),
+        consequence="All lengths keep their size, and the zero of the work moves while the machine warms up.",
+        action=(
+            "Set the zero again when the machine is warm, correct it by the temperature of the part that grows, or "
+            "cool that part."
+        ),
+        invariant_to="position, direction and feed, and the order of the readings: the same heat shifts as much.",
+        source=(
+            "Yao et al. (003), section 4.2: a spindle's error follows its heat; NISTIR 4832, introduction: thermal "
+            "errors. ISO 230-3."
+        ),
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a shift, or None."""
+        return unchanging(conditions)
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the sensors whose temperature changes."""
+        return changing_sensors(conditions)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the rise of temperature, shape (rows, 1)."""
+        rise: Floats = rise_of(conditions, own_shape(shape, HeatShape).sensor)[:, None]
+        return rise
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the shift, in um/K (arcsec/K on a rotary axis)."""
+        unit, factor = units.shown
+        return (Amplitude("shift", f"{unit}/K", factor),)
