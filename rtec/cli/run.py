@@ -102,11 +102,12 @@ def _show(result: StudyResult) -> None:
     from rich.console import Console
 
     from rtec.report import staircase_table, terminal_table
-    from rtec.report.diagnosis import verdict_sentence
+    from rtec.report.diagnosis import found_table, verdict_sentence
 
     console = Console(highlight=False)
     if result.learned is not None:
         console.print(verdict_sentence(result.learned.diagnosis), markup=False, soft_wrap=True)
+        console.print(found_table(result.learned.diagnosis.model))
         console.print(staircase_table(result.learned))
     console.print(terminal_table(result))
     for warning in result.warnings:

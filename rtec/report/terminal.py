@@ -8,14 +8,13 @@ from rich.text import Text
 
 from rtec.injector import Design
 from rtec.report.appearance import look_of, printable, scale_of
-from rtec.report.diagnosis.quantities import parameter_texts, probability, shown_of
+from rtec.report.diagnosis.quantities import probability, shown_of
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
 from rtec.report.results import Learned, StudyResult
 from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 
 _TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
 _STYLES = {Mark.NONE: "", Mark.GOOD: "green", Mark.MIND: "yellow", Mark.ALARM: "bold red"}
-_MOST_PARAMETERS = 3
 _SHORT = {"uncompensated": "none", "table": "table"} | {design.value: design.short for design in Design}
 
 
@@ -81,17 +80,15 @@ def staircase_table(learned: Learned) -> Table:
         caption_style="dim",
     )
     table.add_column(f"{shown.symbol} RMS; step", no_wrap=True)
-    table.add_column("parameters", overflow="fold")
     for head in ("training", "held out", "true error\nless model", "adjusted p"):
         table.add_column(head, justify="right", no_wrap=True)
-    steps = [("perfect axis", "", shown.text(d.rms_before), shown.text(d.rms_heldout_before), "")]
+    steps = [("perfect axis", shown.text(d.rms_before), shown.text(d.rms_heldout_before), "")]
     for step in d.steps:
-        words = "\n".join(parameter_texts(step.params, _MOST_PARAMETERS)) if step.added else ""
         name = f"{'+' if step.added else '−'} {spoken(step.effect)}"
         figures = (shown.text(step.rms_train), shown.text(step.rms_heldout))
-        steps.append((name, words, *figures, probability(step.p_adjusted) if step.added else ""))
-    for (name, words, training, heldout, p), score in zip(steps, learned.scores, strict=True):
-        table.add_row(Text(name), Text(words), training, heldout, shown.text(score.rms_mm), p)
+        steps.append((name, *figures, probability(step.p_adjusted) if step.added else ""))
+    for (name, training, heldout, p), score in zip(steps, learned.scores, strict=True):
+        table.add_row(Text(name), training, heldout, shown.text(score.rms_mm), p)
     return table
 
 

@@ -4,7 +4,7 @@ from rtec.report.diagnosis.document import comparison_document, diagnosis_docume
 from rtec.report.diagnosis.folder import write_comparison, write_diagnosis
 from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.sentence import comparison_sentence, verdict_sentence
-from rtec.report.diagnosis.terminal import comparison_table, diagnosis_table
+from rtec.report.diagnosis.terminal import comparison_table, diagnosis_table, found_table
 
 __all__ = [
     "comparison_document",
@@ -14,6 +14,7 @@ __all__ = [
     "diagnosis_document",
     "diagnosis_figures",
     "diagnosis_table",
+    "found_table",
     "verdict_sentence",
     "write_comparison",
     "write_diagnosis",

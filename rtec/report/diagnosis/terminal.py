@@ -10,8 +10,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
+from rtec.report.diagnosis.chapters import final_values
 from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_of
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words
 
@@ -32,7 +34,7 @@ _MOST_CANDIDATES = 8
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
-    """Return the steps of a search, the candidates that were not taken, and what could not be tested.
+    """Return what a search found, the way to it, the candidates that were not taken, and what could not be tested.
 
     It fits 80 columns. The sentence of the verdict is not part of it.
 
@@ -43,6 +45,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     """
     shown = shown_of(diagnosis.dataset.units)
     parts: list[Table | Text] = [Text(diagnosis.verdict.value, style=_STYLES[diagnosis.verdict])]
+    if diagnosis.model.terms:
+        parts.append(found_table(diagnosis.model))
     parts.append(_steps(diagnosis, shown))
     others = [candidate for candidate in diagnosis.candidates if not candidate.accepted]
     if others:
@@ -82,6 +86,17 @@ def comparison_table(comparison: Comparison) -> Group:
     return Group(table, by) if comparison.where else Group(by)
 
 
+def found_table(model: Model) -> Table:
+    """Return the parameters of a model with their standard errors: those at the end of a search, not on the way."""
+    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column("found", no_wrap=True)
+    table.add_column("parameters", overflow="fold")
+    for term in model.terms:
+        words = parameter_texts(final_values(term, model.units), _MOST_PARAMETERS)
+        table.add_row(Text(spoken(term.name)), Text("\n".join(words)))
+    return table
+
+
 def _steps(diagnosis: Diagnosis, shown: Shown) -> Table:
     floor = floor_words(diagnosis.noise, shown)
     by = f"held out: {heldout_words(diagnosis.heldout_by)}"
@@ -89,23 +104,24 @@ def _steps(diagnosis: Diagnosis, shown: Shown) -> Table:
         box=SIMPLE, padding=(0, 1, 0, 0), caption=Text(f"{floor}; {by}"), caption_justify="left", caption_style="dim"
     )
     table.add_column("step", no_wrap=True)
-    table.add_column("parameters", overflow="fold")
     table.add_column(f"RMS ({shown.symbol})", justify="right", no_wrap=True)
     table.add_column("held out", justify="right", no_wrap=True)
     table.add_column("adjusted p", justify="right", no_wrap=True)
+    taken_out = not all(step.added for step in diagnosis.steps)
+    if taken_out:
+        table.add_column("why", overflow="fold")
     started = ", ".join(spoken(name) for name in diagnosis.start.names) or "no effect"
     before = diagnosis.rms_heldout_before
     held_out = shown.text(before) if math.isfinite(before) else ""
-    table.add_row("start", Text(started), shown.text(diagnosis.rms_before), held_out, "")
+    table.add_row(Text(f"start: {started}"), shown.text(diagnosis.rms_before), held_out, "")
     for step in diagnosis.steps:
         sign, style = ("+ ", "") if step.added else ("− ", "yellow")
-        words = parameter_texts(step.params, _MOST_PARAMETERS) if step.added else [printable(step.reason)]
         table.add_row(
             Text(sign + spoken(step.effect), style=style),
-            Text("\n".join(words)),
             shown.text(step.rms_train),
             shown.text(step.rms_heldout),
             probability(step.p_adjusted) if step.added else "",
+            *([] if step.added else [Text(printable(step.reason))]),
         )
     return table
 

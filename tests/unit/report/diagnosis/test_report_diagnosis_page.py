@@ -83,7 +83,7 @@ def test_the_verdict_comes_first_with_the_sentence(make_diagnosis, out):
     assert _text(_part(tree, "verdict")) == f"NAMED. {verdict_sentence(diagnosis)}"
     assert _part(tree, "verdict").get("class") == "good"
     sections = [section.get("id") for section in tree.iter(f"{XHTML}section")]
-    assert sections == ["measurement", "steps", "effects", "judged", "left", "limits", "next", "definitions", "files"]
+    assert sections == ["measurement", "effects", "steps", "judged", "left", "limits", "next", "definitions", "files"]
 
 
 @pytest.mark.usefixtures("quick")
