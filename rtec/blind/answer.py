@@ -76,6 +76,8 @@ EXPERIMENTS: Mapping[frozenset[str], tuple[str, ...]] = MappingProxyType(
         frozenset(("backlash", "lost_counts")): ("index", "cycle"),
         frozenset(("pitch_map", "thermal_growth")): ("cold",),
         frozenset(("drift", "thermal_shift")): ("cool",),
+        frozenset(("drift", "refraction")): ("pressure",),
+        frozenset(("viscous", "force_offset")): ("speeds",),
         frozenset(("scale", "thermal_shift")): ("cold",),
     }
 )

@@ -13,7 +13,7 @@ from rtec.blind.noise import Readings, noise_of, resolved
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import Course, Floats, draw_course
 from rtec.blind.scenario import Scenario
-from rtec.blind.slow_errors import SLOW, Circumstances, sensed_temperature, simulate_temperature
+from rtec.blind.slow_errors import SLOW, Air, Circumstances, sensed_temperature, simulate_air, simulate_temperature
 from rtec.blind.static_errors import table_of
 from rtec.blind.strength import hide_static
 from rtec.metrology import Column
@@ -41,8 +41,8 @@ def measure_at_rest(scenario: Scenario, seed: int) -> tuple[list[Column], dict[s
     --------
     >>> from rtec.blind.plan import PLANS
     >>> columns, _, hidden = measure_at_rest(Scenario(names=("drift",), plan=PLANS["turned_once"]), 1)
-    >>> [column.heading for column in columns], list(hidden)
-    (['run', 'direction', 'time_s', 'target_mm', 'actual_mm', 'feed_mm_s', 'temperature_degc'], ['drift'])
+    >>> [column.quantity for column in columns][3:], list(hidden)
+    (['target', 'actual', 'feed', 'temperature', 'pressure', 'humidity'], ['drift'])
     """
     plan = scenario.plan
     course = draw_course(plan, stream(seed, Draw.COURSE))
@@ -54,16 +54,22 @@ def measure_at_rest(scenario: Scenario, seed: int) -> tuple[list[Column], dict[s
         shift_mm = _lose_counts(
             course, scenario.wanted["lost_counts"], stream(seed, Draw.EFFECT, "lost_counts"), hidden
         )
-    measured = measure(course, table_of(plan, static), shift_mm=shift_mm, trace="windup" in scenario.names)
+    measured = measure(
+        course,
+        table_of(plan, static),
+        shift_mm=shift_mm,
+        trace=not {"windup", "reversal_spike"}.isdisjoint(scenario.names),
+    )
     heat = simulate_temperature(course, measured.time_s, stream(seed, Draw.HEAT))
-    circumstances = Circumstances(course=course, measured=measured, temperature_degc=heat)
+    air = simulate_air(course, stream(seed, Draw.WEATHER))
+    circumstances = Circumstances(course=course, measured=measured, temperature_degc=heat, air=air)
     deviation_mm = measured.deviation_mm + _slow(scenario.wanted, seed, circumstances, sigma_mm, hidden)
     readings = Readings(
         time_s=measured.time_s, position_mm=course.target_mm, direction=circumstances.direction, run=course.run
     )
     deviation_mm += noise_of(scenario.noise, readings, sigma_mm, stream(seed, Draw.NOISE))
     shown_degc = sensed_temperature(heat, stream(seed, Draw.SENSOR))
-    return _columns(course, measured, deviation_mm, shown_degc), {"dwell_s": course.turn_dwell_s}, hidden
+    return _columns(course, measured, deviation_mm, shown_degc, air), {"dwell_s": course.turn_dwell_s}, hidden
 
 
 def _slow(
@@ -103,7 +109,7 @@ def _lose_counts(
     return shift_mm
 
 
-def _columns(course: Course, measured: Pass, deviation_mm: Floats, shown_degc: Floats) -> list[Column]:
+def _columns(course: Course, measured: Pass, deviation_mm: Floats, shown_degc: Floats, air: Air) -> list[Column]:
     return [
         Column("run", "", course.run.astype(np.float64)),
         Column("direction", "", course.direction.astype(np.float64)),
@@ -112,4 +118,6 @@ def _columns(course: Course, measured: Pass, deviation_mm: Floats, shown_degc: F
         Column("actual", "mm", resolved(course.target_mm + deviation_mm)),
         Column("feed", "mm_s", course.feed_mm_s),
         Column("temperature", "degc", shown_degc),
+        Column("pressure", "hpa", np.round(air.pressure_hpa, 1)),
+        Column("humidity", "percent", np.round(air.humidity_percent, 0)),
     ]

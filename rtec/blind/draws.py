@@ -20,6 +20,8 @@ class Draw(enum.IntEnum):
     EFFECT = 5
     TRIAL = 6
     PLAN = 7
+    WEATHER = 8
+    LOAD = 9
 
 
 def checked_seed(seed: object) -> int:

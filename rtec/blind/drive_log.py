@@ -1,13 +1,15 @@
 """Hiding effects in the log of a drive: the force that it needs is read at equal times while the axis moves.
 
-A mass is moved, guides and seals rub, a motor pulls at its teeth, an inclined axis weighs on it. The friction is that
-of bristles that bend before the surfaces slip, not a sign of the velocity.
+A mass is moved, guides and seals rub, a motor pulls at its teeth, an inclined axis weighs on it, a cable chain pulls,
+an arm hangs on a joint. The friction is that of bristles that bend before the surfaces slip, not a sign of the
+velocity. What is in mm and N for a linear axis is in degrees and N m for a joint.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -17,8 +19,9 @@ from rtec.blind.draws import Draw, stream
 from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
 from rtec.blind.in_motion import SAMPLE_S, moves_of, sampled
 from rtec.blind.noise import Readings, noise_of
-from rtec.blind.plan import Floats, Plan
+from rtec.blind.plan import Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
+from rtec.blind.static_errors import SINUSOID_SHARE, sinusoid_share, smooth_noise
 from rtec.metrology import Column
 
 FORCE_STEP_N = 0.01
@@ -32,9 +35,10 @@ _STRIBECK_MM_S = (3.0, 8.0)
 
 
 class _Motion:
-    """What the axis does at each reading: position, velocity, acceleration, and how far the bristles are bent."""
+    """What the axis does at each reading: position, velocity, acceleration, bent bristles, and the load on it."""
 
-    def __init__(self, motion: MotionSegments, time_s: Floats) -> None:
+    def __init__(self, motion: MotionSegments, time_s: Floats, load_kg: Floats) -> None:
+        self.load_kg = load_kg
         time_ps = np.round(time_s * 1e12).astype(np.int64)
         self.position_mm = motion.position_at(time_ps)
         self.velocity_mm_s = motion.velocity_at(time_ps)
@@ -74,24 +78,32 @@ _Part = tuple[Floats, str, tuple[Parameter, ...]]
 
 
 def _inertia(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    if plan.rotary:
+        added = m.acceleration_mm_s2
+        return added, "what is turned", (Parameter("inertia", 1.0, "N*m/(deg/s^2)", scales=True),)
     # a kilogram needs a newton for each m/s2
     added = 1e-3 * m.acceleration_mm_s2
     return added, "the mass that is moved", (Parameter("mass", 1.0, "kg", scales=True),)
 
 
 def _viscous(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    if plan.rotary:
+        return m.velocity_mm_s.copy(), "oil that is sheared", (Parameter("viscous", 1.0, "N*m/(deg/s)", scales=True),)
     added = 1e-3 * m.velocity_mm_s
     return added, "oil that is sheared", (Parameter("viscous", 1.0, "N/(m/s)", scales=True),)
 
 
 def _coulomb(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
-    return m.bent.copy(), "guides and seals that rub", (Parameter("friction", 1.0, "N", scales=True),)
+    return m.bent.copy(), "guides and seals that rub", (Parameter("friction", 1.0, _force(plan), scales=True),)
 
 
 def _stribeck(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
     speed = rng.uniform(*_STRIBECK_MM_S)
     added = m.bent * np.exp(-((m.velocity_mm_s / speed) ** 2))
-    numbers = (Parameter("speed", speed, "mm/s"), Parameter("friction", 1.0, "N", scales=True))
+    numbers = (
+        Parameter("speed", speed, f"{_length(plan)}/s"),
+        Parameter("friction", 1.0, _force(plan), scales=True),
+    )
     return added, "surfaces that touch at creep and part with speed", numbers
 
 
@@ -99,7 +111,7 @@ def _cogging(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
     period = float(rng.uniform(*plan.wave_shares) * np.ptp(m.position_mm))  # moves need not reach the ends
     angle = 2.0 * np.pi * m.position_mm / period + rng.uniform(0.0, 2.0 * np.pi)
     added = np.sin(angle) + rng.uniform(0.1, 0.4) * np.sin(2.0 * angle + rng.uniform(0.0, 2.0 * np.pi))
-    numbers = (Parameter("period", period, "mm"), Parameter("amplitude", 1.0, "N", scales=True))
+    numbers = (Parameter("period", period, _length(plan)), Parameter("amplitude", 1.0, _force(plan), scales=True))
     return added, "magnets that pull at the teeth of the motor", numbers
 
 
@@ -107,14 +119,56 @@ def _force_offset(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
     sign = float(rng.choice([-1.0, 1.0]))
     return (
         np.full(m.position_mm.size, sign),
-        "the weight of an inclined axis",
-        (Parameter("force", sign, "N", scales=True),),
+        "the zero of the amplifier" if plan.rotary else "the weight of an inclined axis",
+        (Parameter("force", sign, _force(plan), scales=True),),
     )
 
 
+def _gravity(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    # a plumb line from the axis to the centre of mass, turned by the angle; its horizontal part is the lever
+    hangs_at = np.radians(rng.uniform(0.0, 360.0))
+    turned = np.radians(m.position_mm)
+    lever = np.imag(np.exp(1j * (turned - hangs_at)))
+    numbers = (
+        Parameter("largest", 1.0, "N*m", scales=True),
+        Parameter("hangs_at", float(np.degrees(hangs_at)), "deg"),
+    )
+    return lever, "the weight of an arm, whose lever changes as it turns", numbers
+
+
+def _force_map(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    x = np.linspace(float(m.position_mm.min()), float(m.position_mm.max()), 600)
+    while True:
+        curve = smooth_noise(x, rng.uniform(0.12, 0.18) * float(np.ptp(x)), rng)
+        curve -= curve.mean()
+        if sinusoid_share(x, curve) < SINUSOID_SHARE:
+            break
+    curve /= np.std(curve)
+    number = Parameter("peak_to_peak", float(np.ptp(curve)), _force(plan), scales=True)
+    return np.interp(m.position_mm, x, curve), "cables and covers that pull along the way", (number,)
+
+
+def _load_friction(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
+    number = Parameter("friction", 1.0, f"{_force(plan)}/kg", scales=True)
+    return m.bent * m.load_kg, "a guide on which a load presses", (number,)
+
+
+def _force(plan: Plan) -> str:
+    return "N*m" if plan.rotary else "N"
+
+
+def _length(plan: Plan) -> str:
+    return "deg" if plan.rotary else "mm"
+
+
 _PARTS: Mapping[str, Callable[[_Motion, Plan, np.random.Generator], _Part]] = MappingProxyType(
-    {draw.__name__[1:]: draw for draw in (_inertia, _viscous, _coulomb, _stribeck, _cogging, _force_offset)}
-)
+    {
+        draw.__name__[1:]: draw
+        for draw in (
+            _inertia, _viscous, _coulomb, _stribeck, _cogging, _force_offset, _gravity, _force_map, _load_friction,
+        )
+    }
+)  # fmt: skip
 
 
 def measure_drive(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str, Floats], dict[str, Hidden]]:
@@ -138,12 +192,12 @@ def measure_drive(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str
     >>> from rtec.blind.plan import PLANS
     >>> columns, _, hidden = measure_drive(Scenario(names=("inertia",), plan=PLANS["drive"]), 1)
     >>> [column.heading for column in columns], list(hidden)
-    (['run', 'time_s', 'actual_mm', 'velocity_mm_s', 'force_n'], ['inertia'])
+    (['run', 'time_s', 'actual_mm', 'velocity_mm_s', 'force_n', 'load_kg'], ['inertia'])
     """
     plan = scenario.plan
     motion, begin_s, repeat_s = moves_of(plan, stream(seed, Draw.COURSE))
     time_s, run = sampled(plan, motion, begin_s, repeat_s)
-    moved = _Motion(motion, time_s)
+    moved = _Motion(motion, time_s, _loads_kg(plan, run, seed))
     readings = Readings(time_s=time_s, position_mm=moved.position_mm, direction=np.sign(moved.velocity_mm_s), run=run)
     force_n = noise_of(scenario.noise, readings, plan.sigma_n, stream(seed, Draw.NOISE))
     hidden: dict[str, Hidden] = {}
@@ -154,11 +208,20 @@ def measure_drive(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str
         factor = strength * plan.sigma_n / rms(unit)
         force_n += factor * added
         hidden[name] = hidden_of(name, description, parameters, factor, unit, plan.sigma_n)
+    length, force = ("deg", Column("torque", "nm", force_n)) if plan.rotary else ("mm", Column("force", "n", force_n))
     columns = [
         Column("run", "", run.astype(np.float64)),
         Column("time", "s", np.round(time_s - time_s[0], 3)),
-        Column("actual", "mm", np.round(moved.position_mm, 3)),
-        Column("velocity", "mm_s", np.round(moved.velocity_mm_s, 3)),
-        Column("force", "n", np.round(np.round(force_n / FORCE_STEP_N) * FORCE_STEP_N, 2)),
+        Column("actual", length, np.round(moved.position_mm, 3)),
+        Column("velocity", f"{length}_s", np.round(moved.velocity_mm_s, 3)),
+        replace(force, values=np.round(np.round(force_n / FORCE_STEP_N) * FORCE_STEP_N, 2)),
+        Column("load", "kg", moved.load_kg),
     ]
     return columns, {}, hidden
+
+
+def _loads_kg(plan: Plan, run: Ints, seed: int) -> Floats:
+    """Return the load on the axis at each reading: in each run another one."""
+    loads = stream(seed, Draw.LOAD).permutation(np.linspace(5.0, 50.0, max(plan.runs, 2)))
+    found: Floats = np.round(loads[run - 1], 1)
+    return found

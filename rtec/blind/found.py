@@ -117,6 +117,11 @@ TRUTHS: Mapping[tuple[str, str], tuple[str, str, float]] = MappingProxyType(
         ("coulomb", "coulomb"): ("N", "friction", 1.0),
         ("stribeck", "stribeck"): ("N", "friction", 1.0),
         ("force_offset", "force_offset"): ("N", "force", 1.0),
+        ("load_friction", "load_friction"): ("N/kg", "friction", 1.0),
+        ("warm_up_growth", "time_constant"): ("s", "time_constant", 1.0),
+        ("warm_up_growth", "growth"): ("um/m", "growth", 1.0),
+        ("refraction", "refraction"): ("", "share", 1.0),
+        ("dead_path", "dead_path"): ("mm", "length", 1.0),
     }
 )
 """Numbers of the library that the game knows: their unit, the game's own name for them, and the factor from it.

@@ -13,7 +13,7 @@ from rtec.blind.line import Line, Pool
 from rtec.blind.noise import Noise
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import Plan, Reading
-from rtec.blind.scenario import LAGS, OF_DRIVE, OUTSIDE, Scenario, companions
+from rtec.blind.scenario import LAGS, OF_DRIVE_OF_GAME, OUTSIDE, Scenario, companions
 
 STRENGTH = 3.0
 STRENGTHS = (1.0, 5.0)
@@ -73,7 +73,7 @@ def _drive_or_log(trial: int, seed: int) -> Scenario:
     rng = stream(seed, Draw.PLAN)
     if trial % 2:
         plan = drawn_log(rng, Reading.DRIVE)
-        names = [str(name) for name in rng.permutation(OF_DRIVE)[: int(rng.integers(1, MOST_EFFECTS + 1))]]
+        names = [str(name) for name in rng.permutation(OF_DRIVE_OF_GAME)[: int(rng.integers(1, MOST_EFFECTS + 1))]]
         # friction that falls with speed is what dry friction has more at creep
         if "stribeck" in names and "coulomb" not in names:
             names.append("coulomb")

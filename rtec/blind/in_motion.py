@@ -12,7 +12,7 @@ from rtec.blind.axis_run import COUNT_MM
 from rtec.blind.draws import Draw, stream
 from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
 from rtec.blind.noise import Readings, noise_of, resolved
-from rtec.blind.plan import PROGRAM_STEP_MM, Floats, Ints, Plan
+from rtec.blind.plan import PROGRAM_STEP_MM, Floats, Ints, Passes, Plan
 from rtec.blind.scenario import Scenario
 from rtec.blind.static_errors import table_of
 from rtec.blind.strength import hide_static
@@ -102,7 +102,8 @@ def sampled(plan: Plan, motion: MotionSegments, begin_s: float, repeat_s: float)
 def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, float, float]:
     """Return the motion of a moving log, when its first repetition begins and how long each lasts, in s.
 
-    The feeds take turns, in moves of about the same time but drawn lengths and ways. Each repetition is the same.
+    The feeds take turns, in moves of about the same time but drawn lengths and ways. Each repetition is the same. A
+    plan that goes forward only is one move from end to end.
 
     Examples
     --------
@@ -119,10 +120,13 @@ def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, floa
         fits = [place for place in (below, above) if plan.start_mm <= place <= plan.end_mm]
         place = fits[int(rng.integers(len(fits)))] if fits else plan.start_mm + plan.end_mm - places[-1]
         places.append(float(np.round(place / PROGRAM_STEP_MM) * PROGRAM_STEP_MM))
+    if plan.passes is Passes.FORWARD:
+        places, feeds = [plan.start_mm, plan.end_mm], feeds[:1]
     one: list[axis.Block] = [
         axis.Move(target_mm=place, feed_mm_s=float(feed)) for place, feed in zip(places[1:], feeds, strict=True)
     ]
-    one.append(axis.Move(target_mm=plan.start_mm, feed_mm_s=float(feeds[-1])))
+    if plan.passes is Passes.BOTH:
+        one.append(axis.Move(target_mm=plan.start_mm, feed_mm_s=float(feeds[-1])))
     home: list[axis.Block] = [axis.Dwell(seconds=_HOME_S), axis.Move(target_mm=plan.start_mm, feed_mm_s=20.0)]
     home.append(axis.Dwell(seconds=_HOME_S))
     motion = axis.plan(Program(blocks=tuple(home + one * plan.runs)), LIMITS, ProfileShape.JERK_LIMITED)

@@ -46,6 +46,14 @@ class Heating(enum.Enum):
     ONE_RISE = "rising all the time"
 
 
+class Weather(enum.Enum):
+    """What the air around the laser does."""
+
+    STEADY = "steady"
+    DAYS = "each run on another day"
+    ONE_DAY = "hardly changing, another than the laser assumes"
+
+
 class Reading(enum.Enum):
     """When the laser reads."""
 
@@ -70,8 +78,10 @@ class Plan:
         Of one pass; moves of one repetition of a moving log.
     start_mm, span_mm
         First target, and distance to the last.
-    passes, spacing, heating
-        How the targets are visited, how they lie, what the temperature does.
+    passes, spacing, heating, weather
+        How the targets are visited, how they lie, what temperature and air do.
+    rotary
+        Whether a drive's log is that of a joint: what is in mm stands for degrees, what is in N for N m.
     overshoot_mm
         How far the axis goes beyond the ends before it turns.
     feeds_mm_s
@@ -82,7 +92,7 @@ class Plan:
         Shortest and longest rest before a reversal; each run has another one.
     columns
         Of the file beyond run, target and actual: ``direction``, ``time``, ``feed``, ``velocity``, ``dwell``,
-        ``temperature``.
+        ``temperature``, ``pressure``, ``humidity``, ``load``.
     sigma_um
         Standard deviation of the repeat noise.
     sigma_n
@@ -110,6 +120,8 @@ class Plan:
     passes: Passes = Passes.BOTH
     spacing: Spacing = Spacing.EVEN
     heating: Heating = Heating.NONE
+    weather: Weather = Weather.STEADY
+    rotary: bool = False
     overshoot_mm: float = 1.0
     feeds_mm_s: tuple[float, ...] = (40.0,)
     dwell_s: float = 6.0
@@ -181,6 +193,45 @@ _ALL = (
         feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
         columns=("time", "velocity", "force"),
         wave_shares=(0.08, 0.2),
+    ),
+    Plan(
+        name="joint",
+        reading=Reading.DRIVE,
+        rotary=True,
+        runs=2,
+        targets=60,
+        span_mm=150.0,
+        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
+        columns=("time", "velocity", "torque"),
+        wave_shares=(0.05, 0.12),
+    ),
+    Plan(
+        name="one_speed",
+        reading=Reading.DRIVE,
+        rotary=True,
+        runs=1,
+        passes=Passes.FORWARD,
+        span_mm=25.0,
+        feeds_mm_s=(5.0,),
+        columns=("time", "velocity", "torque"),
+    ),
+    Plan(
+        name="loads",
+        reading=Reading.DRIVE,
+        runs=3,
+        targets=40,
+        span_mm=100.0,
+        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
+        columns=("time", "velocity", "force", "load"),
+        wave_shares=(0.08, 0.2),
+    ),
+    Plan(name="weather", runs=8, targets=15, weather=Weather.DAYS, columns=("direction", "pressure", "humidity")),
+    Plan(
+        name="one_day",
+        runs=1,
+        passes=Passes.FORWARD,
+        weather=Weather.ONE_DAY,
+        columns=("direction", "time", "pressure", "humidity"),
     ),
     Plan(name="single_pass", runs=1, passes=Passes.FORWARD),
     Plan(name="one_feed", columns=("direction", "time", "feed")),

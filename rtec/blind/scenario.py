@@ -9,7 +9,7 @@ import numpy as np
 from rtec.blind.draws import Draw, checked_seed, stream
 from rtec.blind.noise import Noise
 from rtec.blind.outside import KINDS
-from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading, Spacing
+from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading, Spacing, Weather
 from rtec.blind.slow_errors import SLOW
 from rtec.blind.static_errors import STATIC
 from rtec.checks import number_within
@@ -19,12 +19,20 @@ OUTSIDE_OF_GAME = ("moving_bump", "chirped_cyclic", "dwell_reversal")
 """What `scenario_of` draws of it, so that a seed keeps its game."""
 OUTSIDE = (*OUTSIDE_OF_GAME, *(name for name in KINDS if name not in OUTSIDE_OF_GAME))
 """What lies outside the library of effects."""
+NOT_DRAWN = ("refraction", "dead_path", "warm_up_growth", "reversal_spike", "run_offset")
+"""Effects that are hidden where they are asked for: seeds had their games before these were known."""
 LAGS = ("servo_lag", "acceleration_lag")
 """What shows in motion only."""
 OF_HEAT = ("thermal_growth", "thermal_shift")
 """What shows where the temperature changes."""
-OF_DRIVE = ("inertia", "viscous", "coulomb", "stribeck", "cogging", "force_offset")
+OF_AIR = ("refraction", "dead_path")
+"""What shows where the air changes."""
+OF_DRIVE_OF_GAME = ("inertia", "viscous", "coulomb", "stribeck", "cogging", "force_offset")
+"""What is drawn of it for logs of a linear axis, so that a seed keeps its game."""
+OF_DRIVE = (*OF_DRIVE_OF_GAME, "gravity", "force_map", "load_friction")
 """What the force of a drive shows."""
+INSIDE_OF_GAME = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE) - set(NOT_DRAWN)))
+"""What is drawn of it, so that a seed keeps its game."""
 INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE)))
 """Effects of the library that the game can hide in an axis."""
 LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
@@ -54,7 +62,7 @@ LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
     )
 )
 """Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
-_TWO_WAYS = ("backlash", "backlash_map", "windup", *OUTSIDE)
+_TWO_WAYS = ("backlash", "backlash_map", "windup", "reversal_spike", *OUTSIDE)
 _KNOWN = INSIDE + OUTSIDE + OF_DRIVE
 
 
@@ -136,7 +144,11 @@ def unfit(name: str, plan: Plan) -> str | None:
         (drive and name not in OF_DRIVE, "it does not show in a force"),
         (name in LAGS and not moving, "it shows in motion only"),
         (moving and name not in LAGS and name not in STATIC, "a moving log is too short for what is slow"),
+        (name == "gravity" and not plan.rotary, "it shows on a rotary axis only"),
+        (name == "load_friction" and "load" not in plan.columns, "the load does not change"),
+        (name in OF_AIR and plan.weather is Weather.STEADY, "the air does not change"),
         (name in OF_HEAT and plan.heating is Heating.NONE, "the temperature does not change"),
+        (name == "run_offset" and plan.runs < 2, "it needs several runs"),
         (one_way and name in _TWO_WAYS, "it needs both directions"),
         (plan.runs < runs, "it needs several runs"),
         (plan.targets < targets, "it needs more targets"),
@@ -196,7 +208,9 @@ def companions(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, .
     2
     """
     names: list[str] = []
-    for name in (str(name) for name in rng.permutation([name for name in INSIDE if unfit(name, plan) is None])):
+    for name in (
+        str(name) for name in rng.permutation([name for name in INSIDE_OF_GAME if unfit(name, plan) is None])
+    ):
         if len(names) == count:
             break
         # dense points just after the reversal show what builds up there; elsewhere it passes for lost motion

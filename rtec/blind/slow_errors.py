@@ -16,10 +16,12 @@ import numpy as np
 
 from rtec.blind.axis_run import Pass
 from rtec.blind.hidden import Parameter
-from rtec.blind.plan import Course, Floats, Heating
+from rtec.blind.plan import Course, Floats, Heating, Weather
 
 REFERENCE_DEGC = 20.0
 SENSOR_SIGMA_DEGC, SENSOR_STEP_DEGC = 0.02, 0.01
+USUAL_HPA, USUAL_PERCENT = 1013.25, 50.0
+"""Air for which the laser assumes its wavelength, with the reference temperature."""
 RELEASE_MM = 0.02
 """Turning round by this much takes the load off the screw."""
 _STEP_S = 1.0
@@ -45,12 +47,38 @@ class SlowError:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Air:
+    """The air around the laser at each reading, shape (n,); it has the reference temperature."""
+
+    pressure_hpa: Floats
+    humidity_percent: Floats
+
+    @property
+    def index_change(self) -> Floats:
+        """By how much its refractive index differs from what the laser assumes, shape (n,).
+
+        References
+        ----------
+        J. A. Stone and J. H. Zimmerman, Index of refraction of air, NIST Engineering Metrology Toolbox, appendix B:
+        a formula for the shop floor.
+        """
+
+        def index(hpa: Floats, percent: Floats) -> Floats:
+            degc = REFERENCE_DEGC
+            found: Floats = 7.86e-4 * hpa / 10.0 / (273.0 + degc) - 1.5e-11 * percent * (degc**2 + 160.0)
+            return found
+
+        return index(self.pressure_hpa, self.humidity_percent) - index(*np.array([[USUAL_HPA], [USUAL_PERCENT]]))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Circumstances:
-    """What slow errors depend on: course, what was measured, and the true temperature at each reading."""
+    """What slow errors depend on: course, what was measured, true temperature and air at each reading."""
 
     course: Course
     measured: Pass
     temperature_degc: Floats
+    air: Air
 
     @property
     def direction(self) -> Floats:
@@ -129,6 +157,58 @@ def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generato
     begin = room + (0.0 if hot[0] else 0.7 * rise)
     return first_order(
         time_s, tau_s, lambda t: room + float(power[min(int(np.searchsorted(ends, t)), runs - 1)]), begin
+    )
+
+
+def simulate_air(course: Course, rng: np.random.Generator) -> Air:
+    """Return the air at each reading: in pressure and humidity another on each day, with a trend within it.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS, draw_course
+    >>> rng = np.random.default_rng(0)
+    >>> air = simulate_air(draw_course(PLANS["weather"], rng), rng)
+    >>> bool(np.ptp(air.pressure_hpa) > 10.0)
+    True
+    """
+    runs, weather = course.plan.runs, course.plan.weather
+    days = np.linspace(-25.0, 12.0, max(runs, 2)) if weather is Weather.DAYS else np.full(runs, -18.0)
+    trend = 0.0 if weather is Weather.STEADY else rng.uniform(0.5, 1.0)
+    days = rng.permutation(days + rng.uniform(-2.0, 2.0, days.size)) * (weather is not Weather.STEADY)
+    humid = rng.uniform(-15.0, 15.0, days.size) * (weather is Weather.DAYS)
+    along = np.linspace(0.0, trend, course.run.size)
+    return Air(
+        pressure_hpa=USUAL_HPA + days[course.run - 1] + along,
+        humidity_percent=USUAL_PERCENT + humid[course.run - 1],
+    )
+
+
+def refraction(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a laser that counts waves of another length than it assumes, along the way it measures."""
+    return SlowError(
+        added_mm=c.course.target_mm * c.air.index_change,
+        description="a laser without compensation counts its waves in another air",
+        parameters=(Parameter("share", 1.0, "", scales=True),),
+    )
+
+
+def dead_path(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return waves on a way that no motion passes: their number changes with the air."""
+    return SlowError(
+        added_mm=1.0 * c.air.index_change,
+        description="the laser stands away from the zero of the axis: its waves on the way between change",
+        parameters=(Parameter("length", 1.0, "mm", scales=True),),
+    )
+
+
+def warm_up_growth(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a screw that its own friction heats from the start and that grows away from its fixed end at 0 mm."""
+    tau_s = rng.uniform(0.08, 0.22) * float(np.ptp(c.measured.time_s))
+    excess = first_order(c.measured.time_s, tau_s, lambda _: 1.0, 0.0)
+    return SlowError(
+        added_mm=1e-6 * c.course.target_mm * excess,
+        description="the screw warms up from the start and grows from its fixed end, towards a steady state",
+        parameters=(Parameter("time_constant", tau_s, "s"), Parameter("growth", 1.0, "um/m", scales=True)),
     )
 
 
@@ -216,6 +296,35 @@ def _turning_points(path_mm: Floats) -> list[int]:
     return found
 
 
+def reversal_spike(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a slide that sticks as it turns round, and is set free over a distance along the path of the encoder."""
+    distance_mm = rng.uniform(0.06, 0.16) * c.course.plan.span_mm
+    path_mm = c.measured.path_mm
+    stuck = np.zeros(path_mm.size)
+    begin = 0
+    for end in [*_turning_points(path_mm), path_mm.size]:
+        piece = path_mm[begin:end]
+        stuck[begin:end] = np.sign(piece[-1] - piece[0]) * np.exp(-np.abs(piece - piece[0]) / distance_mm)
+        begin = end
+    at = np.searchsorted(c.measured.path_s, c.measured.time_s, side="right") - 1
+    return SlowError(
+        added_mm=-0.5e-3 * stuck[at],
+        description="the slide sticks as it turns round, and catches up over a distance",
+        parameters=(Parameter("distance", distance_mm, "mm"), Parameter("spike", -1.0, "um", scales=True)),
+    )
+
+
+def run_offset(c: Circumstances, rng: np.random.Generator) -> SlowError:
+    """Return a reflector that is clamped anew before each run."""
+    runs = c.course.plan.runs
+    places = rng.permutation(np.linspace(-1.0, 1.0, max(runs, 2)) + rng.uniform(-0.3, 0.3, max(runs, 2)))
+    return SlowError(
+        added_mm=1e-3 * places[c.course.run - 1],
+        description="the reflector is clamped anew before each run",
+        parameters=(Parameter("spread", float(np.ptp(places[:runs])), "um", scales=True),),
+    )
+
+
 def moving_bump(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a local error that moves along the axis from run to run, such as dirt pushed along."""
     plan = c.course.plan
@@ -252,7 +361,11 @@ def dwell_reversal(c: Circumstances, rng: np.random.Generator) -> SlowError:
 SLOW: Mapping[str, Callable[[Circumstances, np.random.Generator], SlowError]] = MappingProxyType(
     {
         draw.__name__: draw
-        for draw in (drift, warm_up, thermal_growth, thermal_shift, windup, moving_bump, dwell_reversal)
+        for draw in (
+            drift, warm_up, warm_up_growth, thermal_growth, thermal_shift, refraction, dead_path, windup,
+            reversal_spike, run_offset,
+            moving_bump, dwell_reversal,
+        )
     }
-)
+)  # fmt: skip
 """What draws each slow error, by name; the last two lie outside the library."""

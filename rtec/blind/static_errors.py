@@ -19,7 +19,7 @@ from rtec.predictors import BidirectionalTable, NoError, Predictor
 GRID_MM = 0.025
 """Spacing of the axis's table: 80 points in the shortest period."""
 _MARGIN_MM = 5.0
-_SINUSOID_SHARE = 0.75
+SINUSOID_SHARE = 0.75
 """A random curve of which a single sinusoid explains more is drawn again: it would be cyclic."""
 
 
@@ -74,10 +74,10 @@ def pitch_map(plan: Plan, rng: np.random.Generator) -> StaticError:
     x = grid_of(plan)
     while True:
         length_mm = rng.uniform(0.10, 0.16) * plan.span_mm
-        curve = _smooth_noise(x, length_mm, rng)
+        curve = smooth_noise(x, length_mm, rng)
         curve -= np.polynomial.Polynomial.fit(x, curve, 1)(x)
         curve /= np.std(curve)
-        if _sinusoid_share(x, curve) < _SINUSOID_SHARE:
+        if sinusoid_share(x, curve) < SINUSOID_SHARE:
             break
     return StaticError(
         forward_mm=curve * 1e-3,
@@ -90,7 +90,7 @@ def pitch_map(plan: Plan, rng: np.random.Generator) -> StaticError:
     )
 
 
-def _smooth_noise(x: Floats, length_mm: float, rng: np.random.Generator) -> Floats:
+def smooth_noise(x: Floats, length_mm: float, rng: np.random.Generator) -> Floats:
     """Return white noise on a coarse grid, smoothed by a bell of standard deviation ``length_mm``."""
     step = length_mm / 8.0
     margin = 4.0 * length_mm
@@ -101,7 +101,7 @@ def _smooth_noise(x: Floats, length_mm: float, rng: np.random.Generator) -> Floa
     return curve
 
 
-def _sinusoid_share(x: Floats, curve: Floats) -> float:
+def sinusoid_share(x: Floats, curve: Floats) -> float:
     """Return the largest share of a curve's variance that one sinusoid with a free period explains."""
     step = max(x.size // 150, 1)
     at, y = x[::step] - x[0], curve[::step] - curve[::step].mean()
@@ -170,10 +170,10 @@ def backlash_map(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return a screw worn where it was used most: play that grows and shrinks along the axis."""
     x = grid_of(plan)
     while True:
-        wear = _smooth_noise(x, rng.uniform(0.10, 0.16) * plan.span_mm, rng)
+        wear = smooth_noise(x, rng.uniform(0.10, 0.16) * plan.span_mm, rng)
         wear -= wear.min()
         play = wear / wear.max()
-        if 0.45 < np.std(play) / np.sqrt(np.mean(play**2)) and _sinusoid_share(x, play) < 0.9:
+        if 0.45 < np.std(play) / np.sqrt(np.mean(play**2)) and sinusoid_share(x, play) < 0.9:
             break
     play *= 1e-3
     return StaticError(

@@ -59,6 +59,7 @@ def application() -> typer.Typer:
     from rtec.cli.diagnose import diagnose
     from rtec.cli.effects import effects
     from rtec.cli.envelope import envelope
+    from rtec.cli.export import export
     from rtec.cli.iso230 import iso230
     from rtec.cli.pc import pc
     from rtec.cli.run import run
@@ -67,7 +68,7 @@ def application() -> typer.Typer:
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
-    for verb in (run, compare, diagnose, add, effects, simulate, envelope, safety, iso230, box, pc):
+    for verb in (run, compare, diagnose, add, export, effects, simulate, envelope, safety, iso230, box, pc):
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
     app.add_typer(firmware.application(Verbs), name="firmware")

@@ -49,7 +49,10 @@ def add(
         bool, typer.Option("--by-direction", help="A cyclic error for each direction.", rich_help_panel=_SHAPE)
     ] = False,
     nodes: Annotated[_Text, _option("N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")] = None,
-    distance: Annotated[_Text, _option("'0.5 mm'", "Over which wind-up builds up.")] = None,
+    runs: Annotated[
+        _Text, _option("'1, 2, 3'", "With a zero of their own, from that of the first.")
+    ] = None,
+    distance: Annotated[_Text, _option("'0.5 mm'", "Over which wind-up builds up, or a spike dies away.")] = None,
     carried: Annotated[
         bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)
     ] = False,
@@ -82,6 +85,7 @@ def add(
         "harmonics": None if harmonics is None else whole(harmonics, name="--harmonics"),
         "by_direction": by_direction or None,
         "nodes": nodes,
+        "runs": runs,
         "distance": distance,
         "carried": carried or None,
         "settled": settled or None,
@@ -122,6 +126,8 @@ def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dat
         if key not in known:
             allowed = ", ".join(map(_dashed, known)) or "none of these options"
             raise ArgumentError(_dashed(key), f"an option for {effect.name}", allowed)
+    if isinstance(values.get("runs"), str):
+        values["runs"] = [whole(part.strip(), name="--runs") for part in str(values["runs"]).split(",")]
     if isinstance(values.get("nodes"), str):
         values["nodes"] = _nodes(str(values["nodes"]), dataset)
     return read_shape(effect, values, dataset.units, name=_dashed)

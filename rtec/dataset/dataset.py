@@ -126,12 +126,6 @@ class Dataset:
         """Return the root mean square over all rows of the file; those put together count as many."""
         return float(np.sqrt(np.average(values**2, weights=self.stands_for)))
 
-    def run_means(self, values: Floats) -> Floats:
-        """Return the mean over the run of each reading, shape (rows,)."""
-        run = np.unique(self.coordinates.run, return_inverse=True)[1]
-        found: Floats = (np.bincount(run, weights=values) / np.bincount(run))[run]
-        return found
-
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Dataset:
         """Return some of the readings."""
         columns = {name: getattr(self, name) for name in ("observed", "cell", "passage", "stands_for")}
@@ -156,6 +150,7 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
     for what, here, there in (
         ("positions", data.units.position, like.units.position),
         (data.observe, data.units.observed, like.units.observed),
+        ("load", data.units.load, like.units.load),
     ):
         if here != there:
             problem = f"units mixed between files: {what} in {here} here, in {there} in {like.source}"
@@ -188,5 +183,6 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
 def _columns(conditions: Conditions) -> list[str]:
     """Return the kinds of columns that effects can depend on."""
     names = {"direction": "direction", "time_s": "time", "velocity": "velocity", "acceleration": "acceleration"}
+    names |= {"pressure_hpa": "pressure", "humidity_percent": "humidity", "load": "load"}
     have = [word for name, word in names.items() if getattr(conditions, name) is not None]
     return have + list(conditions.temperatures)

@@ -37,6 +37,7 @@ _NO_POSITION = {
     "time": "no position: time is the coordinate, and what is periodic in position is periodic in time",
     "velocity": "neither time nor position: each row is a reading of its own, and row order counts as time",
 }
+_AROUND = {"pressure": "pressure_hpa", "humidity": "humidity_percent", "load": "load"}  # columns and their fields
 _SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "moving")
 _LARGEST = 1e12  # in a unit inside: squares and sums of such numbers stay finite
 
@@ -169,6 +170,9 @@ def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: 
         unknown={name: values.astype(np.float64) for name, values in numeric.items()},
         notes=list(positions.notes),
     )
+    for name, item in _AROUND.items():
+        if name in columns and name != quantity:
+            setattr(rows, item, columns[name].values)
     if has_velocity:
         rows.velocity = velocity_of(rows)
     if coordinate in _NO_POSITION:
@@ -182,6 +186,7 @@ def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: 
 def _name_what_is_not_used(rows: Rows) -> None:
     """Note the columns that nothing looks at."""
     used = {"run", "direction", "time", "deviation", "velocity", rows.observe, rows.coordinate, *rows.temperatures}
+    used |= {name for name, item in _AROUND.items() if getattr(rows, item) is not None}
     if rows.observe == "deviation" and "deviation" not in rows.measurement.columns:
         used |= {"target", "actual"}
     if not rows.moving:
@@ -205,7 +210,7 @@ def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
     if rows.time_s is None and rows.coordinate != "velocity":
         rows.notes.insert(0, "no time column: row order counts as time")
     return Conditions(
-        **{name: getattr(rows, name) for name in _SHARED},
+        **{name: getattr(rows, name) for name in (*_SHARED, *_AROUND.values())},
         since_reversal=since,
         temperatures=MappingProxyType(rows.temperatures),
         reference_temperature_degc=axis.reference_temperature_degc(),
@@ -232,7 +237,7 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         source=rows.measurement.source,
         observe=rows.observe,
         observable=observable_of(rows.observe),
-        units=Units(rows.observed_unit, rows.position_unit, conditions.clock_unit),
+        units=Units(rows.observed_unit, rows.position_unit, conditions.clock_unit, _load_unit(rows)),
         observed=observed,
         conditions=conditions,
         cell=cell,
@@ -244,3 +249,8 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         coordinate=rows.coordinate,
         cutoff_hz=cutoff_hz,
     )
+
+
+def _load_unit(rows: Rows) -> str:
+    """Return the unit of the load that the file has; nothing without one."""
+    return "" if rows.load is None else rows.measurement.columns["load"].unit

@@ -44,6 +44,9 @@ class Rows:
     smoothed_off: Floats | None = None
     acceleration: Floats | None = None
     feed: Floats | None = None
+    pressure_hpa: Floats | None = None
+    humidity_percent: Floats | None = None
+    load: Floats | None = None
     temperatures: dict[str, Floats] = field(default_factory=dict)
     unknown: dict[str, Floats] = field(default_factory=dict)
     stands_for: Floats | None = None

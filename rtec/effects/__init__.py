@@ -13,13 +13,17 @@ from rtec.effects.conditions import SAME, Conditions, Floats, distance_since_rev
 from rtec.effects.cosine import Cosine
 from rtec.effects.coulomb import Coulomb
 from rtec.effects.cyclic import Cyclic, CyclicShape
+from rtec.effects.dead_path import DeadPath
 from rtec.effects.drift import Drift
 from rtec.effects.eccentricity import Eccentricity, EccentricityShape
+from rtec.effects.force_map import ForceMap
 from rtec.effects.force_offset import ForceOffset
 from rtec.effects.frequency_grid import alias_limit, frequencies, highest_frequency, phases_seen, resolved_harmonics
+from rtec.effects.gravity import Gravity, GravityShape
 from rtec.effects.inertia import Inertia
 from rtec.effects.interpolation import Interpolation, InterpolationShape
 from rtec.effects.library import CAPTURE_EFFECTS, LIBRARY, effect_named
+from rtec.effects.load_friction import LoadFriction
 from rtec.effects.lost_counts import LostCounts, StepShape
 from rtec.effects.offset import Offset
 from rtec.effects.pitch_map import MapShape, PitchMap
@@ -36,6 +40,9 @@ from rtec.effects.protocol import (
     parameter,
 )
 from rtec.effects.quantisation import Quantisation, QuantisationShape
+from rtec.effects.refraction import Refraction, refractivity
+from rtec.effects.reversal_spike import ReversalSpike, SpikeShape
+from rtec.effects.run_offset import RunOffset, RunShape
 from rtec.effects.scale import Scale
 from rtec.effects.servo_lag import ServoLag
 from rtec.effects.stribeck import Stribeck, StribeckShape
@@ -43,6 +50,7 @@ from rtec.effects.thermal_growth import HeatShape, ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmShape, WarmUp
+from rtec.effects.warm_up_growth import WarmUpGrowth
 from rtec.effects.windup import Windup, WindupShape
 
 __all__ = [
@@ -62,16 +70,21 @@ __all__ = [
     "Coulomb",
     "Cyclic",
     "CyclicShape",
+    "DeadPath",
     "Drift",
     "Eccentricity",
     "EccentricityShape",
     "Effect",
     "Floats",
+    "ForceMap",
     "ForceOffset",
+    "Gravity",
+    "GravityShape",
     "HeatShape",
     "Inertia",
     "Interpolation",
     "InterpolationShape",
+    "LoadFriction",
     "LostCounts",
     "MapShape",
     "Observable",
@@ -80,10 +93,15 @@ __all__ = [
     "Quantisation",
     "QuantisationShape",
     "Quantity",
+    "Refraction",
+    "ReversalSpike",
     "Rival",
+    "RunOffset",
+    "RunShape",
     "Scale",
     "ServoLag",
     "Shape",
+    "SpikeShape",
     "StepShape",
     "Stribeck",
     "StribeckShape",
@@ -94,6 +112,7 @@ __all__ = [
     "Viscous",
     "WarmShape",
     "WarmUp",
+    "WarmUpGrowth",
     "Windup",
     "WindupShape",
     "alias_limit",
@@ -103,5 +122,6 @@ __all__ = [
     "highest_frequency",
     "parameter",
     "phases_seen",
+    "refractivity",
     "resolved_harmonics",
 ]

@@ -14,7 +14,7 @@ SURE = 0.1
 """Of a step: where the step's error times the number of steps stays below, that number is sure."""
 UNSURE = 0.25
 """Of a step: with a larger error the number of parts that a step is divided into cannot be told."""
-COARSE = 1e-3
+COARSE = 1e-5
 """Of a step, by which a value may miss while the step is not sharpened yet."""
 EPS = float(np.finfo(np.float64).eps)
 

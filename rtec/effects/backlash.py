@@ -35,6 +35,7 @@ class Backlash(Effect):
         Rival("servo_lag", experiments.THREE_FEEDS),
         Rival("windup", experiments.AFTER_REVERSAL, limit=True),  # over less than the way to the first reading
         Rival("lost_counts", experiments.REPEAT_CYCLES),
+        Rival("reversal_spike", experiments.AFTER_REVERSAL),
     )
     card = Card(
         title="Backlash (reversal error)",

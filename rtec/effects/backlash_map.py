@@ -36,7 +36,10 @@ class BacklashMap(PitchMap):
     name = "backlash_map"
     needs = "both directions, at three positions at least"
     contains = frozenset({"backlash", "windup"})
-    rivals = (Rival("windup", experiments.MANY_REVERSALS),)
+    rivals = (
+        Rival("windup", experiments.MANY_REVERSALS),
+        Rival("reversal_spike", experiments.MANY_REVERSALS),
+    )
     card = Card(
         title="Backlash that varies along the axis",
         plot=(

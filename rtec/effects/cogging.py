@@ -26,6 +26,8 @@ from rtec.effects.protocol import (
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
+FEWEST_A_TURN = 3
+"""Poles and slots that a motor has at least, together."""
 MOST_HARMONICS = 12
 """Magnets and slots give more of them than a screw does."""
 
@@ -102,9 +104,8 @@ class Cogging(Periodic):
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a fit is no cogging: magnets and teeth come many times a turn, a weight comes once."""
         own, turn = own_shape(shape, CoggingShape), conditions.revolution
-        size = np.hypot(amplitudes[::2], amplitudes[1::2])
-        if turn is not None and abs(own.period / turn - 1.0) < SAME_PERIOD and size[0] >= size.max():
-            return "its strongest wave comes once a turn, as a weight does"
+        if turn is not None and own.period > turn / FEWEST_A_TURN * (1.0 + SAME_PERIOD):
+            return "it comes once or twice a turn, as a weight does"
         return super().implausible(conditions, shape, amplitudes)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

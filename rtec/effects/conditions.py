@@ -40,6 +40,10 @@ class Conditions:
         Distance travelled since the last reversal, in position units; None without directions.
     temperatures
         In degC, by the name of the column.
+    pressure_hpa, humidity_percent
+        Of the air; None where they were not recorded.
+    load
+        On the axis, in whatever unit the file has; None where it was not recorded.
     reference_temperature_degc
         At which the axis has its nominal length (ISO 1: 20 degC).
     screw_pitch, signal_period, revolution
@@ -69,6 +73,9 @@ class Conditions:
     acceleration: Floats | None = None
     since_reversal: Floats | None = None
     temperatures: Mapping[str, Floats] = field(default_factory=lambda: MappingProxyType({}))
+    pressure_hpa: Floats | None = None
+    humidity_percent: Floats | None = None
+    load: Floats | None = None
     reference_temperature_degc: float = 20.0
     screw_pitch: float | None = None
     signal_period: float | None = None

@@ -34,6 +34,8 @@ class Coulomb(Effect):
     rivals = (
         Rival("viscous", experiments.SEVERAL_SPEEDS),
         Rival("stribeck", experiments.CREEP),
+        Rival("gravity", experiments.SPEEDS_OVER_ANGLES),
+        Rival("load_friction", experiments.SEVERAL_LOADS),
     )
     card = Card(
         title="Coulomb friction",

@@ -31,6 +31,10 @@ class Drift(Effect):
         Rival("warm_up", experiments.LONGER),
         Rival("lost_counts", experiments.INDEX_OFTEN),
         Rival("thermal_shift", experiments.COOL_AGAIN),
+        Rival("warm_up_growth", experiments.LONGER),
+        Rival("refraction", experiments.OTHER_WEATHER),
+        Rival("dead_path", experiments.OTHER_WEATHER),
+        Rival("run_offset", experiments.ZERO_AGAIN),
     )
     card = Card(
         title="Drift",

@@ -82,3 +82,31 @@ OVER_A_PERIOD = (
     "move at one creep speed over several pole pitches in both directions, or hold positions closely spaced: cogging "
     "comes back with the pitch and averages out, a constant force does not"
 )
+SEVERAL_LOADS = (
+    "make the same moves with two or three loads, recorded in a column: friction that a load presses on grows with "
+    "it, what seals and preload cause stays"
+)
+OTHER_WEATHER = (
+    "measure again on a day of another air pressure, with pressure, air temperature and humidity recorded: what the "
+    "air does to the laser's wavelength follows them, what heat does to the machine follows its temperature"
+)
+NEAR_AND_FAR = (
+    "measure targets close to the laser and far from it on days of another air pressure: an error of the wavelength "
+    "grows with the distance, that of a dead path is the same everywhere"
+)
+FAR_AND_WARM = (
+    "measure targets close to the fixed bearing and far from it again and again from a cold start: growth is larger "
+    "far from the bearing, a shift of the zero is the same everywhere"
+)
+ZERO_AGAIN = (
+    "measure at least five runs, check the zero (index mark or datum target) at the beginning and the end of each, "
+    "and set nothing anew between two of them: what changes only where something was set anew belongs to the run"
+)
+WHOLE_TURN = (
+    "turn the axis slowly through a whole turn, or from stop to stop, in both directions: a weight gives one wave a "
+    "turn, a constant force is the same everywhere, and what a cable or a spring does is no sine"
+)
+SPEEDS_OVER_ANGLES = (
+    "turn over a wide range of angles at several speeds in both directions: a weight depends on the angle alone, "
+    "friction on the speed and the direction alone"
+)

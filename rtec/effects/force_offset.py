@@ -33,6 +33,8 @@ class ForceOffset(Effect):
     rivals = (
         Rival("asymmetric_friction", experiments.SPEEDS_EACH_WAY),
         Rival("cogging", experiments.OVER_A_PERIOD),
+        Rival("gravity", experiments.WHOLE_TURN),
+        Rival("viscous", experiments.SPEEDS_EACH_WAY),
     )
     card = Card(
         title="Constant force",

@@ -33,7 +33,11 @@ class Inertia(Effect):
     observable = Observable.DRIVE
     needs = "moving data with accelerations"
     not_negative = True
-    rivals = (Rival("cogging", experiments.TWO_STROKES),)
+    rivals = (
+        Rival("cogging", experiments.TWO_STROKES),
+        Rival("gravity", experiments.TWO_STROKES),
+        Rival("force_map", experiments.TWO_STROKES),
+    )
     card = Card(
         title="Inertia",
         plot=(

@@ -12,16 +12,23 @@ from rtec.effects.cogging import Cogging
 from rtec.effects.cosine import Cosine
 from rtec.effects.coulomb import Coulomb
 from rtec.effects.cyclic import Cyclic
+from rtec.effects.dead_path import DeadPath
 from rtec.effects.drift import Drift
 from rtec.effects.eccentricity import Eccentricity
+from rtec.effects.force_map import ForceMap
 from rtec.effects.force_offset import ForceOffset
+from rtec.effects.gravity import Gravity
 from rtec.effects.inertia import Inertia
 from rtec.effects.interpolation import Interpolation
+from rtec.effects.load_friction import LoadFriction
 from rtec.effects.lost_counts import LostCounts
 from rtec.effects.offset import Offset
 from rtec.effects.pitch_map import PitchMap
 from rtec.effects.protocol import Effect
 from rtec.effects.quantisation import Quantisation
+from rtec.effects.refraction import Refraction
+from rtec.effects.reversal_spike import ReversalSpike
+from rtec.effects.run_offset import RunOffset
 from rtec.effects.scale import Scale
 from rtec.effects.servo_lag import ServoLag
 from rtec.effects.stribeck import Stribeck
@@ -29,6 +36,7 @@ from rtec.effects.thermal_growth import ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmUp
+from rtec.effects.warm_up_growth import WarmUpGrowth
 from rtec.effects.windup import Windup
 from rtec.errors import ArgumentError, nearest
 
@@ -40,9 +48,14 @@ LIBRARY: tuple[Effect, ...] = (
     Backlash(),
     BacklashMap(),
     Windup(),
+    ReversalSpike(),
     ThermalGrowth(),
     ThermalShift(),
     WarmUp(),
+    WarmUpGrowth(),
+    RunOffset(),
+    Refraction(),
+    DeadPath(),
     Drift(),
     ServoLag(),
     AccelerationLag(),
@@ -58,6 +71,9 @@ LIBRARY: tuple[Effect, ...] = (
     Stribeck(),
     ForceOffset(),
     Cogging(),
+    Gravity(),
+    ForceMap(),
+    LoadFriction(),
 )
 """One of each effect: those of the position's deviation, then those of a drive."""
 

@@ -53,6 +53,8 @@ class LostCounts(Effect):
         Rival("backlash", experiments.REPEAT_CYCLES),
         Rival("drift", experiments.INDEX_OFTEN),
         Rival("thermal_shift", experiments.COOL_AGAIN),
+        Rival("dead_path", experiments.OTHER_WEATHER),
+        Rival("run_offset", experiments.ZERO_AGAIN),
     )
     card = Card(
         title="Lost counts",

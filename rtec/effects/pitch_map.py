@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class PitchMap(Effect):
     shape_type = MapShape
     is_map = True
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "eccentricity", "interpolation"})
-    rivals = (Rival("thermal_growth", experiments.COLD_AND_HOT),)
+    rivals: ClassVar[tuple[Rival, ...]] = (Rival("thermal_growth", experiments.COLD_AND_HOT),)
     card = Card(
         title="Pitch map",
         plot="A smooth curve against position, the same forward and backward and in every run.",
@@ -78,8 +79,7 @@ class PitchMap(Effect):
         """Return why the data cannot show a map, or None."""
         if conditions.time_is_coordinate:
             return "no positions: time stands for them, and what is smooth in time is a drift or a warm-up"
-        turn = conditions.revolution
-        if turn is not None and CIRCLE[0] * turn <= conditions.span <= CIRCLE[1] * turn:
+        if closes(conditions):
             return "one turn of a rotary axis closes: what is smooth over it comes back every turn (cyclic)"
         count = conditions.places.size
         return (
@@ -115,3 +115,9 @@ class PitchMap(Effect):
         unit, factor = units.shown
         nodes = own_shape(shape, MapShape).nodes
         return ("nodes", float(len(nodes)), ""), ("peak_to_peak", float(np.ptp(amplitudes)) * factor, unit)
+
+
+def closes(conditions: Conditions) -> bool:
+    """Return whether the data are of about one turn of a rotary axis, whose end is its beginning."""
+    turn = conditions.revolution
+    return turn is not None and CIRCLE[0] * turn <= conditions.span <= CIRCLE[1] * turn

@@ -102,11 +102,12 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Units inside of what is observed (``mm``, ``deg``, ``n``, ``a``, ``nm``, ``v``), of position, and of time."""
+    """Units inside of what is observed (``mm``, ``deg``, ``n``, ``a``, ``nm``, ``v``), of position, time and load."""
 
     observed: str
     position: str
     clock: str
+    load: str = ""
 
     @property
     def shown(self) -> tuple[str, float]:
@@ -225,6 +226,10 @@ class Effect(abc.ABC):
 
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a fit is no such effect, whatever it explains; None where it may be one."""
+        return None
+
+    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
+        """Return why a fit has another name beside ``others``, amplitudes by the names of effects; None as a rule."""
         return None
 
     def softer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:

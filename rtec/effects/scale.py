@@ -30,6 +30,8 @@ class Scale(Effect):
         Rival("thermal_growth", experiments.COLD_AND_HOT),
         Rival("thermal_shift", experiments.COLD_AND_HOT),
         Rival("acceleration_lag", experiments.TWO_STROKES),
+        Rival("warm_up_growth", experiments.INTERLEAVE),
+        Rival("refraction", experiments.OTHER_WEATHER),
     )
     card = Card(
         title="Scale error (lead)",

@@ -83,6 +83,8 @@ class ThermalGrowth(Effect):
         Rival("scale", experiments.COLD_AND_HOT),
         Rival("warm_up", experiments.OTHER_HEAT),
         Rival("thermal_shift", experiments.HOT_AT_BOTH_ENDS),
+        Rival("warm_up_growth", experiments.OTHER_HEAT),
+        Rival("refraction", experiments.OTHER_WEATHER),
     )
     card = Card(
         title="Thermal growth",

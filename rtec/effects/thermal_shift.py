@@ -41,6 +41,8 @@ class ThermalShift(Effect):
         Rival("warm_up", experiments.OTHER_HEAT),
         Rival("drift", experiments.COOL_AGAIN),
         Rival("lost_counts", experiments.COOL_AGAIN),
+        Rival("dead_path", experiments.OTHER_WEATHER),
+        Rival("run_offset", experiments.ZERO_AGAIN),
     )
     card = Card(
         title="Thermal shift",

@@ -36,7 +36,11 @@ class Viscous(Effect):
     observable = Observable.DRIVE
     needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True
-    rivals = (Rival("coulomb", experiments.SEVERAL_SPEEDS),)
+    rivals = (
+        Rival("coulomb", experiments.SEVERAL_SPEEDS),
+        Rival("gravity", experiments.SPEEDS_OVER_ANGLES),
+        Rival("force_offset", experiments.SPEEDS_EACH_WAY),
+    )
     card = Card(
         title="Viscous friction",
         plot="At constant speeds the force grows in proportion to the speed, with the sign of the motion.",

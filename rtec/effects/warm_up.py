@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -58,10 +59,13 @@ class WarmUp(Effect):
     shape_type = WarmShape
     contains = frozenset({"drift"})
     in_time = True
-    rivals = (
+    rivals: ClassVar[tuple[Rival, ...]] = (
         Rival("drift", experiments.LONGER),
         Rival("thermal_growth", experiments.OTHER_HEAT),
         Rival("thermal_shift", experiments.OTHER_HEAT),
+        Rival("warm_up_growth", experiments.FAR_AND_WARM),
+        Rival("dead_path", experiments.OTHER_WEATHER),
+        Rival("run_offset", experiments.ZERO_AGAIN),
     )
     card = Card(
         title="Warm-up",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -79,6 +79,7 @@ class Windup(Effect):
     rivals = (
         Rival("backlash", experiments.AFTER_REVERSAL),
         Rival("backlash_map", experiments.MANY_REVERSALS),
+        Rival("reversal_spike", experiments.AFTER_REVERSAL),
     )
     card = Card(
         title="Wind-up after reversal",
@@ -107,18 +108,11 @@ class Windup(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show how a reversal error builds up, or None."""
-        if not conditions.both_directions:
-            return "one direction only"
-        near = CLOSE * conditions.span
-        count = int((_distances(conditions) <= near).sum())
-        if count >= FEWEST_DISTANCES:
-            return None
-        unit = conditions.position_unit
-        return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
+        return too_sparse(conditions)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""
-        gone = _distances(conditions)
+        gone = distances(conditions)
         if gone.size < FEWEST_DISTANCES:
             return []
         here = [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
@@ -149,6 +143,12 @@ class Windup(Effect):
             if own.overshoot > 0.0
             else found
         )
+
+    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
+        """Return that beside a reversal error of the other sign the curve falls, and is a spike."""
+        if "reversal_spike" in others:
+            return "beside a reversal spike it is a backlash"
+        return "beside this backlash it is a reversal spike" if opposed(amplitudes, others) else None
 
     def freedom(self, shape: Shape) -> int:
         """Return 1 for the distance, and 1 for an overshoot."""
@@ -195,10 +195,28 @@ def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats
     return found
 
 
-def _distances(conditions: Conditions) -> Floats:
+def too_sparse(conditions: Conditions) -> str | None:
+    """Return why data cannot show what happens after a reversal, or None."""
+    if not conditions.both_directions:
+        return "one direction only"
+    near = CLOSE * conditions.span
+    count = int((distances(conditions) <= near).sum())
+    if count >= FEWEST_DISTANCES:
+        return None
+    unit = conditions.position_unit
+    return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
+
+
+def distances(conditions: Conditions) -> Floats:
     """Return the distinct distances after a reversal above zero, ascending."""
     if conditions.since_reversal is None:
         return np.empty(0)
     gone = np.unique(np.round(conditions.since_reversal, 9))
     positive: Floats = gone[gone > 0]
     return positive
+
+
+def opposed(amplitudes: Floats, others: Mapping[str, Floats]) -> bool:
+    """Return whether a reversal error has the other sign than the constant one beside it."""
+    beside = [values.mean() for name, values in others.items() if name in ("backlash", "backlash_map")]
+    return bool(beside) and float(amplitudes.mean()) * float(np.sum(beside)) < 0.0

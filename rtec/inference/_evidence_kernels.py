@@ -60,11 +60,10 @@ def at_places(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64],
 ) -> float:  # fmt: skip
-    """Return the log marginal likelihood for the places of blocks on the ladder, −1 where a block is absent."""
+    """Return the log marginal likelihood for the places of blocks on the ladder."""
     deviations = np.zeros(block.size)
     for c in range(block.size):
-        if places[block[c]] >= 0:
-            deviations[c] = ladder[places[block[c]]]
+        deviations[c] = ladder[places[block[c]]]
     return log_likelihood(products, readings, deviations)
 
 
@@ -73,13 +72,12 @@ def shift(
     products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
     places: NDArray[np.int64],
 ) -> float:  # fmt: skip
-    """Move all places that are not absent by one step of the ladder together where that helps; return the best."""
+    """Move all places by one step of the ladder together where that helps; return the best."""
     start, moved = places.copy(), places.copy()
     best = at_places(products, readings, block, ladder, start)
     for step in (-1, 1):
         for b in range(start.size):
-            if start[b] >= 0:
-                moved[b] = min(max(start[b] + step, 0), ladder.size - 1)
+            moved[b] = min(max(start[b] + step, 0), ladder.size - 1)
         value = at_places(products, readings, block, ladder, moved)
         if value > best:
             best = value
@@ -124,8 +122,6 @@ def kept(
     That is kept in ``reduced`` and ``log_pivots`` for each of its places; not a number where it is not known yet.
     """
     at = places[block[own[0]]]
-    if at < 0:
-        return at_places(products, readings, block, ladder, places)
     if np.isnan(log_pivots[at]):
         log_pivots[at] = without_block(products, own, rest, ladder[at], reduced[at])
     return float(at_places(reduced[at], readings, block[rest[:-1]], ladder, places) - log_pivots[at])
@@ -133,14 +129,10 @@ def kept(
 
 @array_kernel
 def climb(
-    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], optional: NDArray[np.bool_],
-    ladder: NDArray[np.float64], rare: float, entrances: NDArray[np.int64], places: NDArray[np.int64],
+    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
+    places: NDArray[np.int64],
 ) -> float:  # fmt: skip
-    """Move the places to where the readings are likeliest, block by block; return how likely they are.
-
-    An optional block may be absent, and costs ``rare`` where it is not. What is absent is tried at each of the
-    ``entrances``: its price stands between absence and the scales, and both ways lead over it.
-    """
+    """Move the places to where the readings are likeliest, block by block; return how likely they are."""
     if places.size == 0:
         return at_places(products, readings, block, ladder, places)
     own = np.flatnonzero(block == np.argmax(np.bincount(block)))
@@ -148,21 +140,18 @@ def climb(
     reduced, log_pivots = np.empty((ladder.size, rest.size, rest.size)), np.full(ladder.size, np.nan)
     known = products, readings, block, ladder
     large = own, rest, reduced, log_pivots
-    price = rare * np.sum(optional & (places >= 0))
-    value = kept(*known, places, *large) - price
-    moved, near = places.copy(), np.empty(3, np.int64)
+    value = kept(*known, places, *large)
+    moved = places.copy()
     for _ in range(_ROUNDS):
         together = places.copy()
         best_block, best_place, best = -1, -1, value + _GAIN
         for b in range(places.size):
             was, most = places[b], value
-            near[0], near[1], near[2] = was - 1, was + 1, -1
-            trials = entrances if was < 0 else near
-            for place in trials:
-                if place == was or place >= ladder.size or (place < 0 and not optional[b]):
+            for place in (was - 1, was + 1):
+                if place < 0 or place >= ladder.size:
                     continue
                 moved[b] = place
-                found = kept(*known, moved, *large) - rare * np.sum(optional & (moved >= 0))
+                found = kept(*known, moved, *large)
                 if found > most:
                     most = found
                     together[b] = place
@@ -172,7 +161,7 @@ def climb(
         if best_block < 0:
             break
         # moves of different blocks seldom hinder each other: all that help are tried at once first
-        both = kept(*known, together, *large) - rare * np.sum(optional & (together >= 0))
+        both = kept(*known, together, *large)
         if both >= best:
             put(places, together)
             value = both

@@ -161,6 +161,8 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
         names = replacement(model, other)
         if names is None or names[0] != name or other.wrong_sign or search.in_doubt(other):
             continue
+        if any(search.misnamed(other, k) for k in range(len(other.choices))):
+            continue
         rival = next(e for e, _ in other.choices if e.name == names[1])
         special = rival.name in effect.contains or name in rival.contains
         limit, apart = rival.name in limits_of(effect), abs(_spoken(search.judge, other) - own)
@@ -273,7 +275,7 @@ def chance(judge: Judge, others: Sequence[Choice], choice: Choice, model: Scored
     """Return the adjusted probability of what one effect explains beside others, under a model's noise."""
     space = judge.space
     columns = space.white(space.part_of(choice), model.colour)
-    back = beside(space, others, model.colour, zeros=model.zeros)
+    back = beside(space, others, model.colour)
     fall = float(falls(columns[None], back)[0])
     q = columns.shape[0]
     below = max(space.dataset.rows - back.basis.shape[0] - q, 1)  # the constant is in the basis

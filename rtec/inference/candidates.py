@@ -92,7 +92,7 @@ def absent_from(
     listed = []
     in_question = doubts_of(found)
     residual = found.left(model)
-    zeros = [part.raw for part in space.nuisances] if model.zeros else [np.ones((1, dataset.rows))] * space.has_datum
+    datum = [np.ones((1, dataset.rows))] * space.has_datum
     for effect in rest:
         name = effect.name
         p, left = 1.0, dataset.rms(residual)
@@ -100,7 +100,7 @@ def absent_from(
             choice = best[name].choice
             p = chance(judge, model.choices, choice, model)
             raw = space.raw(choice)
-            basis = orthonormal(np.vstack([raw, *zeros]))
+            basis = orthonormal(np.vstack([raw, *datum]))
             left = dataset.rms(residual - (basis @ residual) @ basis)
         in_doubt = found.probability.get(name + IN_DOUBT, 0.0)
         probability = max(found.probability.get(name, 0.0), in_doubt)

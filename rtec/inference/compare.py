@@ -124,7 +124,7 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
         rms=dataset.rms(residual),
         rms_heldout=rms_heldout,
         heldout_by=by,
-        noise=noise_floor(judge, judge.score(()), levelled=False),
+        noise=noise_floor(judge, judge.score(())),
         where=residual_by(dataset, residual),
     )
 

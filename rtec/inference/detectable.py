@@ -13,7 +13,8 @@ from rtec.inference.search import WORTH
 ERRORS = 1.64
 """Standard errors that the noise may take away: so the effect is found 95 times of 100."""
 IN_TIME = 2.0
-"""For what changes in time beside slow noise or the zeros of runs, which are fitted together with it."""
+"""For what changes in time beside slow noise or offsets of the runs, which are fitted together with it."""
+RUN_OFFSET = "run_offset"
 _SHAPES, _ROWS = 25, 60_000
 """Shapes looked at, and rows of all their columns: of few rows every shape, of many a sample."""
 
@@ -27,7 +28,7 @@ def minimum_detectable(judge: Judge, model: Scored) -> dict[str, float]:
     by ``l / 2`` less its price and half a logarithm of the readings for each amplitude, give or take ``sqrt(l)``.
     Of several shapes the least favourable counts.
     """
-    back = beside(judge.space, (), model.colour, zeros=False)
+    back = beside(judge.space, (), model.colour)
     sigma = float(np.sqrt(judge.fit(model, model.colour).variance))
     return {
         effect.name: found
@@ -44,7 +45,7 @@ def _of(judge: Judge, effect: Effect, back: Beside, sigma: float, model: Scored)
         shapes = shapes[:1]
     elif len(shapes) > (most := max(_SHAPES, _ROWS // space.dataset.rows)):
         shapes = [shapes[k] for k in np.linspace(0, len(shapes) - 1, most).astype(int)]
-    slow = effect.in_time and (model.zeros or model.colour.rho > 0.0)
+    slow = effect.in_time and (RUN_OFFSET in model.names or model.colour.rho > 0.0)
     worst = None
     for shape in shapes:
         raw = space.raw((effect, shape))

@@ -11,13 +11,6 @@ from rtec.effects import Floats
 
 SCALES = 10.0 ** (np.arange(-2, 11) / 2.0)
 """Standard deviations of an effect's contribution before the data have spoken, in units of the noise."""
-ABSENT = -1
-"""Place on the ladder of a part that may as well be missing."""
-_ENTRANCES = np.array([1, 4, 7, 10])
-"""Places on the ladder at which what is absent is tried: every other one is next to them."""
-RARE = 4.0
-"""Nats that a part costs which may as well be missing: zeros of runs are rarer than a drift, which explains as much
-where a map by direction goes with it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,9 +29,7 @@ class Sums:
     readings: int
 
 
-def best_scales(
-    sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64], optional: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], float]:
+def best_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) -> tuple[NDArray[np.int64], float]:
     """Return the place of each block on the ladder of scales that makes the readings most likely, and how likely.
 
     Parameters
@@ -49,8 +40,6 @@ def best_scales(
         Number of the block that each column belongs to, shape (columns,).
     start
         Places to begin from, shape (blocks,).
-    optional
-        Which blocks may be absent, shape (blocks,).
 
     Notes
     -----
@@ -61,19 +50,17 @@ def best_scales(
     Examples
     --------
     >>> sums = Sums(products=np.array([[100.0, 50.0], [50.0, 125.0]]), readings=100)
-    >>> places, value = best_scales(sums, np.array([0]), np.array([4]), np.array([True]))
+    >>> places, value = best_scales(sums, np.array([0]), np.array([4]))
     >>> SCALES[places].round(2).tolist(), round(float(value + 50.0 * np.log(125.0)), 2)
     ([0.32], 4.83)
     """
     from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - loads numba, for searches only
 
     places = start.copy()
-    return places, climb(sums.products, sums.readings, block, optional, SCALES, RARE, _ENTRANCES, places)
+    return places, climb(sums.products, sums.readings, block, SCALES, places)
 
 
-def shifted_scales(
-    sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64], optional: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], float]:
+def shifted_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) -> tuple[NDArray[np.int64], float]:
     """Return the same where all blocks keep their proportions and move by one place at most.
 
     Under the next colour of the grid the noise has up to ten times the variance, and contributions of the same size
@@ -82,8 +69,7 @@ def shifted_scales(
     from rtec.inference._evidence_kernels import shift  # noqa: PLC0415 - as above
 
     places = start.copy()
-    value = shift(sums.products, sums.readings, block, SCALES, places)
-    return places, value - RARE * float(((places != ABSENT) & optional).sum())
+    return places, shift(sums.products, sums.readings, block, SCALES, places)
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, Floats, float]:

@@ -78,12 +78,11 @@ class Finding:
         return self.begun.with_terms(found, datum=datum if found else self.begun.datum)
 
     def left(self, model: Scored) -> Floats:
-        """Return what a model as people get it leaves of readings from the zero of their run, shape (rows,)."""
-        residual = residual_of(self.dataset, self.fitted(model))
-        return residual - self.dataset.run_means(residual) if model.zeros else residual
+        """Return what a model as people get it leaves of the readings, shape (rows,)."""
+        return residual_of(self.dataset, self.fitted(model))
 
     def rms_left(self, model: Scored) -> float:
-        """Return the RMS of what a model leaves, the zeros of runs taken out where they differ."""
+        """Return the RMS of what a model leaves."""
         if not model.choices and self.offset is None:
             return self.dataset.rms(residual_of(self.dataset, self.begun))
         return self.dataset.rms(self.search.judge.left(model))

@@ -12,7 +12,6 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape
 from rtec.errors import ArgumentError
 from rtec.inference.colour import Whitening
-from rtec.inference.evidence import SCALES
 from rtec.inference.model import Model, Term
 from rtec.inference.proposals import proposals
 from rtec.inference.results import Value
@@ -29,10 +28,10 @@ LIKELY = 0.02
 def fitted_terms(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     """Return the terms of a model with amplitudes and standard errors, and its datum.
 
-    Amplitudes are those of generalised least squares, not held towards zero; the zeros of runs are, by what the noise
-    allows them. Standard errors hold what is not known of the shapes, too, and of the noise: they are averaged over
-    its colours, with what the amplitudes differ between them. Under the likeliest alone they cover 70 % instead of
-    95 % where an effect in time has to be told from slow noise.
+    Amplitudes are those of generalised least squares, not held towards zero. Standard errors hold what is not known
+    of the shapes, too, and of the noise: they are averaged over its colours, with what the amplitudes differ between
+    them. Under the likeliest alone they cover 70 % instead of 95 % where an effect in time has to be told from slow
+    noise.
     """
     terms, datum = _under(judge, model)
     values = np.array([value for _, value in model.colours])
@@ -70,17 +69,10 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     whiten = space.whitening(weights).of
     parts = [space.part_of(choice) for choice in model.choices]
     white = [whiten(part.raw) for part in parts]
-    scales = np.append(SCALES, 0.0)[model.places]
     rest = [np.ones((1, space.dataset.rows))] if space.has_datum else []
-    prior = [np.zeros(1)] if space.has_datum else []
-    for part, scale in zip(space.nuisances, scales[len(parts) :], strict=True):
-        if scale > 0.0:
-            rest.append(part.raw * part.unit)
-            prior.append(np.full(part.raw.shape[0], 1.0 / scale**2))
     table = np.vstack([*white, *map(whiten, rest)]) if white or rest else np.empty((0, space.dataset.rows))
-    penalty = np.concatenate([np.zeros(sum(w.shape[0] for w in white)), *prior])
     observed = whiten(space.dataset.observed[None, :])[0]
-    numbers = _solved(table, penalty, observed)
+    numbers = _solved(table, observed)
     sizes = [w.shape[0] for w in white]
     low = np.concatenate([
         np.full(size, 0.0 if effect.not_negative else -np.inf)
@@ -93,15 +85,12 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
         numbers = lsq_linear((table / length[:, None]).T, observed, bounds=(low, np.inf), method="bvls").x / length
     noise = space.whitening(model.colour)
     left = noise.of((space.dataset.observed - numbers @ _unweighed(space, parts, rest))[None, :])[0]
-    freedom = max(observed.size - int((penalty == 0.0).sum()), 1)
-    variance = float(left @ left + numbers**2 @ penalty) / freedom
+    variance = float(left @ left) / max(observed.size - numbers.size, 1)
     ends = np.cumsum([0, *sizes])
     amplitudes = [numbers[a:b] for a, b in itertools.pairwise(ends)]
     slopes = [_slopes(space, choice, a) for choice, a in zip(model.choices, amplitudes, strict=True)]
     moved = np.vstack([table, *(whiten(s) for s in slopes if s.size)])
-    errors = np.sqrt(variance) * _errors(
-        moved, np.append(penalty, np.zeros(moved.shape[0] - penalty.size)), noise if weights != model.colour else None
-    )
+    errors = np.sqrt(variance) * _errors(moved, noise if weights != model.colour else None)
     terms, at = [], table.shape[0]
     for k, (effect, shape) in enumerate(model.choices):
         names = [t.name for t in effect.tunables(space.dataset.conditions, shape)]
@@ -119,13 +108,12 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     return tuple(terms), float(numbers[ends[-1]]) if space.has_datum else 0.0
 
 
-def _solved(table: Floats, penalty: Floats, observed: Floats) -> Floats:
+def _solved(table: Floats, observed: Floats) -> Floats:
     if not table.size:
         return np.empty(0)
     length = np.maximum(np.sqrt((table**2).sum(axis=1)), 1e-150)  # its square is no zero
     scaled = table / length[:, None]
-    gram = scaled @ scaled.T + np.diag(penalty / length**2)
-    found: Floats = np.linalg.pinv(gram, rcond=_CUT, hermitian=True) @ (scaled @ observed) / length
+    found: Floats = np.linalg.pinv(scaled @ scaled.T, rcond=_CUT, hermitian=True) @ (scaled @ observed) / length
     return found
 
 
@@ -134,7 +122,7 @@ def _unweighed(space: Space, parts: Sequence[Part], rest: Sequence[Floats]) -> F
     return np.vstack([*(part.raw for part in parts), *rest]) if parts or rest else np.empty((0, space.dataset.rows))
 
 
-def _errors(table: Floats, penalty: Floats, noise: Whitening | None) -> Floats:
+def _errors(table: Floats, noise: Whitening | None) -> Floats:
     """Return the standard errors of the parameters with derivatives ``table`` for noise of variance 1.
 
     Plain least squares under a correlated ``noise`` have the covariance ``(A'A)^-1 A'SA (A'A)^-1``.
@@ -144,7 +132,7 @@ def _errors(table: Floats, penalty: Floats, noise: Whitening | None) -> Floats:
     length = np.sqrt((table**2).sum(axis=1))
     length[length == 0.0] = np.inf
     scaled = table / length[:, None]
-    covariance = np.linalg.pinv(scaled @ scaled.T + np.diag(penalty / length**2), rcond=_CUT, hermitian=True)
+    covariance = np.linalg.pinv(scaled @ scaled.T, rcond=_CUT, hermitian=True)
     if noise is not None:
         covariance = covariance @ (scaled @ noise.coloured(scaled).T) @ covariance
     errors: Floats = np.sqrt(np.maximum(np.diag(covariance), 0.0)) / length

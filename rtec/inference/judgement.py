@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from rtec.dataset.dataset import Dataset
 from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared
 from rtec.inference.candidates import absent_from, accepted, cosines_of, doubts_of, proposed_beside, settling
@@ -59,7 +60,7 @@ def judged(found: Finding) -> Diagnosis:
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,
-        model=fitted,
+        model=replace(fitted, range=_range(dataset)),
         steps=steps,
         candidates=(*listed, *absent),
         noise=floor,
@@ -82,8 +83,13 @@ def judged(found: Finding) -> Diagnosis:
         | ({OFFSET.name: 1.0 - found.offset.p} if found.offset is not None else {}),
         outliers=found.outliers,
         unseen_periods=unseen_periods(dataset.coordinates),
-        zeros=dataset.run_means(residual_of(dataset, fitted)) if model.zeros else None,
     )
+
+
+def _range(dataset: Dataset) -> tuple[float, float] | None:
+    """Return the first and the last position of a measurement; None where it has none."""
+    c = dataset.coordinates
+    return None if c.time_is_coordinate or c.span == 0.0 else (float(c.position.min()), float(c.position.max()))
 
 
 def _inconclusive(
@@ -93,7 +99,7 @@ def _inconclusive(
     # odds of twenty to one are too few for a name, and too many for none
     likelier = (m for m in found.scout.possible() if m.score > found.scouted.score + EQUAL and not generic(m))
     possible = any(c.probability > POSSIBLE for c in absent) or any(likelier)
-    if not floor.from_repeats or wanders(found.model) or possible or found.model.zeros:
+    if not floor.from_repeats or wanders(found.model) or possible:
         return True
     sizes = sorted(minimum.values())
     return not sizes or sizes[len(sizes) // 2] > HARD_TO_SEE * floor.sigma

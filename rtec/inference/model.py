@@ -78,12 +78,16 @@ class Model:
         The effects.
     datum
         Constant of the readings that is no effect: where the instrument was set to zero; in the observed unit inside.
+    range
+        First and last position of the measurement that it was fitted to, in the unit of positions; None where it is
+        not known.
     """
 
     observe: str
     units: Units
     terms: tuple[Term, ...] = ()
     datum: float = 0.0
+    range: tuple[float, float] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

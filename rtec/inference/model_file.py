@@ -6,6 +6,7 @@
     observed = "mm"
     position = "mm"
     clock = "s"
+    range = ["0 mm", "300 mm"]
     datum = "3.2 um"
 
     [[effect]]
@@ -30,7 +31,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,7 @@ MAX_EFFECTS = 200
 MAX_DOTS = 500
 """In a line: the parser's time and memory grow with the square of the parts of a dotted key."""
 _UNITS = ("observed", "position", "clock")
-_TOP = ("observe", *_UNITS, "datum", "effect")
+_TOP = ("observe", *_UNITS, "load", "range", "datum", "effect")
 _LISTS = ("amplitudes", "errors")
 _LARGEST = sys.float_info.max
 _UNIT = re.compile(r"[a-z][a-z_/0-9^*]{0,15}", re.ASCII | re.IGNORECASE)
@@ -88,6 +89,7 @@ def read_model(path: str | Path, units: Units | None = None) -> Model:
     """
     top = _tables(path)
     model = Model(observe=_observe(path, top), units=_units(path, top, units))
+    model = replace(model, range=_range(path, top, model.units))
     unit, factor = model.units.shown
     datum = parse_in(top["datum"], unit, name=f"{path}: datum", inside=factor) if "datum" in top else 0.0
     terms: list[Term] = []
@@ -132,7 +134,10 @@ def write_model(path: str | Path, model: Model) -> None:
     """
     units = model.units
     lines = [f"observe = {shown_text(model.observe)}"]
-    lines += [f"{key} = {shown_text(getattr(units, key))}" for key in _UNITS]
+    lines += [f"{key} = {shown_text(getattr(units, key))}" for key in (*_UNITS, *(["load"] if units.load else []))]
+    if model.range is not None:
+        ends = [f'"{written(end, units.position)}"' for end in model.range]
+        lines.append(f"range = {shown_list(ends)}")
     if model.datum != 0.0:
         lines.append(f'datum = "{written(model.datum, units.shown[0], inside=units.shown[1])}"')
     for term in model.terms:
@@ -209,21 +214,36 @@ def _observe(path: str | Path, top: Mapping[str, Any]) -> str:
 
 
 def _units(path: str | Path, top: Mapping[str, Any], wanted: Units | None) -> Units:
-    found = {key: top[key] for key in _UNITS if key in top}
+    found = {key: top[key] for key in (*_UNITS, "load") if key in top}
     for key, unit in found.items():
         if not isinstance(unit, str) or not _UNIT.fullmatch(unit):
             raise FileFormatError(path, None, f"{key} = {_brief(repr(unit))}", "a unit such as mm, deg, n or s")
     if wanted is None:
-        if len(found) < 3:
-            missing = ", ".join(key for key in _UNITS if key not in found)
+        if missing := ", ".join(key for key in _UNITS if key not in found):
             allowed = 'units, such as observed = "mm", or a measurement that the model is for'
             raise FileFormatError(path, None, f"no unit of: {missing}", allowed)
         return Units(**found)
-    for key in ("observed", "position"):
+    for key in ("observed", "position", "load"):
         if found.get(key, getattr(wanted, key)) != getattr(wanted, key):
-            problem = f"{key} in {found[key]}, while the measurement has {getattr(wanted, key)}"
+            problem = f"{key} in {found[key]}, while the measurement has {getattr(wanted, key) or 'none'}"
             raise FileFormatError(path, None, problem, "a model of the same kind of axis and quantity")
     return wanted
+
+
+def _range(path: str | Path, top: Mapping[str, Any], units: Units) -> tuple[float, float] | None:
+    """Return the positions that the model was measured at, from the first to the last."""
+    ends = top.get("range")
+    if ends is None:
+        return None
+    if not isinstance(ends, list) or len(ends) != 2:
+        problem = f"range = {_brief(repr(ends))}"
+        raise FileFormatError(
+            path, None, problem, f"two positions, such as ['0 {units.position}', '300 {units.position}']"
+        )
+    low, high = (parse_in(end, units.position, name=f"{path}: range") for end in ends)
+    if not low <= high:
+        raise FileFormatError(path, None, f"range from {low:g} to {high:g} {units.position}", "the lower end first")
+    return low, high
 
 
 def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[_Entry]:

@@ -18,15 +18,13 @@ FEWEST_COMPARED = 10
 """Readings, from which on the variance between cells says something."""
 
 
-def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseFloor:
+def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
     """Return the noise of a reading, with what a model explains in time taken out of the differences between repeats.
 
     Parameters
     ----------
     judge, model
         The data and what explains them.
-    levelled
-        Whether each run is seen from its own zero where the zeros differ.
     """
     dataset = judge.space.dataset
     fit = judge.fit(model)
@@ -43,11 +41,7 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
         (fit.contribution(k) for k, (effect, _) in enumerate(model.choices) if effect.in_time),
         np.zeros(dataset.rows),
     )
-    values, spent = dataset.observed - changing, 0
-    if model.zeros and levelled:  # they are the noise of a run, not that of a reading
-        values = values - dataset.run_means(dataset.observed - fit.effects())
-        spent = np.unique(dataset.coordinates.run).size - 1
-    within, freedom = within_cells(values, dataset.cell, spent)
+    within, freedom = within_cells(dataset.observed - changing, dataset.cell)
     return NoiseFloor(
         from_repeats=True,
         sigma=within,
@@ -58,12 +52,12 @@ def noise_floor(judge: Judge, model: Scored, *, levelled: bool = True) -> NoiseF
     )
 
 
-def within_cells(values: Floats, cells: Ints, spent: int = 0) -> tuple[float, float]:
-    """Return the standard deviation about the means of the cells, and its degrees of freedom less those spent."""
+def within_cells(values: Floats, cells: Ints) -> tuple[float, float]:
+    """Return the standard deviation about the means of the cells, and its degrees of freedom."""
     member = cells >= 0
     cell, count = np.unique(cells[member], return_inverse=True, return_counts=True)[1:]
     means = np.bincount(cell, weights=values[member]) / count
-    freedom = float(max(int(member.sum()) - count.size - spent, 1))
+    freedom = float(max(int(member.sum()) - count.size, 1))
     return float(np.sqrt(np.sum((values[member] - means[cell]) ** 2) / freedom)), freedom
 
 

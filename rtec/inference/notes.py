@@ -47,8 +47,6 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
             f"what differs between repeats wanders over some {colour.length:.0f} readings: it counts as noise, but "
             "may be an effect in time that is not known"
         )
-    if found.model.zeros:
-        notes.append("the runs differ by a constant each: their zeros count as noise")
     if not found.searched:
         notes.append("no search was made: what is left is ranked, and rtec diagnose goes on from here")
     known = {e.name for e in LIBRARY}

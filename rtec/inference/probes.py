@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Effect, Floats, Observable, Shape, Units
+from rtec.effects import Effect, Floats, Observable, Shape, Units, effect_named
 from rtec.effects._smooth import smooth_columns
 from rtec.effects.conditions import Conditions
 from rtec.effects.protocol import Amplitude
 
+FORCE_MAP, GRAVITY = effect_named("force_map"), effect_named("gravity")
 LEAST_CHANGE_K = 0.5
 FORCE_NODES = (5, 9, 17)
 RUN_NODES = (5, 12)
@@ -91,11 +92,11 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
             shifted = values - values.mean()
             found.append(_probe(f"any {heading}", [heading], shifted[:, None]))
     if dataset.observable is Observable.DRIVE:
-        if not c.time_is_coordinate and c.span > 0.0:
+        # a smooth force by position has a name where the data can show it: force_map
+        if not c.time_is_coordinate and c.span > 0.0 and FORCE_MAP.untestable(c) is not None:
             for count in FORCE_NODES:
                 table = smooth_columns(c.position, np.linspace(c.position.min(), c.position.max(), count).tolist())
-                # a constant is no change with position: it has a name of its own
-                found.append(_probe(f"any position {count}", ["position"], table - table.mean(axis=0)))
+                found.append(_probe(f"any position {count}", ["position"], _unnamed(c, table)))
         return tuple(found)
     if c.moving or c.time_is_coordinate:
         return tuple(found)
@@ -108,6 +109,16 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
             each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
             found.append(_probe("any run and direction", ["direction", "run"], (each * c.direction).T))
     return tuple(found)
+
+
+def _unnamed(c: Conditions, table: Floats) -> Floats:
+    """Return what of smooth curves has no name: a constant and a weight on an arm have one."""
+    names = [np.ones((c.rows, 1))]
+    if GRAVITY.untestable(c) is None:
+        names.append(GRAVITY.columns(c, GRAVITY.shapes(c)[-1]))
+    named = np.hstack(names)
+    found: Floats = table - named @ np.linalg.lstsq(named, table, rcond=None)[0]
+    return found
 
 
 def _tables(dataset: Dataset) -> list[Probe]:

@@ -54,10 +54,10 @@ class Beside:
         return np.vstack([self.basis, self.residual])
 
 
-def beside(space: Space, choices: Sequence[Choice], colour: Colour, *, zeros: bool) -> Beside:
-    """Return what a model leaves, by least squares in whitened space; with ``zeros`` each run has its own zero."""
+def beside(space: Space, choices: Sequence[Choice], colour: Colour) -> Beside:
+    """Return what a model leaves, by least squares in whitened space."""
     observed = space.observed(colour)
-    parts = space.parts_of(choices) if zeros else [space.part_of(choice) for choice in choices]
+    parts = space.parts_of(choices)
     table = np.vstack([np.empty((0, observed.size)), *(space.white(part, colour) for part in parts)])
     turn = _orthogonalising(table)
     basis = np.vstack([space.constant(colour), turn @ table])
@@ -141,10 +141,9 @@ def proposals(
     """
     space = judge.space
     colour = model.colour.bounded
-    # what each run's own zero hides is looked for without one, too: a drift may be taken for them
-    backs = [beside(space, model.choices, colour, zeros=zeros) for zeros in {False, model.zeros}]
+    back = beside(space, model.choices, colour)
     found: list[Proposal] = []
-    for effect, back in itertools.product(effects, backs):
+    for effect in effects:
         best = _best_shapes(space, effect, back, colour)
         variants = [effect.variants(space.dataset.conditions, shape) for shape in best]
         if effect.is_wave and not families:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
@@ -177,15 +177,6 @@ class Diagnosis:
     outliers: tuple[Outlier, ...] = ()
     unseen_periods: tuple[str, ...] = ()
     """Periods that these targets cannot show."""
-    zeros: Floats | None = None
-    """The zero of each reading's run, which counts as noise, shape (rows,); None where the runs have one zero."""
-
-    @property
-    def levelled(self) -> Dataset:
-        """The readings, each from the zero of its run: what the model is to explain."""
-        return (
-            self.dataset if self.zeros is None else replace(self.dataset, observed=self.dataset.observed - self.zeros)
-        )
 
     @property
     def effects(self) -> tuple[str, ...]:

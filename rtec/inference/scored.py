@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 
 from rtec.effects import Floats, Shape
 from rtec.inference.colour import NEIGHBOURS, Colour
-from rtec.inference.evidence import ABSENT, SCALES, Sums, best_scales, posterior, shifted_scales
+from rtec.inference.evidence import SCALES, Sums, best_scales, posterior, shifted_scales
 from rtec.inference.space import Choice, Part, Space, blocks_of
 
 EVERY_COLOUR = 60
@@ -61,11 +61,6 @@ class Scored:
         return tuple(effect.name for effect, _ in self.choices)
 
     @property
-    def zeros(self) -> bool:
-        """Whether each run has a zero of its own in the likeliest noise."""
-        return self.places.size > len(self.choices) and bool((self.places[len(self.choices) :] != ABSENT).any())
-
-    @property
     def key(self) -> frozenset[tuple[str, Shape]]:
         """Models with the same effects in the same shapes are one model."""
         return frozenset((effect.name, shape) for effect, shape in self.choices)
@@ -93,13 +88,13 @@ class Judge:
         known: dict[Part, int] = {}
         if near is not None:
             known = {p: int(k) for p, k in zip(self.space.parts_of(near.choices), near.places, strict=True)}
-        return np.array([known.get(p, ABSENT if p.optional else START) for p in parts], dtype=np.int64)
+        return np.array([known.get(p, START) for p in parts], dtype=np.int64)
 
     def quickly(self, choices: Sequence[Choice], near: Scored) -> float:
         """Return the score of a model under the noise of another that it grew out of, and that alone."""
         parts = self.space.parts_of(choices)
         sums = self.space.sums(parts, near.colour)
-        _, value = best_scales(sums, blocks_of(parts), self.start_of(parts, near), _optional(parts))
+        _, value = best_scales(sums, blocks_of(parts), self.start_of(parts, near))
         return (
             value - 0.5 * self.space.log_determinant(near.colour) - near.colour.rarity - sum(map(self.price, choices))
         )
@@ -111,7 +106,7 @@ class Judge:
             return self.seen[key]
         space = self.space
         parts = space.parts_of(choices)
-        block, optional = blocks_of(parts), _optional(parts)
+        block = blocks_of(parts)
         found: dict[Colour, float] = {}
         scales: dict[Colour, NDArray[np.int64]] = {}
         begin = self.start_of(parts, near)
@@ -119,7 +114,7 @@ class Judge:
 
         def look(colour: Colour, start: NDArray[np.int64], *, tune: bool) -> float:
             scales_from = best_scales if tune else shifted_scales
-            scales[colour], value = scales_from(sums(colour), block, start, optional)
+            scales[colour], value = scales_from(sums(colour), block, start)
             found[colour] = value - 0.5 * space.log_determinant(colour) - colour.rarity
             return found[colour]
 
@@ -179,11 +174,8 @@ class Judge:
         return Fit(parts=parts, mean=mean, covariance=covariance, variance=variance, deviations=deviations)
 
     def left(self, model: Scored) -> Floats:
-        """Return what a model leaves of the readings, shape (rows,), the zeros of runs and the constant taken out."""
-        dataset = self.space.dataset
-        left: Floats = dataset.observed - self.fit(model).effects()
-        if model.zeros:  # as they are fitted they may be anywhere beside slow noise
-            return left - dataset.run_means(left)
+        """Return what a model leaves of the readings, shape (rows,), the constant taken out where it is no effect."""
+        left: Floats = self.space.dataset.observed - self.fit(model).effects()
         return left - left.mean() if self.space.has_datum else left
 
 
@@ -204,8 +196,8 @@ class Fit:
         return found
 
     def effects(self) -> Floats:
-        """Return what the effects add to the readings, shape (rows,), without zeros of runs; 0 without effects."""
-        return np.asarray(sum(self.contribution(k) for k, part in enumerate(self.parts) if not part.optional))
+        """Return what the effects add to the readings, shape (rows,); 0 without effects."""
+        return np.asarray(sum(self.contribution(k) for k in range(len(self.parts))))
 
     def contribution(self, k: int) -> Floats:
         """Return what part ``k`` adds to the readings, shape (rows,), in the observed unit inside."""
@@ -228,9 +220,5 @@ def _wrong_sign(
     )
 
 
-def _optional(parts: Sequence[Part]) -> NDArray[np.bool_]:
-    return np.array([part.optional for part in parts], dtype=np.bool_)
-
-
 def _ladder() -> Floats:
-    return np.append(SCALES, 0.0)
+    return SCALES

@@ -130,7 +130,7 @@ class Search:
         """Return the RMS contribution of an effect beside the others, in units of what the model leaves."""
         fit = self.judge.fit(model) if fit is None else fit
         added = fit.contribution(k)
-        others = [part.raw for i, part in enumerate(fit.parts) if i != k and not part.optional]
+        others = [part.raw for i, part in enumerate(fit.parts) if i != k]
         if self.space.has_datum:
             others.append(np.ones((1, added.size)))
         if others:
@@ -165,6 +165,7 @@ class Search:
             effect.crowded(conditions, shape, others, finest),
             "it would have to be below zero" if effect.name in model.wrong_sign else None,
             effect.implausible(conditions, shape, fit.mean[fit.rows(k)]),
+            self.misnamed(model, k),
         ):
             if why is not None:
                 yield why
@@ -182,6 +183,13 @@ class Search:
                 yield "a gradual change explains as much"
         if not self.gain(rest, model).passes:
             yield "the held-out error does not fall"
+
+    def misnamed(self, model: Scored, k: int) -> str | None:
+        """Return why an effect of a model has another name beside the others, or None."""
+        fit, (effect, shape) = self.judge.fit(model), model.choices[k]
+        sizes = [fit.mean[fit.rows(i)] * fit.parts[i].unit for i in range(len(model.choices))]
+        others = {e.name: size for i, ((e, _), size) in enumerate(zip(model.choices, sizes, strict=True)) if i != k}
+        return effect.misnamed(shape, sizes[k], others)
 
     def is_gated(self, model: Scored) -> bool:
         """Return whether every effect of a model has earned its place."""
@@ -242,7 +250,7 @@ class Search:
             if not effect.is_map:
                 rest = [choice for i, choice in enumerate(best.choices) if i != k]
                 colour = best.colour.bounded
-                moved = refine(self.judge, moved, beside(self.space, rest, colour, zeros=best.zeros), colour)
+                moved = refine(self.judge, moved, beside(self.space, rest, colour), colour)
             trial = self.judge.score(replaced(best, k, moved), best)
             if trial.score > best.score:
                 best = trial

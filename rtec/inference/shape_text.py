@@ -15,6 +15,7 @@ from rtec.units import parse_in, written
 
 MOST_NODES = 10_000
 _LARGEST_COUNT = 1000
+_LARGEST_RUN = 2**31
 _SMALLEST = 1e-12
 """Of a period, a distance and the like: beyond it and its inverse a column of it is no more than rounding."""
 _CONTINUOUS = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
@@ -112,6 +113,8 @@ def read_shape(
 
 def _value(item: Parameter, value: object, units: Units, name: Callable[[str], str]) -> object:
     quantity, key = item.metadata["quantity"], name(item.name)
+    if quantity is Quantity.COUNT and _is_list(item):
+        return _numbers(key, value)
     if quantity is Quantity.COUNT:
         return whole_within(key, value, 1, _LARGEST_COUNT)
     if quantity is Quantity.CHOICE:
@@ -130,6 +133,17 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
         nothing = "0, or " if _may_be_nothing(item) else ""
         raise ArgumentError(key, repr(value)[:60], f"{nothing}{_SMALLEST:g} to {1.0 / _SMALLEST:g} {unit}")
     return number
+
+
+def _numbers(key: str, value: object) -> tuple[int, ...]:
+    """Return the numbers of runs."""
+    allowed = f"a list of 2 to {MOST_NODES} whole numbers, such as [1, 2, 3]"
+    if not isinstance(value, list) or not 2 <= len(value) <= MOST_NODES:
+        raise ArgumentError(key, f"{len(value)} of them" if isinstance(value, list) else repr(value)[:60], allowed)
+    found = tuple(whole_within(key, one, -_LARGEST_RUN, _LARGEST_RUN) for one in value)
+    if len(set(found)) < len(found):
+        raise ArgumentError(key, repr(value)[:60], "each number once")
+    return found
 
 
 def _places(key: str, value: object, unit: str) -> tuple[float, ...]:
@@ -162,7 +176,7 @@ def shown_field(item: Parameter, value: object, units: Units) -> str:
     """
     unit = parameter_unit(item, units)
     if isinstance(value, tuple):
-        return shown_list([f'"{written(place, unit)}"' for place in value])
+        return shown_list([f'"{written(place, unit)}"' if unit else str(place) for place in value])
     if unit:
         return f'"{written(float(value), unit)}"'  # type: ignore[arg-type]  # a number, as it has a unit
     if isinstance(value, str):

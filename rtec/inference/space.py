@@ -26,13 +26,11 @@ _IN_CACHE_BYTES = 500_000
 _ROUNDING = 1e-10
 """Share of the readings' square that may be lost: a model that explains everything leaves that."""
 LEAST_WHITE_IN_MOTION = 0.3
-MOST_ZEROS = 40
-"""Runs, at most, that may each have a zero of their own: with more, such a zero is one more kind of slow noise."""
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Columns that share one prior scale: an effect of a model, or what goes with the noise.
+    """Columns that share one prior scale: an effect of a model.
 
     ``unit`` brings the columns to a mean square of 1 over the readings, so that scales have its unit. What is known
     of a part is kept under the part itself.
@@ -41,7 +39,6 @@ class Part:
     raw: Floats
     """Shape (columns, rows), in the observed unit inside."""
     unit: float
-    optional: bool = False
 
 
 @dataclass(eq=False)
@@ -186,16 +183,6 @@ class Space:
         """
         return self._at_rows if effect.is_wave else self.dataset
 
-    @cached_property
-    def nuisances(self) -> tuple[Part, ...]:
-        """What goes with the noise of every model: a zero of its own for each run, where that is likely."""
-        c = self.dataset.coordinates
-        numbers, place = np.unique(c.run, return_inverse=True)
-        if self.dataset.observable is not Observable.DEVIATION or not 2 <= numbers.size <= MOST_ZEROS:
-            return ()
-        raw = (place == np.arange(numbers.size)[:, None]).astype(np.float64)
-        return (self.part(raw, optional=True),)
-
     def view(self, colour: Colour) -> View:
         """Return what is known of the readings under a colour."""
         if colour not in self._views:
@@ -206,11 +193,11 @@ class Space:
         """Return the filter for a colour."""
         return self.view(colour).whitening
 
-    def part(self, raw: Floats, *, optional: bool = False) -> Part:
+    def part(self, raw: Floats) -> Part:
         """Return columns of shape (columns, rows) as a part of models."""
         shown = raw - raw.mean(axis=1, keepdims=True) if self.has_datum else raw
         size = float(np.sqrt((shown**2).sum() / raw.shape[1]))
-        return Part(raw=raw, unit=1.0 / size if size > 0.0 else 1.0, optional=optional)
+        return Part(raw=raw, unit=1.0 / size if size > 0.0 else 1.0)
 
     def part_of(self, choice: Choice) -> Part:
         """Return the columns of an effect."""
@@ -227,8 +214,8 @@ class Space:
         return np.ascontiguousarray(columns.T)
 
     def parts_of(self, choices: Sequence[Choice]) -> list[Part]:
-        """Return the parts of a model: its effects, then what goes with the noise."""
-        return [*map(self.part_of, choices), *self.nuisances]
+        """Return the parts of a model: its effects."""
+        return [self.part_of(choice) for choice in choices]
 
     def project(self, columns: Floats, colour: Colour) -> Floats:
         """Return columns, shape (columns, rows), whitened, without the constant where it is no effect."""

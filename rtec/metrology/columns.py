@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
 
 from rtec.units import MM_PER_INCH
@@ -19,9 +21,11 @@ class ColumnUnit:
 _POSITION = {
     "mm": ColumnUnit("mm", 1.0),
     "um": ColumnUnit("mm", 1e-3),
+    "nm": ColumnUnit("mm", 1e-6),
     "m": ColumnUnit("mm", 1e3),
     "inch": ColumnUnit("mm", MM_PER_INCH),
     "deg": ColumnUnit("deg", 1.0),
+    "rad": ColumnUnit("deg", 180.0 / math.pi),
     "arcsec": ColumnUnit("deg", 1.0 / 3600.0),
     "rev": ColumnUnit("rev", 1.0),
     "count": ColumnUnit("count", 1.0),
@@ -30,8 +34,11 @@ _SPEED = {
     "mm_s": ColumnUnit("mm_s", 1.0),
     "mm_min": ColumnUnit("mm_s", 1.0 / 60.0),
     "m_min": ColumnUnit("mm_s", 1e3 / 60.0),
+    "m_s": ColumnUnit("mm_s", 1e3),
     "inch_min": ColumnUnit("mm_s", MM_PER_INCH / 60.0),
     "deg_s": ColumnUnit("deg_s", 1.0),
+    "rad_s": ColumnUnit("deg_s", 180.0 / math.pi),
+    "rpm": ColumnUnit("deg_s", 6.0),
 }
 _NONE = {"": ColumnUnit("", 1.0)}
 
@@ -41,6 +48,7 @@ UNITS_OF_QUANTITY: dict[str, dict[str, ColumnUnit]] = {
     "time": {
         "s": ColumnUnit("s", 1.0),
         "ms": ColumnUnit("s", 1e-3),
+        "us": ColumnUnit("s", 1e-6),
         "min": ColumnUnit("s", 60.0),
         "h": ColumnUnit("s", 3600.0),
     },
@@ -58,10 +66,19 @@ UNITS_OF_QUANTITY: dict[str, dict[str, ColumnUnit]] = {
     "current": {"a": ColumnUnit("a", 1.0)},
     "voltage": {"v": ColumnUnit("v", 1.0)},
     "torque": {"nm": ColumnUnit("nm", 1.0)},
+    "pressure": {
+        "hpa": ColumnUnit("hpa", 1.0),
+        "mbar": ColumnUnit("hpa", 1.0),
+        "pa": ColumnUnit("hpa", 1e-2),
+        "bar": ColumnUnit("hpa", 1e3),
+    },
+    "humidity": {"percent": ColumnUnit("percent", 1.0)},
 }
 """Quantities of a measurement file and the units their headings may carry; the unit inside is one of them too."""
 
 _SYNONYMS = {"command": "target"}
+_ANY_UNIT = re.compile(r"[a-z][a-z0-9]{0,15}", re.ASCII)
+"""Of a load: a mass, a force, a torque or a share of what is rated, whatever the file says."""
 
 
 def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
@@ -71,7 +88,7 @@ def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
     ----------
     heading
         Quantity, ``_``, unit, without regard to case. ``command`` is another word for ``target``;
-        ``temperature_NAME_degc`` is a quantity of its own for each name.
+        ``temperature_NAME_degc`` is a quantity of its own for each name; ``load_UNIT`` has any unit.
 
     Examples
     --------
@@ -92,6 +109,8 @@ def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
     if first == "temperature" and "_" in unit:
         inner, _, unit = unit.rpartition("_")
         name = f"temperature_{inner}"
+    if first == "load" and _ANY_UNIT.fullmatch(unit):
+        return "load", ColumnUnit(unit, 1.0)
     found = UNITS_OF_QUANTITY.get(first, {}).get(unit) if unit else None
     return None if found is None else (name, found)
 
@@ -102,7 +121,7 @@ def units_lacking(heading: str) -> str | None:
     Examples
     --------
     >>> units_lacking("time")
-    'time_s, time_ms, time_min, time_h'
+    'time_s, time_ms, time_us, time_min, time_h'
     >>> units_lacking("pulse") is None
     True
     """

@@ -27,7 +27,7 @@ class Column:
         ``target``, ``actual``, ``temperature_nut``, ... as in the contract's table (``command`` is ``target``).
     unit
         Unit inside: ``mm``, ``deg``, ``rev``, ``count``, ``s``, ``mm_s``, ``deg_s``, ``degc``, ``n``, ``a``, ``v``,
-        ``nm``, or nothing.
+        ``nm``, ``hpa``, ``percent``, that of a load, or nothing.
     values
         Shape (rows,), in ``unit``.
     """

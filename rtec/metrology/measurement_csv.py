@@ -2,12 +2,13 @@
 
 Everything is turned into the units of the inside when it is read: mm, s, mm/s, degC, N, A, V, Nm, degrees for angles;
 revolutions and counts stay what they are. Numbers are read in one sweep; only where that fails are the rows looked at
-one by one, to say which is wrong.
+one by one, to say which is wrong, or to read dates and times of day.
 """
 
 from __future__ import annotations
 
 import csv
+import datetime
 import math
 import re
 from collections.abc import Sequence
@@ -26,6 +27,9 @@ from rtec.metrology.text_file import plain_numbers, read_text, shown, write_line
 _MAX_COLUMNS = 1000
 _FACT = re.compile(r"#\s*(?P<key>[^:]{1,80}?)\s*:\s*(?P<value>.*)")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_DATE = re.compile(r"[0-9]{4}-?[0-9]{2}-?[0-9]{2}[T ][0-9:]{2,8}.{0,20}", re.ASCII)
+_DATED = "time", ColumnUnit("s", 1.0)
+"""What a column ``time`` without a unit holds: dates with times of day (ISO 8601), in s since the first."""
 
 
 def read_measurement(path: str | Path) -> Measurement:
@@ -40,7 +44,7 @@ def read_measurement(path: str | Path) -> Measurement:
     ------
     FileFormatError
         With the line: a number that is not finite or no number, a row of another length, a heading twice or two for
-        the same quantity, a quantity without unit, no header, no rows, binary data.
+        the same quantity, a quantity without unit (but a time of dates), no header, no rows, binary data.
 
     Examples
     --------
@@ -54,8 +58,8 @@ def read_measurement(path: str | Path) -> Measurement:
     lines = read_text(path).split("\n")
     facts, header = _read_facts(path, lines)
     headings = _split_header(path, header + 1, lines[header])
-    known = _known_columns(path, header + 1, headings)
     body = lines[header + 1 :]
+    known = _known_columns(path, header + 1, headings, _dated(headings, body))
     numbers = plain_numbers(body, len(headings), ",")
     if numbers is not None:
         table: list[NDArray[np.float64] | NDArray[np.str_]] = [column.copy() for column in numbers.T]
@@ -126,12 +130,24 @@ def _split_header(path: str | Path, line: int, text: str) -> list[str]:
     return headings
 
 
-def _known_columns(path: str | Path, line: int, headings: list[str]) -> list[tuple[str, ColumnUnit] | None]:
+def _dated(headings: list[str], body: list[str]) -> str | None:
+    """Return the heading ``time`` where a date stands below it, else None."""
+    column = next((k for k, heading in enumerate(headings) if heading.lower() == "time"), None)
+    first = next((text for text in body if text.strip()), "")
+    fields = first.split(",")
+    if column is None or column >= len(fields) or _DATE.fullmatch(fields[column].strip(' "')) is None:
+        return None
+    return headings[column]
+
+
+def _known_columns(
+    path: str | Path, line: int, headings: list[str], dated: str | None
+) -> list[tuple[str, ColumnUnit] | None]:
     """Return what each heading names, refusing two for the same."""
     seen: dict[str, str] = {}
     known = []
     for heading in headings:
-        what = quantity_of_heading(heading)
+        what = _DATED if heading == dated else quantity_of_heading(heading)
         if what is None and (meant := units_lacking(heading)) is not None:
             raise FileFormatError(path, line, f"column {shown(heading)} has no unit", meant)
         key = heading.lower() if what is None else what[0]
@@ -161,7 +177,9 @@ def _read_slowly(
                 path, line, f"{len(fields)} fields", f"{len(headings)}, one for each heading; the file may be cut off"
             )
         for heading, what, field in zip(headings, known, fields, strict=True):
-            if what is not None:
+            if what is _DATED:
+                _check_date(path, line, heading, field, rows[0][headings.index(heading)] if rows else field)
+            elif what is not None:
                 _check_number(path, line, heading, field)
             elif field.lower().lstrip("+-") in ("nan", "inf", "infinity") or _overflows(field):
                 raise FileFormatError(
@@ -171,10 +189,31 @@ def _read_slowly(
     if not rows:
         raise FileFormatError(path, first_line - 1, "no row follows the header", "one row for each reading")
     table: list[NDArray[np.float64] | NDArray[np.str_]] = []
-    for column in zip(*rows, strict=True):
+    for what, column in zip(known, zip(*rows, strict=True), strict=True):
+        if what is _DATED:
+            table.append(_seconds(column))
+            continue
         numeric = all(_NUMBER.fullmatch(field) for field in column)
         table.append(np.array([float(field) for field in column]) if numeric else np.array(column, dtype=np.str_))
     return table
+
+
+def _seconds(dates: Sequence[str]) -> Floats:
+    """Return seconds since the first of several dates."""
+    moments = [datetime.datetime.fromisoformat(text) for text in dates]
+    return np.array([(moment - moments[0]).total_seconds() for moment in moments])
+
+
+def _check_date(path: str | Path, line: int, heading: str, field: str, first: str) -> None:
+    """Refuse what is no date with a time of day, and a zone that only some of them state."""
+    allowed = "a date with a time of day, such as 2026-11-22T14:05:09.250Z"
+    try:
+        zones = {datetime.datetime.fromisoformat(text).tzinfo is None for text in (field[:60], first[:60])}
+    except ValueError:
+        raise FileFormatError(path, line, f"{heading} {shown(field)} is no date", allowed) from None
+    if len(zones) > 1:
+        problem = f"{heading} {shown(field)} and {shown(first)}: only one of them states its time zone"
+        raise FileFormatError(path, line, problem, "the time zone in every row, or in none")
 
 
 def _overflows(field: str) -> bool:

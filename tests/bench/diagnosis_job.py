@@ -72,7 +72,7 @@ def by_scan(dataset: Dataset, model: list[Choice]) -> Scan:
     """Scan as the diagnosis does: the model's columns are taken out once, and nothing is refitted."""
     begun = time.process_time()
     space = Space(dataset)
-    back = beside(space, model, WHITE, zeros=False)
+    back = beside(space, model, WHITE)
     found, count = [], 0
     for effect, shapes in _grid(space, model):
         if effect.is_map:  # its shapes have different numbers of amplitudes

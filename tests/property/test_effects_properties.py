@@ -8,9 +8,12 @@ from rtec.effects import (
     LIBRARY,
     Conditions,
     CyclicShape,
+    GravityShape,
     HeatShape,
     Quantisation,
+    RunShape,
     Shape,
+    SpikeShape,
     StepShape,
     StribeckShape,
     WarmShape,
@@ -24,13 +27,20 @@ SHAPES = {
     "thermal_growth": HeatShape("screw"),
     "thermal_shift": HeatShape("screw"),
     "warm_up": WarmShape(300.0),
+    "warm_up_growth": WarmShape(300.0),
+    "run_offset": RunShape((1, 2, 3)),
+    "reversal_spike": SpikeShape(7.0),
+    "refraction": HeatShape("screw"),
+    "dead_path": HeatShape("screw"),
+    "gravity": GravityShape(2),
     "lost_counts": StepShape(250.0),
     "stribeck": StribeckShape(4.0),
     "cyclic": CyclicShape(6.35, 3, by_direction=True),
 }
 SIMPLE = (
     "offset scale cosine backlash windup thermal_growth thermal_shift warm_up drift servo_lag acceleration_lag "
-    "lost_counts inertia viscous coulomb asymmetric_friction stribeck force_offset cyclic"
+    "lost_counts inertia viscous coulomb asymmetric_friction stribeck force_offset cyclic warm_up_growth run_offset "
+    "reversal_spike refraction dead_path gravity load_friction"
 ).split()
 
 # what each effect depends on; its card promises that nothing else changes it
@@ -45,6 +55,13 @@ DEPENDS = {
     "thermal_growth": {"position", "temperatures"},
     "thermal_shift": {"temperatures"},
     "warm_up": {"time_s"},
+    "warm_up_growth": {"position", "time_s"},
+    "run_offset": {"run"},
+    "reversal_spike": {"direction", "since_reversal"},
+    "refraction": {"position", "temperatures", "pressure_hpa", "humidity_percent"},
+    "dead_path": {"temperatures", "pressure_hpa", "humidity_percent"},
+    "gravity": {"position"},
+    "load_friction": {"direction", "load"},
     "drift": {"time_s"},
     "lost_counts": {"time_s"},
     "servo_lag": {"velocity"},
@@ -55,7 +72,10 @@ DEPENDS = {
     "stribeck": {"velocity", "direction"},
     "cyclic": {"position", "direction"},
 }
-COLUMNS = ("position", "direction", "since_reversal", "time_s", "velocity", "acceleration", "temperatures", "run")
+COLUMNS = (
+    "position", "direction", "since_reversal", "time_s", "velocity", "acceleration", "temperatures", "run", "load",
+    "pressure_hpa", "humidity_percent",
+)  # fmt: skip
 
 
 def plan(seed, rows=60):
@@ -70,6 +90,9 @@ def plan(seed, rows=60):
         acceleration=rng.normal(scale=500.0, size=rows),
         since_reversal=rng.uniform(0.0, 50.0, rows),
         temperatures={"screw": rng.uniform(18.0, 30.0, rows)},
+        pressure_hpa=rng.uniform(980.0, 1030.0, rows),
+        humidity_percent=rng.uniform(20.0, 80.0, rows),
+        load=rng.uniform(1.0, 50.0, rows),
         moving=True,
     )
 
@@ -132,7 +155,7 @@ def test_parts_of_readings_have_parts_of_columns(effect, seed, data):
     here = plan(seed)
     rows = np.array(data.draw(st.lists(st.integers(0, here.rows - 1), min_size=1, max_size=20)))
     shape = SHAPES.get(effect.name, effect.shape_type())
-    if effect.name in ("pitch_map", "backlash_map"):
+    if effect.name in ("pitch_map", "backlash_map", "force_map"):
         shape = effect.shape_type((-500.0, 0.0, 200.0, 500.0))
     whole = effect.columns(here, shape)
     assert effect.columns(here.take(rows), shape) == pytest.approx(whole[rows], rel=1e-12, abs=1e-12)

@@ -48,7 +48,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
     """
     d = diagnosis
     held = heldout_words(d.heldout_by)
-    measured, residual, spectra = _plates(d.levelled, d.start, d.model, d.noise, d)
+    measured, residual, spectra = _plates(d.dataset, d.start, d.model, d.noise, d)
     return _drawn(
         [
             measured,
@@ -117,13 +117,12 @@ def _plates(
 ) -> list[_Plate]:
     """Return the plates that a diagnosis and a comparison share."""
     unknown = None if diagnosis is None else diagnosis.unknown
-    zeros = "" if diagnosis is None or diagnosis.zeros is None else _ZEROS
     moving = dataset.coordinates.moving and dataset.coordinates.time_s is not None
     return [
         _Plate(
             name="measured",
             title="Measured and model",
-            caption=(_OVER_TIME if moving else _OVER_PLACE) + zeros + _noise_words(dataset, noise),
+            caption=(_OVER_TIME if moving else _OVER_PLACE) + _noise_words(dataset, noise),
             draw=lambda: measured_figure(dataset, model, noise),
         ),
         _Plate(
@@ -133,7 +132,6 @@ def _plates(
             "bands two standard errors as if readings were independent of each other; where a band leaves zero again "
             "and again, something that depends on that column is left."
             + _thinned(dataset)
-            + zeros
             + _noise_words(dataset, noise),
             draw=lambda: residual_panels(dataset, model, noise, unknown),
         ),
@@ -143,8 +141,7 @@ def _plates(
             caption="Amplitude of the best-fitting wave at each frequency. Noise alone, as correlated from reading "
             "to reading as the repeats are, passes the red line anywhere in a panel with a probability of 0.01 only. "
             "Filled marks stand at the lines of the model, hollow ones where targets that stand at regular distances "
-            "show the same line again: beyond half a cycle per target nothing can be told from its mirror image."
-            + zeros,
+            "show the same line again: beyond half a cycle per target nothing can be told from its mirror image.",
             draw=lambda: spectra_figure(dataset, before, model, noise),
         ),
     ]
@@ -159,9 +156,6 @@ _OVER_TIME = (
     "Above, the whole log: the range of each stretch where rows stand closer than the picture resolves; in the "
     "middle the stretch in which the model changes most; below, the difference at a scale of its own."
 )
-
-
-_ZEROS = " The readings of each run are drawn from the zero of that run: the runs differ by a constant each."
 
 
 def _thinned(dataset: Dataset) -> str:

@@ -11,16 +11,21 @@ from rtec.dataset.load import load_dataset
 DRIVE = PLANS["drive"]
 
 
-def columns(names, seed=2):
-    measurement, secret = play(Scenario(names=names, plan=DRIVE), seed)
+PLAN_OF = {"gravity": PLANS["joint"], "load_friction": PLANS["loads"]}
+
+
+def columns(names, seed=2, plan=DRIVE):
+    measurement, secret = play(Scenario(names=names, plan=plan), seed)
     numbers = {(h.name, p.name): p.value for h in secret.effects for p in h.parameters}
     return {quantity: column.values for quantity, column in measurement.columns.items()}, numbers, secret
 
 
 def added(name, seed=2):
-    read, numbers, secret = columns((name,), seed)
-    bare, _, _ = columns((), seed)
-    return read["force"] - bare["force"], read, {p: value for (_, p), value in numbers.items()}, secret
+    plan = PLAN_OF.get(name, DRIVE)
+    read, numbers, secret = columns((name,), seed, plan)
+    bare, _, _ = columns((), seed, plan)
+    force = "torque" if plan.rotary else "force"
+    return read[force] - bare[force], read, {p: value for (_, p), value in numbers.items()}, secret
 
 
 @pytest.mark.parametrize("name", OF_DRIVE)
@@ -47,6 +52,31 @@ def test_oil_and_weight_and_magnets():
     grid = np.arange(5.0, 30.0, 0.05)
     power = [abs(np.mean(what * np.exp(2j * np.pi * read["actual"] / period))) for period in grid]
     assert grid[int(np.argmax(power))] == pytest.approx(numbers["period"], abs=0.15)
+
+
+def test_an_arm_has_the_torque_of_its_lever():
+    what, read, numbers, _ = added("gravity")
+    turned = np.radians(read["actual"] - numbers["hangs_at"])
+    mass_kg, g = 2.0, 9.81
+    reach_m = numbers["largest"] / (mass_kg * g)
+    held = mass_kg * g * reach_m * np.sin(turned)  # force times the horizontal distance of the mass
+    assert what == pytest.approx(held, abs=0.02)
+
+
+def test_a_load_presses_on_its_guide():
+    what, read, numbers, _ = added("load_friction")
+    moving = np.abs(read["velocity"]) > 0.5
+    expected = numbers["friction"] * read["load"] * np.sign(read["velocity"])
+    assert what[moving] == pytest.approx(expected[moving], abs=0.02)
+    assert np.unique(read["load"]).size == 3
+
+
+def test_a_curve_of_forces_is_the_same_there_and_back():
+    what, read, numbers, _ = added("force_map")
+    place = np.round(read["actual"]).astype(int)
+    spread = [np.ptp(what[place == k]) for k in np.unique(place) if (place == k).sum() > 3]
+    assert np.ptp(what) == pytest.approx(numbers["peak_to_peak"], rel=0.15)
+    assert np.median(spread) < 0.15 * np.ptp(what)
 
 
 @pytest.mark.parametrize("name", ["coulomb", "stribeck"])
@@ -78,4 +108,6 @@ def test_a_drive_log_loads_as_one():
 def test_a_drive_hides_forces_and_an_axis_does_not():
     assert unfit("scale", DRIVE) == "it does not show in a force"
     assert unfit("inertia", PLANS["moving"]) == "it shows in the force of a drive only"
-    assert all(unfit(name, DRIVE) is None for name in OF_DRIVE)
+    assert unfit("gravity", DRIVE) == "it shows on a rotary axis only"
+    assert unfit("load_friction", DRIVE) == "the load does not change"
+    assert all(unfit(name, PLAN_OF.get(name, DRIVE)) is None for name in OF_DRIVE)

@@ -28,7 +28,7 @@ from rtec.blind.calibration import deciles_of
 from rtec.blind.found import TRUTHS, Belief, Figure, Wave, beliefs_of, figures_of, waves_of
 from rtec.blind.plan import PLANS
 from rtec.blind.record import game_line
-from rtec.blind.scenario import OF_HEAT
+from rtec.blind.scenario import OF_AIR, OF_HEAT
 from rtec.blind.scored import Game
 from rtec.dataset.load import load_dataset
 from rtec.effects import effect_named
@@ -85,7 +85,8 @@ def test_numbers_are_compared_in_the_same_unit_and_with_the_same_sign():
     assert figures_of(answer("backlash", Value("backlash", -12.5, None, "um")), hidden) == ()
 
 
-PLAN_OF = dict.fromkeys(OF_HEAT, "temperature")
+PLAN_OF = dict.fromkeys(OF_HEAT, "temperature") | dict.fromkeys(OF_AIR, "weather")
+PLAN_OF |= {"load_friction": "loads"}
 SHORT_DRIVE = dataclasses.replace(PLANS["drive"], runs=1, targets=24)
 KNOWN = sorted({effect for effect, _ in TRUTHS})
 

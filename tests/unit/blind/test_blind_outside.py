@@ -8,7 +8,7 @@ from rtec.blind.axis_run import measure
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import draw_course
 from rtec.blind.scenario import unfit
-from rtec.blind.slow_errors import SLOW, Circumstances
+from rtec.blind.slow_errors import SLOW, Circumstances, simulate_air
 from rtec.effects import effect_named
 from rtec.errors import ArgumentError
 from rtec.predictors import NoError
@@ -24,7 +24,9 @@ def circumstances(seed, targets, runs):
     plan = drawn_plan(rng, targets=targets, runs=runs, both=True)
     course = draw_course(plan, rng)
     measured = measure(course, NoError())
-    return Circumstances(course=course, measured=measured, temperature_degc=np.zeros(course.run.size))
+    return Circumstances(
+        course=course, measured=measured, temperature_degc=np.zeros(course.run.size), air=simulate_air(course, rng)
+    )
 
 
 DENSE = [circumstances(seed, (61, 61), (4, 4)) for seed in range(3)]

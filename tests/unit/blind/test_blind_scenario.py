@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from rtec.blind import INSIDE, LOOK_ALIKES, OUTSIDE, PLANS, Noise, Plan, Scenario, plan_named, scenario_of
-from rtec.blind.scenario import OUTSIDE_OF_GAME, unfit
+from rtec.blind.scenario import INSIDE_OF_GAME, OUTSIDE_OF_GAME, unfit
 from rtec.effects import effect_named
 from rtec.errors import ArgumentError
 
@@ -27,7 +27,7 @@ def test_the_game_draws_nothing_one_to_three_effects_or_one_outside():
     outside = [s for s in DRAWN if set(s.names) & set(OUTSIDE)]
     assert len(outside) > 60
     assert all(len(s.names) == 1 for s in outside)
-    assert {name for s in DRAWN for name in s.names} == set(INSIDE) | set(OUTSIDE_OF_GAME)
+    assert {name for s in DRAWN for name in s.names} == set(INSIDE_OF_GAME) | set(OUTSIDE_OF_GAME)
 
 
 def test_the_game_hides_no_look_alikes_together_and_nothing_that_the_plan_cannot_show():

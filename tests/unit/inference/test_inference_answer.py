@@ -47,8 +47,6 @@ def test_the_adjusted_p_is_that_of_an_f_test_times_all_shapes(rho):
     model = judge.score([(SCALE, Shape()), (BACKLASH, Shape())])
     matrix = covariance(model.colour.rho, model.colour.white, one_chain(data.rows))
     columns = [np.ones(data.rows), data.conditions.position]
-    if model.zeros:
-        columns += [(data.conditions.run == k).astype(float) for k in range(2, 5)]
     table = whitened(np.vstack([*columns, data.conditions.direction, data.observed]), matrix)
 
     def left(rows):

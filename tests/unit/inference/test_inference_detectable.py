@@ -10,7 +10,6 @@ from rtec.effects import Shape, effect_named
 from rtec.inference.colour import Colour
 from rtec.inference.detectable import ERRORS, IN_TIME, minimum_detectable
 from rtec.inference.diagnose import diagnose
-from rtec.inference.evidence import ABSENT
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge
 from rtec.inference.search import WORTH
@@ -24,7 +23,7 @@ def least_of(data, colour=None):
     judge = Judge(Space(data))
     model = judge.score([])
     if colour is not None:
-        model = replace(model, colour=colour, places=np.full_like(model.places, ABSENT))
+        model = replace(model, colour=colour)
     sigma = np.sqrt(judge.fit(model).variance)
     return {name: value / sigma for name, value in minimum_detectable(judge, model).items()}
 

@@ -7,7 +7,7 @@ import pytest
 from inference_oracle import SIGMA, measured
 
 from rtec.dataset.load import load_dataset
-from rtec.effects import LIBRARY, Shape, effect_named
+from rtec.effects import LIBRARY, Conditions, Shape, effect_named
 from rtec.errors import ArgumentError, RtecError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.fit import values_of
@@ -469,16 +469,20 @@ def test_a_log_whose_clock_is_coarser_than_its_readings(tmp_path):
     assert value(result, "servo_lag", "lag").value == pytest.approx(2.0, rel=0.05)
 
 
-@pytest.mark.parametrize(("curve", "verdict"), [(0.0, Verdict.NAMED), (3.0, Verdict.UNKNOWN)])
-def test_a_curve_of_position_does_not_hide_a_weight(tmp_path, curve, verdict):
+@pytest.mark.parametrize("curve", [0.0, 3.0])
+def test_a_curve_of_position_does_not_hide_friction(tmp_path, curve):
     t = np.arange(0, 10, 0.002)
     x = 50 * np.sin(2 * np.pi * t / 2) + 20 * np.sin(2 * np.pi * t / 1.37)
     force = 0.3 * np.gradient(x, t) + 10 + curve * np.cos(2 * np.pi * x / 250)
     force += np.random.default_rng(0).normal(0, 1, t.size)
     result = diagnose(load_dataset(written(tmp_path, "time_s,actual_mm,force_n", t, x, force)))
-    assert (result.verdict, set(result.effects)) == (verdict, {"viscous", "force_offset"})
-    mean = 10 + curve * np.cos(2 * np.pi * x / 250).mean()
-    assert value(result, "force_offset", "force_offset").value == pytest.approx(mean, abs=0.3)
+    expected = {"viscous", "force_map" if curve else "force_offset"}
+    assert (result.verdict, set(result.effects)) == (Verdict.NAMED, expected)
+    assert value(result, "viscous", "viscous").value == pytest.approx(300.0, rel=0.02)
+    smooth = next(term for term in result.model.terms if term.name in ("force_offset", "force_map"))
+    places = np.linspace(-60.0, 60.0, 25)
+    c = Conditions(position=places, position_unit="mm", run=np.ones(25, dtype=np.int64))
+    assert smooth.contribution(c) == pytest.approx(10 + curve * np.cos(2 * np.pi * places / 250), abs=0.5)
 
 
 def test_short_dwells_do_not_hide_dry_friction(tmp_path):

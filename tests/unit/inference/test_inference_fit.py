@@ -9,7 +9,6 @@ from inference_oracle import SIGMA, covariance, measured, one_chain
 from rtec.effects import Observable, Shape, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.colour import Colour
-from rtec.inference.evidence import ABSENT
 from rtec.inference.fit import fit_model, fitted_terms, opened_model, residual_of, shapes_found, values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.scored import Judge
@@ -27,11 +26,8 @@ def model(*names, data=None, **shapes):
 
 
 def scored(judge, choices, colour):
-    """A model under a given noise, the zeros of runs out of it."""
-    found = judge.score(choices)
-    places = found.places.copy()
-    places[len(choices) :] = ABSENT
-    return replace(found, colour=colour, colours=((colour, 0.0),), places=places)
+    """A model under a given noise."""
+    return replace(judge.score(choices), colour=colour, colours=((colour, 0.0),))
 
 
 @pytest.mark.parametrize("colour", [Colour(), Colour(0.9, 0.3), Colour(0.99, 0.01)])
@@ -69,29 +65,6 @@ def test_of_a_log_amplitudes_are_those_of_least_squares_and_errors_those_of_the_
     errors = np.sqrt(variance * np.diag(bread @ table.T @ matrix @ table @ bread))
     assert [*(term.amplitudes[0] for term in terms), datum] == pytest.approx(expected)
     assert [term.errors[0] for term in terms] == pytest.approx(errors[:2])
-
-
-def test_zeros_of_runs_are_held_by_what_the_noise_allows_them():
-    """Ridge regression with a penalty on the zeros, written out."""
-    data = measured(lambda x, way, t, run: TILTED(x, way, t, run) + 0.004 * (run % 2), runs=6, targets=9)
-    judge = Judge(Space(data))
-    found = judge.score(BOTH)
-    places = np.append(found.places[:2], 3)
-    found = replace(found, colour=Colour(), colours=((Colour(), 0.0),), places=places)
-    assert found.zeros
-    (zeros,) = judge.space.nuisances
-    scale = np.sqrt(10.0) * zeros.unit  # place 2 on the ladder is 1, place 3 half a decade more
-    table = np.vstack([data.conditions.position, data.conditions.direction / 2, np.ones(data.rows), zeros.raw]).T
-    penalty = np.diag([0.0, 0.0, 0.0, *[1.0 / scale**2] * 6])
-    information = table.T @ table + penalty
-    expected = np.linalg.solve(information, table.T @ data.observed)
-    terms, _ = fitted_terms(judge, found)
-    assert [term.amplitudes[0] for term in terms] == pytest.approx(expected[:2], rel=1e-6)
-    left = data.observed - table @ expected
-    variance = (left @ left + expected @ penalty @ expected) / (data.rows - 3)
-    assert [t.errors[0] for t in terms] == pytest.approx(
-        np.sqrt(variance * np.diag(np.linalg.inv(information)))[:2], rel=1e-6
-    )
 
 
 def covered(error, choices, truth, *, rho, white, count, **plan):

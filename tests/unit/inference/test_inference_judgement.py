@@ -9,6 +9,7 @@ from inference_oracle import SIGMA, measured, pushed
 from rtec.effects import Shape, effect_named
 from rtec.inference.diagnose import diagnose, nothing_testable
 from rtec.inference.finding import Finding
+from rtec.inference.fit import values_of
 from rtec.inference.judgement import HARD_TO_SEE, _inconclusive, _verdict, judged
 from rtec.inference.model import Model
 from rtec.inference.noise import noise_floor
@@ -245,19 +246,13 @@ def test_what_was_tried_and_not_taken_says_so():
     assert tried.achieved_rms is None
 
 
-def test_each_run_is_shown_from_its_own_zero():
+def test_runs_that_differ_by_a_constant_each_are_named():
     zero = {1: 0.0, 2: 0.4, 3: -0.3, 4: 0.1}
     data = measured(lambda x, way, t, run: TILTED(x, way, t, run) + np.vectorize(zero.get)(run), runs=4)
-    result = judged(finding(data, BOTH))
-    assert result.zeros is not None
-    known = np.vectorize(zero.get)(data.coordinates.run)
-    assert result.zeros - result.zeros.mean() == pytest.approx(known - known.mean(), abs=3.0 * SIGMA)
+    result = diagnose(data)
+    assert set(result.effects) == {"scale", "backlash", "run_offset"}
+    (found,) = [values_of(term, result.model) for term in result.model.terms if term.name == "run_offset"]
+    assert {v.name: v.value for v in found} == pytest.approx({"run_2": 400, "run_3": -300, "run_4": 100}, abs=3.0)
+    assert all(abs(v.value - 1e3 * zero[int(v.name[4:])]) < 4.0 * v.error for v in found)
     assert result.noise.sigma == pytest.approx(SIGMA, rel=0.15)
-    left = result.levelled.observed - result.model.predict(data)
-    assert np.sqrt(np.mean(left**2)) == pytest.approx(result.rms_after, rel=0.02)
-    for candidate in result.candidates:
-        if not candidate.accepted:
-            assert candidate.predicted_rms <= result.rms_after * 1.02, "with it no more than without it is left"
-    plain = judged(finding(measured(TILTED, runs=4), BOTH))
-    assert plain.zeros is None
-    assert plain.levelled is plain.dataset
+    assert "run_offset" not in diagnose(measured(TILTED, runs=4)).effects

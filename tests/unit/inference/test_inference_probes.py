@@ -69,13 +69,19 @@ def test_the_probe_of_runs_has_a_column_for_the_direction_of_each():
 def test_a_force_is_probed_by_position():
     data = replace(measured(runs=2), observable=Observable.DRIVE)
     found = probes_of(data)
+    assert found == (), "where the data can show it, it has a name: force_map"
+    turn = 360.0 * (data.conditions.position - 20.0) / np.ptp(data.conditions.position)
+    data = replace(data, conditions=replace(data.conditions, position=turn, position_unit="deg", revolution=360.0))
+    found = probes_of(data)
     assert [probe.at(data).shape[1] for probe in found] == [5, 9, 17]
     assert {probe.depends_on for probe in found} == {("position",)}
     whole = found[0].at(data)
-    line = data.conditions.position[:, None] - data.conditions.position.mean()
+    angle = np.radians(turn)
+    named = np.column_stack([np.ones(angle.size), *(f(k * angle) for k in (1, 2) for f in (np.sin, np.cos))])
+    line = turn[:, None] - named @ np.linalg.lstsq(named, turn[:, None])[0]
     numbers = np.linalg.lstsq(whole, line)[0]
-    assert whole @ numbers == pytest.approx(line), "a straight line is a smooth curve"
-    assert whole.mean(axis=0) == pytest.approx(0.0, abs=1e-12), "a constant is none"
+    assert whole @ numbers == pytest.approx(line, abs=1e-9), "a straight line is a smooth curve"
+    assert named.T @ whole == pytest.approx(0.0, abs=1e-9), "a constant and a weight have names"
 
 
 def test_a_probe_belongs_to_its_data():

@@ -95,15 +95,12 @@ def test_a_basis_spans_what_the_rows_span():
     assert orthonormal(np.empty((0, 30))).shape == (0, 30)
 
 
-@pytest.mark.parametrize("zeros", [False, True])
 @pytest.mark.parametrize("colour", [Colour(), Colour(0.9, 0.3)])
-def test_what_a_model_leaves_is_that_of_generalised_least_squares(zeros, colour):
+def test_what_a_model_leaves_is_that_of_generalised_least_squares(colour):
     data = measured(TILTED, runs=3, targets=8)
     judge = judge_of(data)
-    back = beside(judge.space, [(SCALE, Shape())], colour, zeros=zeros)
+    back = beside(judge.space, [(SCALE, Shape())], colour)
     columns = [np.ones(data.rows), data.conditions.position]
-    if zeros:
-        columns += [(data.conditions.run == k).astype(float) for k in (1, 2)]
     matrix = covariance(colour.rho, colour.white, one_chain(data.rows))
     table = whitened(np.vstack([*columns, data.observed]), matrix)
     left = table[-1] - np.linalg.lstsq(table[:-1].T, table[-1])[0] @ table[:-1]
@@ -164,7 +161,7 @@ def test_refining_finds_the_period_between_two_of_the_grid():
     """Against a dense scan of full fits."""
     data = measured(wave(47.3, 0.01), targets=41, runs=2)
     judge = judge_of(data)
-    back = beside(judge.space, [], Colour(), zeros=False)
+    back = beside(judge.space, [], Colour())
     start = min(judge.space.shapes(CYCLIC)[0], key=lambda shape: abs(1 / shape.period - 1 / 47.3))
     (_, found) = refine(judge, (CYCLIC, start), back, Colour())
     constant = np.ones((1, data.rows))
@@ -178,7 +175,7 @@ def test_refining_never_makes_it_worse():
     data = measured(lambda x, way, t, run: 0.02 * (1 - np.exp(-t / 400.0)))
     judge = judge_of(data)
     for colour in (Colour(), Colour(0.9, 0.3)):
-        back = beside(judge.space, [], colour, zeros=False)
+        back = beside(judge.space, [], colour)
         for shape in judge.space.shapes(WARM)[0]:
             _, moved = refine(judge, (WARM, shape), back, colour)
             before, after = (
@@ -194,22 +191,6 @@ def test_the_golden_section_finds_the_hump():
         assert golden(lambda x, top=top: -((x - top) ** 2), 0.0, 1.0) == pytest.approx(top, abs=1e-3)
         assert golden(lambda x, top=top: -abs(x - top), 0.0, 1.0, steps=40) == pytest.approx(top, abs=1e-8)
     assert golden(lambda x: x, 2.0, 3.0) == pytest.approx(3.0, abs=2e-3)
-
-
-def test_each_run_s_own_zero_does_not_hide_a_drift():
-    """Ten runs whose zeros creep up: a zero for each explains it too, and the drift is proposed all the same."""
-    data = measured(lambda x, way, t, run: 1.5e-5 * t, runs=10, targets=5)
-    judge = judge_of(data)
-    model = judge.score([])
-    model = replace(model, places=np.append(model.places[:-1], 4), colour=Colour())
-    assert model.zeros
-    found = proposals(judge, model, judge.space.library)
-    assert "drift" in {p.choice[0].name for p in found}
-    with_zeros = beside(judge.space, [], model.colour.bounded, zeros=True)
-    drift = judge.space.whitening(model.colour.bounded).of(data.conditions.time_s[None, None, :][0])
-    hidden = worth_of(float(falls(drift[None], with_zeros)[0]), 1, with_zeros, judge.space.readings)
-    worth = next(p.worth for p in found if p.choice[0].name == "drift")
-    assert worth > hidden + 3.0
 
 
 def test_a_family_without_a_first_wave_is_not_proposed():

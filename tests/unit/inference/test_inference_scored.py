@@ -9,7 +9,7 @@ from inference_oracle import SIGMA, covariance, log_marginal, measured, one_chai
 
 from rtec.effects import Observable, Shape, effect_named
 from rtec.inference.colour import COLOURS, Colour
-from rtec.inference.evidence import ABSENT, RARE, SCALES, best_scales
+from rtec.inference.evidence import SCALES, best_scales
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space, blocks_of
 
@@ -26,16 +26,14 @@ def dense(judge, model, colour, shift=0):
     """Log marginal likelihood of a model's readings at its scales, written out; all of them ``shift`` steps away."""
     data, space = judge.space.dataset, judge.space
     parts = space.parts_of(model.choices)
-    ladder = np.append(SCALES, 0.0)
     columns = np.vstack([part.raw * part.unit for part in parts]) if parts else np.empty((0, data.rows))
-    places = np.where(model.places == ABSENT, ABSENT, model.places + shift)
-    deviations = ladder[places][blocks_of(parts)] if parts else np.empty(0)
+    deviations = SCALES[model.places + shift][blocks_of(parts)] if parts else np.empty(0)
     gap = one_chain(data.rows)
     if data.conditions.moving:
         gap[1:][np.diff(data.conditions.run) != 0] = np.inf
     matrix = covariance(colour.rho, colour.white, gap)
     found = log_marginal(data.observed, columns, deviations, matrix, datum=space.has_datum)
-    return found - colour.rarity - RARE * model.zeros
+    return found - colour.rarity
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.9])
@@ -68,13 +66,10 @@ def test_the_likeliest_noise_and_scales_are_those_of_all(rho, seed):
     judge = judge_of(data)
     model = judge.score(BOTH)
     parts = judge.space.parts_of(BOTH)
-    optional = np.array([part.optional for part in parts])
     best = -np.inf
     for colour in COLOURS:
-        sums = judge.space.sums(parts, colour)
-        for zeros in (ABSENT, 4):
-            _, value = best_scales(sums, blocks_of(parts), np.array([4, 4, zeros]), optional)
-            best = max(best, value - 0.5 * judge.space.log_determinant(colour) - colour.rarity)
+        _, value = best_scales(judge.space.sums(parts, colour), blocks_of(parts), np.array([4, 4]))
+        best = max(best, value - 0.5 * judge.space.log_determinant(colour) - colour.rarity)
     assert model.colours[0][1] >= best - 1.0  # of the five that an effect has to be worth
 
 

@@ -9,7 +9,7 @@ from inference_oracle import covariance, measured, one_chain, whitened
 from rtec.effects import Observable, Shape, effect_named
 from rtec.inference import space as module
 from rtec.inference.colour import COLOURS, Colour
-from rtec.inference.space import MOST_ZEROS, Space, blocks_of
+from rtec.inference.space import Space, blocks_of
 
 SCALE, BACKLASH, CYCLIC, MAP = (effect_named(n) for n in ("scale", "backlash", "cyclic", "pitch_map"))
 CHOICES = [(SCALE, Shape()), (CYCLIC, CYCLIC.shape_type(41.0, 2))]
@@ -63,16 +63,6 @@ def test_the_constant_is_an_effect_of_a_force_and_a_datum_of_a_deviation():
     assert "offset" not in {e.name for e in deviation.library}
 
 
-def test_each_run_may_have_a_zero_of_its_own():
-    data = measured(runs=3, targets=4)
-    (zeros,) = Space(data).nuisances
-    assert zeros.optional
-    assert zeros.raw.tolist() == [(data.conditions.run == k).astype(float).tolist() for k in (1, 2, 3)]
-    assert Space(measured(runs=1)).nuisances == ()
-    assert Space(force(data)).nuisances == ()
-    assert Space(measured(runs=MOST_ZEROS + 1, targets=2)).nuisances == ()
-
-
 def test_noise_of_a_log_has_a_white_part():
     still = Space(measured(runs=2))
     assert still.colours == frozenset(COLOURS)
@@ -119,4 +109,4 @@ def test_a_doubtful_shape_of_the_scan_is_marked():
 
 def test_blocks_number_the_columns_by_part():
     parts = Space(measured(runs=2)).parts_of(CHOICES)
-    assert blocks_of(parts).tolist() == [0, 1, 1, 1, 1, 2, 2]
+    assert blocks_of(parts).tolist() == [0, 1, 1, 1, 1]

@@ -1,0 +1,77 @@
+"""A laser's path that no motion passes: its wavelengths change with the air, too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rtec.effects import experiments
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units, own_shape
+from rtec.effects.refraction import air_sensors, change_of_index, no_weather
+from rtec.effects.thermal_growth import HeatShape
+
+
+class DeadPath(Effect):
+    """The length of the dead path times the change of the air's refractive index.
+
+    Notes
+    -----
+    ``deviation = dead_path * (n - n_standard)``: the way between the two reflectors where the laser was set to zero,
+    which wavelength compensation does not know of. Where the air was another when it was set, the rest is an offset.
+
+    References
+    ----------
+    C. Steinmetz, Sub-micron position measurement and control on precision machine tools with laser interferometry,
+    Precision Engineering 12 (1990) 12: dead path error.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> c = Conditions(
+    ...     position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64),
+    ...     pressure_hpa=np.array([1013.25, 983.25]),
+    ... )
+    >>> (1e3 * DeadPath().contribution(c, HeatShape(), [500.0])).round(1).tolist()
+    [0.0, -4.0]
+    """
+
+    name = "dead_path"
+    needs = "a pressure column, with air temperature and humidity where there are any"
+    shape_type = HeatShape
+    in_time = True
+    rivals = (
+        Rival("refraction", experiments.NEAR_AND_FAR),
+        Rival("thermal_shift", experiments.OTHER_WEATHER),
+        Rival("drift", experiments.OTHER_WEATHER),
+        Rival("warm_up", experiments.OTHER_WEATHER),
+        Rival("lost_counts", experiments.OTHER_WEATHER),
+        Rival("run_offset", experiments.ZERO_AGAIN),
+    )
+    card = Card(
+        title="Dead path",
+        plot="All targets shift alike, and the shift follows the air pressure from run to run.",
+        cause=(
+            "The interferometer stands away from where the axis has its zero: the wavelengths on the way between "
+            "change with the air, and no compensation counts them."
+        ),
+        consequence="The zero of a long measurement moves with the weather.",
+        action="Put the interferometer close to the reflector at zero, or enter the dead path as its set-up asks.",
+        invariant_to="position, direction and feed.",
+        source="Steinmetz 1990; thesis (000), section 2.3: the laser is set to zero where a run begins.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a dead path, or None."""
+        return no_weather(conditions)
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the temperatures that may be the air's."""
+        return air_sensors(conditions)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the change of the refractive index, shape (rows, 1)."""
+        return change_of_index(conditions, own_shape(shape, HeatShape))[:, None]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the length of the dead path."""
+        return (Amplitude("dead_path", units.position, 1.0),)

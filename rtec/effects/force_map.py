@@ -1,0 +1,57 @@
+"""A force that is a smooth function of position: cables, springs, covers, a guide that is tighter in places."""
+
+from __future__ import annotations
+
+from rtec.effects import experiments
+from rtec.effects.conditions import Conditions
+from rtec.effects.pitch_map import PitchMap, closes
+from rtec.effects.protocol import Card, Observable, Rival
+
+
+class ForceMap(PitchMap):
+    """A natural cubic spline through nodes, in the force of a drive.
+
+    Notes
+    -----
+    ``force = s(position)``; the amplitudes are the values of ``s`` at the nodes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from rtec.effects.pitch_map import MapShape
+    >>> c = Conditions(position=np.array([0.0, 25.0]), position_unit="mm", run=np.ones(2, dtype=np.int64))
+    >>> ForceMap().contribution(c, MapShape((0.0, 50.0, 100.0)), [4.0, 2.0, 0.0]).round(9).tolist()
+    [4.0, 3.0]
+    """
+
+    name = "force_map"
+    observable = Observable.DRIVE
+    needs = "force and position, positions dense enough: three at least"
+    contains = frozenset({"force_offset", "gravity", "cogging"})
+    rivals = (
+        Rival("gravity", experiments.WHOLE_TURN),
+        Rival("inertia", experiments.TWO_STROKES),
+    )
+    card = Card(
+        title="Force map",
+        plot="Force or current against position is a smooth curve, the same in both directions and in every run.",
+        cause=(
+            "Cables, hoses, covers and springs that pull more at one end than at the other; a screw or a belt "
+            "that is tighter in places; a counterweight that hangs differently along the way."
+        ),
+        consequence="The drive needs more force in places, and its following error changes along the axis.",
+        action=(
+            "Look at cable chains, covers, counterbalance and alignment at the place where the curve is steep; or "
+            "map the force and feed it forward."
+        ),
+        invariant_to="direction, speed and acceleration, and time.",
+        source="Erwinski et al. (004), section 3, Figure 6: a current that depends on position is mapped.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show a map, or None."""
+        if conditions.time_is_coordinate:
+            return "no positions: time stands for them"
+        if closes(conditions):
+            return "one turn of a rotary axis closes: what is smooth over it comes back every turn (gravity, cogging)"
+        return super().untestable(conditions)

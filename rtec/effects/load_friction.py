@@ -1,0 +1,72 @@
+"""Friction that a load presses on: it grows with a column of the file, with the sign of the motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtec.effects import experiments
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+
+LEAST_CHANGE = 0.05
+"""Share of the largest load by which it has to change."""
+
+
+class LoadFriction(Effect):
+    """Dry friction in proportion to a load.
+
+    Notes
+    -----
+    ``force = load_friction * load * sign(velocity)``, and nothing at rest.
+
+    References
+    ----------
+    Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, section 2: Coulomb friction is
+    proportional to the normal force.
+
+    Examples
+    --------
+    >>> way, load = np.array([1.0, -1.0]), np.array([10.0, 20.0])
+    >>> c = Conditions(
+    ...     position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), direction=way, load=load
+    ... )
+    >>> LoadFriction().contribution(c, Shape(), [0.1]).tolist()
+    [1.0, -2.0]
+    """
+
+    name = "load_friction"
+    observable = Observable.DRIVE
+    needs = "a load column that changes, and both directions of motion"
+    not_negative = True
+    rivals = (Rival("coulomb", experiments.SEVERAL_LOADS),)
+    card = Card(
+        title="Load-dependent friction",
+        plot="The step of the force between the two directions of motion grows with the load, at every speed.",
+        cause="Guides, nut, bearings or gears carry the load: their friction is a share of the force that presses.",
+        consequence="A friction compensation that was set without a load is too weak with one.",
+        action="Feed friction forward by the load, lubricate, or relieve the guide (rollers, a counterbalance).",
+        invariant_to="position and speed; it changes with the lubricant. It cannot be below zero.",
+        source="Armstrong-Helouvry et al. 1994, section 2.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show friction by load, or None."""
+        load = conditions.load
+        if load is None:
+            return "no load column"
+        if not conditions.both_directions:
+            return "one direction only"
+        change, largest = float(np.ptp(load)), float(np.abs(load).max())
+        return None if change > LEAST_CHANGE * largest else f"the load changes by {change:.3g} of {largest:.3g} only"
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the load with the sign of the motion, shape (rows, 1)."""
+        load = self._needed(conditions.load, "a load column")
+        way = self._needed(conditions.direction, "directions of motion")
+        added: Floats = (load * np.sign(way))[:, None]
+        return added
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the friction for each unit of load."""
+        unit, factor = units.shown
+        return (Amplitude("load_friction", f"{unit}/{units.load or 'load'}", factor),)

@@ -1,0 +1,150 @@
+"""A laser's wavelength that follows the air: an error in proportion to the distance measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtec.effects import experiments
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units, own_shape
+from rtec.effects.thermal_growth import HeatShape
+
+STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT = 1013.25, 20.0, 50.0
+"""The air for which a laser without compensation assumes its wavelength."""
+LEAST_PPM = 0.1
+"""By which the refractive index has to change: a tenth of a micrometre a metre."""
+_WAVELENGTH_UM = 0.6329908  # of a helium-neon laser in vacuum
+
+
+def refractivity(pressure_hpa: Floats, air_degc: Floats, humidity_percent: Floats) -> Floats:
+    """Return the refractive index of air less 1, for the light of a helium-neon laser.
+
+    Parameters
+    ----------
+    pressure_hpa, air_degc, humidity_percent
+        Shape (rows,).
+
+    Notes
+    -----
+    Modified Edlen equation: ``n - 1`` of dry air in proportion to its density, less what vapour displaces.
+
+    References
+    ----------
+    K. P. Birch and M. J. Downs, An updated Edlen equation for the refractive index of air, Metrologia 30 (1993) 155,
+    and 31 (1994) 315; J. A. Stone and J. H. Zimmerman, Index of refraction of air, NIST Engineering Metrology
+    Toolbox, appendix A. Pressure of saturated vapour: Magnus's formula (WMO-No. 8, annex 4.B).
+
+    Examples
+    --------
+    >>> one = np.ones(1)
+    >>> round(float(refractivity(1013.25 * one, 20.0 * one, 50.0 * one)[0]) * 1e6, 1)
+    271.4
+    """
+    wave = 1.0 / _WAVELENGTH_UM**2
+    standard = 1e-8 * (8342.54 + 2406147.0 / (130.0 - wave) + 15998.0 / (38.9 - wave))
+    pascal = 100.0 * pressure_hpa
+    density = (1.0 + 1e-8 * (0.601 - 0.00972 * air_degc) * pascal) / (1.0 + 0.0036610 * air_degc)
+    vapour = humidity_percent / 100.0 * 611.2 * np.exp(17.62 * air_degc / (243.12 + air_degc))
+    displaced = 1e-10 * 292.75 / (air_degc + 273.15) * (3.7345 - 0.0401 * wave) * vapour
+    found: Floats = standard * pascal / 96095.43 * density - displaced
+    return found
+
+
+def change_of_index(conditions: Conditions, shape: HeatShape) -> Floats:
+    """Return by how much the refractive index differs from that of standard air, shape (rows,)."""
+    rows = conditions.rows
+    pressure = np.full(rows, STANDARD_HPA) if conditions.pressure_hpa is None else conditions.pressure_hpa
+    air = conditions.temperatures.get(shape.sensor)
+    humidity = conditions.humidity_percent
+    here = refractivity(
+        pressure,
+        np.full(rows, STANDARD_DEGC) if air is None else air,
+        np.full(rows, STANDARD_PERCENT) if humidity is None else humidity,
+    )
+    standard = (np.full(1, value) for value in (STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT))
+    return here - refractivity(*standard)
+
+
+def air_sensors(conditions: Conditions) -> Sequence[HeatShape]:
+    """Return the temperatures that may be the air's: those whose names say so, else all; without any the standard."""
+    names = list(conditions.temperatures)
+    return [HeatShape(name) for name in [name for name in names if "air" in name] or names] or [HeatShape()]
+
+
+def no_weather(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what the air does to a wavelength, or None."""
+    if conditions.pressure_hpa is None:
+        return "no pressure column"
+    if conditions.position_unit != "mm":
+        return "no lengths"
+    ppm = 1e6 * max(float(np.ptp(change_of_index(conditions, shape))) for shape in air_sensors(conditions))
+    return None if ppm >= LEAST_PPM else f"the index of the air changes by {ppm:.2g} ppm only: {LEAST_PPM:g} needed"
+
+
+class Refraction(Effect):
+    """The distance from the laser's zero times the change of the air's refractive index.
+
+    Notes
+    -----
+    ``deviation = refraction * position * (n - n_standard)``, with n by pressure, temperature and humidity of the air
+    (the standard's where a column lacks). A laser without compensation has a refraction of 1: it counts n half
+    waves where it assumes n_standard of them. With another laser's own zero the constant part is an offset or a
+    ``dead_path``.
+
+    References
+    ----------
+    Birch and Downs 1993 and 1994; thesis, section 2.3: distance as a function of the wavelength, which the laser
+    corrects by sensors of air temperature and pressure.
+
+    Examples
+    --------
+    >>> x, air = np.array([0.0, 1000.0]), np.full(2, 983.25)
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64), pressure_hpa=air)
+    >>> (1e3 * Refraction().contribution(c, HeatShape(), [1.0])).round(1).tolist()
+    [0.0, -8.1]
+    """
+
+    name = "refraction"
+    needs = "a pressure column, with air temperature and humidity where there are any, and positions in a length"
+    shape_type = HeatShape
+    in_time = True
+    rivals = (
+        Rival("dead_path", experiments.NEAR_AND_FAR),
+        Rival("scale", experiments.OTHER_WEATHER),
+        Rival("thermal_growth", experiments.OTHER_WEATHER),
+        Rival("drift", experiments.OTHER_WEATHER),
+        Rival("warm_up_growth", experiments.OTHER_WEATHER),
+    )
+    card = Card(
+        title="Refraction of the air",
+        plot="The slope of the deviation against position follows the air pressure from run to run.",
+        cause=(
+            "The laser counts its wavelength in air, and its compensation is switched off or set for another place: "
+            "a micrometre a metre for 3.7 hPa, for 1 K of the air, or for the whole range of humidity."
+        ),
+        consequence="Lengths are wrong by the weather; a compensation table made from them is wrong the next day.",
+        action="Switch the wavelength compensation on, or correct the readings by pressure and air temperature.",
+        invariant_to="direction, feed and what the machine does.",
+        source="Birch and Downs 1993; thesis (000), section 2.3: wavelength compensation by sensors of the air.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show refraction, or None."""
+        if (why := no_weather(conditions)) is not None:
+            return why
+        return "one position only" if conditions.places.size < 2 else None
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the temperatures that may be the air's."""
+        return air_sensors(conditions)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return position times the change of the refractive index, shape (rows, 1)."""
+        grown: Floats = (conditions.position * change_of_index(conditions, own_shape(shape, HeatShape)))[:, None]
+        return grown
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return which share of the air's effect is there: 1 without any compensation."""
+        return (Amplitude("refraction", "", 1.0),)

@@ -1,0 +1,124 @@
+"""An error that is largest just after a reversal and dies away: friction that is overcome late."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects import experiments
+from rtec.effects._ladders import ladder
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Effect,
+    Quantity,
+    Rival,
+    Shape,
+    Tunable,
+    Units,
+    own_shape,
+    parameter,
+)
+from rtec.effects.windup import FEWEST_DISTANCES, distances, opposed, too_sparse
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeShape(Shape):
+    """Over which distance the error dies away to 37 %."""
+
+    distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
+
+
+class ReversalSpike(Effect):
+    """Half of a reversal error that falls to 37 % one distance after the reversal.
+
+    Notes
+    -----
+    ``deviation = spike / 2 * direction * exp(-since_reversal / distance)``. Beside a constant reversal error the same
+    curve is a wind-up: what grows towards a larger error is called ``windup``, what falls towards a smaller one a
+    spike.
+
+    References
+    ----------
+    ISO 230-4: spikes where a circle changes its quadrant; Erwinski et al. (2019), section 3: after standstill the
+    friction force drops.
+
+    Examples
+    --------
+    >>> way, gone = np.array([1.0, 1.0, -1.0]), np.array([0.0, 2.0, 2.0])
+    >>> c = Conditions(
+    ...     position=gone, position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way, since_reversal=gone
+    ... )
+    >>> ReversalSpike().contribution(c, SpikeShape(2.0), [-0.02]).round(5).tolist()
+    [-0.01, -0.00368, 0.00368]
+    """
+
+    name = "reversal_spike"
+    needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
+    shape_type = SpikeShape
+    rivals = (
+        Rival("windup", experiments.AFTER_REVERSAL),
+        Rival("backlash", experiments.AFTER_REVERSAL),
+        Rival("backlash_map", experiments.MANY_REVERSALS),
+    )
+    card = Card(
+        title="Reversal spike",
+        plot=(
+            "After each reversal the deviation jumps and dies away within a distance; on a circle four spikes, where "
+            "the axes turn round."
+        ),
+        cause=(
+            "Static friction: the drive stops at the reversal and has to build up force before the slide follows; or "
+            "a compensation of backlash or friction that gives too much and is taken back by the position loop."
+        ),
+        consequence="Marks on circles and contours where an axis turns round.",
+        action=(
+            "Tune the friction compensation, stiffen the velocity loop, lubricate; if the spike points the other "
+            "way, the compensation is too large."
+        ),
+        invariant_to="where along the axis the reversal took place, and time.",
+        source="ISO 230-4; Erwinski et al. (004), section 3: friction drops after standstill.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show how a reversal error dies away, or None."""
+        return too_sparse(conditions)
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""
+        gone = distances(conditions)
+        if gone.size < FEWEST_DISTANCES:
+            return []
+        return [SpikeShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale."""
+        distance = own_shape(shape, SpikeShape).distance
+        top = max(conditions.span / 5, distance)
+        return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)
+
+    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
+        """Return that beside a reversal error of the other sign the curve grows, and is a wind-up."""
+        if "windup" in others:
+            return "beside a wind-up it is a backlash"
+        return "beside this backlash it is a wind-up" if opposed(amplitudes, others) else None
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return half of the direction times the share that is left, shape (rows, 1)."""
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several distances, shape (shapes, 1, rows)."""
+        way = self._needed(conditions.direction, "directions of approach")
+        gone = self._needed(conditions.since_reversal, "distances since the last reversal")
+        over = np.array([own_shape(shape, SpikeShape).distance for shape in shapes])
+        left: Floats = (way / 2) * np.exp(-gone / over[:, None])
+        return left[:, None, :]
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the reversal error just after the reversal."""
+        return (Amplitude("spike", *units.shown),)

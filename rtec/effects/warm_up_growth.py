@@ -1,0 +1,76 @@
+"""Growth that approaches an end value: a screw or scale that warms up, where no sensor says how warm it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rtec.effects import experiments
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
+from rtec.effects.warm_up import WarmUp
+
+
+class WarmUpGrowth(WarmUp):
+    """A first-order approach in time, in proportion to position.
+
+    Notes
+    -----
+    ``deviation = growth * position * (1 - exp(-t / time_constant))``.
+
+    References
+    ----------
+    Yao et al., section 4.2: 2.5 hours of running and 2 hours of cooling; thesis, section 5.2: a screw that grew
+    during four passes in almost 20 hours.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from rtec.effects.warm_up import WarmShape
+    >>> t, x = np.array([0.0, 600.0, 6000.0]), np.full(3, 1000.0)
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64), time_s=t)
+    >>> WarmUpGrowth().contribution(c, WarmShape(600.0), [1e-5]).round(5).tolist()
+    [0.0, 0.00632, 0.01]
+    """
+
+    name = "warm_up_growth"
+    needs = "a time column, and a spread of positions"
+    contains = frozenset({"scale"})
+    rivals = (
+        Rival("warm_up", experiments.FAR_AND_WARM),
+        Rival("thermal_growth", experiments.OTHER_HEAT),
+        Rival("scale", experiments.INTERLEAVE),
+        Rival("drift", experiments.LONGER),
+        Rival("refraction", experiments.OTHER_WEATHER),
+    )
+    card = Card(
+        title="Growth during warm-up",
+        plot=(
+            "The slope of the deviation against position climbs fast from run to run at first and levels off: the "
+            "runs fan out from the fixed bearing."
+        ),
+        cause="A screw, scale or bed warms up by its own friction after the start and grows, towards a balance.",
+        consequence="Lengths of the first parts of a shift differ from those of the later ones.",
+        action=(
+            "Warm the axis up by moving it before measuring and before work; put a sensor on the screw, so that its "
+            "growth can be corrected by temperature; or use a scale."
+        ),
+        invariant_to="direction and feed.",
+        source="Yao et al. (003), section 4.2; thesis (000), section 5.2. ISO 230-3.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show growth in time, or None."""
+        if conditions.time_is_coordinate:
+            return "no positions: what grows with them cannot be seen"
+        if conditions.places.size < 2:
+            return "one position only"
+        return super().untestable(conditions)
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several time constants, shape (shapes, 1, rows)."""
+        grown: Floats = super().scan(conditions, shapes) * conditions.position
+        return grown
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the growth at the end, in um/m (arcsec/deg on a rotary axis)."""
+        return (Amplitude("growth", *units.per_length),)

@@ -1,0 +1,190 @@
+"""A model as the compensation table of somebody else's program: nodes, between which straight lines are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.inference.model import Model
+from rtec.predictors import FORWARD, REVERSE
+from rtec.report.results import LeftOut
+from rtec.study.model_predictor import Floats, predictor_of_model, static_part
+
+LINUXCNC_TRIPLETS = 256
+"""Most nodes that LinuxCNC reads for a joint."""
+MOST_NODES = 5_000
+_INSIDE_MM = 1e-6
+"""Steps of the numbers that are written: a nanometre."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Compensation:
+    """Errors of an axis at nodes.
+
+    Parameters
+    ----------
+    position_mm, forward_mm, reverse_mm
+        Node, and the error (actual less commanded position) there in each direction, shape (nodes,), in mm.
+    interpolation_mm
+        Largest difference between the model and straight lines from node to node, in mm.
+    left_out
+        Effects of the model that no table of positions holds.
+    """
+
+    position_mm: Floats
+    forward_mm: Floats
+    reverse_mm: Floats
+    interpolation_mm: float
+    left_out: tuple[LeftOut, ...]
+
+
+def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: float, most: int) -> Compensation:
+    """Return the nodes that draw a model within a tolerance, or as well as so many of them can.
+
+    Parameters
+    ----------
+    model
+        Of a deviation in mm over positions in mm, every effect fitted.
+    low_mm, high_mm
+        Range of the table.
+    within_mm
+        Largest difference that straight lines between the nodes may leave, in mm.
+    most
+        Nodes at most.
+
+    Raises
+    ------
+    ArgumentError
+        A model of something else, or an effect without numbers.
+
+    Notes
+    -----
+    A node is put where the lines are farthest off, one after the other, for both directions at once. What is written
+    is rounded to a nanometre.
+
+    Examples
+    --------
+    >>> from rtec.effects import Shape, Units, effect_named
+    >>> from rtec.inference.model import Term
+    >>> scale = Term(effect=effect_named("scale"), shape=Shape(), amplitudes=(2e-5,))
+    >>> model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(scale,))
+    >>> table = compensation_of(model, 0.0, 100.0, within_mm=1e-4, most=256)
+    >>> table.position_mm.tolist(), table.forward_mm.tolist()
+    ([0.0, 100.0], [0.0, 0.002])
+    """
+    table, left_out = predictor_of_model(model, low_mm, high_mm)
+    grid = table.forward_positions_mm
+    kept = model.with_terms(t for t in model.terms if t.name not in {one.effect for one in left_out})
+    fine = np.unique(
+        np.concatenate([grid, *([np.linspace(low_mm, high_mm, 4 * grid.size)] * (grid.size < MOST_NODES))])
+    )
+    true = np.stack([static_part(kept, fine, way).error_mm for way in (FORWARD, REVERSE)])
+    nodes = _nodes(fine, true, within_mm, most)
+    position = np.round(fine[nodes] / _INSIDE_MM) * _INSIDE_MM
+    errors = np.round(true[:, nodes] / _INSIDE_MM) * _INSIDE_MM
+    drawn = np.stack([np.interp(fine, position, curve) for curve in errors])
+    return Compensation(
+        position_mm=np.round(position, 6),
+        forward_mm=np.round(errors[0], 6),
+        reverse_mm=np.round(errors[1], 6),
+        interpolation_mm=float(np.abs(drawn - true).max()),
+        left_out=left_out,
+    )
+
+
+def _nodes(position: Floats, curves: Floats, within: float, most: int) -> list[int]:
+    """Return the indices of the nodes, ascending; ``curves`` has shape (curves, positions)."""
+    last = position.size - 1
+    found = [0, last]
+
+    def farthest(begin: int, end: int) -> tuple[float, int]:
+        inside = slice(begin, end + 1)
+        share = (position[inside] - position[begin]) / (position[end] - position[begin])
+        lines = curves[:, [begin]] * (1.0 - share) + curves[:, [end]] * share
+        off = np.abs(curves[:, inside] - lines).max(axis=0)
+        k = int(off.argmax())
+        return float(off[k]), begin + k
+
+    pieces = {(0, last): farthest(0, last)}
+    while len(found) < most:
+        piece = max(pieces, key=lambda p: pieces[p][0])
+        off, node = pieces.pop(piece)
+        if off <= within or node in piece:
+            break
+        found.append(node)
+        pieces |= {(piece[0], node): farthest(piece[0], node), (node, piece[1]): farthest(node, piece[1])}
+    return sorted(found)
+
+
+def linuxcnc_lines(table: Compensation, *, per_unit_mm: float = 1.0) -> Iterator[str]:
+    """Yield the lines of a LinuxCNC compensation file of type 0: nominal, actual forward, actual reverse.
+
+    Parameters
+    ----------
+    table
+        With 256 nodes at most.
+    per_unit_mm
+        Millimetres of a machine unit: 25.4 where these are inches.
+
+    References
+    ----------
+    LinuxCNC, INI configuration, section of a joint: COMP_FILE and COMP_FILE_TYPE.
+
+    Examples
+    --------
+    >>> ends, bent = np.array([0.0, 10.0]), np.array([0.002, 0.004])
+    >>> table = Compensation(position_mm=ends, forward_mm=bent, reverse_mm=-bent, interpolation_mm=0.0, left_out=())
+    >>> list(linuxcnc_lines(table))
+    ['0.000000 0.002000 -0.002000', '10.000000 10.004000 9.996000']
+    """
+    digits = 6 if per_unit_mm == 1.0 else 8
+    for x, up, down in zip(table.position_mm, table.forward_mm, table.reverse_mm, strict=True):
+        yield " ".join(f"{value / per_unit_mm:.{digits}f}" for value in (x, x + up, x + down))
+
+
+def csv_lines(table: Compensation) -> Iterator[str]:
+    """Yield the lines of a table for a spreadsheet: position in mm, error in um in each direction."""
+    yield f"# interpolation_error: {1e3 * table.interpolation_mm:.3f} um"
+    for one in table.left_out:
+        yield f"# left_out: {one.effect}, {one.why}"
+    yield "position_mm,forward_um,reverse_um"
+    for x, up, down in zip(table.position_mm, table.forward_mm, table.reverse_mm, strict=True):
+        yield f"{x:.6f},{1e3 * up:.3f},{1e3 * down:.3f}"
+
+
+def c_lines(table: Compensation) -> Iterator[str]:
+    """Yield the lines of a C99 file with ``double rtec_error_mm(double position_mm, int direction)``."""
+    yield "/* Error of an axis, actual less commanded position in mm, by commanded position and direction of motion."
+    yield "   Straight lines between the nodes; beyond the ends the error of the nearest end."
+    yield f"   They differ from the model by {1e3 * table.interpolation_mm:.3f} um at most."
+    for one in table.left_out:
+        yield f"   Left out: {one.effect}, {one.why.replace('*/', '')}."
+    yield "*/"
+    count = table.position_mm.size
+    yield f"enum {{ RTEC_NODES = {count} }};"
+    columns = {"position": table.position_mm, "forward": table.forward_mm, "reverse": table.reverse_mm}
+    for name, values in columns.items():
+        yield f"static const double rtec_{name}_mm[RTEC_NODES] = {{"
+        for begin in range(0, count, 8):
+            yield "    " + " ".join(f"{value:.6f}," for value in values[begin : begin + 8])
+        yield "};"
+    yield from _C_FUNCTION.splitlines()
+
+
+_C_FUNCTION = """
+double rtec_error_mm(double position_mm, int direction)
+{
+    const double *error_mm = direction < 0 ? rtec_reverse_mm : rtec_forward_mm;
+    int low = 0, high = RTEC_NODES - 1;
+    if (!(position_mm > rtec_position_mm[low])) return error_mm[low];
+    if (position_mm >= rtec_position_mm[high]) return error_mm[high];
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (rtec_position_mm[middle] <= position_mm) low = middle; else high = middle;
+    }
+    return error_mm[low] + (error_mm[high] - error_mm[low])
+        * (position_mm - rtec_position_mm[low]) / (rtec_position_mm[high] - rtec_position_mm[low]);
+}
+"""
