@@ -49,9 +49,7 @@ def add(
         bool, typer.Option("--by-direction", help="A cyclic error for each direction.", rich_help_panel=_SHAPE)
     ] = False,
     nodes: Annotated[_Text, _option("N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")] = None,
-    runs: Annotated[
-        _Text, _option("'1, 2, 3'", "With a zero of their own, from that of the first.")
-    ] = None,
+    runs: Annotated[_Text, _option("'1, 2, 3'", "With a zero of their own, from that of the first.")] = None,
     distance: Annotated[_Text, _option("'0.5 mm'", "Over which wind-up builds up, or a spike dies away.")] = None,
     carried: Annotated[
         bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)

@@ -70,6 +70,7 @@ class DeadPath(Effect):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the change of the refractive index, shape (rows, 1)."""
+        self._needed(conditions.pressure_hpa, "a pressure column")
         return change_of_index(conditions, own_shape(shape, HeatShape))[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:

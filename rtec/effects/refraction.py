@@ -142,6 +142,7 @@ class Refraction(Effect):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the change of the refractive index, shape (rows, 1)."""
+        self._needed(conditions.pressure_hpa, "a pressure column")
         grown: Floats = (conditions.position * change_of_index(conditions, own_shape(shape, HeatShape)))[:, None]
         return grown
 

@@ -265,3 +265,42 @@ def test_a_moving_log_is_what_the_axis_did():
     for feed in (5.0, 20.0, 60.0):
         assert (np.abs(speeds - feed) < 1e-3).mean() > 0.02
     assert np.std(read["actual"] - read["target"]) == pytest.approx(2e-3, rel=0.05)
+
+
+def test_a_screw_that_warms_up_grows_in_proportion_to_position():
+    what, measurement, numbers = added("warm_up_growth")
+    read = columns(measurement)
+    rest = 1 - np.exp(-read["time"] / numbers["time_constant"])
+    grown = numbers["growth"] * 1e-6 * read["target"] * rest
+    assert what == pytest.approx(grown, abs=RESOLUTION_MM + 1e-5 * numbers["growth"])
+
+
+def test_a_reflector_is_clamped_anew_before_each_run():
+    what, measurement, numbers = added("run_offset")
+    run = columns(measurement)["run"]
+    zeros = np.array([what[run == k].mean() for k in np.unique(run)])
+    assert np.ptp(zeros) == pytest.approx(1e-3 * numbers["spread"], abs=RESOLUTION_MM)
+    assert what == pytest.approx(zeros[run.astype(int) - 1], abs=RESOLUTION_MM)
+    assert zeros[0] != zeros[-1]
+
+
+def test_the_air_of_each_day_lengthens_the_waves():
+    what, measurement, numbers = added("refraction", "weather")
+    read = columns(measurement)
+    # 3.7 hPa are a micrometre a metre, 10 % of humidity 0.1 um
+    ppm = (read["pressure"] - 1013.25) / 3.73 - 0.0084 * (read["humidity"] - 50.0)
+    assert what == pytest.approx(numbers["share"] * 1e-6 * ppm * read["target"], abs=0.06 * np.abs(what).max())
+    assert np.ptp(read["pressure"]) > 20.0
+    dead, again, length = added("dead_path", "weather")
+    assert dead == pytest.approx(length["length"] * what / numbers["share"] / read["target"], abs=3e-4)
+    assert columns(again)["pressure"].tolist() == read["pressure"].tolist()
+
+
+def test_a_slide_that_sticks_catches_up_behind_each_reversal():
+    what, measurement, numbers = added("reversal_spike", "dense")
+    read = columns(measurement)
+    way, x = read["direction"], read["target"]
+    starts = {1.0: x.min() - PLANS["dense"].overshoot_mm, -1.0: x.max() + PLANS["dense"].overshoot_mm}
+    gone = np.array([abs(place - starts[d]) for place, d in zip(x, way, strict=True)])
+    expected = numbers["spike"] * 0.5e-3 * way * np.exp(-gone / numbers["distance"])
+    assert what == pytest.approx(expected, abs=0.02 * abs(numbers["spike"]) * 1e-3)

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from rtec.effects import (
+    Conditions,
     Drift,
     HeatShape,
     LostCounts,
+    RunOffset,
+    RunShape,
     Shape,
     StepShape,
     ThermalGrowth,
@@ -16,6 +19,7 @@ from rtec.effects import (
     Units,
     WarmShape,
     WarmUp,
+    WarmUpGrowth,
 )
 from rtec.errors import ArgumentError
 
@@ -169,3 +173,52 @@ def test_a_step_in_a_log_has_a_gradual_rival(bidirectional):
     ramp = LostCounts().columns(log, soft)[:, 0]
     expected = np.interp(log.time_s, [500.0 - 10.45, 500.0 + 10.45], [0.0, 1.0])
     assert ramp == pytest.approx(expected)
+
+
+def test_a_screw_that_warms_up_grows_from_its_fixed_end(bidirectional):
+    """Newton's law of heating in small steps, times the length that grows."""
+    c, tau = bidirectional(), 900.0
+    share, grown = 0.0, []
+    at = np.arange(0.0, c.time_s[-1] + 2.0, 0.5)
+    for _ in at:
+        grown.append(share)
+        share += 0.5 * (1.0 - share) / tau
+    expected = 2e-5 * c.position * np.interp(c.time_s, at, grown)
+    found = WarmUpGrowth().contribution(c, WarmShape(tau), [2e-5])
+    assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
+    assert WarmUpGrowth().amplitudes(WarmShape(tau), Units("mm", "mm", "s"))[0].unit == "um/m"
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"position": np.zeros(210)}, "one position only"),
+        ({"position_unit": "s"}, "no positions: what grows with them cannot be seen"),
+        ({"time_s": None}, "no time column"),
+        ({}, None),
+    ],
+)
+def test_growth_in_time_needs_positions_and_time(bidirectional, change, why):
+    assert WarmUpGrowth().untestable(bidirectional(**change)) == why
+
+
+def test_the_zero_of_a_run_is_counted_from_that_of_the_first(bidirectional):
+    c = bidirectional()
+    runs = np.unique(c.run)
+    (shape,) = RunOffset().shapes(c)
+    assert shape == RunShape(tuple(runs.tolist()))
+    zeros = np.linspace(0.003, -0.004, runs.size - 1)
+    added = RunOffset().contribution(c, shape, zeros)
+    means = np.array([added[c.run == run].mean() for run in runs])
+    assert means - means[0] == pytest.approx(np.append(0.0, zeros))
+    assert [a.name for a in RunOffset().amplitudes(RunShape((4, 9, 2)), Units("mm", "mm", "s"))] == ["run_9", "run_2"]
+
+
+def test_offsets_of_runs_need_several_and_not_too_many():
+    def runs(count):
+        return Conditions(position=np.zeros(count), position_unit="mm", run=np.arange(count))
+
+    assert RunOffset().untestable(runs(1)) == "one run only"
+    assert RunOffset().untestable(runs(2)) is None
+    assert RunOffset().untestable(runs(40)) is None
+    assert "41 runs: at most 40" in RunOffset().untestable(runs(41))

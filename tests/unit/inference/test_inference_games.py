@@ -106,7 +106,7 @@ def null(seed):
 
 
 def wrongly_named(seed):
-    """Whether noise got a name; a constant aside, which noise that wanders has, and offsets of runs where they are."""
+    """Whether noise got a name; a constant aside, which noise that wanders has, and runs that do differ."""
     result = diagnose(null(seed))
     right = {"offset", "run_offset"} if seed % 6 == 2 else {"offset"}
     return result.verdict in NAMING and bool(set(result.effects) - right)

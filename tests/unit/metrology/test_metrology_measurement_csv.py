@@ -304,3 +304,60 @@ def test_real_measurements_are_read_whole(name):
     last = [float(word) for word in lines[-1].split(",")]
     first_quantity = next(iter(measurement.columns.values()))
     assert first_quantity.values[-1] == last[0]
+
+
+@pytest.mark.parametrize(
+    ("heading", "value", "quantity", "unit", "inside"),
+    [
+        ("target_nm", 2e6, "target", "mm", 2.0),
+        ("actual_rad", np.pi, "actual", "deg", 180.0),
+        ("velocity_rad_s", np.pi / 2, "velocity", "deg_s", 90.0),
+        ("velocity_rpm", 60.0, "velocity", "deg_s", 360.0),
+        ("feed_m_s", 0.5, "feed", "mm_s", 500.0),
+        ("time_us", 5e6, "time", "s", 5.0),
+        ("pressure_hpa", 1013.25, "pressure", "hpa", 1013.25),
+        ("pressure_mbar", 1013.25, "pressure", "hpa", 1013.25),
+        ("pressure_pa", 101325.0, "pressure", "hpa", 1013.25),
+        ("pressure_bar", 1.01325, "pressure", "hpa", 1013.25),
+        ("humidity_percent", 40.0, "humidity", "percent", 40.0),
+        ("load_kg", 12.0, "load", "kg", 12.0),
+        ("load_nm", 3.0, "load", "nm", 3.0),
+    ],
+)
+def test_units_of_other_makers(tmp_path, heading, value, quantity, unit, inside):
+    (tmp_path / "x.csv").write_text(f"{heading},position_um\n{value!r},1\n{value!r},2\n")
+    column = read_measurement(tmp_path / "x.csv").columns[quantity]
+    assert (column.unit, column.values[0]) == (unit, pytest.approx(inside))
+
+
+DATES = "time,target_mm\n{},1\n{},2\n{},3\n"
+
+
+@pytest.mark.parametrize(
+    ("dates", "seconds"),
+    [
+        (("2026-03-01T10:00:00Z", "2026-03-01T10:00:00.25Z", "2026-03-01T11:00:01+01:00"), [0.0, 0.25, 1.0]),
+        (("2026-03-01 23:59:59", "2026-03-02 00:00:01", "2026-03-03 00:00:01"), [0.0, 2.0, 86402.0]),
+        (("20260301T1000", "20260301T1001", "20260301T1100"), [0.0, 60.0, 3600.0]),
+    ],
+)
+def test_dates_with_times_of_day_are_seconds_since_the_first(tmp_path, dates, seconds):
+    (tmp_path / "x.csv").write_text(DATES.format(*dates))
+    column = read_measurement(tmp_path / "x.csv").columns["time"]
+    assert (column.unit, column.values.tolist()) == ("s", seconds)
+
+
+@pytest.mark.parametrize(
+    ("dates", "line", "says"),
+    [
+        (("2026-03-01T10:00:00Z", "2026-03-41T10:00:00Z", "2026-03-01T10:00:00Z"), 3, "is no date"),
+        (("2026-03-01T10:00:00Z", "2026-03-01T10:00:01", "2026-03-01T10:00:02Z"), 3, "only one of them states"),
+        (("2026-03-01T10:00:00Z", "12", ""), 3, "is no date"),
+        (("1", "2", "3"), 1, "has no unit"),
+    ],
+)
+def test_what_is_no_date_is_named_with_its_line(tmp_path, dates, line, says):
+    (tmp_path / "x.csv").write_text(DATES.format(*dates))
+    with pytest.raises(FileFormatError, match=says) as error:
+        read_measurement(tmp_path / "x.csv")
+    assert error.value.line == line
