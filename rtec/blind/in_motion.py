@@ -26,6 +26,7 @@ LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=400.0, rapid_mm_s=1
 SERVO_PS = 100_000_000
 GAIN_PER_S = 200.0
 _SHORTEST_MM = 3.0
+_CONTACTS = 40
 _MOVE_S = (0.4, 0.8)
 _HOME_S = 0.5
 _TIME_S, _COMMAND_MM, _TRUE_MM = (TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm"))
@@ -71,6 +72,9 @@ def measure_in_motion(scenario: Scenario, seed: int) -> tuple[list[Column], dict
     trace = np.asarray(run_machine(machine, motion, trace_every=every, skip_rest=False).trace)
     rows = trace[np.round(time_s / SAMPLE_S).astype(np.int64)]
     deviation_mm = rows[:, _TRUE_MM] - rows[:, _COMMAND_MM]
+    if "hysteresis" in scenario.names:
+        rng = stream(seed, Draw.EFFECT, "hysteresis")
+        deviation_mm += _bent(scenario.wanted["hysteresis"], trace[:, _TRUE_MM], time_s, sigma_mm, rng, hidden)
     readings = Readings(time_s=time_s, position_mm=rows[:, _COMMAND_MM], direction=_way(speed), run=run)
     deviation_mm += noise_of(scenario.noise, readings, sigma_mm, stream(seed, Draw.NOISE))
     columns = [
@@ -132,6 +136,37 @@ def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, floa
     motion = axis.plan(Program(blocks=tuple(home + one * plan.runs)), LIMITS, ProfileShape.JERK_LIMITED)
     begin_s = float(motion.block_end_ps[len(home) - 1]) / 1e12
     return motion, begin_s, (motion.total_ps / 1e12 - begin_s) / plan.runs
+
+
+def _bent(
+    strength: float,
+    path_mm: Floats,
+    time_s: Floats,
+    sigma_mm: float,
+    rng: np.random.Generator,
+    hidden: dict[str, Hidden],
+) -> Floats:
+    """Return what contacts add that bend before they slip, at the times read, and write down what they are.
+
+    Contacts between slide and scale, of unlike stiffness and friction, along the whole path from its beginning.
+    """
+    slips_mm = rng.uniform(4.0, 7.0) * np.exp(rng.normal(0.0, 0.8, _CONTACTS))
+    share = rng.dirichlet(np.full(_CONTACTS, 4.0))
+    force, held = np.empty(path_mm.size), np.zeros(_CONTACTS)
+    for i, step in enumerate(np.diff(path_mm, prepend=path_mm[0]).tolist()):
+        held = np.clip(held + step / slips_mm, -1.0, 1.0)
+        force[i] = share @ held
+    added = -0.5e-3 * force[np.round(time_s / SAMPLE_S).astype(np.int64)]
+    factor = strength * sigma_mm / rms(added)
+    hidden["hysteresis"] = hidden_of(
+        "hysteresis",
+        "contacts bend before they slip, each at a force of its own, and remember where the axis turned",
+        (Parameter("slips_over", float(share @ slips_mm), "mm"), Parameter("width", -1.0, "um", scales=True)),
+        factor,
+        added,
+        sigma_mm,
+    )
+    return factor * added
 
 
 def _way(speed_mm_s: Floats) -> Floats:

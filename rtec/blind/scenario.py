@@ -22,6 +22,8 @@ OUTSIDE = (*OUTSIDE_OF_GAME, *(name for name in KINDS if name not in OUTSIDE_OF_
 NOT_DRAWN = ("refraction", "dead_path", "warm_up_growth", "reversal_spike", "run_offset")
 """Effects that are hidden where they are asked for: seeds had their games before these were known."""
 LAGS = ("servo_lag", "acceleration_lag")
+"""What is drawn of what shows in motion only."""
+IN_MOTION = (*LAGS, "hysteresis")
 """What shows in motion only."""
 OF_HEAT = ("thermal_growth", "thermal_shift")
 """What shows where the temperature changes."""
@@ -33,7 +35,7 @@ OF_DRIVE = (*OF_DRIVE_OF_GAME, "gravity", "force_map", "load_friction")
 """What the force of a drive shows."""
 INSIDE_OF_GAME = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE) - set(NOT_DRAWN)))
 """What is drawn of it, so that a seed keeps its game."""
-INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSIDE)))
+INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *IN_MOTION} - set(OUTSIDE)))
 """Effects of the library that the game can hide in an axis."""
 LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
     frozenset(pair)
@@ -142,8 +144,8 @@ def unfit(name: str, plan: Plan) -> str | None:
     reasons = (
         (name in OF_DRIVE and not drive, "it shows in the force of a drive only"),
         (drive and name not in OF_DRIVE, "it does not show in a force"),
-        (name in LAGS and not moving, "it shows in motion only"),
-        (moving and name not in LAGS and name not in STATIC, "a moving log is too short for what is slow"),
+        (name in IN_MOTION and not moving, "it shows in motion only"),
+        (moving and name not in IN_MOTION and name not in STATIC, "a moving log is too short for what is slow"),
         (name == "gravity" and not plan.rotary, "it shows on a rotary axis only"),
         (name == "load_friction" and "load" not in plan.columns, "the load does not change"),
         (name in OF_AIR and plan.weather is Weather.STEADY, "the air does not change"),

@@ -20,6 +20,7 @@ from rtec.effects.force_map import ForceMap
 from rtec.effects.force_offset import ForceOffset
 from rtec.effects.frequency_grid import alias_limit, frequencies, highest_frequency, phases_seen, resolved_harmonics
 from rtec.effects.gravity import Gravity, GravityShape
+from rtec.effects.hysteresis import Hysteresis, HysteresisShape
 from rtec.effects.inertia import Inertia
 from rtec.effects.interpolation import Interpolation, InterpolationShape
 from rtec.effects.library import CAPTURE_EFFECTS, LIBRARY, effect_named
@@ -81,6 +82,8 @@ __all__ = [
     "Gravity",
     "GravityShape",
     "HeatShape",
+    "Hysteresis",
+    "HysteresisShape",
     "Inertia",
     "Interpolation",
     "InterpolationShape",

@@ -36,6 +36,7 @@ class Backlash(Effect):
         Rival("windup", experiments.AFTER_REVERSAL, limit=True),  # over less than the way to the first reading
         Rival("lost_counts", experiments.REPEAT_CYCLES),
         Rival("reversal_spike", experiments.AFTER_REVERSAL),
+        Rival("hysteresis", experiments.SHORT_AND_LONG),
     )
     card = Card(
         title="Backlash (reversal error)",

@@ -111,6 +111,13 @@ class Conditions:
             return self.order_of_rows
         return np.arange(self.first_row, self.first_row + self.rows, dtype=np.float64)
 
+    @cached_property
+    def path(self) -> tuple[Conditions, NDArray[np.int64]]:
+        """The conditions along the whole way, and which rows of them these are: what remembers needs all of it."""
+        if self.whole is None:
+            return self, np.arange(self.rows)
+        return self.whole, np.searchsorted(self.whole.order, self.order)
+
     @property
     def clock(self) -> Floats:
         """Time of each reading: seconds, or row order where there is no time; shape (rows,)."""

@@ -98,6 +98,10 @@ FAR_AND_WARM = (
     "measure targets close to the fixed bearing and far from it again and again from a cold start: growth is larger "
     "far from the bearing, a shift of the zero is the same everywhere"
 )
+SHORT_AND_LONG = (
+    "move to and fro by short strokes within long ones, and read while the axis moves: hysteresis with memory draws "
+    "small loops that close where they began, play and wind-up begin each of them anew"
+)
 ZERO_AGAIN = (
     "measure at least five runs, check the zero (index mark or datum target) at the beginning and the end of each, "
     "and set nothing anew between two of them: what changes only where something was set anew belongs to the run"

@@ -18,6 +18,7 @@ from rtec.effects.eccentricity import Eccentricity
 from rtec.effects.force_map import ForceMap
 from rtec.effects.force_offset import ForceOffset
 from rtec.effects.gravity import Gravity
+from rtec.effects.hysteresis import Hysteresis
 from rtec.effects.inertia import Inertia
 from rtec.effects.interpolation import Interpolation
 from rtec.effects.load_friction import LoadFriction
@@ -49,6 +50,7 @@ LIBRARY: tuple[Effect, ...] = (
     BacklashMap(),
     Windup(),
     ReversalSpike(),
+    Hysteresis(),
     ThermalGrowth(),
     ThermalShift(),
     WarmUp(),

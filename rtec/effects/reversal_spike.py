@@ -63,6 +63,7 @@ class ReversalSpike(Effect):
         Rival("windup", experiments.AFTER_REVERSAL),
         Rival("backlash", experiments.AFTER_REVERSAL),
         Rival("backlash_map", experiments.MANY_REVERSALS),
+        Rival("hysteresis", experiments.SHORT_AND_LONG),
     )
     card = Card(
         title="Reversal spike",

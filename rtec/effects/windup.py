@@ -80,6 +80,7 @@ class Windup(Effect):
         Rival("backlash", experiments.AFTER_REVERSAL),
         Rival("backlash_map", experiments.MANY_REVERSALS),
         Rival("reversal_spike", experiments.AFTER_REVERSAL),
+        Rival("hysteresis", experiments.SHORT_AND_LONG),
     )
     card = Card(
         title="Wind-up after reversal",
@@ -146,6 +147,8 @@ class Windup(Effect):
 
     def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
         """Return that beside a reversal error of the other sign the curve falls, and is a spike."""
+        if "hysteresis" in others:
+            return "it is what the hysteresis beside it is, with less memory"
         if "reversal_spike" in others:
             return "beside a reversal spike it is a backlash"
         return "beside this backlash it is a reversal spike" if opposed(amplitudes, others) else None
@@ -187,12 +190,14 @@ def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats
     """Return what a log in motion has wound up when it remembers its whole way, -1 to 1; shape (shapes, rows)."""
     from rtec.effects._windup_kernels import wind_up  # noqa: PLC0415 - loads numba, for logs only
 
+    conditions, rows = conditions.path
     new_run = np.concatenate([[True], np.diff(conditions.run) != 0])
     way = np.zeros(conditions.rows) if conditions.direction is None else np.sign(conditions.direction)
     first = np.array([float(shape.settled) for shape in shapes])[:, None] * way
     found = np.empty((len(shapes), conditions.rows))
     wind_up(conditions.position, new_run, first, np.array([shape.distance for shape in shapes]), found)
-    return found
+    remembered: Floats = found[:, rows]
+    return remembered
 
 
 def too_sparse(conditions: Conditions) -> str | None:

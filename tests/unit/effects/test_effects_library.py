@@ -14,12 +14,12 @@ from rtec.errors import ArgumentError
 
 ROOT = Path(__file__).parents[3]
 NAMES = (
-    "offset scale pitch_map cyclic backlash backlash_map windup reversal_spike thermal_growth thermal_shift warm_up "
-    "warm_up_growth run_offset refraction dead_path drift servo_lag "
+    "offset scale pitch_map cyclic backlash backlash_map windup reversal_spike hysteresis "
+    "thermal_growth thermal_shift warm_up warm_up_growth run_offset refraction dead_path drift servo_lag "
     "acceleration_lag interpolation eccentricity lost_counts quantisation cosine "
     "inertia viscous coulomb asymmetric_friction stribeck force_offset cogging gravity force_map load_friction"
 ).split()
-DRIVE = set(NAMES[23:])
+DRIVE = set(NAMES[24:])
 UNITS = [Units("mm", "mm", "s"), Units("deg", "deg", "reading"), Units("n", "mm", "s"), Units("a", "deg", "s")]
 
 
@@ -174,6 +174,9 @@ def test_a_shape_is_chosen_from_as_many_as_are_tried(effect, everything):
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)
 def test_columns_scan_and_contribution_agree(effect, everything):
     # over one turn of a rotary axis there is no map: its end is its beginning
+    if effect.name == "hysteresis":  # of a log
+        ways = np.sin(np.arange(210) / 8.0) * np.where(np.arange(210) < 100, 20.0, 150.0)
+        everything = replace(everything, moving=True, position=ways, direction=np.sign(np.gradient(ways)))
     fit = {"revolution": None} if effect.is_map else {"position_unit": "deg"} if effect.name == "gravity" else {}
     assert effect.untestable(replace(everything, **fit)) is None
     shapes = list(effect.shapes(everything))
@@ -208,6 +211,8 @@ def test_a_scan_holds_the_columns_of_each_shape(effect, everything):
 
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)
 def test_a_part_of_the_readings_has_a_part_of_the_columns(effect, everything):
+    if effect.name == "hysteresis":
+        pytest.skip("what remembers needs the whole way: a test of its own")
     rows = np.array([2, 17, 18, 90, 200])
     for shape in list(effect.shapes(everything))[:3]:
         whole = effect.columns(everything, shape)

@@ -1,9 +1,22 @@
 """What happens after a reversal: spikes against a differential equation, and which name a curve has."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rtec.effects import Conditions, ReversalSpike, SpikeShape, Windup, WindupShape, distance_since_reversal
+from rtec.effects import (
+    Conditions,
+    Hysteresis,
+    HysteresisShape,
+    ReversalSpike,
+    SpikeShape,
+    Windup,
+    WindupShape,
+    distance_since_reversal,
+)
+from rtec.effects.hysteresis import strokes
 
 
 def out_and_back(steps=60, span=300.0, turns=2):
@@ -68,3 +81,93 @@ def test_a_spike_needs_points_behind_the_reversal():
     assert ReversalSpike().untestable(out_and_back()) is None
     (free,) = ReversalSpike().tunables(out_and_back(), SpikeShape(20.0))
     assert (free.low, free.high) == pytest.approx((20.0 / 1.5, 30.0))
+
+
+def log(position, run=None, time_s=None):
+    position = np.asarray(position, dtype=float)
+    way = np.sign(np.diff(position, prepend=position[0]))
+    for i in range(1, way.size):
+        way[i] = way[i] or way[i - 1]
+    return Conditions(
+        position=position,
+        position_unit="mm",
+        run=np.ones(position.size, dtype=np.int64) if run is None else run,
+        direction=way,
+        since_reversal=distance_since_reversal(position, way, np.ones(position.size, dtype=np.int64)),
+        time_s=np.arange(position.size) * 0.02 if time_s is None else time_s,
+        moving=True,
+    )
+
+
+def path(*turns, step=0.05):
+    ways = [np.arange(a, b, np.copysign(step, b - a)) for a, b in itertools.pairwise(turns)]
+    return np.concatenate([*ways, turns[-1:]])
+
+
+def leaf(conditions, distance=6.0, **more):
+    return 2.0 * Hysteresis().columns(conditions, HysteresisShape(distance, **more))[:, 0]
+
+
+def test_from_nothing_the_springs_bend_as_an_exponential():
+    x = path(0.0, 60.0)
+    assert leaf(log(x)) == pytest.approx(1.0 - np.exp(-x / 6.0), abs=0.02)
+
+
+def test_a_way_back_is_twice_as_long_as_the_first():
+    """Masing: the branch after a reversal is the first curve, twice as large both ways."""
+    x = path(0.0, 100.0, 0.0)
+    turn = int(np.argmax(x))
+    h = leaf(log(x))
+    back = 100.0 - x[turn:]
+    assert h[turn:] == pytest.approx(1.0 - 2.0 * (1.0 - np.exp(-back / 12.0)), abs=0.045)
+
+
+def test_a_small_loop_closes_where_it_began_and_is_forgotten():
+    within = path(0.0, 8.0, 5.0, 8.0, 20.0)
+    without = path(0.0, 20.0)
+    h, plain = leaf(log(within)), leaf(log(without))
+    eights = np.flatnonzero(np.abs(within - 8.0) < 0.026)
+    assert h[eights[-1]] == pytest.approx(h[eights[0]], abs=0.01)
+    assert h[-1] == pytest.approx(plain[-1], abs=1e-3), "beyond the loop nothing is left of it"
+    assert np.ptp(h[eights[0] : eights[-1] + 1]) > 0.3, "but it was a loop"
+
+
+def test_a_run_that_goes_on_remembers_and_one_after_a_pause_does_not():
+    x = path(0.0, 30.0, 25.0)
+    half = x.size // 2
+    run = np.where(np.arange(x.size) < half, 1, 2)
+    assert leaf(log(x, run=run)) == pytest.approx(leaf(log(x)))
+    pause = np.arange(x.size) * 0.02 + 100.0 * (run == 2)
+    begun = leaf(log(x, run=run, time_s=pause))
+    assert begun[half] == 0.0
+    assert leaf(log(x, run=run, time_s=pause), settled=True)[half] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("conditions", "why"),
+    [
+        (out_and_back(), "no moving data"),
+        (log(path(0.0, 50.0, 0.0)), "2 strokes between reversals only: at least 4 needed"),
+        (log(path(0.0, 50.0, 0.0, 50.0, 0.0, 50.0)), "all strokes are of one length: it looks like windup"),
+        (log(path(0.0, 50.0, 45.0, 50.0, 0.0, 20.0, 15.0)), None),
+    ],
+)
+def test_memory_shows_where_strokes_differ(conditions, why):
+    assert Hysteresis().untestable(conditions) == why
+
+
+def test_springs_have_one_name():
+    one = np.array([-0.004])
+    assert Hysteresis().misnamed(HysteresisShape(), one, {"windup": one}) is not None
+    assert Windup().misnamed(WindupShape(), one, {"hysteresis": one}) is not None
+    assert Hysteresis().misnamed(HysteresisShape(), one, {"backlash": one}) is None
+
+
+def test_a_drawn_part_remembers_the_whole_way():
+    whole = log(path(0.0, 8.0, 5.0, 20.0, 3.0, 12.0))
+    rows = np.sort(np.random.default_rng(1).choice(whole.rows, 80, replace=False))
+    part = replace(whole.take(rows), whole=whole)
+    assert leaf(part) == pytest.approx(leaf(whole)[rows])
+    carried = WindupShape(4.0, carried=True)
+    assert Windup().columns(part, carried) == pytest.approx(Windup().columns(whole, carried)[rows])
+    assert strokes(part) == pytest.approx(strokes(whole))

@@ -1,0 +1,168 @@
+"""Presliding with memory: what a reversal undoes depends on all reversals before it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.effects import experiments
+from rtec.effects._ladders import ladder
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Effect,
+    Quantity,
+    Rival,
+    Shape,
+    Tunable,
+    Units,
+    own_shape,
+    parameter,
+)
+
+ELEMENTS = 24
+"""Springs that slip one after the other: their curve is an exponential within 2 %."""
+FEWEST_STROKES = 4
+DIFFERENT = 2.0
+"""How many times as long as a short stroke a long one has to be: of equal strokes each loop is the same."""
+LONGEST = 10.0
+"""Of the distance, beyond which a stroke has forgotten all before it."""
+GAP = 10.0
+"""Times the usual interval between readings, after which nothing is known of the motion between two runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class HysteresisShape(Shape):
+    """Over which distance the springs slip, and whether a log begins with all of them bent by the motion before."""
+
+    distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
+    settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "bent before the log began"))
+
+
+class Hysteresis(Effect):
+    """Springs in parallel, each of which slips at a limit of its own.
+
+    Notes
+    -----
+    ``deviation = hysteresis / 2 * h``, where h is the mean of elements that follow the way until they slip, from -1
+    to 1 where all of them do; limits are spread so that from nothing ``h = 1 - exp(-way / distance)``. A reversal
+    within a loop makes a smaller loop that closes where it began (Masing's rules), which ``windup`` does not.
+
+    References
+    ----------
+    W. D. Iwan, A distributed-element model for hysteresis, J. Applied Mechanics 33 (1966) 893; F. Al-Bender, V.
+    Lampaert and J. Swevers, The generalized Maxwell-slip model, IEEE Trans. Automatic Control 50 (2005) 1883.
+
+    Examples
+    --------
+    >>> x = np.concatenate([np.linspace(0.0, 20.0, 81), np.linspace(20.0, 0.0, 81)])
+    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(162, dtype=np.int64), moving=True)
+    >>> Hysteresis().contribution(c, HysteresisShape(2.0), [-0.02])[[0, 8, 80, 161]].round(4).tolist()
+    [0.0, -0.0064, -0.01, 0.01]
+    """
+
+    name = "hysteresis"
+    needs = "moving data with reversals of different lengths"
+    shape_type = HysteresisShape
+    rivals = (
+        Rival("windup", experiments.SHORT_AND_LONG),
+        Rival("backlash", experiments.SHORT_AND_LONG),
+        Rival("reversal_spike", experiments.SHORT_AND_LONG),
+    )
+    card = Card(
+        title="Hysteresis with memory",
+        plot=(
+            "Deviation against position is a leaf; a short stroke within a long one draws a smaller leaf inside, "
+            "that closes at the point where it began."
+        ),
+        cause=(
+            "Presliding: asperities, seals, balls and gear teeth bend like springs before they slip, each at a force "
+            "of its own."
+        ),
+        consequence="A short move comes to rest elsewhere than a long one, and the error depends on the way there.",
+        action=(
+            "Approach with strokes longer than the distance, from one side; lower friction and preload; or "
+            "compensate with a model that remembers the turning points."
+        ),
+        invariant_to="feed and time, and the place along the axis; it depends on the way and its turning points.",
+        source="Iwan 1966; Al-Bender, Lampaert and Swevers 2005.",
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show loops within loops, or None."""
+        if not conditions.moving or conditions.time_is_coordinate:
+            return "no moving data"
+        ways = strokes(conditions)
+        if ways.size < FEWEST_STROKES:
+            return f"{ways.size} strokes between reversals only: at least {FEWEST_STROKES} needed"
+        short, long = np.quantile(ways, [0.1, 0.9])
+        return None if long >= DIFFERENT * short else "all strokes are of one length: it looks like windup"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return distances from a tenth of the shortest stroke to half the longest; longer ones look like a scale."""
+        ways = strokes(conditions)
+        if not ways.size:
+            return []
+        scanned = ladder(float(np.quantile(ways, 0.1)) / LONGEST, float(ways.max()) / 2)
+        return [HysteresisShape(distance, settled) for distance in scanned for settled in (False, True)]
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the distance, free by a half."""
+        distance = own_shape(shape, HysteresisShape).distance
+        return (Tunable("distance", distance / 1.5, distance * 1.5),)
+
+    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
+        """Return that beside a wind-up it is one of two names for the same springs."""
+        return "it is what the wind-up beside it is, with more memory" if "windup" in others else None
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return half of the mean of the elements, shape (rows, 1)."""
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several distances, shape (shapes, 1, rows)."""
+        from rtec.effects._hysteresis_kernels import bend  # noqa: PLC0415 - loads numba, for logs only
+
+        own = [own_shape(shape, HysteresisShape) for shape in shapes]
+        share = -np.log1p(-(np.arange(ELEMENTS) + 0.5) / ELEMENTS)
+        limits = np.array([shape.distance for shape in own])[:, None] * share / share.mean()
+        whole, rows = conditions.path
+        ways = np.diff(whole.position)
+        first = float(np.sign(ways[np.flatnonzero(ways)[:1]]).sum())
+        begin = np.array([first if shape.settled else 0.0 for shape in own])
+        found = np.empty((len(own), whole.rows))
+        bend(whole.position, _begins(whole), begin, limits, np.empty(ELEMENTS), found)
+        half: Floats = found[:, None, rows] / 2.0
+        return half
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the width of the whole leaf."""
+        return (Amplitude("hysteresis", *units.shown),)
+
+
+def strokes(conditions: Conditions) -> Floats:
+    """Return how far the axis goes between two reversals, shape (strokes,), in the unit of position."""
+    conditions, _ = conditions.path
+    if conditions.direction is None:
+        return np.empty(0)
+    way = conditions.direction
+    turned = np.flatnonzero((np.diff(way) != 0.0) | (np.diff(conditions.run) != 0))
+    ends = conditions.position[np.concatenate([[0], turned, [conditions.rows - 1]])]
+    gone = np.abs(np.diff(ends))
+    found: Floats = gone[gone > 0.0]
+    return found
+
+
+def _begins(conditions: Conditions) -> NDArray[np.bool_]:
+    """Return where nothing is known of the way to a reading: at a run that does not go on where the last ended."""
+    new = np.concatenate([[True], np.diff(conditions.run) != 0])
+    if conditions.time_s is None:
+        return new
+    passed = np.concatenate([[np.inf], np.diff(conditions.time_s)])
+    usual = float(np.median(passed[~new])) if (~new).any() else 0.0
+    return new & ((passed > GAP * usual) | (passed < 0.0))
