@@ -10,14 +10,20 @@ from rtec.blind.harder_lines import harder_lines
 from rtec.blind.line import Line
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS
-from rtec.blind.scenario import LAGS, LOOK_ALIKES, OF_HEAT, OUTSIDE_OF_GAME, Scenario
+from rtec.blind.scenario import LAGS, LOOK_ALIKES, OF_AIR, OF_HEAT, OUTSIDE_OF_GAME, Scenario
 
 SINGLES = (
-    "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "thermal_growth", "thermal_shift",
-    "warm_up", "drift", "interpolation", "lost_counts",
+    "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "reversal_spike", "thermal_growth",
+    "thermal_shift", "warm_up", "warm_up_growth", "run_offset", "drift", "refraction", "dead_path", "interpolation",
+    "lost_counts",
 )  # fmt: skip
 """Effects that show at rest, each on the plan that can show it."""
-_PLAN_OF = dict.fromkeys(OF_HEAT, "temperature") | {"windup": "dense"}
+_PLAN_OF = (
+    dict.fromkeys(OF_HEAT, "temperature") | dict.fromkeys(OF_AIR, "weather")
+    | dict.fromkeys(("windup", "reversal_spike"), "dense")
+    | {"gravity": "joint", "force_map": "drive", "load_friction": "loads", "hysteresis": "moving"}
+)  # fmt: skip
+"""Where it is not the base plan."""
 _STRONG, _WEAK, _ALIKE = 3.0, 1.0, 5.0
 _PAIRED = (
     "scale", "pitch_map", "cyclic", "backlash", "backlash_map", *OF_HEAT, "drift", "lost_counts",
@@ -50,6 +56,9 @@ def _look_alikes() -> tuple[Scenario, ...]:
         ("lost_counts", "turned_once"),
         ("thermal_growth", "one_heating"),
         ("thermal_shift", "one_heating"),
+        ("refraction", "one_day"),
+        ("drift", "one_day"),
+        ("viscous", "one_speed"),
     )
     return tuple(Scenario(names=(name,), strength_sigma=_ALIKE, plan=PLANS[plan]) for name, plan in hidden)
 
@@ -135,6 +144,12 @@ def the_lines() -> tuple[Line, ...]:
             rule=Rule.NAMED,
             share=0.95,
             scenarios=moving,
+        ),
+        Line(
+            title="forces by angle, position or load, and hysteresis in a moving log, 3 sigma, white noise",
+            rule=Rule.NAMED,
+            share=0.95,
+            scenarios=_singles(_STRONG, white, ("gravity", "force_map", "load_friction", "hysteresis")),
         ),
         *harder_lines(),
     )

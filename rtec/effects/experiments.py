@@ -8,7 +8,8 @@ THREE_FEEDS = (
 )
 AFTER_REVERSAL = (
     "after each reversal take readings a few hundredths of the wind-up distance apart until nothing changes any "
-    "more: play is there at once, wind-up builds up"
+    "more: play is there at once, wind-up builds up, and a spike "
+    "dies away"
 )
 INTERLEAVE = (
     "measure both directions in turn, at least five times, return to the datum target every few readings, and mix "

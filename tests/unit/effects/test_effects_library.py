@@ -11,6 +11,7 @@ import pytest
 
 from rtec.effects import CAPTURE_EFFECTS, LIBRARY, Conditions, Observable, Shape, Units, effect_named
 from rtec.errors import ArgumentError
+from tests.look_alikes import page
 
 ROOT = Path(__file__).parents[3]
 NAMES = (
@@ -294,3 +295,7 @@ def test_the_page_holds_every_name_and_card():
         assert effect.needs in flat
         for rival in effect.rivals:
             assert f"`{rival.name}`: {rival.experiment}" in flat, (effect.name, rival.name)
+
+
+def test_the_page_of_look_alikes_is_that_of_the_library():
+    assert (ROOT / "docs" / "look-alikes.md").read_text(encoding="utf-8") == page()
