@@ -17,10 +17,22 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 
 class RtecError(Exception):
     """Base of all errors that rtec raises on purpose; the command line turns it into exit code 2."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel whole from a worker's process: by default an error is made anew from its message alone."""
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[RtecError], args: tuple[object, ...], fields: dict[str, object]) -> RtecError:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(fields)
+    return error
 
 
 class ArgumentError(RtecError, ValueError):

@@ -58,7 +58,11 @@ def add(
         bool, typer.Option("--settled", help="A log begins wound up by the motion before it.", rich_help_panel=_SHAPE)
     ] = False,
     overshoot: Annotated[_Text, _option("'1 mm'", "From the last reading to the reversal, of wind-up.")] = None,
-    sensor: Annotated[_Text, _option("COLUMN", "Temperature column of thermal growth.")] = None,
+    sensor: Annotated[_Text, _option("COLUMN", "Temperature column of what heat does.")] = None,
+    lag: Annotated[_Text, _option("'10 min'", "By which what grows lags behind its sensor.")] = None,
+    elsewhere: Annotated[
+        bool, typer.Option("--elsewhere", help="Growth is fixed elsewhere than at zero.", rich_help_panel=_SHAPE)
+    ] = False,
     time_constant: Annotated[_Text, _option("'30 min'", "Of the warm-up.")] = None,
     moment: Annotated[_Text, _option("'90 s'", "At which counts were lost.")] = None,
     over: Annotated[_Text, _option("'1 s'", "Time that the loss of counts took.")] = None,
@@ -89,6 +93,8 @@ def add(
         "settled": settled or None,
         "overshoot": overshoot,
         "sensor": sensor,
+        "lag": lag,
+        "elsewhere": elsewhere or None,
         "time_constant": time_constant,
         "moment": moment,
         "over": over,

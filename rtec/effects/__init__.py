@@ -47,7 +47,7 @@ from rtec.effects.run_offset import RunOffset, RunShape
 from rtec.effects.scale import Scale
 from rtec.effects.servo_lag import ServoLag
 from rtec.effects.stribeck import Stribeck, StribeckShape
-from rtec.effects.thermal_growth import HeatShape, ThermalGrowth
+from rtec.effects.thermal_growth import GrowthShape, HeatShape, ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmShape, WarmUp
@@ -81,6 +81,7 @@ __all__ = [
     "ForceOffset",
     "Gravity",
     "GravityShape",
+    "GrowthShape",
     "HeatShape",
     "Hysteresis",
     "HysteresisShape",

@@ -76,3 +76,11 @@ class DeadPath(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the length of the dead path."""
         return (Amplitude("dead_path", units.position, 1.0),)
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 0: nothing but a sensor is chosen."""
+        return 0
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return the amplitude."""
+        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "lag")

@@ -149,3 +149,11 @@ class Refraction(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return which share of the air's effect is there: 1 without any compensation."""
         return (Amplitude("refraction", "", 1.0),)
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 0: nothing but a sensor is chosen."""
+        return 0
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return the amplitude."""
+        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "lag")

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units, own_shape
-from rtec.effects.thermal_growth import HeatShape, changing_sensors, rise_of, unchanging
+from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Tunable, Units, own_shape
+from rtec.effects.thermal_growth import (
+    HeatShape,
+    another_sensor,
+    changing_sensors,
+    lag_room,
+    rise_of,
+    unchanging,
+    with_lags,
+)
 
 
 class ThermalShift(Effect):
@@ -15,7 +25,8 @@ class ThermalShift(Effect):
 
     Notes
     -----
-    ``deviation = shift * (temperature - reference temperature)``.
+    ``deviation = shift * (temperature - reference temperature)``. What grows may lag behind the sensor, and several
+    parts may follow a sensor each.
 
     References
     ----------
@@ -35,6 +46,7 @@ class ThermalShift(Effect):
     needs = "a temperature column that changes by 0.5 K at least"
     shape_type = HeatShape
     in_time = True
+    at_most = 3
     rivals = (
         Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
         Rival("scale", experiments.COLD_AND_HOT),
@@ -74,12 +86,40 @@ class ThermalShift(Effect):
         """Return the sensors whose temperature changes."""
         return changing_sensors(conditions)
 
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the sensors; times the forms of each where it is not the plain one."""
+        own = own_shape(shape, HeatShape)
+        forms = 1 if own == HeatShape(own.sensor) else len(self.variants(conditions, shape))
+        return float(len(self.shapes(conditions)) * forms)
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the shape at once and with lags."""
+        return with_lags(conditions, HeatShape(own_shape(shape, HeatShape).sensor))
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the lag, where there is one."""
+        return lag_room(conditions, own_shape(shape, HeatShape))
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 1 for a lag."""
+        return int(own_shape(shape, HeatShape).lag > 0.0)
+
+    def crowded(
+        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
+    ) -> str | None:
+        """Return why a second part cannot follow the same sensor."""
+        return another_sensor(own_shape(shape, HeatShape), others)
+
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the rise of temperature, shape (rows, 1)."""
-        rise: Floats = rise_of(conditions, own_shape(shape, HeatShape).sensor)[:, None]
-        return rise
+        own = own_shape(shape, HeatShape)
+        return rise_of(conditions, own.sensor, own.lag)[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the shift, in um/K (arcsec/K on a rotary axis)."""
         unit, factor = units.shown
         return (Amplitude("shift", f"{unit}/K", factor),)
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return the shift, and a lag where there is one."""
+        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "lag" or x[1] > 0.0)

@@ -19,6 +19,8 @@ _PLACES = 15
 _FEED_SHARES = (1.0, 0.5, 0.05)
 _AFTER_REVERSAL = (0.0, 0.01, 0.02, 0.04)
 _PAUSE_S = 10.0
+_OTHER_HPA = np.array([0.0, -15.0, 15.0])
+"""Of the days on which the runs of the suggested plan are made."""
 _MOST_SENTENCES = 3
 """Of what separates an effect from all that are tied with it."""
 
@@ -73,8 +75,8 @@ def between(first: Effect, second: Effect) -> str:
 def separating_plan(space: Space) -> Conditions | None:
     """Return a plan on which what looks alike here differs: feeds, returns, dense points after reversals, heat.
 
-    Three bidirectional runs over the places measured, each at another feed, continued in time, the temperature going
-    from the coldest to the hottest measured. None for logs of a drive.
+    Three bidirectional runs over the places measured, each at another feed and on a day of another air pressure,
+    continued in time, the temperature going from the coldest to the hottest measured. None for logs of a drive.
     """
     c = space.dataset.conditions
     if space.dataset.observable is not Observable.DEVIATION or c.time_is_coordinate or c.places.size < 2:
@@ -103,6 +105,8 @@ def separating_plan(space: Space) -> Conditions | None:
         temperatures=MappingProxyType({
             name: float(heat.min()) + course * float(np.ptp(heat)) for name, heat in c.temperatures.items()
         }),
+        pressure_hpa=None if c.pressure_hpa is None else float(c.pressure_hpa.mean()) + _OTHER_HPA[run - 1],
+        humidity_percent=None if c.humidity_percent is None else np.full(rows, float(c.humidity_percent.mean())),
         reference_temperature_degc=c.reference_temperature_degc,
         screw_pitch=c.screw_pitch,
         signal_period=c.signal_period,

@@ -9,6 +9,7 @@ from rtec.effects import (
     Conditions,
     CyclicShape,
     GravityShape,
+    GrowthShape,
     HeatShape,
     HysteresisShape,
     Quantisation,
@@ -25,7 +26,7 @@ from rtec.effects import (
 SEEDS = st.integers(0, 2**32 - 1)
 SHAPES = {
     "windup": WindupShape(7.0),
-    "thermal_growth": HeatShape("screw"),
+    "thermal_growth": GrowthShape("screw"),
     "thermal_shift": HeatShape("screw"),
     "warm_up": WarmShape(300.0),
     "warm_up_growth": WarmShape(300.0),

@@ -153,7 +153,7 @@ def test_friction_and_mass_are_not_negative():
         "lost_counts",
     }
     several = {e.name: e.at_most for e in LIBRARY if e.at_most != 1}
-    assert several == {"lost_counts": 3, "cyclic": 3, "cogging": 4}
+    assert several == {"thermal_growth": 3, "thermal_shift": 3, "lost_counts": 3, "cyclic": 3, "cogging": 4}
 
 
 def test_the_search_knows_effects_by_their_traits():

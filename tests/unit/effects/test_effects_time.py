@@ -8,6 +8,7 @@ import pytest
 from rtec.effects import (
     Conditions,
     Drift,
+    GrowthShape,
     HeatShape,
     LostCounts,
     RunOffset,
@@ -49,7 +50,7 @@ def test_a_rod_that_grows_piece_by_piece(bidirectional):
     grown = [
         sum(12e-6 * (heat - 18.0) * x / 1000 for _ in range(1000)) for x, heat in zip(c.position, room, strict=True)
     ]
-    assert ThermalGrowth().contribution(c, HeatShape("screw"), [12e-6]) == pytest.approx(np.array(grown), rel=1e-9)
+    assert ThermalGrowth().contribution(c, GrowthShape("screw"), [12e-6]) == pytest.approx(np.array(grown), rel=1e-9)
 
 
 def test_a_bracket_that_grows_piece_by_piece_and_carries_every_target(bidirectional):
@@ -65,7 +66,7 @@ def test_growth_follows_only_sensors_that_change(bidirectional):
     c = bidirectional(temperatures=heat)
     assert [shape.sensor for shape in ThermalGrowth().shapes(c)] == ["screw", "bed"]
     with pytest.raises(ArgumentError, match="did you mean 'screw'"):
-        ThermalGrowth().columns(c, HeatShape("scrw"))
+        ThermalGrowth().columns(c, GrowthShape("scrw"))
 
 
 def test_a_counter_that_loses_counts(bidirectional):
@@ -222,3 +223,52 @@ def test_offsets_of_runs_need_several_and_not_too_many():
     assert RunOffset().untestable(runs(2)) is None
     assert RunOffset().untestable(runs(40)) is None
     assert "41 runs: at most 40" in RunOffset().untestable(runs(41))
+
+
+def followed(time_s, heat, lag):
+    """A body of one time constant in small steps."""
+    at = np.arange(0.0, time_s[-1] + 1.0, 0.05)
+    goal, state, found = np.interp(at, time_s, heat), heat[0], []
+    for value in goal:
+        found.append(state)
+        state += 0.05 * (value - state) / lag
+    return np.interp(time_s, at, found)
+
+
+def test_what_grows_may_lag_behind_its_sensor(bidirectional):
+    c = bidirectional(temperatures={"screw": 20.0 + 5.0 * np.sin(np.arange(210) / 30.0)})
+    lag = 400.0
+    body = followed(c.time_s, c.temperatures["screw"], lag) - 20.0
+    shift = ThermalShift().contribution(c, HeatShape("screw", lag), [0.004])
+    assert shift == pytest.approx(0.004 * body, abs=0.004 * 0.02)
+    growth = ThermalGrowth().contribution(c, GrowthShape("screw", lag), [1e-5])
+    assert growth == pytest.approx(1e-5 * c.position * body, abs=1e-5 * 400.0 * 0.02)
+    with pytest.raises(ArgumentError, match="without a time column"):
+        ThermalShift().columns(replace(c, time_s=None), HeatShape("screw", lag))
+    part = np.sort(np.random.default_rng(0).choice(210, 60, replace=False))
+    drawn = replace(c.take(part), whole=c)
+    assert ThermalShift().columns(drawn, HeatShape("screw", lag))[:, 0] == pytest.approx(shift[part] / 0.004)
+
+
+def test_a_fixed_point_elsewhere_is_growth_from_there(bidirectional):
+    c = bidirectional(temperatures={"screw": np.linspace(18.0, 26.0, 210)})
+    shape = GrowthShape("screw", elsewhere=True)
+    found = ThermalGrowth().contribution(c, shape, [1.2e-5, -1.2e-5 * 150.0])
+    assert found == pytest.approx(1.2e-5 * (c.position - 150.0) * (c.temperatures["screw"] - 20.0))
+    read = {n: (v, u) for n, v, u in ThermalGrowth().summary(shape, [1.2e-5, -1.8e-3], Units("mm", "mm", "s"))}
+    assert read["fixed_point"] == (pytest.approx(150.0), "mm")
+    assert read["expansion"] == (pytest.approx(12.0), "um/m/K")
+    assert ThermalGrowth().implausible(c, shape, np.array([1.2e-5, -1.2e-5 * 150.0])) is None
+    far = np.array([1e-8, -1e-8 * 50_000.0])
+    assert "far from the axis" in ThermalGrowth().implausible(c, shape, far)
+
+
+def test_one_sensor_is_followed_once_and_another_beside_it(bidirectional):
+    c = bidirectional(temperatures={"bed": np.linspace(18.0, 26.0, 210), "head": np.linspace(25.0, 20.0, 210)})
+    for effect, kind in ((ThermalShift(), HeatShape), (ThermalGrowth(), GrowthShape)):
+        assert effect.crowded(c, kind("bed"), [kind("bed", 60.0)]) == "bed is followed already"
+        assert effect.crowded(c, kind("bed"), [kind("head")]) is None
+        lags = sorted({shape.lag for shape in effect.variants(c, kind("bed"))})
+        assert lags[0] == 0.0
+        assert lags[-1] < 0.25 * np.ptp(c.time_s)
+        assert {shape.lag for shape in effect.variants(replace(c, time_s=None), kind("bed"))} == {0.0}

@@ -5,6 +5,7 @@ import pytest
 from rtec.effects import (
     Backlash,
     Cosine,
+    GrowthShape,
     HeatShape,
     LostCounts,
     Offset,
@@ -52,8 +53,8 @@ def test_units_of_what_is_observed(observed, shown):
         (Scale(), Shape(), Units("deg", "s", "s"), "arcsec/s", 3600.0),
         (Scale(), Shape(), Units("mm", "deg", "s"), "um/deg", 1e3),
         (Cosine(), Shape(), LINEAR, "um/m", 1e6),
-        (ThermalGrowth(), HeatShape(), LINEAR, "um/m/K", 1e6),
-        (ThermalGrowth(), HeatShape(), ROTARY, "arcsec/deg/K", 3600.0),
+        (ThermalGrowth(), GrowthShape(), LINEAR, "um/m/K", 1e6),
+        (ThermalGrowth(), GrowthShape(), ROTARY, "arcsec/deg/K", 3600.0),
         (ThermalShift(), HeatShape(), LINEAR, "um/K", 1e3),
         (ThermalShift(), HeatShape(), ROTARY, "arcsec/K", 3600.0),
         (WarmUp(), WarmShape(), LINEAR, "um", 1e3),
@@ -96,7 +97,7 @@ def test_units_of_an_amplitude(effect, shape, units, unit, factor):
             Units("n", "mm", "s"),
             (("speed", 5.0, "mm/s"), ("stribeck", pytest.approx(20e-6), "N")),
         ),
-        (ThermalGrowth(), HeatShape(), LINEAR, (("expansion", pytest.approx(20.0), "um/m/K"),)),
+        (ThermalGrowth(), GrowthShape(), LINEAR, (("expansion", pytest.approx(20.0), "um/m/K"),)),
     ],
 )
 def test_what_people_read(effect, shape, units, lines):

@@ -137,3 +137,12 @@ def test_what_cannot_be_tested_says_what_it_needs():
     text = experiment_for_more(measured(), {"thermal_growth": "no temperature column"}, {}, None).text
     assert "thermal_growth needs a temperature column" in text
     assert experiment_for_more(measured(), {}, {}, None).text == "repeat with more targets"
+
+
+def test_the_plan_that_separates_has_the_air_of_several_days():
+    data = measured(runs=2)
+    air = replace(data.conditions, pressure_hpa=np.full(data.rows, 1000.0), humidity_percent=np.full(data.rows, 40.0))
+    plan = separating_plan(Space(replace(data, conditions=air)))
+    assert [plan.pressure_hpa[plan.run == run].mean() for run in (1, 2, 3)] == [1000.0, 985.0, 1015.0]
+    assert effect_named("refraction").untestable(plan) is None
+    assert separating_plan(Space(data)).pressure_hpa is None
