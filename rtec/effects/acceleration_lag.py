@@ -41,7 +41,7 @@ class AccelerationLag(Effect):
         consequence="Overshoot and undercut at the ends of moves and in sharp curvature.",
         action="Add acceleration feed-forward, limit jerk, stiffen the drive or lighten the slide.",
         invariant_to="position, direction and speed as long as it is constant, time and temperature.",
-        source="Erwinski et al. (002), section I: inertia, and elastic coupling between the elements of an axis.",
+        source="Erwinski et al. (2016), section I: inertia, and elastic coupling between the elements of an axis.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -52,7 +52,7 @@ class AsymmetricFriction(Effect):
         ),
         invariant_to="position and acceleration; it grows with speed.",
         source=(
-            "Erwinski et al. (004), section 3: friction is not always symmetric if the unit is inclined or the "
+            "Erwinski et al. (2019), section 3: friction is not always symmetric if the unit is inclined or the "
             "guideways are not exactly parallel."
         ),
     )

@@ -58,7 +58,7 @@ class Backlash(Effect):
             "a lag."
         ),
         source=(
-            "Thesis (000), sections 2.3.4, 3.1.1 and 5.1: looseness between leadscrew and nut; a maximum reversal "
+            "Thesis, sections 2.3.4, 3.1.1 and 5.1: looseness between leadscrew and nut; a maximum reversal "
             "error of 0.004181 inch. ISO 230-2, reversal value B."
         ),
     )

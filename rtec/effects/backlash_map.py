@@ -56,7 +56,7 @@ class BacklashMap(PitchMap):
         ),
         invariant_to="time, feed, and the distance travelled before the reversal.",
         source=(
-            "Thesis (000), section 3.1.2, Figure 3.2 and Table 3-3: variations of the backlash over the range of "
+            "Thesis, section 3.1.2, Figure 3.2 and Table 3-3: variations of the backlash over the range of "
             "motion ask for separate tables by direction."
         ),
     )

@@ -86,7 +86,7 @@ class Cogging(Periodic):
         ),
         invariant_to="direction, speed (its frequency in time grows with speed), time; shifts by whole periods.",
         source=(
-            "Erwinski et al. (004), section 3, Figure 6: a current that repeats every 12 mm, the distance of the "
+            "Erwinski et al. (2019), section 3, Figure 6: a current that repeats every 12 mm, the distance of the "
             "poles, mapped and compensated by the drive."
         ),
     )

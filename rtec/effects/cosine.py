@@ -45,7 +45,7 @@ class Cosine(Effect):
         ),
         invariant_to="direction, feed, time and temperature; it changes with every new set-up of the laser.",
         source=(
-            "Geometry of the set-up: ISO 230-1, alignment of the measuring line; the laser of the thesis (000), "
+            "Geometry of the set-up: ISO 230-1, alignment of the measuring line; the laser of the thesis, "
             "section 2.3.2."
         ),
     )

@@ -49,7 +49,7 @@ class Coulomb(Effect):
         invariant_to=(
             "position, speed and acceleration; it depends on the sign of the motion only and cannot be below zero."
         ),
-        source="Erwinski et al. (004), section 3: the constant component that does not depend on velocity.",
+        source="Erwinski et al. (2019), section 3: the constant component that does not depend on velocity.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

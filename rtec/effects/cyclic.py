@@ -82,7 +82,7 @@ class Cyclic(Periodic):
             "along the axis it is seen."
         ),
         source=(
-            "Thesis (000), section 5.1, Figure 5.2: 0.00145 inch peak to peak with the 0.25 inch pitch of the "
+            "Thesis, section 5.1, Figure 5.2: 0.00145 inch peak to peak with the 0.25 inch pitch of the "
             "leadscrew, double-humped; section 5.2: an interval that the pitch does not divide brings it out."
         ),
     )

@@ -57,7 +57,7 @@ class DeadPath(Effect):
         consequence="The zero of a long measurement moves with the weather.",
         action="Put the interferometer close to the reflector at zero, or enter the dead path as its set-up asks.",
         invariant_to="position, direction and feed.",
-        source="Steinmetz 1990; thesis (000), section 2.3: the laser is set to zero where a run begins.",
+        source="Steinmetz 1990; thesis, section 2.3: the laser is set to zero where a run begins.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -50,8 +50,7 @@ class Drift(Effect):
         ),
         invariant_to="position, direction and feed: it is the same for every target at one time.",
         source=(
-            "ISO 230-2 and ISO 230-3 ask for a check of drift; thesis (000), section 5.2: four passes took almost 20 "
-            "hours."
+            "ISO 230-2 and ISO 230-3 ask for a check of drift; thesis, section 5.2: four passes took almost 20 hours."
         ),
     )
 

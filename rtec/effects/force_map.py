@@ -45,7 +45,7 @@ class ForceMap(PitchMap):
             "map the force and feed it forward."
         ),
         invariant_to="direction, speed and acceleration, and time.",
-        source="Erwinski et al. (004), section 3, Figure 6: a current that depends on position is mapped.",
+        source="Erwinski et al. (2019), section 3, Figure 6: a current that depends on position is mapped.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -46,7 +46,7 @@ class ForceOffset(Effect):
         consequence="The drive holds against it at rest and heats up.",
         action="Set the zero of the amplifier, balance the weight, or enter the offset as feed-forward.",
         invariant_to="position, direction, speed and acceleration.",
-        source="Erwinski et al. (004), section 3: an inclined motion unit.",
+        source="Erwinski et al. (2019), section 3: an inclined motion unit.",
     )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

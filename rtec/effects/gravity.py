@@ -84,7 +84,7 @@ class Gravity(Effect):
             "centre of the load in the controller."
         ),
         invariant_to="direction, speed and acceleration, and time; it changes with the load and with the mounting.",
-        source="Swevers et al. 1997; Erwinski et al. (004), section 3: an inclined motion unit.",
+        source="Swevers et al. 1997; Erwinski et al. (2019), section 3: an inclined motion unit.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

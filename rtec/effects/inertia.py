@@ -52,8 +52,8 @@ class Inertia(Effect):
         ),
         invariant_to="position, direction and speed; it cannot be below zero.",
         source=(
-            "Erwinski et al. (004), section 3, Figure 4 (1/M; 3.61 kg identified by a current step); (002), section "
-            "I."
+            "Erwinski et al. (2019), section 3, Figure 4 (1/M; 3.61 kg identified by a current step); Erwinski et "
+            "al. (2016), section I."
         ),
     )
 

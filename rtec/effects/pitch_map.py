@@ -65,7 +65,7 @@ class PitchMap(Effect):
         ),
         invariant_to="direction, feed, time and, in the main, temperature.",
         source=(
-            "Thesis (000), section 3.1.1, Figure 3.1 and Table 3-1; NISTIR 4832, introduction: lead-screw "
+            "Thesis, section 3.1.1, Figure 3.1 and Table 3-1; NISTIR 4832, introduction: lead-screw "
             "nonlinearity as a fixed geometric error."
         ),
     )

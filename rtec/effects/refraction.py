@@ -127,7 +127,7 @@ class Refraction(Effect):
         consequence="Lengths are wrong by the weather; a compensation table made from them is wrong the next day.",
         action="Switch the wavelength compensation on, or correct the readings by pressure and air temperature.",
         invariant_to="direction, feed and what the machine does.",
-        source="Birch and Downs 1993; thesis (000), section 2.3: wavelength compensation by sensors of the air.",
+        source="Birch and Downs 1993; thesis, section 2.3: wavelength compensation by sensors of the air.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

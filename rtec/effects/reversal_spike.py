@@ -81,7 +81,7 @@ class ReversalSpike(Effect):
             "way, the compensation is too large."
         ),
         invariant_to="where along the axis the reversal took place, and time.",
-        source="ISO 230-4; Erwinski et al. (004), section 3: friction drops after standstill.",
+        source="ISO 230-4; Erwinski et al. (2019), section 3: friction drops after standstill.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -48,7 +48,7 @@ class Scale(Effect):
         ),
         invariant_to="the direction of approach, feed, time, and where zero is (which only adds an offset).",
         source=(
-            'Thesis (000), section 5.1: the general trend of the machine to position "long", about 0.0012 inch over '
+            'Thesis, section 5.1: the general trend of the machine to position "long", about 0.0012 inch over '
             "39 inch."
         ),
     )

@@ -50,7 +50,7 @@ class ServoLag(Effect):
             "Raise kv, match the axes, add velocity feed-forward; synchronise the readings of instrument and axis."
         ),
         invariant_to="position, time, temperature, and the order of the moves; at standstill it is gone.",
-        source="Erwinski et al. (002), sections I and II: the following error as a function of the axis velocities.",
+        source="Erwinski et al. (2016), sections I and II: the following error as a function of the axis velocities.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

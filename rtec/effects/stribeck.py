@@ -80,7 +80,7 @@ class Stribeck(Effect):
             "position, acceleration; at speeds well above the Stribeck speed it is gone. It cannot be below zero."
         ),
         source=(
-            "Erwinski et al. (004), section 3: after standstill the friction force drops, and rises again above the "
+            "Erwinski et al. (2019), section 3: after standstill the friction force drops, and rises again above the "
             "Stribeck velocity."
         ),
     )

@@ -182,7 +182,7 @@ class ThermalGrowth(Effect):
         ),
         invariant_to="direction and feed, and the order of the readings: the same temperature gives the same error.",
         source=(
-            "Yao et al. (003), section 4.1: temperatures of key parts as inputs of the error; thesis (000), section "
+            "Yao et al. (2013), section 4.1: temperatures of key parts as inputs of the error; thesis, section "
             "3.3; NISTIR 4832, introduction: expansion of bed and lead-screw. ISO 1 and ISO 230-3."
         ),
     )

@@ -73,7 +73,7 @@ class ThermalShift(Effect):
         ),
         invariant_to="position, direction and feed, and the order of the readings: the same heat shifts as much.",
         source=(
-            "Yao et al. (003), section 4.2: a spindle's error follows its heat; NISTIR 4832, introduction: thermal "
+            "Yao et al. (2013), section 4.2: a spindle's error follows its heat; NISTIR 4832, introduction: thermal "
             "errors. ISO 230-3."
         ),
     )

@@ -52,8 +52,8 @@ class Viscous(Effect):
         ),
         invariant_to="position, acceleration; it changes with the lubricant's temperature. It cannot be below zero.",
         source=(
-            "Erwinski et al. (004), section 3 and Figure 5: friction grows linearly with speed (up to 500 mm/s "
-            "there; at 2 m/s it is 20 % less than that); (002), section I."
+            "Erwinski et al. (2019), section 3 and Figure 5: friction grows linearly with speed (up to 500 mm/s "
+            "there; at 2 m/s it is 20 % less than that); Erwinski et al. (2016), section I."
         ),
     )
 

@@ -81,7 +81,7 @@ class WarmUp(Effect):
         ),
         invariant_to="position (all of the axis is shifted), direction and feed.",
         source=(
-            "Yao et al. (003), section 4.2: 2.5 h of running, then 2 h of cooling, recorded every minute; NISTIR "
+            "Yao et al. (2013), section 4.2: 2.5 h of running, then 2 h of cooling, recorded every minute; NISTIR "
             "4832, introduction: errors within the thermal warm-up period. ISO 230-3."
         ),
     )

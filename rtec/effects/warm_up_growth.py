@@ -55,7 +55,7 @@ class WarmUpGrowth(WarmUp):
             "growth can be corrected by temperature; or use a scale."
         ),
         invariant_to="direction and feed.",
-        source="Yao et al. (003), section 4.2; thesis (000), section 5.2. ISO 230-3.",
+        source="Yao et al. (2013), section 4.2; thesis, section 5.2. ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -102,7 +102,7 @@ class Windup(Effect):
             "reversal."
         ),
         source=(
-            "First-order element over distance after P. R. Dahl (1968), a solid friction model; the thesis (000), "
+            "First-order element over distance after P. R. Dahl (1968), a solid friction model; the thesis, "
             "section 4.2, moves past the first target by an overshoot so as to start beyond it."
         ),
     )

@@ -51,7 +51,7 @@ class SigmoidLayer:
 
     References
     ----------
-    Thesis (000), section 4.4.2, Figure 4.6.
+    Thesis, section 4.4.2, Figure 4.6.
 
     Examples
     --------
@@ -163,7 +163,7 @@ class LatheNetwork(Curve):
 
     References
     ----------
-    Thesis (000), section 4.4.2, Appendices D and E.
+    Thesis, section 4.4.2, Appendices D and E.
 
     Examples
     --------

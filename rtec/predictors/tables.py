@@ -45,7 +45,7 @@ class UnidirectionalTable(Curve):
 
     References
     ----------
-    Thesis (000), section 3.1.1 and Table 3-1.
+    Thesis, section 3.1.1 and Table 3-1.
 
     Examples
     --------
@@ -153,7 +153,7 @@ class BidirectionalTable(Curve):
 
     References
     ----------
-    Thesis (000), section 3.1.2, Tables 3-2 and 3-3.
+    Thesis, section 3.1.2, Tables 3-2 and 3-3.
 
     Examples
     --------

@@ -30,7 +30,7 @@ from rtec.report.diagnosis.quantities import (
     symbol,
     value_text,
 )
-from rtec.report.diagnosis.sentence import heldout_words, spoken
+from rtec.report.diagnosis.sentence import heldout_words, spoken, term_words
 
 _MOST_PARAMETERS = 12
 _CORRELATED = 0.1
@@ -229,7 +229,7 @@ def found_effects(model: Model, candidates: tuple[Candidate, ...]) -> list[Found
             left = len(pairs) - _MOST_PARAMETERS
             pairs = [*pairs[:_MOST_PARAMETERS], ("and", f"{left} more: the model's file has all")]
         mimics = joined(for_ever.get(term.name, []))
-        found.append(FoundEffect(name=spoken(term.name), card=term.effect.card, parameters=pairs, mimics=mimics))
+        found.append(FoundEffect(name=term_words(term), card=term.effect.card, parameters=pairs, mimics=mimics))
     return found
 
 

@@ -29,7 +29,7 @@ from rtec.report.diagnosis.readings import (
     some_rows,
     ways,
 )
-from rtec.report.diagnosis.sentence import spoken
+from rtec.report.diagnosis.sentence import spoken, term_words
 from rtec.report.figures_style import ALARM, GUIDE, INK, legend_above, new_figure
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def components_figure(dataset: Dataset, model: Model) -> Figure | None:
             _wave(axes, c, term, shown)
         _component(axes, c, over, values * shown.factor)
         axes.set_title(
-            f"{figure_text(spoken(term.name))}: RMS {shown.text(float(np.std(values)))}, "
+            f"{figure_text(term_words(term))}: RMS {shown.text(float(np.std(values)))}, "
             f"peak to peak {shown.with_unit(float(np.ptp(values)))}"
         )
         axes.set_ylabel(shown.symbol)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.likeness import tied_groups
@@ -53,6 +54,19 @@ def spoken(name: str) -> str:
     'thermal growth'
     """
     return printable(name).replace("_", " ")
+
+
+def term_words(term: Term) -> str:
+    """Return the name of an effect, with that of its sensor where it has one of several.
+
+    Examples
+    --------
+    >>> from rtec.effects import HeatShape, effect_named
+    >>> term_words(Term(effect=effect_named("thermal_shift"), shape=HeatShape("temperature_bed")))
+    'thermal shift, bed'
+    """
+    sensor = getattr(term.shape, "sensor", "temperature").removeprefix("temperature")
+    return spoken(term.name) + (f", {printable(sensor.removeprefix('_'))}" if sensor else "")
 
 
 def noun(name: str) -> str:

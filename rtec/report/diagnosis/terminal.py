@@ -15,7 +15,7 @@ from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.chapters import final_values
 from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_of
-from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words
+from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words, term_words
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -93,7 +93,7 @@ def found_table(model: Model) -> Table:
     table.add_column("parameters", overflow="fold")
     for term in model.terms:
         words = parameter_texts(final_values(term, model.units), _MOST_PARAMETERS)
-        table.add_row(Text(spoken(term.name)), Text("\n".join(words)))
+        table.add_row(Text(term_words(term)), Text("\n".join(words)))
     return table
 
 
