@@ -256,3 +256,11 @@ def test_runs_that_differ_by_a_constant_each_are_named():
     assert all(abs(v.value - 1e3 * zero[int(v.name[4:])]) < 4.0 * v.error for v in found)
     assert result.noise.sigma == pytest.approx(SIGMA, rel=0.15)
     assert "run_offset" not in diagnose(measured(TILTED, runs=4)).effects
+
+
+def test_two_runs_that_differ_may_as_well_have_lost_counts_between_them():
+    result = diagnose(measured(lambda x, way, t, run: 0.01 * run, runs=2, targets=21))
+    assert result.verdict is Verdict.TIED
+    tied = {c.effect: set(c.tied_with) for c in result.candidates if c.tied_with}
+    assert {"run_offset", "lost_counts"} <= set(tied)
+    assert "at the beginning and the end of each" in result.experiment.text
