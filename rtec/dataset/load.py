@@ -24,10 +24,11 @@ from rtec.dataset.observed import (
     without_wraps,
 )
 from rtec.dataset.passes import passages, passed_again
-from rtec.dataset.repeats import cells_of
+from rtec.dataset.repeats import cells_of, place_numbers
 from rtec.dataset.rows import Rows
+from rtec.dataset.standstill import Ints
 from rtec.effects import Units
-from rtec.effects.conditions import Conditions, distance_since_reversal
+from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
 from rtec.errors import FileFormatError
 from rtec.metrology import Measurement, is_laser_file, measurement_of_readings, read_laser_file, read_measurement
 from rtec.metrology.text_file import read_text
@@ -39,6 +40,7 @@ _NO_POSITION = {
 }
 _AROUND = {"pressure": "pressure_hpa", "humidity": "humidity_percent", "load": "load"}  # columns and their fields
 _SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "moving")
+_SAME_LOAD = 0.01  # of what the loads differ by
 _LARGEST = 1e12  # in a unit inside: squares and sums of such numbers stay finite
 
 
@@ -233,6 +235,9 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         stated = rows.position if "direction" in rows.measurement.columns else None
         passage = passages(rows.run, rows.direction, stated)
         cell = cells_of(conditions_of(rows), passage)
+    if conditions.load is not None:
+        kept = slice(None) if resample is None else resample.kept
+        cell = _under_one_load(cell, passage, conditions.load[kept])
     return Dataset(
         source=rows.measurement.source,
         observe=rows.observe,
@@ -249,6 +254,12 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         coordinate=rows.coordinate,
         cutoff_hz=cutoff_hz,
     )
+
+
+def _under_one_load(cell: Ints, passage: Ints, load: Floats) -> Ints:
+    """Return the cells of readings that were taken under the same load as well: others repeat nothing."""
+    same = place_numbers(load, _SAME_LOAD * float(np.ptp(load)))
+    return cells_of(np.where(cell >= 0, cell * (int(same.max()) + 1) + same, -1), passage)
 
 
 def _load_unit(rows: Rows) -> str:

@@ -345,3 +345,26 @@ def test_real_readings(name, rows, cells, units):
     raw = np.loadtxt(SHARED / name, delimiter=",", comments="#", skiprows=5 if name == "worm_drive.csv" else 3)[-1]
     last = {"stage": raw[-1] - raw[-2], "worm": raw[1] / 3600, "motor": raw[1]}[name.split("_")[0]]
     assert data.observed[-1] == pytest.approx(last, rel=1e-9)
+
+
+def test_readings_under_different_loads_are_no_repeats(tmp_path):
+    rows = [(v, load) for load in (0.0, 10.0, 0.0, 10.0) for v in (-20.0, -5.0, 5.0, 20.0)]
+    lines = "\n".join(f"{v},{10 * (v > 0)},{load}" for v, load in rows)
+    (tmp_path / "x.csv").write_text(f"velocity_mm_s,force_n,load_kg\n{lines}\n")
+    data = load_dataset(tmp_path / "x.csv")
+    assert data.units.load == "kg"
+    assert data.conditions.load.tolist() == [load for _, load in rows]
+    for number in np.unique(data.cell[data.cell >= 0]):
+        assert np.ptp(data.conditions.load[data.cell == number]) == 0.0
+        assert np.ptp(data.conditions.velocity[data.cell == number]) == 0.0
+    assert (data.cell >= 0).all()
+
+
+def test_the_air_and_its_columns_go_into_the_conditions(tmp_path):
+    (tmp_path / "x.csv").write_text(
+        "target_mm,deviation_um,pressure_mbar,humidity_percent\n0,1,1000,40\n5,2,1001,41\n9,2,1002,42\n"
+    )
+    data = load_dataset(tmp_path / "x.csv")
+    assert data.conditions.pressure_hpa.tolist() == [1000.0, 1001.0, 1002.0]
+    assert data.conditions.humidity_percent.tolist() == [40.0, 41.0, 42.0]
+    assert not any("not used" in note for note in data.notes)
