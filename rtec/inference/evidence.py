@@ -52,7 +52,7 @@ def best_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) 
     >>> sums = Sums(products=np.array([[100.0, 50.0], [50.0, 125.0]]), readings=100)
     >>> places, value = best_scales(sums, np.array([0]), np.array([4]))
     >>> SCALES[places].round(2).tolist(), round(float(value + 50.0 * np.log(125.0)), 2)
-    ([0.32], 4.83)
+    ([0.32], 8.83)
     """
     from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - loads numba, for searches only
 
