@@ -36,11 +36,12 @@ def harmonic_names(harmonics: int, units: Units, suffix: str = "") -> tuple[Ampl
 
 
 def harmonic_summary(
-    amplitudes: Sequence[float] | Floats, units: Units, suffix: str = ""
+    amplitudes: Sequence[float] | Floats, units: Units, suffix: str = "", beside: Floats | float = 0.0
 ) -> tuple[tuple[str, float, str], ...]:
     """Return amplitude and phase of each harmonic, and the peak to peak value of all together.
 
-    The k-th harmonic is ``amplitude_k * sin(2 pi k x / period + phase_k)``.
+    The k-th harmonic is ``amplitude_k * sin(2 pi k x / period + phase_k)``. What stands ``beside`` them belongs to
+    the peak to peak value: one value for each point of `POINTS_A_PERIOD`, or none.
     """
     unit, factor = units.shown
     parts = np.asarray(amplitudes, dtype=np.float64).reshape(-1, 2)
@@ -48,5 +49,5 @@ def harmonic_summary(
     for order, (sine, cosine) in enumerate(parts, start=1):
         lines.append((f"amplitude_{order}{suffix}", float(np.hypot(sine, cosine)) * factor, unit))
         lines.append((f"phase_{order}{suffix}", float(np.degrees(np.arctan2(cosine, sine))), "deg"))
-    turn = harmonic_columns(np.arange(POINTS_A_PERIOD) / POINTS_A_PERIOD, 1.0, len(parts)) @ parts.ravel()
+    turn = harmonic_columns(np.arange(POINTS_A_PERIOD) / POINTS_A_PERIOD, 1.0, len(parts)) @ parts.ravel() + beside
     return (*lines, (f"peak_to_peak{suffix}", float(np.ptp(turn)) * factor, unit))

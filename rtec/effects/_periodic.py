@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -133,10 +132,8 @@ class Periodic(Effect):
 
     def regrouped(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the families that hold a harmonic of this one: it may have brought two periods together."""
-        single: dict[str, Any] = {"harmonics": 1}
-        lines = [
-            replace(shape, **single, **{"period": period_of(shape) / k}) for k in range(1, _harmonics(shape) + 1)
-        ]
+        form: Any = self.shape_type
+        lines = [form(period_of(shape) / k) for k in range(1, _harmonics(shape) + 1)]
         found = dict.fromkeys(v for line in lines for v in self.variants(conditions, line))
         return [
             other
@@ -145,6 +142,15 @@ class Periodic(Effect):
             and (abs(period_of(other) / period_of(shape) - 1.0) > UNIFORM or _harmonics(other) < _harmonics(shape))
             and self.doubtful(conditions, other) is None
         ]
+
+    def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
+        """Return the families of a whole pitch or turn that hold the first waves of two fractions of it."""
+        lines = [_line_of_turn(conditions, one) for one in (shape, other)]
+        if lines[0] is None or lines[1] is None or lines[0][0] != lines[1][0]:
+            return ()
+        whole, part = lines[0][0], max(lines[0][1], lines[1][1])
+        form: Any = self.shape_type
+        return [v for v in self.variants(conditions, form(whole)) if period_of(v) == whole and _harmonics(v) >= part]
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by compiled code."""
@@ -163,6 +169,15 @@ def period_of(shape: Shape) -> float:
     """Return the period of a shape that has one."""
     period: float = getattr(shape, "period")  # noqa: B009 - shapes of several effects have it, their base has not
     return period
+
+
+def _line_of_turn(conditions: Conditions, shape: Shape) -> tuple[float, int] | None:
+    """Return the whole pitch or turn of which a shape's period is a fraction, and which fraction; None of neither."""
+    base = stated_base(conditions, period_of(shape))
+    for whole in (conditions.revolution, conditions.screw_pitch):
+        if base is not None and whole is not None and stated_base(conditions, whole / round(whole / base)) == base:
+            return whole, round(whole / base)
+    return None
 
 
 def _and_next(lines: Floats) -> Floats:

@@ -3,39 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects._harmonics import POINTS_A_PERIOD, harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_periods
-from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_base, stated_periods
+from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Tunable, Units, own_shape, parameter
+from rtec.errors import ArgumentError
 
 PARTS = (1, 2, 3, 4, 5)
 """Which harmonic of its family the strongest line may be."""
 BY_DIRECTION = "_by_direction"
+PHASES_BESIDE = 4
+"""Phases of a turn, more than twice the harmonics, that have to be seen: fewer tell no step from another harmonic."""
+LEAST_GAP = 0.002
+"""Of a turn, between neighbouring phases: readings nearer to each other stand at the same phase."""
 
 
 @dataclass(frozen=True, slots=True)
 class CyclicShape(Shape):
-    """Period, number of harmonics, and whether the wave differs by direction."""
+    """Period, number of harmonics, whether the wave differs by direction, and where in the period it has a step.
+
+    ``step_at`` lies above zero and at most at the period; 0 stands for a wave without a step.
+    """
 
     period: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "period"))
     harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
     by_direction: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "by_direction"))
+    step_at: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "step_at"))
+
+    def __post_init__(self) -> None:
+        """Refuse a step that lies outside the period."""
+        if not 0.0 <= self.step_at <= self.period:
+            raise ArgumentError("step_at", self.step_at, f"0 (no step) to the period, {self.period:g}")
+
+    @property
+    def waves(self) -> int:
+        """Amplitudes of the waves, without those of the step."""
+        return 2 * self.harmonics * (2 if self.by_direction else 1)
 
 
 class Cyclic(Periodic):
-    """A Fourier series in position, with amplitudes that may differ by direction.
+    """A Fourier series in position, with amplitudes that may differ by direction, and a step once a turn.
 
     Notes
     -----
     ``deviation = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``; where it differs by
     direction, the same again times the direction: the forward wave is the sum, the backward wave the difference. With
     no position in the data, time stands for it, and the period is one in time.
+
+    A step is a sawtooth beside the waves: it rises by 1 at the step and falls evenly over the turn. It is looked for
+    in a stated turn or pitch, halfway between neighbouring phases of the readings: they do not tell its place closer.
 
     References
     ----------
@@ -106,39 +128,120 @@ class Cyclic(Periodic):
         return [CyclicShape(period) for period in np.concatenate([1.0 / grid, stated]).tolist()]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return families of harmonics that hold the wave found, each also with a difference by direction."""
+        """Return families of harmonics that hold the wave found, each also with a difference by direction.
+
+        For a family of a whole turn or pitch, the same family with a step as well, and other families with its step.
+        """
+        own = own_shape(shape, CyclicShape)
         found = []
-        for base, harmonics in families(conditions, 1.0 / own_shape(shape, CyclicShape).period, PARTS):
-            found.append(CyclicShape(1.0 / base, harmonics))
-            if conditions.both_directions:
-                found.append(CyclicShape(1.0 / base, harmonics, by_direction=True))
+        for base, harmonics in families(conditions, 1.0 / own.period, PARTS):
+            one = CyclicShape(1.0 / base, harmonics)
+            found += [one, replace(one, by_direction=True)] if conditions.both_directions else [one]
+        if own.step_at > 0.0:
+            found += [replace(one, step_at=own.step_at) for one in found if one.period == own.period]
+        turn = stated_base(conditions, own.period)
+        if turn is not None and own.harmonics > 1:
+            whole = replace(own, period=turn, step_at=0.0)
+            found += [replace(whole, step_at=place) for place in _step_places(conditions, whole)]
         return found
 
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return sine and cosine of each harmonic, then each times the direction, shape (rows, amplitudes)."""
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the period, but of a wave with a step: its turn is stated."""
+        return () if own_shape(shape, CyclicShape).step_at > 0.0 else super().tunables(conditions, shape)
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the number of periods, times that of the places of a step where there is one."""
         own = own_shape(shape, CyclicShape)
-        waves = harmonic_columns(conditions.position, own.period, own.harmonics)
-        if not own.by_direction:
-            return waves
-        return np.hstack([waves, waves * self._needed(conditions.direction, "directions of approach")[:, None]])
+        periods = super().tried(conditions, replace(own, step_at=0.0))
+        return periods if own.step_at == 0.0 else periods * max(len(_step_places(conditions, own)), 1)
+
+    def freedom(self, shape: Shape) -> int:
+        """Return 1 for the period, and 1 for the place of a step."""
+        return 1 + (own_shape(shape, CyclicShape).step_at > 0.0)
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why the waves are no family of their period; a step says nothing of that."""
+        own = own_shape(shape, CyclicShape)
+        return super().implausible(conditions, shape, amplitudes[: own.waves])
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return sine and cosine of each harmonic, then each times the direction, then the step.
+
+        Shape (rows, amplitudes).
+        """
+        own = own_shape(shape, CyclicShape)
+        parts = [harmonic_columns(conditions.position, own.period, own.harmonics)]
+        if own.step_at > 0.0:
+            parts.append(sawtooth(conditions.position, own)[:, None])
+        if own.by_direction:
+            way = self._needed(conditions.direction, "directions of approach")[:, None]
+            parts = [column for part in parts for column in (part, part * way)]
+        return np.hstack(parts)
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1, cos_1, sin_2, ...; then sin_1_by_direction, ..."""
+        """Return sin_1, cos_1, sin_2, ...; then sin_1_by_direction, ...; then step, step_by_direction."""
         own = own_shape(shape, CyclicShape)
-        names = harmonic_names(own.harmonics, units)
-        return names + harmonic_names(own.harmonics, units, BY_DIRECTION) if own.by_direction else names
+        ways = ("", BY_DIRECTION) if own.by_direction else ("",)
+        names = tuple(name for way in ways for name in harmonic_names(own.harmonics, units, way))
+        return names + tuple(Amplitude(f"step{way}", *units.shown) for way in ways if own.step_at > 0.0)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return period, harmonics, amplitude and phase of each, and peak to peak; forward and backward apart."""
+        """Return period, harmonics, amplitude and phase of each, and peak to peak; forward and backward apart.
+
+        Where there is a step, its place and how much it rises in the positive direction, too; the harmonics are those
+        of what is left beside its sawtooth, the peak to peak value that of all together.
+        """
         own = own_shape(shape, CyclicShape)
-        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
+        head = [("period", own.period, units.position), ("harmonics", float(own.harmonics), "")]
+        if own.step_at > 0.0:
+            head.append(("step_at", own.step_at, units.position))
         values = np.asarray(amplitudes, dtype=np.float64)
+        waves, steps = values[: own.waves], values[own.waves :]
         if not own.by_direction:
-            return head + harmonic_summary(values, units)
-        both, differing = values[: 2 * own.harmonics], values[2 * own.harmonics :]
-        forward = harmonic_summary(both + differing, units, "_forward")
-        return head + forward + harmonic_summary(both - differing, units, "_backward")
+            return (*head, *_way_summary(own, waves, steps, "", units))
+        (both, differing), (step, other) = np.split(waves, 2), np.split(steps, 2)
+        forward = _way_summary(own, both + differing, step + other, "_forward", units)
+        return (*head, *forward, *_way_summary(own, both - differing, step - other, "_backward", units))
 
     def _more_than_one_wave(self, shape: Shape) -> bool:
         own = own_shape(shape, CyclicShape)
-        return own.harmonics > 1 or own.by_direction
+        return own.harmonics > 1 or own.by_direction or own.step_at > 0.0
+
+
+def sawtooth(position: Floats, shape: CyclicShape) -> Floats:
+    """Return what rises by 1 at the step of each turn and falls evenly over it, shape (rows,).
+
+    Examples
+    --------
+    >>> sawtooth(np.array([0.9, 1.0, 1.5]), CyclicShape(1.0, 2, step_at=1.0)).round(9).tolist()
+    [-0.4, 0.5, 0.0]
+    """
+    turns = (position - shape.step_at) / shape.period
+    found: Floats = 0.5 - (turns - np.floor(turns))
+    return found
+
+
+def _way_summary(
+    shape: CyclicShape, waves: Floats, steps: Floats, suffix: str, units: Units
+) -> tuple[tuple[str, float, str], ...]:
+    """Return what people read of the wave in one direction."""
+    if not steps.size:
+        return harmonic_summary(waves, units, suffix)
+    unit, factor = units.shown
+    turn = sawtooth(np.arange(POINTS_A_PERIOD, dtype=np.float64) * (shape.period / POINTS_A_PERIOD), shape)
+    rise = (f"step{suffix}", float(steps[0]) * factor, unit)
+    return (rise, *harmonic_summary(waves, units, suffix, beside=float(steps[0]) * turn))
+
+
+def _step_places(conditions: Conditions, shape: CyclicShape) -> list[float]:
+    """Return where in a stated pitch or turn a step could be; none where too few phases of it are seen."""
+    whole = (conditions.screw_pitch, conditions.revolution)
+    if (
+        shape.period not in whole
+        or phases_seen(conditions.places, shape.period) < 2 * shape.harmonics + PHASES_BESIDE
+    ):
+        return []
+    seen = np.unique(np.round(np.mod(conditions.places, shape.period) / shape.period, 6))
+    gaps = np.diff(seen, append=seen[0] + 1.0)
+    halfway = np.mod((seen + 0.5 * gaps)[gaps > LEAST_GAP], 1.0) * shape.period
+    return [float(place) for place in np.where(halfway > 0.0, halfway, shape.period)]

@@ -240,6 +240,10 @@ class Effect(abc.ABC):
         """Return shapes that hold a part of this one, in other company: single harmonics of a family, and theirs."""
         return ()
 
+    def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
+        """Return shapes that hold both of two, which one cause may have; none as a rule."""
+        return ()
+
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return simpler and richer forms around the best of the scan (harmonics, nodes, directions)."""
         return (shape,)

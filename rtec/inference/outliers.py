@@ -20,8 +20,8 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
     """Return which readings lie far from those of the same conditions, or from those before and after; shape (rows,).
 
     Readings that repeat are compared with the median of their cell where that holds four readings at least, all
-    others with the median of the two before and the two after. A step is no outlier: on one side its neighbours are
-    like it.
+    others with the median of the two before and the two after; each kind against its own spread, since neighbours
+    differ by more than noise. A step is no outlier: on one side its neighbours are like it.
     """
     y = dataset.observed
     away = np.zeros(dataset.rows)
@@ -31,13 +31,19 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
         # a lone reading is far from both sides; at a bend, or beside an outlier, it is far from one
         before, after = np.abs(y - np.roll(y, 1)), np.abs(y - np.roll(y, -1))
         away = np.sign(away) * np.minimum(np.abs(away), np.minimum(before, after))
+    repeated = np.zeros(dataset.rows, dtype=np.bool_)
     cells = dataset.cell
     if not dataset.conditions.moving and (cells >= 0).any():
         count = np.bincount(cells[cells >= 0])
         for cell in np.flatnonzero(count >= 4):
             rows = np.flatnonzero(cells == cell)
             away[rows] = y[rows] - np.median(y[rows])
-    return far(away)
+            repeated[rows] = True
+    found = np.zeros(dataset.rows, dtype=np.bool_)
+    for kind in (repeated, ~repeated):
+        if kind.any():
+            found[kind] = far(away[kind])
+    return found
 
 
 def far(away: Floats) -> NDArray[np.bool_]:

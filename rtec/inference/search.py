@@ -435,6 +435,7 @@ class Search:
                 rest = self.without(better, k)
                 others = sorted(self.children(rest), key=lambda child: -child.score)[:3]
                 others += self.regrouped(better, k)
+                others += self.joined(better, k)
                 if rest.score > better.score - OUT_OF_REACH:  # a second family may fill what a wrong first one leaves
                     alike = [i for i, c in enumerate(rest.choices) if c[0] is choice[0] and c not in self.given]
                     others += [other for i in alike for other in self.regrouped(rest, i)]
@@ -463,6 +464,19 @@ class Search:
             waves = [e for e in self.effects_for(model) if e.is_wave]
             best = [max([m, *self._proposed(m, waves)], key=lambda child: child.score) for m in best]
         return [self.reshaped(self.reshaped(m)) for m in best if m.score > model.score - HOPELESS]
+
+    def joined(self, model: Scored, k: int) -> list[Scored]:
+        """Return the likeliest model in which a family and a later one of its effect are one family of both."""
+        effect, shape = model.choices[k]
+        trials = [
+            [*(c for j, c in enumerate(model.choices) if j not in (k, i)), (effect, form)]
+            for i, (other, theirs) in enumerate(model.choices)
+            if i > k and other is effect and model.choices[i] not in self.given
+            for form in effect.joined(self.space.dataset.conditions, shape, theirs)
+        ]
+        if not trials:
+            return []
+        return [self.judge.score(max(trials, key=lambda trial: self.judge.quickly(trial, model)), model)]
 
 
 def generic(model: Scored) -> bool:
