@@ -101,7 +101,7 @@ def _show(result: StudyResult) -> None:
     """Print what the search found, then before and after."""
     from rich.console import Console
 
-    from rtec.report import staircase_table, terminal_table
+    from rtec.report import rounds_sentence, staircase_table, terminal_table
     from rtec.report.diagnosis import found_table, verdict_sentence
 
     console = Console(highlight=False)
@@ -109,6 +109,8 @@ def _show(result: StudyResult) -> None:
         console.print(verdict_sentence(result.learned.diagnosis), markup=False, soft_wrap=True)
         console.print(found_table(result.learned.diagnosis.model))
         console.print(staircase_table(result.learned))
+        if gained := rounds_sentence(result.learned):
+            console.print(gained, markup=False, soft_wrap=True)
     console.print(terminal_table(result))
     for warning in result.warnings:
         note(f"warning: {warning}")

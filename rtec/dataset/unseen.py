@@ -33,6 +33,26 @@ def unseen_periods(conditions: Conditions) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*found, *(f"{period:.6g} {unit}" for period in _half_seen(conditions, step))]))
 
 
+def target_shifts(conditions: Conditions) -> tuple[float, float] | None:
+    """Return the smallest shifts of the targets that would show the unseen periods, or None where nothing is hidden.
+
+    Beside the targets as they are, those of one more run each are moved by so much, in the unit of the positions.
+
+    Examples
+    --------
+    >>> x, run = np.arange(0.0, 101.0, 5.0), np.ones(21, dtype=np.int64)
+    >>> target_shifts(Conditions(position=x, position_unit="mm", run=run))
+    (1.5, 3.0)
+    """
+    step = _grid(conditions)
+    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
+    hidden = _half_seen(conditions, step) + stated
+    if step is None and not hidden:
+        return None
+    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
+    return _SHIFT * period, 2.0 * _SHIFT * period
+
+
 def shifted_targets(conditions: Conditions) -> str | None:
     """Return the smallest change of the targets that would show the unseen periods, or None where nothing is hidden.
 
@@ -42,18 +62,15 @@ def shifted_targets(conditions: Conditions) -> str | None:
     >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
     'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
     """
-    step = _grid(conditions)
-    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
-    hidden = _half_seen(conditions, step) + stated
-    if step is None and not hidden:
+    shifts = target_shifts(conditions)
+    if shifts is None:
         return None
-    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
-    unit, once = conditions.position_unit, _SHIFT * period
-    one, two = f"{once:.4g}", f"{2 * once:.4g} {unit}"
+    unit = conditions.position_unit
+    one, two = f"{shifts[0]:.4g}", f"{shifts[1]:.4g} {unit}"
     if np.unique(conditions.run).size < ENOUGH_PHASES:
         return f"add targets {one} {unit} and {two} beyond each of the targets"
-    shifts = f"by {one} {unit} in the second run, by {two} in the third"
-    return f"shift the targets {shifts}, and go on so in turn: 0, {one}, {two}"
+    runs = f"by {one} {unit} in the second run, by {two} in the third"
+    return f"shift the targets {runs}, and go on so in turn: 0, {one}, {two}"
 
 
 def _of_targets(conditions: Conditions) -> bool:

@@ -19,7 +19,7 @@ from rtec.metrology.measuring_program import (
     measuring_program,
     parse_program,
 )
-from rtec.metrology.readings import Readings, RotaryReadings
+from rtec.metrology.readings import Readings, RotaryReadings, joined
 
 __all__ = [
     "UNITS",
@@ -46,6 +46,7 @@ __all__ = [
     "cyclic_error",
     "direction_of_motion",
     "is_laser_file",
+    "joined",
     "measurement_of_readings",
     "measuring_program",
     "parse_program",

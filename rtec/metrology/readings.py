@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,3 +150,26 @@ class RotaryReadings:
     def size(self) -> int:
         """Number of readings."""
         return int(self.target_deg.size)
+
+
+def joined(parts: Sequence[Readings]) -> Readings:
+    """Return the readings of several programs, carried out one after the other, as those of one, runs numbered on.
+
+    Parameters
+    ----------
+    parts
+        At least one. Surroundings and status are kept where all of them have these.
+
+    Examples
+    --------
+    >>> one = Readings(target_mm=[1.0], deviation_mm=[0.0], direction=[1], run=[1])
+    >>> joined([one, one]).run.tolist()
+    [1, 2]
+    """
+    columns: dict[str, NDArray[Any] | None] = {}
+    for item in fields(Readings):
+        values = [getattr(part, item.name) for part in parts]
+        columns[item.name] = None if any(value is None for value in values) else np.concatenate(values)
+    ended = np.cumsum([0, *(int(part.run.max()) for part in parts[:-1])])
+    columns["run"] = np.concatenate([part.run + before for part, before in zip(parts, ended, strict=True)])
+    return Readings(**columns)  # type: ignore[arg-type]  # what every part has, all together have

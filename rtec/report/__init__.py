@@ -8,12 +8,14 @@ from rtec.report.results import (
     Learned,
     LeftOut,
     Limit,
+    Round,
     StudyResult,
     StudyRow,
     TruthScore,
     Waveform,
     row_dict,
 )
+from rtec.report.search import rounds_sentence
 from rtec.report.terminal import staircase_table, terminal_table
 
 __all__ = [
@@ -22,10 +24,12 @@ __all__ = [
     "Learned",
     "LeftOut",
     "Limit",
+    "Round",
     "StudyResult",
     "StudyRow",
     "TruthScore",
     "Waveform",
+    "rounds_sentence",
     "row_dict",
     "staircase_table",
     "study_document",

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from rtec.report.diagnosis import diagnosis_document
 from rtec.report.plain_data import plain
-from rtec.report.results import StudyResult, row_dict
+from rtec.report.results import Round, StudyResult, row_dict
+from rtec.units import MM_PER_INCH
 
 
 def study_document(result: StudyResult) -> dict[str, Any]:
@@ -30,6 +33,7 @@ def study_document(result: StudyResult) -> dict[str, Any]:
         "repeatability_um": result.repeatability_mm * 1000.0,
         "seed": result.seed,
         "diagnosis": None if learned is None else diagnosis_document(learned.diagnosis),
+        "rounds": [] if learned is None else [_round(one) for one in learned.rounds],
         "model": _model(result),
         "rows": [row_dict(row) for row in result.rows],
         "warnings": list(result.warnings),
@@ -37,6 +41,23 @@ def study_document(result: StudyResult) -> dict[str, Any]:
     }
     cleaned: dict[str, Any] = plain(document)
     return cleaned
+
+
+def _round(one: Round) -> dict[str, Any]:
+    """Return a round of the calibration: what it took, and what its model is off the axis all along the travel."""
+    return {
+        "readings": one.readings.size,
+        "start_mm": [plan.start_inch * MM_PER_INCH for plan in one.plans],
+        "increment_mm": one.plans[0].increment_inch * MM_PER_INCH,
+        "machine_s": one.machine_s,
+        "rms_less_model_before_um": float(np.sqrt(np.mean(one.missed_mm**2))) * 1000.0,
+        "rms_less_model_um": float(np.sqrt(np.mean(one.left_mm**2))) * 1000.0,
+        "verdict": one.diagnosis.verdict.value,
+        "effects": list(one.diagnosis.effects),
+        "unseen_periods": list(one.diagnosis.unseen_periods),
+        "rms_against_truth_um": one.score.rms_mm * 1000.0,
+        "worst_against_truth_um": one.score.worst_mm * 1000.0,
+    }
 
 
 def _model(result: StudyResult) -> dict[str, Any]:

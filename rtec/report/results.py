@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.inference.results import Diagnosis
-from rtec.metrology import MeasuringPlan, PositioningFigures, Readings
+from rtec.metrology import MeasuringPlan, PositioningFigures, Readings, joined
 from rtec.signal import EdgeStream
 
 Floats = NDArray[np.float64]
@@ -133,17 +133,46 @@ class TruthScore:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Round:
+    """A calibration, and the search in its readings and those of all rounds before it."""
+
+    plans: tuple[MeasuringPlan, ...]
+    """Programs of this round."""
+    readings: Readings
+    """Of this round alone."""
+    machine_s: float
+    """Machine time of this round."""
+    missed_mm: Floats
+    """These readings less the model of the round before, of a perfect axis at first; shape (readings,)."""
+    left_mm: Floats
+    """These readings less the model of this round, shape (readings,)."""
+    diagnosis: Diagnosis
+    score: TruthScore
+    """Of the model, all along the travel: between the targets, too."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Learned:
-    """What the calibration of an unknown axis showed."""
+    """What the calibration of an unknown axis showed, in one round or several."""
 
     plan: MeasuringPlan
-    readings: Readings
-    diagnosis: Diagnosis
+    """Of the first round."""
+    rounds: tuple[Round, ...]
     points: int
     """Of the predictor's table, in each direction."""
     scores: tuple[TruthScore, ...]
     """At the calibration's targets: of the perfect axis that the search began with, and after each of its steps."""
     wall_s: float
+
+    @property
+    def readings(self) -> Readings:
+        """Of all rounds."""
+        return joined([one.readings for one in self.rounds])
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """The search in the readings of all rounds."""
+        return self.rounds[-1].diagnosis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from rtec.report.appearance import number, printable
+import numpy as np
+
+from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis import chapters, diagnosis_figures, verdict_sentence
 from rtec.report.diagnosis.page import TONES
 from rtec.report.diagnosis.quantities import Shown, probability, shown_of
 from rtec.report.diagnosis.sentence import floor_words, spoken
-from rtec.report.illustrations import Illustration
-from rtec.report.results import Learned, StudyResult
+from rtec.report.figures_rounds import rounds_figure
+from rtec.report.figures_style import figure_style
+from rtec.report.illustrations import Illustration, illustration
+from rtec.report.results import Floats, Learned, StudyResult
 from rtec.units import MM_PER_INCH
 
 PREFIX = "axis-"
 """Of the figures' names: the correction has figures of its own that are called the same."""
 _WHOLE = 1e-6
+_ROUNDS = (
+    "The readings at the shifted targets took no part in the first search. Above, what its model is off them, below, "
+    "what the model of all readings leaves: dots are single readings, ▲ and ▽ the means at each place, forward and "
+    "in reverse. What the first targets could not show is the pattern above; where it has gone below, it has a name now."
+)
 
 
 def search_figures(learned: Learned) -> list[Illustration]:
@@ -26,7 +35,12 @@ def search_figures(learned: Learned) -> list[Illustration]:
     learned
         What the calibration showed.
     """
-    return [replace(figure, name=PREFIX + figure.name) for figure in diagnosis_figures(learned.diagnosis)]
+    found = diagnosis_figures(learned.diagnosis)
+    with figure_style():
+        figure = rounds_figure(learned, shown_of(learned.diagnosis.dataset.units))
+        if figure is not None:
+            found.insert(1, illustration(figure, "rounds", "What the second round showed", _ROUNDS))
+    return [replace(figure, name=PREFIX + figure.name) for figure in found]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +58,9 @@ class Search:
     floor: str
     score: str
     aliases: str
+    rounds: list[tuple[str, list[str]]]
+    """What is compared, and its value in each round; nothing of a single round."""
+    gained: str
     effects: list[chapters.FoundEffect]
     candidates: list[chapters.CandidateRow]
     unknown: str
@@ -73,6 +90,8 @@ def search_of(result: StudyResult) -> Search | None:
         floor=floor[:1].upper() + floor[1:],
         score=score_words(learned, shown),
         aliases=alias_words(result),
+        rounds=round_rows(learned, shown),
+        gained=rounds_sentence(learned),
         effects=chapters.found_effects(d.model, d.candidates),
         candidates=chapters.candidate_rows(d, shown),
         unknown="" if d.unknown is None else printable(d.unknown.description),
@@ -92,6 +111,51 @@ def _program(learned: Learned) -> str:
     )
 
 
+def round_rows(learned: Learned, shown: Shown) -> list[tuple[str, list[str]]]:
+    """Return what the rounds of a calibration took and gave, side by side; nothing of a single round."""
+    rounds = learned.rounds
+    if len(rounds) < 2:
+        return []
+
+    def rms(values: Floats) -> str:
+        return shown.with_unit(float(np.sqrt(np.mean(values**2))))
+
+    return [
+        ("targets", [_targets(learned, index) for index in range(len(rounds))]),
+        ("readings", [number(one.readings.size) for one in rounds]),
+        ("machine time", [f"{one.machine_s / 3600.0:.1f} h" for one in rounds]),
+        ("its readings less the model before", [rms(one.missed_mm) for one in rounds]),
+        ("its readings less the model after", [rms(one.left_mm) for one in rounds]),
+        ("verdict on all readings so far", [one.diagnosis.verdict.value for one in rounds]),
+        ("true error less model, RMS all along the travel", [shown.with_unit(one.score.rms_mm) for one in rounds]),
+        ("the same, at worst", [shown.with_unit(one.score.worst_mm) for one in rounds]),
+    ]
+
+
+def _targets(learned: Learned, index: int) -> str:
+    """Return where the targets of a round lie."""
+    if index == 0:
+        return f"every {learned.plan.increment_inch * MM_PER_INCH:.4g} mm"
+    shifts = [(plan.start_inch - learned.plan.start_inch) * MM_PER_INCH for plan in learned.rounds[index].plans]
+    return f"the same moved by {joined(f'{shift:.3g}' for shift in shifts)} mm"
+
+
+def rounds_sentence(learned: Learned) -> str:
+    """Return in a sentence why the axis was measured again, what that cost and what it gave; nothing of one round."""
+    if len(learned.rounds) < 2:
+        return ""
+    shown = shown_of(learned.diagnosis.dataset.units)
+    first, last = learned.rounds[0], learned.rounds[-1]
+    hidden = joined(printable(period) for period in first.diagnosis.unseen_periods)
+    cost = sum(one.machine_s for one in learned.rounds[1:]) / 3600.0
+    return (
+        f"The targets of the first round cannot show errors with a period of {hidden}, and so the axis was measured "
+        f"again at shifted targets. That cost {cost:.1f} h of machine time, and what the model is off the true error "
+        f"all along the travel fell from {shown.with_unit(first.score.rms_mm)} to "
+        f"{shown.with_unit(last.score.rms_mm)} RMS."
+    )
+
+
 def score_words(learned: Learned, shown: Shown) -> str:
     """Return how far the model is from the true error, in a sentence."""
     first, last = learned.scores[0], learned.scores[-1]
@@ -105,6 +169,8 @@ def score_words(learned: Learned, shown: Shown) -> str:
 def alias_words(result: StudyResult) -> str:
     """Return which harmonics of the screw the calibration can tell; empty where its targets meet every phase."""
     if result.learned is None or result.period_mm is None:
+        return ""
+    if len(result.learned.rounds) > 1:
         return ""
     a_turn = result.period_mm / (result.learned.plan.increment_inch * MM_PER_INCH)
     if abs(a_turn - round(a_turn)) > _WHOLE * a_turn:

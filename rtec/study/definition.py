@@ -27,6 +27,8 @@ from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH
 
 UNITS = ("um", "mm", "inch")
 _MOST_HAPPENINGS = 100
+MOST_ROUNDS = 5
+"""Of calibrations: each takes the machine for hours."""
 MAX_DRIVE_MM_S = 1e4
 """What the drive does at most, however fast the axis may be."""
 _FAULT_KEYS = ("kind", "from", "until", "strikes")
@@ -78,6 +80,8 @@ class Study:
     """Effects of a model file that the predictor cannot hold."""
     calibration: MeasuringPlan
     """The measurement from which the PC learns."""
+    rounds: int
+    """In how many rounds it may do so: a later one at the targets that the search before it asks for."""
     feeds_mm_s: tuple[float, ...]
     span_mm: float
     growth: Growth
@@ -169,6 +173,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             model=model,
             left_out=left_out,
             calibration=_calibration(parts["calibration"], plan),
+            rounds=parts["calibration"].whole("rounds", 1, MOST_ROUNDS),
             **_axis(parts["axis"]),
             encoder=_encoder(parts["encoder"]),
             servo=_servo(parts["servo"], parts["axis"]),

@@ -23,11 +23,11 @@ from rtec.report.results import FeedCurve, HoldCurve, Learned, StudyResult, Stud
 from rtec.study.beliefs import LATHE, LEARNED, TRUTH
 from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, waveform
-from rtec.study.learning import calibrate, learn, score
+from rtec.study.learning import learn, learning_s, score
 from rtec.study.limits import limit_of
 from rtec.units import MM_PER_INCH
 
-_CALIBRATING, _SEARCHING, _MEASURING, _MOVING, _HOLDING = 2.0, 12.0, 0.7, 0.6, 0.1
+_MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1
 """Weights of the parts in what is told of the progress: about the seconds that each takes."""
 _BELIEFS = {
     LEARNED: "learned: the effects found in the calibration",
@@ -69,7 +69,8 @@ def run_study(
     for design in study.designs:
         _troubled(study, _with_box(study, design))  # what cannot be is refused before anything is measured
     designs = len(study.designs)
-    total = (_CALIBRATING + _SEARCHING) * study.learns + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING)
+    learning = learning_s(study) if study.learns else 0.0
+    total = learning + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING)
     with Workers(progress, total=total) as workers:
         jobs = _Jobs(study, workers)
         # what does not depend on the predictor begins before it is known
@@ -77,8 +78,7 @@ def run_study(
         holds = [jobs.hold(study, design) for design in study.designs]
         lesson = None
         if study.learns:
-            readings = calibrate(study, _machine(study), workers.teller("calibrating the axis", _CALIBRATING))
-            lesson = learn(study, readings, workers.teller("searching for effects", _SEARCHING))
+            lesson = learn(study, _machine(study), workers.teller)
             study = replace(study, model=lesson.predictor, left_out=lesson.left_out)
         rows += [jobs.row(name, machine) for name, machine in _corrected(study)]
         feeds = [jobs.feed(study, design) for design in study.designs]

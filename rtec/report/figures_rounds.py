@@ -1,0 +1,72 @@
+"""What a second calibration showed that the first had hidden: its readings less the model before and after it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rtec.report.appearance import look_of
+from rtec.report.diagnosis.quantities import Shown
+from rtec.report.figures_style import GUIDE, new_figure
+from rtec.report.results import Floats, Learned, Round
+from rtec.units import MM_PER_INCH
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_DOTS = 4000
+"""For each direction: more of them look the same."""
+_STEPS = 1000
+"""Of the fold in which readings count as at the same place."""
+_WAYS = ((1, "forward", "^"), (-1, "reverse", "v"))
+
+
+def rounds_figure(learned: Learned, shown: Shown) -> Figure | None:
+    """Return the readings of the last round, folded, less the model before and after it; None of a single round.
+
+    They are folded over a turn of the screw where its pitch is known, else over the interval of the first targets:
+    what repeats with it, or with a fraction of it, is what these could not show.
+    """
+    if len(learned.rounds) < 2:
+        return None
+    last = learned.rounds[-1]
+    pitch = learned.diagnosis.dataset.coordinates.screw_pitch
+    period = learned.plan.increment_inch * MM_PER_INCH if pitch is None else pitch
+    figure = new_figure(4.6)
+    above, below = figure.subplots(2, 1, sharex=True, sharey=True)
+    for axes, left, title in (
+        (above, last.missed_mm, "less the model that the calibration before gave"),
+        (below, last.left_mm, "less the model that all readings gave"),
+    ):
+        _folded(axes, last, left, period, shown)
+        size = shown.with_unit(float(np.sqrt(np.mean(left**2))))
+        axes.set_title(f"Readings at the shifted targets, {title}: {size} RMS")
+        axes.set_ylabel(f"left ({shown.symbol})")
+    turn = "a turn of the screw" if pitch is not None else "the interval of the first targets"
+    below.set_xlabel(f"place in {turn} ({period:.4g} mm)")
+    above.legend(loc="upper left", ncols=2)
+    return figure
+
+
+def _folded(axes: Axes, last: Round, left: Floats, period: float, shown: Shown) -> None:
+    """Draw readings over their place in the period, and the mean at each place."""
+    colour = look_of("uncompensated").colour
+    place = np.mod(last.readings.target_mm + period / _STEPS / 2.0, period)
+    for way, label, marker in _WAYS:
+        own = np.flatnonzero(last.readings.direction == way)
+        if not own.size:
+            continue
+        dots = own[:: -(-own.size // _MOST_DOTS)]
+        face = colour if way > 0 else "white"
+        axes.plot(place[dots], left[dots] * shown.factor, linestyle="none", marker=".", markersize=2.0, color=colour,
+                  alpha=0.15, zorder=1)  # fmt: skip
+        step = np.floor(place[own] / period * _STEPS).astype(np.int64)
+        numbers, index = np.unique(step, return_inverse=True)
+        means = np.bincount(index, weights=left[own]) / np.bincount(index)
+        axes.plot((numbers + 0.5) * period / _STEPS, means * shown.factor, linestyle="none", marker=marker,
+                  markersize=4.5, color=colour, markerfacecolor=face, markeredgewidth=0.9, label=f"mean, {label}",
+                  zorder=3)  # fmt: skip
+    axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=0)
+    axes.set_xlim(0.0, period)
