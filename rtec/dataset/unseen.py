@@ -11,6 +11,7 @@ from rtec.effects.frequency_grid import ENOUGH_PHASES, phases_seen
 _HARMONICS = 6  # of a stated period that are looked at; screws and gears show few more
 _FINE = 0.2  # share of the usual gap: places on a finer grid hide nothing that anyone looks for
 _SHIFT = 0.3  # of the hidden period: 0, 0.3 and 0.6 of it are three phases of every harmonic below the tenth
+_VERNIER, _SWEEPS = 23, 6  # targets until they are one old step further, a prime; how often they get there at least
 _SAME = 1e-4  # share by which two periods may differ and be the same
 
 
@@ -33,24 +34,22 @@ def unseen_periods(conditions: Conditions) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*found, *(f"{period:.6g} {unit}" for period in _half_seen(conditions, step))]))
 
 
-def target_shifts(conditions: Conditions) -> tuple[float, float] | None:
-    """Return the smallest shifts of the targets that would show the unseen periods, or None where nothing is hidden.
+def other_step(conditions: Conditions) -> float | None:
+    """Return the distance of targets that would meet every unseen period at other places each time, or None.
 
-    Beside the targets as they are, those of one more run each are moved by so much, in the unit of the positions.
+    As a vernier does: after so many targets they are one step of the old grid further. None where nothing is hidden,
+    and where the targets are too few to go round several times.
 
     Examples
     --------
-    >>> x, run = np.arange(0.0, 101.0, 5.0), np.ones(21, dtype=np.int64)
-    >>> target_shifts(Conditions(position=x, position_unit="mm", run=run))
-    (1.5, 3.0)
+    >>> x = np.arange(0.0, 1000.1, 5.0)
+    >>> other_step(Conditions(position=x, position_unit="mm", run=np.ones(201, dtype=np.int64)))
+    5.2173913
     """
     step = _grid(conditions)
-    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
-    hidden = _half_seen(conditions, step) + stated
-    if step is None and not hidden:
+    if step is None or conditions.places.size < _SWEEPS * _VERNIER:
         return None
-    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
-    return _SHIFT * period, 2.0 * _SHIFT * period
+    return float(f"{step * (1.0 + 1.0 / _VERNIER):.9g}")
 
 
 def shifted_targets(conditions: Conditions) -> str | None:
@@ -62,15 +61,22 @@ def shifted_targets(conditions: Conditions) -> str | None:
     >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
     'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
     """
-    shifts = target_shifts(conditions)
-    if shifts is None:
+    unit, step = conditions.position_unit, _grid(conditions)
+    other = other_step(conditions)
+    if other is not None:
+        apart = f"{other:.4g} {unit} apart instead of {step:.4g} {unit}"
+        return f"measure once more with targets {apart}: hardly a period hides from both"
+    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
+    hidden = _half_seen(conditions, step) + stated
+    if step is None and not hidden:
         return None
-    unit = conditions.position_unit
-    one, two = f"{shifts[0]:.4g}", f"{shifts[1]:.4g} {unit}"
+    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
+    once = _SHIFT * period
+    one, two = f"{once:.4g}", f"{2 * once:.4g} {unit}"
     if np.unique(conditions.run).size < ENOUGH_PHASES:
         return f"add targets {one} {unit} and {two} beyond each of the targets"
-    runs = f"by {one} {unit} in the second run, by {two} in the third"
-    return f"shift the targets {runs}, and go on so in turn: 0, {one}, {two}"
+    shifts = f"by {one} {unit} in the second run, by {two} in the third"
+    return f"shift the targets {shifts}, and go on so in turn: 0, {one}, {two}"
 
 
 def _of_targets(conditions: Conditions) -> bool:
@@ -79,10 +85,12 @@ def _of_targets(conditions: Conditions) -> bool:
 
 def _grid(conditions: Conditions) -> float | None:
     """Return the step of the grid on which all targets lie, or None where there is none worth the name."""
+    if not _of_targets(conditions):
+        return None
     places = conditions.places
-    step = lattice_step(np.round((places - places[0]) / conditions.span, 9)) if _of_targets(conditions) else None
-    step = 0.0 if step is None else float(f"{step * conditions.span:.9g}")
-    return step if step > 0.0 and step >= _FINE * float(np.median(np.diff(places))) else None
+    usual = float(np.median(np.diff(places)))
+    step = lattice_step(np.round((places - places[0]) / usual, 9))
+    return None if step is None or step < _FINE else float(f"{step * usual:.9g}")
 
 
 def _stated(conditions: Conditions) -> list[float]:

@@ -20,8 +20,12 @@ PARTS = (1, 2, 3, 4, 5)
 BY_DIRECTION = "_by_direction"
 PHASES_BESIDE = 4
 """Phases of a turn, more than twice the harmonics, that have to be seen: fewer tell no step from another harmonic."""
-LEAST_GAP = 0.002
+LEAST_GAP = 1e-4
 """Of a turn, between neighbouring phases: readings nearer to each other stand at the same phase."""
+STRETCHES = 100
+"""Of a turn, in each of which a step is looked for in one place at first."""
+AROUND = 0.05
+"""Of a turn, to either side of a step that is known: there it is looked for again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +61,8 @@ class Cyclic(Periodic):
     no position in the data, time stands for it, and the period is one in time.
 
     A step is a sawtooth beside the waves: it rises by 1 at the step and falls evenly over the turn. It is looked for
-    in a stated turn or pitch, halfway between neighbouring phases of the readings: they do not tell its place closer.
+    in a stated turn or pitch of which enough phases are seen, halfway between neighbouring phases of the readings,
+    which do not tell its place closer: at first in the widest gap of each hundredth of the turn.
 
     References
     ----------
@@ -140,10 +145,25 @@ class Cyclic(Periodic):
         if own.step_at > 0.0:
             found += [replace(one, step_at=own.step_at) for one in found if one.period == own.period]
         turn = stated_base(conditions, own.period)
-        if turn is not None and own.harmonics > 1:
-            whole = replace(own, period=turn, step_at=0.0)
-            found += [replace(whole, step_at=place) for place in _step_places(conditions, whole)]
-        return found
+        if turn is None or own.harmonics < 2 or turn not in (conditions.screw_pitch, conditions.revolution):
+            return found
+        if phases_seen(conditions.places, turn) < 2 * own.harmonics + PHASES_BESIDE:
+            return found
+        middles, gaps = _gaps(conditions, turn)
+        stretch = np.floor(middles * STRETCHES)
+        order = np.lexsort((-gaps, stretch))  # the widest gap of each stretch comes first
+        first = middles[order[np.unique(stretch[order], return_index=True)[1]]]
+        if own.step_at > 0.0:
+            first = first[_away(first, own) < AROUND]
+        return [*found, *_steps_at(replace(own, period=turn), first)]
+
+    def closer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the family with its step in every gap near the one where it was found."""
+        own = own_shape(shape, CyclicShape)
+        if own.step_at == 0.0:
+            return ()
+        middles, _ = _gaps(conditions, own.period)
+        return _steps_at(own, middles[_away(middles, own) < 1.0 / STRETCHES])
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the period, but of a wave with a step: its turn is stated."""
@@ -153,7 +173,7 @@ class Cyclic(Periodic):
         """Return the number of periods, times that of the places of a step where there is one."""
         own = own_shape(shape, CyclicShape)
         periods = super().tried(conditions, replace(own, step_at=0.0))
-        return periods if own.step_at == 0.0 else periods * max(len(_step_places(conditions, own)), 1)
+        return periods if own.step_at == 0.0 else periods * STRETCHES
 
     def freedom(self, shape: Shape) -> int:
         """Return 1 for the period, and 1 for the place of a step."""
@@ -233,15 +253,23 @@ def _way_summary(
     return (rise, *harmonic_summary(waves, units, suffix, beside=float(steps[0]) * turn))
 
 
-def _step_places(conditions: Conditions, shape: CyclicShape) -> list[float]:
-    """Return where in a stated pitch or turn a step could be; none where too few phases of it are seen."""
-    whole = (conditions.screw_pitch, conditions.revolution)
-    if (
-        shape.period not in whole
-        or phases_seen(conditions.places, shape.period) < 2 * shape.harmonics + PHASES_BESIDE
-    ):
-        return []
-    seen = np.unique(np.round(np.mod(conditions.places, shape.period) / shape.period, 6))
+def _gaps(conditions: Conditions, period: float) -> tuple[Floats, Floats]:
+    """Return the middles of the gaps between phases of a period at which readings stand, and how wide they are.
+
+    Both in cycles, shape (gaps,).
+    """
+    seen = np.unique(np.round(np.mod(conditions.places / period, 1.0), 6) % 1.0)
     gaps = np.diff(seen, append=seen[0] + 1.0)
-    halfway = np.mod((seen + 0.5 * gaps)[gaps > LEAST_GAP], 1.0) * shape.period
-    return [float(place) for place in np.where(halfway > 0.0, halfway, shape.period)]
+    wide = gaps > LEAST_GAP
+    return np.mod(seen + 0.5 * gaps, 1.0)[wide], gaps[wide]
+
+
+def _away(phases: Floats, shape: CyclicShape) -> Floats:
+    """Return how far phases are from the step of a shape, in cycles."""
+    off: Floats = np.abs(np.mod(phases - shape.step_at / shape.period + 0.5, 1.0) - 0.5)
+    return off
+
+
+def _steps_at(shape: CyclicShape, phases: Floats) -> list[CyclicShape]:
+    """Return a family with a step at each of some phases of its period."""
+    return [replace(shape, step_at=float(phase) * shape.period if phase > 0.0 else shape.period) for phase in phases]

@@ -240,6 +240,10 @@ class Effect(abc.ABC):
         """Return shapes that hold a part of this one, in other company: single harmonics of a family, and theirs."""
         return ()
 
+    def closer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return shapes beside one of those variants that stand for many; none as a rule."""
+        return ()
+
     def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
         """Return shapes that hold both of two, which one cause may have; none as a rule."""
         return ()

@@ -34,6 +34,7 @@ def diagnose(
     heldout: Dataset | None = None,
     *,
     locked: bool = False,
+    begin: Model | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Diagnosis:
@@ -48,6 +49,9 @@ def diagnose(
     heldout
         Another measurement, on which effects are judged and the found model is scored; else parts of the first are
         held out.
+    begin
+        Where the search goes on: what fewer readings of the same axis have shown. Unlike those of ``model`` its
+        effects have to earn their places again. None: it begins with nothing.
     locked
         Whether ``heldout`` is only scored, when everything is decided.
     seed
@@ -78,12 +82,13 @@ def diagnose(
     if dataset.never_changes or not any(not isinstance(effect, Probe) for effect in space.library):
         return nothing_testable(Search(Judge(space), given), begun)
     part = drawn(dataset, seed)
-    search = Search(Judge(space if part is dataset else Space(part)), given)
+    known = () if begin is None else tuple((t.effect, t.shape) for t in begin.terms if t.shape is not None)
+    search = Search(Judge(space if part is dataset else Space(part)), given, known)
     best = search.run(lambda share: tell(0.05 + 0.6 * share))
     more, off = _without(dataset, _off(search, best)) if part is dataset else (dataset, ())
     if off:  # what no noise explains beside the best model may have hidden the rest of it
         dataset, outliers = more, (*outliers, *off)
-        search = Search(Judge(Space(dataset)), given)
+        search = Search(Judge(Space(dataset)), given, known)
         best = search.run(lambda share: tell(0.4 + 0.25 * share))
     found = Finding(
         search=search,

@@ -67,6 +67,9 @@ class Search:
 
     judge: Judge
     given: tuple[Choice, ...] = ()
+    begin: tuple[Choice, ...] = ()
+    """Effects with which it begins besides: found on fewer readings, and taken out again where these do not bear
+    them out."""
     board: Board = field(init=False)
     refused: dict[str, str] = field(default_factory=dict)
     """Why an effect that the score asked for was not taken, by name."""
@@ -247,6 +250,8 @@ class Search:
                 others = [s for i, (e, s) in enumerate(best.choices) if i != k and e is effect]
                 sound = [(effect, s) for s in forms if bearable(conditions, effect, s, others)]
                 moved = max([moved, *sound], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
+                near = [(effect, s) for s in effect.closer(conditions, moved[1])]
+                moved = max([moved, *near], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
             if not effect.is_map:
                 rest = [choice for i, choice in enumerate(best.choices) if i != k]
                 colour = best.colour.bounded
@@ -263,9 +268,9 @@ class Search:
         their way, and stand where several effects would have to come in at once. Where it holds a probe, it is looked
         for once more with waves one by one: a family that brings several periods together hides each of them.
         """
-        found = self._climbed(tell)
+        found = self._climbed(tell, begin=self.begin)
         maps = [choice[0] for choice in found.choices if choice not in self.given and choice[0].is_map]
-        if maps and not any(isinstance(effect, Probe) for effect in maps):
+        if maps and not self.begin and not any(isinstance(effect, Probe) for effect in maps):
             self.barred = frozenset(effect.name for effect in self.space.library if effect.is_map)
             other = self._climbed(lambda share: None, found.score - OUT_OF_REACH)
             self.barred = frozenset()
@@ -315,12 +320,14 @@ class Search:
             and all(c in self.given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
         )
 
-    def _climbed(self, tell: Progress, least: float = -np.inf) -> Scored:
-        """Return the best model that the beam and exchanges reach; exchanges from a score of ``least`` on.
+    def _climbed(self, tell: Progress, least: float = -np.inf, begin: Sequence[Choice] = ()) -> Scored:
+        """Return the best model that the beam and exchanges reach from ``begin``; exchanges from ``least`` on.
 
         A probe explains at once what takes several effects: models without one grow beside those with one.
         """
-        start = self.judge.score(self.given)
+        start = self.judge.score([*self.given, *begin])
+        if begin:
+            start = self.earned(self.reshaped(start, maps=True, waves=True))
         best, beam, reached = {False: start, True: start}, [start], -np.inf
         for depth in range(MOST_EFFECTS):
             gated, ungated = self._sorted_out(self._grown(beam), best)
@@ -338,8 +345,8 @@ class Search:
         if found.score < least:
             return found
         # what a probe explains at once, effects may explain when their families are grouped in another way
-        begin = [found] if best[False] is found else [found, best[False]]
-        ends = [self.earned(self.reshaped(self.exchanged(m), maps=True, waves=True)) for m in begin]
+        starts = [found] if best[False] is found else [found, best[False]]
+        ends = [self.earned(self.reshaped(self.exchanged(m), maps=True, waves=True)) for m in starts]
         return max(ends, key=lambda m: m.score)
 
     def earned(self, model: Scored) -> Scored:

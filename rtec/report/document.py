@@ -47,8 +47,8 @@ def _round(one: Round) -> dict[str, Any]:
     """Return a round of the calibration: what it took, and what its model is off the axis all along the travel."""
     return {
         "readings": one.readings.size,
-        "start_mm": [plan.start_inch * MM_PER_INCH for plan in one.plans],
-        "increment_mm": one.plans[0].increment_inch * MM_PER_INCH,
+        "runs": one.plan.runs,
+        "increment_mm": one.plan.increment_inch * MM_PER_INCH,
         "machine_s": one.machine_s,
         "rms_less_model_before_um": float(np.sqrt(np.mean(one.missed_mm**2))) * 1000.0,
         "rms_less_model_um": float(np.sqrt(np.mean(one.left_mm**2))) * 1000.0,

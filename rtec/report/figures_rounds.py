@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _MOST_DOTS = 4000
 """For each direction: more of them look the same."""
-_STEPS = 1000
+_STEPS = 250
 """Of the fold in which readings count as at the same place."""
 _WAYS = ((1, "forward", "^"), (-1, "reverse", "v"))
 
@@ -34,19 +34,19 @@ def rounds_figure(learned: Learned, shown: Shown) -> Figure | None:
     last = learned.rounds[-1]
     pitch = learned.diagnosis.dataset.coordinates.screw_pitch
     period = learned.plan.increment_inch * MM_PER_INCH if pitch is None else pitch
-    figure = new_figure(4.6)
+    figure = new_figure(4.8)
     above, below = figure.subplots(2, 1, sharex=True, sharey=True)
     for axes, left, title in (
-        (above, last.missed_mm, "less the model that the calibration before gave"),
+        (above, last.missed_mm, "less the model that the first round gave"),
         (below, last.left_mm, "less the model that all readings gave"),
     ):
         _folded(axes, last, left, period, shown)
         size = shown.with_unit(float(np.sqrt(np.mean(left**2))))
-        axes.set_title(f"Readings at the shifted targets, {title}: {size} RMS")
+        axes.set_title(f"Readings of the second round, {title}: {size} RMS")
         axes.set_ylabel(f"left ({shown.symbol})")
     turn = "a turn of the screw" if pitch is not None else "the interval of the first targets"
-    below.set_xlabel(f"place in {turn} ({period:.4g} mm)")
-    above.legend(loc="upper left", ncols=2)
+    below.set_xlabel(f"place in {turn} (mm)")
+    above.legend(loc="lower left", ncols=2)
     return figure
 
 
@@ -62,8 +62,7 @@ def _folded(axes: Axes, last: Round, left: Floats, period: float, shown: Shown) 
         face = colour if way > 0 else "white"
         axes.plot(place[dots], left[dots] * shown.factor, linestyle="none", marker=".", markersize=2.0, color=colour,
                   alpha=0.15, zorder=1)  # fmt: skip
-        step = np.floor(place[own] / period * _STEPS).astype(np.int64)
-        numbers, index = np.unique(step, return_inverse=True)
+        numbers, index = np.unique(np.floor(place[own] / period * _STEPS), return_inverse=True)
         means = np.bincount(index, weights=left[own]) / np.bincount(index)
         axes.plot((numbers + 0.5) * period / _STEPS, means * shown.factor, linestyle="none", marker=marker,
                   markersize=4.5, color=colour, markerfacecolor=face, markeredgewidth=0.9, label=f"mean, {label}",

@@ -136,8 +136,7 @@ class TruthScore:
 class Round:
     """A calibration, and the search in its readings and those of all rounds before it."""
 
-    plans: tuple[MeasuringPlan, ...]
-    """Programs of this round."""
+    plan: MeasuringPlan
     readings: Readings
     """Of this round alone."""
     machine_s: float

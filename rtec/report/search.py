@@ -21,9 +21,10 @@ PREFIX = "axis-"
 """Of the figures' names: the correction has figures of its own that are called the same."""
 _WHOLE = 1e-6
 _ROUNDS = (
-    "The readings at the shifted targets took no part in the first search. Above, what its model is off them, below, "
+    "The readings of the second round took no part in the first search. Above, what its model is off them, below, "
     "what the model of all readings leaves: dots are single readings, ▲ and ▽ the means at each place, forward and "
-    "in reverse. What the first targets could not show is the pattern above; where it has gone below, it has a name now."
+    "in reverse. What the first targets could not show is the pattern above; where it has gone below, it has a name "
+    "now."
 )
 
 
@@ -121,7 +122,8 @@ def round_rows(learned: Learned, shown: Shown) -> list[tuple[str, list[str]]]:
         return shown.with_unit(float(np.sqrt(np.mean(values**2))))
 
     return [
-        ("targets", [_targets(learned, index) for index in range(len(rounds))]),
+        ("targets every", [f"{one.plan.increment_inch * MM_PER_INCH:.4g} mm" for one in rounds]),
+        ("runs", [f"{one.plan.runs}" for one in rounds]),
         ("readings", [number(one.readings.size) for one in rounds]),
         ("machine time", [f"{one.machine_s / 3600.0:.1f} h" for one in rounds]),
         ("its readings less the model before", [rms(one.missed_mm) for one in rounds]),
@@ -132,14 +134,6 @@ def round_rows(learned: Learned, shown: Shown) -> list[tuple[str, list[str]]]:
     ]
 
 
-def _targets(learned: Learned, index: int) -> str:
-    """Return where the targets of a round lie."""
-    if index == 0:
-        return f"every {learned.plan.increment_inch * MM_PER_INCH:.4g} mm"
-    shifts = [(plan.start_inch - learned.plan.start_inch) * MM_PER_INCH for plan in learned.rounds[index].plans]
-    return f"the same moved by {joined(f'{shift:.3g}' for shift in shifts)} mm"
-
-
 def rounds_sentence(learned: Learned) -> str:
     """Return in a sentence why the axis was measured again, what that cost and what it gave; nothing of one round."""
     if len(learned.rounds) < 2:
@@ -148,10 +142,11 @@ def rounds_sentence(learned: Learned) -> str:
     first, last = learned.rounds[0], learned.rounds[-1]
     hidden = joined(printable(period) for period in first.diagnosis.unseen_periods)
     cost = sum(one.machine_s for one in learned.rounds[1:]) / 3600.0
+    apart = last.plan.increment_inch * MM_PER_INCH
     return (
         f"The targets of the first round cannot show errors with a period of {hidden}, and so the axis was measured "
-        f"again at shifted targets. That cost {cost:.1f} h of machine time, and what the model is off the true error "
-        f"all along the travel fell from {shown.with_unit(first.score.rms_mm)} to "
+        f"again, with targets every {apart:.4g} mm. That cost {cost:.1f} h of machine time, and what the model is "
+        f"off the true error all along the travel fell from {shown.with_unit(first.score.rms_mm)} to "
         f"{shown.with_unit(last.score.rms_mm)} RMS."
     )
 

@@ -27,8 +27,8 @@ from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH
 
 UNITS = ("um", "mm", "inch")
 _MOST_HAPPENINGS = 100
-MOST_ROUNDS = 5
-"""Of calibrations: each takes the machine for hours."""
+MOST_ROUNDS = 2
+"""Of calibrations: what the targets of the first one hide, those of the second do not."""
 MAX_DRIVE_MM_S = 1e4
 """What the drive does at most, however fast the axis may be."""
 _FAULT_KEYS = ("kind", "from", "until", "strikes")
@@ -81,7 +81,7 @@ class Study:
     calibration: MeasuringPlan
     """The measurement from which the PC learns."""
     rounds: int
-    """In how many rounds it may do so: a later one at the targets that the search before it asks for."""
+    """In how many rounds it may do so: a second one at the targets that the first search asks for."""
     feeds_mm_s: tuple[float, ...]
     span_mm: float
     growth: Growth

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.load import load_dataset
-from rtec.dataset.unseen import target_shifts
+from rtec.dataset.unseen import other_step
 from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
@@ -31,8 +32,6 @@ CALIBRATING_S, SEARCHING_S = 1.0, 6.0
 """About what the parts take."""
 POSITION_DECIMALS = 4
 """Of an inch, that a measuring program writes."""
-_FEWEST_INTERVALS = 2
-"""Of a pass: one that is moved has an interval less."""
 _PLACES = 50_001
 """At which a model is scored: a hundred thousandth of a travel apart in both directions."""
 
@@ -100,8 +99,8 @@ def calibration_measurement(readings: Readings, period_mm: float | None) -> Meas
 def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
     """Calibrate an axis, find the effects behind the readings, and make a predictor of them.
 
-    The search begins with a perfect axis. Where the targets hide periods, the axis is measured again at the targets
-    that the first search asks for, as often as the study allows, and all readings are searched together.
+    The search begins with a perfect axis. As often as the study allows, the axis is measured again at targets that
+    show what the first ones hide, as the search asks for, and the search goes on with all readings.
 
     Parameters
     ----------
@@ -119,17 +118,13 @@ def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
     """
     begun = time.perf_counter()
     rounds: list[Round] = []
-    plans: tuple[MeasuringPlan, ...] = (study.calibration,)
-    programs = 0
-    while plans and len(rounds) < study.rounds:
+    plan: MeasuringPlan | None = study.calibration
+    while plan is not None and len(rounds) < study.rounds:
         again = " again" if rounds else ""
-        taken = []
-        for plan in plans:
-            programs += 1
-            tell = teller(f"calibrating the axis{again}", CALIBRATING_S)
-            taken.append(calibrate(replace(study, calibration=plan), machine, tell, number=programs))
-        rounds.append(_searched(study, rounds, plans, taken, teller(f"searching for effects{again}", SEARCHING_S)))
-        plans = _asked_for(study, rounds[-1].diagnosis)
+        tell = teller(f"calibrating the axis{again}", CALIBRATING_S)
+        taken = calibrate(replace(study, calibration=plan), machine, tell, number=len(rounds) + 1)
+        rounds.append(_searched(study, rounds, plan, taken, teller(f"searching for effects{again}", SEARCHING_S)))
+        plan = _asked_for(study.calibration, rounds[-1].diagnosis)
     diagnosis = rounds[-1].diagnosis
     predictor, left_out = _predictor(study, diagnosis.model)
     models = [diagnosis.start, *(step.model for step in diagnosis.steps)]
@@ -144,23 +139,21 @@ def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
 
 
 def learning_s(study: Study) -> float:
-    """Return about how long the rounds of a study take, in s, a second one with two programs of its own."""
-    return study.rounds * (CALIBRATING_S + SEARCHING_S) + (study.rounds - 1) * CALIBRATING_S
+    """Return about how long the rounds of a study take, in s."""
+    return study.rounds * (CALIBRATING_S + SEARCHING_S)
 
 
-def _searched(
-    study: Study, before: list[Round], plans: tuple[MeasuringPlan, ...], taken: list[Calibration], tell: Tell
-) -> Round:
+def _searched(study: Study, before: list[Round], plan: MeasuringPlan, taken: Calibration, tell: Tell) -> Round:
     """Search all readings up to those of a new round."""
-    new = joined([calibration.readings for calibration in taken])
-    whole = joined([*(one.readings for one in before), new])
-    diagnosis = diagnose(load_dataset(calibration_measurement(whole, study.period_mm)), progress=tell)
+    whole = joined([*(one.readings for one in before), taken.readings])
+    dataset = load_dataset(calibration_measurement(whole, study.period_mm))
+    diagnosis = diagnose(dataset, begin=before[-1].diagnosis.model if before else None, progress=tell)
     return Round(
-        plans=plans,
-        readings=new,
-        machine_s=sum(calibration.machine_s for calibration in taken),
-        missed_mm=_less(before[-1].diagnosis.model, new) if before else new.deviation_mm,
-        left_mm=_less(diagnosis.model, new),
+        plan=plan,
+        readings=taken.readings,
+        machine_s=taken.machine_s,
+        missed_mm=_less(before[-1].diagnosis.model, taken.readings) if before else taken.readings.deviation_mm,
+        left_mm=_less(diagnosis.model, taken.readings),
         diagnosis=diagnosis,
         score=score(study, _predictor(study, diagnosis.model)[0], _travel(study)),
     )
@@ -176,24 +169,17 @@ def _less(model: Model, readings: Readings) -> NDArray[np.float64]:
     return left
 
 
-def _asked_for(study: Study, diagnosis: Diagnosis) -> tuple[MeasuringPlan, ...]:
-    """Return the programs that show what the targets of a search hide: a run each at targets moved by a shift."""
-    plan = study.calibration
-    shifts = target_shifts(diagnosis.dataset.coordinates)
-    intervals = round((plan.end_inch - plan.start_inch) / plan.increment_inch)
-    if shifts is None or intervals < _FEWEST_INTERVALS:
-        return ()
-    moved = [round(shift / MM_PER_INCH % plan.increment_inch, POSITION_DECIMALS) for shift in shifts]
-    return tuple(
-        replace(
-            plan,
-            start_inch=plan.start_inch + by,
-            end_inch=plan.start_inch + by + (intervals - 1) * plan.increment_inch,
-            runs=1,
-        )
-        for by in moved
-        if 0.0 < by < plan.increment_inch
-    )
+def _asked_for(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | None:
+    """Return the program that shows what the targets of a search hide; None where it asks for none.
+
+    One run over the same travel, with the targets at the distance that the search asks for.
+    """
+    step = other_step(diagnosis.dataset.coordinates)
+    if step is None:
+        return None
+    increment = round(step / MM_PER_INCH, POSITION_DECIMALS)
+    intervals = math.floor((plan.end_inch - plan.start_inch) / increment)
+    return replace(plan, end_inch=plan.start_inch + intervals * increment, increment_inch=increment, runs=1)
 
 
 def _predictor(study: Study, model: Model) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
