@@ -18,6 +18,8 @@ from rtec.errors import ArgumentError
 PARTS = (1, 2, 3, 4, 5)
 """Which harmonic of its family the strongest line may be."""
 BY_DIRECTION = "_by_direction"
+ROUNDING = 1e-9
+"""Of a period that is read from a file in another unit."""
 PHASES_BESIDE = 4
 """Phases of a turn, more than twice the harmonics, that have to be seen: fewer tell no step from another harmonic."""
 LEAST_GAP = 1e-4
@@ -42,7 +44,7 @@ class CyclicShape(Shape):
 
     def __post_init__(self) -> None:
         """Refuse a step that lies outside the period."""
-        if not 0.0 <= self.step_at <= self.period:
+        if not 0.0 <= self.step_at <= self.period * (1.0 + ROUNDING):
             raise ArgumentError("step_at", self.step_at, f"0 (no step) to the period, {self.period:g}")
 
     @property

@@ -48,6 +48,7 @@ from rtec.inference.shape_text import (
     shown_field,
     shown_list,
     shown_text,
+    written_fields,
 )
 from rtec.metrology.text_file import read_text, write_lines
 from rtec.units import parse_in, written
@@ -150,7 +151,7 @@ def _term_lines(term: Term, units: Units) -> Iterator[str]:
     if term.shape is None:
         return
     shape_errors = dict(term.shape_errors)
-    for item in fields(term.shape):
+    for item in written_fields(term.shape):
         yield f"{item.name} = {shown_field(item, getattr(term.shape, item.name), units)}"
         error = shape_errors.get(item.name, math.nan)
         if math.isfinite(error):

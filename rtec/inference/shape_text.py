@@ -30,7 +30,7 @@ def field_keys(shape_type: type[Shape]) -> tuple[str, ...]:
     --------
     >>> from rtec.effects import effect_named
     >>> field_keys(effect_named("cyclic").shape_type)
-    ('period', 'harmonics', 'by_direction')
+    ('period', 'harmonics', 'by_direction', 'step_at')
     """
     return tuple(item.name for item in fields(shape_type))
 
@@ -50,6 +50,18 @@ def _may_be_nothing(item: Parameter) -> bool:
     return bool(item.default == 0.0)
 
 
+def written_fields(shape: Shape) -> tuple[Parameter, ...]:
+    """Return the parameters of a shape that a file needs: without those that are 0 where they are not given.
+
+    Examples
+    --------
+    >>> from rtec.effects import CyclicShape
+    >>> [item.name for item in written_fields(CyclicShape(6.35))]
+    ['period', 'harmonics', 'by_direction']
+    """
+    return tuple(x for x in fields(shape) if not (is_continuous(x) and getattr(shape, x.name) == 0.0))
+
+
 def _is_list(item: Parameter) -> bool:
     return isinstance(item.default, tuple)
 
@@ -60,7 +72,7 @@ def parameter_unit(item: Parameter, units: Units) -> str:
     Examples
     --------
     >>> from rtec.effects import effect_named
-    >>> period, harmonics, _ = fields(effect_named("cyclic").shape_type)
+    >>> period, harmonics, *_ = fields(effect_named("cyclic").shape_type)
     >>> parameter_unit(period, Units("mm", "mm", "s")), parameter_unit(harmonics, Units("mm", "mm", "s"))
     ('mm', '')
     """
@@ -169,7 +181,7 @@ def shown_field(item: Parameter, value: object, units: Units) -> str:
     Examples
     --------
     >>> from rtec.effects import effect_named
-    >>> period, harmonics, by_direction = fields(effect_named("cyclic").shape_type)
+    >>> period, harmonics, by_direction, _ = fields(effect_named("cyclic").shape_type)
     >>> units = Units("mm", "mm", "s")
     >>> shown_field(period, 6.35, units), shown_field(harmonics, 2, units), shown_field(by_direction, True, units)
     ('"6.35 mm"', '2', 'true')

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from rtec.dataset.unseen import shifted_targets, unseen_periods
+from rtec.dataset.unseen import other_step, shifted_targets, unseen_periods
 from rtec.effects import Conditions
 
 
@@ -69,3 +69,23 @@ def test_the_suggested_change_shows_what_was_hidden(runs, facts):
     for k in (1, 2, 3):
         assert not seen(GRID, hidden / k) or hidden / k == 5.0
         assert seen(changed, hidden / k)
+
+
+@pytest.mark.parametrize("step", [0.635, 5.0])
+def test_many_targets_on_a_grid_are_met_by_another_distance(step):
+    grid = np.arange(1561) * step
+    assert unseen_periods(at(grid)) == (f"{step:g} mm / k",)
+    other = other_step(at(grid))
+    assert f"targets {other:.4g} mm apart instead of {step:.4g} mm" in shifted_targets(at(grid))
+    vernier = np.arange(0.0, grid[-1], other)
+    assert vernier.size < grid.size
+    for k in range(1, 20):
+        assert not seen(grid, step / k)
+        assert seen(vernier, step / k), k
+    assert other_step(at(np.concatenate([grid, vernier]))) is None
+
+
+def test_few_targets_are_shifted():
+    assert other_step(at(GRID)) is None
+    assert other_step(at(np.zeros(9))) is None
+    assert "shift" in shifted_targets(at(GRID, runs=3))

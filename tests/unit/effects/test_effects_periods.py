@@ -22,6 +22,7 @@ from rtec.effects import (
     phases_seen,
     resolved_harmonics,
 )
+from rtec.errors import ArgumentError
 
 LINEAR = Units("mm", "mm", "s")
 DEG = Units("a", "deg", "s")
@@ -496,3 +497,84 @@ def test_a_force_that_comes_once_or_twice_a_turn_is_a_weight():
     for period in (360.0, 180.0):
         assert "as a weight does" in Cogging().implausible(c, CoggingShape(period, 2), once)
     assert Cogging().implausible(c, CoggingShape(120.0, 2), once) is None
+
+
+# a step once a turn
+
+
+def turned(harmonics=2, **others):
+    x = 0.66 * np.arange(300.0)
+    both = np.repeat([1.0, -1.0], x.size)
+    return at(np.tile(x, 2), direction=both, screw_pitch=6.35), CyclicShape(6.35, harmonics, **others)
+
+
+def test_a_wave_with_a_step_rises_by_its_size_where_the_step_is_and_nowhere_else():
+    shape = CyclicShape(6.0, 1, by_direction=True, step_at=2.0)
+    amplitudes = [0.0, 0.0, 0.0, 0.0, 3.0, 1.0]
+    for way, rise in ((1.0, 4.0), (-1.0, 2.0)):
+        c = at([1.999999, 2.000001, 8.0 - 1e-6, 8.0 + 1e-6, 5.0, 5.001], direction=np.full(6, way))
+        y = Cyclic().contribution(c, shape, amplitudes)
+        assert y[1] - y[0] == pytest.approx(rise, rel=1e-5)
+        assert y[3] - y[2] == pytest.approx(rise, rel=1e-5)
+        assert y[5] - y[4] == pytest.approx(-rise * 0.001 / 6.0)
+        assert y[4] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_peak_to_peak_value_holds_the_step():
+    units = Units("mm", "mm", "s")
+    shape = CyclicShape(6.0, 1, step_at=2.0)
+    values = dict((name, value) for name, value, _ in Cyclic().summary(shape, [0.01, 0.0, 0.02], units))
+    place = np.linspace(0.0, 6.0, 200_001)
+    y = 0.01 * np.sin(2 * np.pi * place / 6.0) + 0.02 * (0.5 - np.mod(place - 2.0, 6.0) / 6.0)
+    assert values["peak_to_peak"] == pytest.approx(1000 * np.ptp(y), rel=1e-3)
+    assert (values["step_at"], values["step"]) == (2.0, 20.0)
+    plain = dict((name, value) for name, value, _ in Cyclic().summary(CyclicShape(6.0, 1), [0.01, 0.0], units))
+    assert "step" not in plain and "step_at" not in plain
+    assert Cyclic().freedom(shape) == 2 and Cyclic().freedom(CyclicShape(6.0)) == 1
+
+
+def test_steps_are_looked_for_in_a_stated_turn_with_many_phases_only():
+    c, shape = turned()
+    forms = Cyclic().variants(c, shape)
+    steps = [form for form in forms if form.step_at > 0.0]
+    assert len(steps) == 100
+    assert {form.harmonics for form in steps} == {2}
+    assert all(Cyclic().columns(c, form).shape[1] == len(Cyclic().amplitudes(form, LINEAR)) for form in forms)
+    assert not any(form.step_at for form in Cyclic().variants(lathe(), CyclicShape(6.35, 4))), "ten phases"
+    assert not any(form.step_at for form in Cyclic().variants(c, CyclicShape(6.35))), "a single wave"
+    nobody = at(c.position, direction=c.direction)
+    assert not any(form.step_at for form in Cyclic().variants(nobody, CyclicShape(6.35, 2)))
+
+
+def test_a_step_is_found_in_its_gap_by_a_coarse_and_a_fine_look():
+    c, shape = turned()
+    truth = 4.321
+    y = 0.004 * (np.mod(c.position - truth, 6.35) / 6.35) + 0.01 * np.sin(2 * np.pi * c.position / 6.35)
+
+    def left(form):
+        columns = np.hstack([Cyclic().columns(c, form), np.ones((c.rows, 1))])
+        return float(np.sum((y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) ** 2))
+
+    coarse = min((f for f in Cyclic().variants(c, shape) if f.step_at > 0.0), key=left)
+    fine = min([coarse, *Cyclic().closer(c, coarse)], key=left)
+    assert left(fine) < 1e-20 < left(shape)
+    phases = np.sort(np.mod(c.places, 6.35))
+    assert not ((phases > min(fine.step_at, truth)) & (phases < max(fine.step_at, truth))).any()
+    assert Cyclic().closer(c, shape) == ()
+
+
+def test_a_step_outside_its_period_is_refused():
+    with pytest.raises(ArgumentError, match="step_at"):
+        CyclicShape(6.35, 2, step_at=6.4)
+    with pytest.raises(ArgumentError, match="step_at"):
+        CyclicShape(6.35, 2, step_at=-0.1)
+
+
+def test_two_fractions_of_a_turn_may_be_one_family_of_it():
+    c, _ = turned()
+    forms = Cyclic().joined(c, CyclicShape(6.35 / 2, 2), CyclicShape(6.35 / 3, 4))
+    assert forms and all(form.period == 6.35 and form.harmonics >= 3 for form in forms)
+    assert {form.by_direction for form in forms} == {False, True}
+    assert Cyclic().joined(c, CyclicShape(6.35 / 2), CyclicShape(41.0)) == ()
+    nobody = at(c.position, direction=c.direction)
+    assert Cyclic().joined(nobody, CyclicShape(6.35 / 2), CyclicShape(6.35 / 3)) == ()

@@ -32,6 +32,16 @@ def test_whole_cells_are_kept(monkeypatch):
     assert drawn(data, seed=1).observed.tolist() != part.observed.tolist()
 
 
+def test_readings_that_nothing_repeats_are_drawn_one_by_one(monkeypatch):
+    monkeypatch.setattr(module, "MOST_AT_REST", 200)
+    data = measured(runs=6, targets=60)
+    data = replace(data, cell=np.where(np.isin(data.cell, np.unique(data.cell)[:60]), -1, data.cell))
+    part = drawn(data)
+    assert 100 <= part.rows <= 220
+    share = (part.cell < 0).mean()
+    assert 0.3 < share < 0.7, "neither all of them nor none"
+
+
 def test_a_part_resolves_the_periods_that_the_whole_resolves(monkeypatch):
     monkeypatch.setattr(module, "MOST_AT_REST", 80)
     data = measured(runs=2, at=np.linspace(0.0, 300.0, 301))

@@ -170,6 +170,8 @@ def shapes(draw, effect):
             values[item.name] = tuple(sorted(place + 0.0 for place in places))
         else:
             values[item.name] = draw(st.floats(1e-9, 1e9))
+    if "step_at" in values:  # within the period
+        values["step_at"] = min(values["step_at"], values["period"])
     return effect.shape_type(**values)
 
 

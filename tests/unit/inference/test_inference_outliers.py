@@ -112,3 +112,15 @@ def test_rows_are_those_of_the_file(tmp_path):
     file.write_text("\n".join(lines) + "\n")
     (one,) = diagnose(load_dataset(file)).outliers
     assert lines[one.row].split(",")[3] == f"{1e3 * data.observed[70]:.6f}"
+
+
+def test_readings_without_repeats_are_compared_with_their_own_kind():
+    # repeats scatter by the noise, neighbours by the wave between them: one spread for both called crests outliers
+    wave = lambda x, way, t, run: 0.03 * np.sin(2 * np.pi * x / 41.0)
+    data = measured(wave, runs=5, targets=41)
+    cell = data.cell.copy()
+    cell[np.isin(cell, np.unique(cell)[::6])] = -1
+    data = replace(data, cell=cell)
+    assert not far_from_neighbours(data).any()
+    row = int(np.flatnonzero(cell < 0)[7])
+    assert np.flatnonzero(far_from_neighbours(spoilt(data, row, by=0.5))).tolist() == [row]

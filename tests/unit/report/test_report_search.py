@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,16 @@ from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model_file import read_model
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_positioning_test
-from rtec.report import Learned, LeftOut, TruthScore, staircase_table, study_document, write_report
+from rtec.report import (
+    Learned,
+    LeftOut,
+    Round,
+    TruthScore,
+    rounds_sentence,
+    staircase_table,
+    study_document,
+    write_report,
+)
 from rtec.report.appearance import scale_of
 from rtec.report.diagnosis import diagnosis_document, verdict_sentence
 from rtec.report.search import alias_words, search_figures, search_of
@@ -40,7 +50,27 @@ def learned():
     diagnosis = diagnose(load_dataset(measurement_of_readings(readings, {})))
     assert diagnosis.effects == ("backlash",)
     scores = (TruthScore(rms_mm=0.0251, worst_mm=0.0303), TruthScore(rms_mm=0.00042, worst_mm=0.00077))
-    return Learned(plan=PLAN, readings=readings, diagnosis=diagnosis, points=5001, scores=scores, wall_s=1.0)
+    first = Round(
+        plan=PLAN, readings=readings, machine_s=7200.0, missed_mm=deviation, left_mm=deviation - deviation.mean(),
+        diagnosis=diagnosis, score=TruthScore(rms_mm=0.0012, worst_mm=0.0031),
+    )  # fmt: skip
+    return Learned(plan=PLAN, rounds=(first,), points=5001, scores=scores, wall_s=1.0)
+
+
+@pytest.fixture(scope="module")
+def again(learned):
+    """Return the same search, measured again at other targets."""
+    first = learned.rounds[0]
+    plan = replace(PLAN, increment_inch=0.125, runs=1)
+    target = np.concatenate([plan.targets_inch, plan.targets_inch[::-1]]) * 25.4
+    readings = Readings(
+        target_mm=target, deviation_mm=np.full(34, 0.002), direction=np.repeat([1, -1], 17), run=np.ones(34, int)
+    )
+    second = replace(
+        first, plan=plan, readings=readings, machine_s=1800.0, missed_mm=np.full(34, 0.002),
+        left_mm=np.full(34, -0.001), score=TruthScore(rms_mm=0.0004, worst_mm=0.0007),
+    )  # fmt: skip
+    return replace(learned, rounds=(first, second))
 
 
 @pytest.fixture
@@ -81,6 +111,41 @@ def test_aliases_are_said_where_targets_stand_at_the_same_phases_of_each_turn(ma
     words = alias_words(make_result(learned=learned, period_mm=period_mm))
     assert said in words
     assert bool(words) == bool(said)
+
+
+def test_both_rounds_stand_side_by_side_with_what_the_second_cost(make_result, again):
+    result = make_result(learned=again, predictor="learned", period_mm=6.35)
+    search = search_of(result)
+    rows = dict(search.rounds)
+    assert rows["targets every"] == ["2.54 mm", "3.175 mm"]
+    assert rows["readings"] == ["126", "34"]
+    assert rows["machine time"] == ["2.0 h", "0.5 h"]
+    assert rows["its readings less the model before"][1] == "2.00 µm"
+    assert rows["its readings less the model after"][1] == "1.000 µm"
+    assert rows["true error less model, RMS all along the travel"] == ["1.20 µm", "0.400 µm"]
+    assert "cost 0.5 h of machine time" in search.gained
+    assert "2.54 mm / k" in search.gained, "what the first targets hide"
+    assert "fell from 1.20 µm to 0.400 µm RMS" in rounds_sentence(again)
+    document = study_document(result)
+    assert [one["machine_s"] for one in document["rounds"]] == [7200.0, 1800.0]
+    assert document["rounds"][1]["rms_less_model_before_um"] == pytest.approx(2.0)
+    assert again.readings.size == 160
+    assert np.unique(again.readings.run).tolist() == [1, 2, 3, 4]
+
+
+def test_the_second_round_has_a_figure_and_its_place_on_the_page(make_result, again, tmp_path):
+    names = [figure.name for figure in search_figures(again)]
+    assert names.index("axis-rounds") == names.index("axis-measured") + 1
+    text = write_report(make_result(learned=again, predictor="learned"), tmp_path).read_text("utf-8")
+    assert text.index('id="rounds"') < text.index('id="axis-rounds"') < text.index('id="search"')
+    assert "Measured again" in text
+
+
+def test_a_single_round_says_nothing_of_rounds(result, learned, tmp_path):
+    assert rounds_sentence(learned) == ""
+    assert search_of(result).rounds == []
+    assert "Measured again" not in write_report(result, tmp_path).read_text("utf-8")
+    assert "axis-rounds" not in [figure.name for figure in search_figures(learned)]
 
 
 def test_a_predictor_that_was_given_has_no_chapter(make_result):

@@ -14,7 +14,7 @@ from rtec.metrology import MeasuringPlan, read_measurement, write_measurement
 from rtec.predictors import BidirectionalTable, LatheNetwork
 from rtec.report import study_document
 from rtec.study import builtin_study, run_study
-from rtec.study.learning import calibrate, calibration_measurement, learn
+from rtec.study.learning import calibration_measurement, learn
 from rtec.study.run import _machine
 
 INCH = 25.4
@@ -31,12 +31,18 @@ def rms(values):
 def lathe():
     """Return the built-in study with the readings of its calibration and what is learned from them."""
     study = builtin_study()
-    readings = calibrate(study, _machine(study), lambda share: None)
-    return study, readings, learn(study, readings, lambda share: None)
+    return study, learn(study, _machine(study), lambda what, seconds: lambda share: None)
+
+
+def off_truth(learned, predictor):
+    """Return what a predictor is off the printed network all along the travel, between the targets, too."""
+    grid = np.linspace(25.4, 1016.0, 30_001)
+    return np.concatenate([predictor.error_mm(grid, way) - LatheNetwork().error_mm(grid, way) for way in (1, -1)])
 
 
 def test_the_calibration_is_the_thesiss_and_has_its_own_noise(lathe):
-    study, readings, _ = lathe
+    study, lesson = lathe
+    readings = lesson.learned.rounds[0].readings
     assert readings.size == 12_488
     assert np.unique(readings.target_mm) == pytest.approx(np.linspace(1, 40, 1561) * INCH, abs=1e-4 * INCH)
     truth = np.where(
@@ -51,8 +57,37 @@ def test_the_calibration_is_the_thesiss_and_has_its_own_noise(lathe):
     assert abs(np.corrcoef(noise[:760], rows)[0, 1]) < 0.15
 
 
+def test_the_second_round_meets_what_the_first_hides_at_a_quarter_of_its_machine_time(lathe):
+    first, second = lathe[1].learned.rounds
+    assert first.diagnosis.unseen_periods == ("0.635 mm / k", "1.27 mm")
+    assert np.unique(np.round(np.mod(first.readings.target_mm, 6.35), 3) % 6.35).size == 10
+    assert np.unique(np.round(np.mod(second.readings.target_mm, 6.35), 3) % 6.35).size > 1000
+    assert second.readings.size < first.readings.size / 4
+    assert second.machine_s < first.machine_s / 4
+    # the second readings took no part in the first search, and show what it could not know
+    assert np.sqrt(np.mean(second.missed_mm**2)) > 0.0014
+    assert np.sqrt(np.mean(second.left_mm**2)) < 0.00115
+    assert lathe[1].learned.readings.size == first.readings.size + second.readings.size
+
+
+def test_the_second_round_brings_the_model_nearer_to_the_axis_all_along(lathe):
+    first, second = lathe[1].learned.rounds
+    whole = off_truth(lathe[1].learned, lathe[1].predictor)
+    assert rms(whole) == pytest.approx(second.score.rms_mm, rel=0.02)
+    assert rms(whole) < 0.0007
+    assert first.score.rms_mm > 0.001
+
+
+def test_one_round_is_enough_where_the_study_says_so():
+    result = run_study(short(rounds=1, calibration=replace(short().calibration, increment_inch=0.01)))
+    assert len(result.learned.rounds) == 1
+    again = run_study(short(calibration=replace(short().calibration, increment_inch=0.01)))
+    assert len(again.learned.rounds) == 2
+    assert np.unique(again.learned.rounds[1].plan.targets_inch)[:3] == pytest.approx([1.0, 1.0104, 1.0208])
+
+
 def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
-    lesson = lathe[2]
+    lesson = lathe[1]
     grid = np.linspace(1, 40, 1561) * INCH
     curve = {way: LatheNetwork().error_mm(grid, way) for way in (1, -1)}
     before = rms(np.concatenate([curve[1], curve[-1]]))
@@ -67,14 +102,18 @@ def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
 
 
 def test_the_effects_are_those_of_the_screw(lathe):
-    lesson = lathe[2]
+    lesson = lathe[1]
     names = set(lesson.learned.diagnosis.effects)
     assert names & {"backlash", "backlash_map"}
     assert {"cyclic", "pitch_map"} <= names
     shape = next(term.shape for term in lesson.learned.diagnosis.model.terms if term.name == "cyclic")
     assert shape.by_direction
     assert shape.period == pytest.approx(6.35, abs=0.001)
-    assert 3 <= shape.harmonics <= 5  # ten targets a turn show no more
+    assert shape.harmonics > 5, "ten targets a turn would show no more"
+    # the printed network jumps where the screw has turned once, and no reading stands between the step and there
+    assert 6.35 - 6.35 / 200 < shape.step_at <= 6.35
+    first = next(t.shape for t in lesson.learned.rounds[0].diagnosis.model.terms if t.name == "cyclic")
+    assert 3 <= first.harmonics <= 5 and first.step_at == 0.0
     assert lesson.left_out == ()
 
 
