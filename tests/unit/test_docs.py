@@ -277,7 +277,15 @@ def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after, js
     rows = row_dict(quiet_run.rows[0])
     names = {row.name for row in quiet_run.rows}
     document = study_document(quiet_run)
-    found = set(document) | set(document["model"]) | set(document["rounds"][0]) | {"report"} | set(rows) | set(rows["iso230"]) | names
+    found = (
+        set(document)
+        | set(document["model"])
+        | set(document["rounds"][0])
+        | {"report"}
+        | set(rows)
+        | set(rows["iso230"])
+        | names
+    )
     found |= {"fault", "times"}  # of a row to which something happens
     assert json_keys["run"] - {"learned"} == found
     assert document["diagnosis"] == diagnosis_document(quiet_run.learned.diagnosis)
