@@ -14,6 +14,7 @@ from rtec.inference.proposals import Proposal, orthonormal, proposals
 from rtec.inference.results import Candidate, Cosines, Step
 from rtec.inference.scored import Scored
 from rtec.inference.search import IN_DOUBT, Search
+from rtec.readable import quantity_text
 
 CHANCE = 0.05
 """Probability of a wave too long for the data from which on it is said what would settle it."""
@@ -88,7 +89,6 @@ def absent_from(
     rest = [e for e in space.library if e.name not in held and not isinstance(e, Probe)]
     tied_to = {r.rival: (name, r) for name, several in rivals.items() for r in several}
     unit, factor = dataset.units.shown
-    unit = unit.replace("um", "µm")
     listed = []
     in_question = doubts_of(found)
     residual = found.left(model)
@@ -111,9 +111,10 @@ def absent_from(
         elif name in search.refused:
             reason = f"not accepted: {search.refused[name]}"
         else:
-            least = f"; from {minimum[name] * factor:.3g} {unit} RMS on it would show" if name in minimum else ""
+            least = quantity_text(minimum[name] * factor, unit, digits=3) if name in minimum else ""
+            seen = f"; from {least} RMS on it would show" if least else ""
             idle = "not needed" if found.searched else "not added yet"
-            reason = f"adjusted p {p:.2g}: nothing to be seen{least}" if p >= LEVEL else f"adjusted p {p:.2g}, {idle}"
+            reason = f"adjusted p {p:.2g}: nothing to be seen{seen}" if p >= LEVEL else f"adjusted p {p:.2g}, {idle}"
         rival = tied_to.get(name)
         listed.append(
             Candidate(

@@ -14,6 +14,7 @@ from rtec.inference.fit import fitted_terms
 from rtec.inference.results import Experiment, Unknown
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Space
+from rtec.readable import quantity_text
 
 _PLACES = 15
 _FEED_SHARES = (1.0, 0.5, 0.05)
@@ -142,11 +143,10 @@ def experiment_for_more(
     if minimum:
         name = max(minimum, key=lambda key: minimum[key])
         unit, factor = dataset.units.shown
-        unit = unit.replace("um", "µm")
         need = f": {effect_named(name).needs}" if name in not_testable else ""
         return Experiment(
             text=f"four times as many repeats halve what can be seen at least; the hardest to see here is {name} "
-            f"(from {minimum[name] * factor:.3g} {unit} RMS on){need}"
+            f"(from {quantity_text(minimum[name] * factor, unit, digits=3)} RMS on){need}"
         )
     name = next(iter(not_testable), "")
     return Experiment(text=f"{name} needs {effect_named(name).needs}" if name else "repeat with more targets")

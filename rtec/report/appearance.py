@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from rtec import readable
 from rtec.errors import ArgumentError, nearest
 from rtec.units import MM_PER_INCH
 
-MISSING = "–"
+MISSING = readable.MISSING
 """Stands where a figure is not defined."""
 
 

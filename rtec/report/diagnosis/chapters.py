@@ -12,7 +12,8 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Card, Units
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Value
-from rtec.report.appearance import MISSING, joined, number, printable
+from rtec.readable import quantity_text, symbol
+from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis.likeness import (
     effect_or_none,
     look_alikes,
@@ -21,15 +22,7 @@ from rtec.report.diagnosis.likeness import (
     rival,
     tied_groups,
 )
-from rtec.report.diagnosis.quantities import (
-    Shown,
-    parameter_texts,
-    probability,
-    rounded,
-    shown_of,
-    symbol,
-    value_text,
-)
+from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_for, value_text
 from rtec.report.diagnosis.sentence import heldout_words, spoken, term_words
 
 _MOST_PARAMETERS = 12
@@ -109,7 +102,7 @@ class CandidateRow:
 
 def facts(dataset: Dataset, noise: NoiseFloor, heldout: Dataset | None, heldout_by: str) -> list[tuple[str, str]]:
     """Return what was measured, as label and value."""
-    c, shown, unit = dataset.coordinates, shown_of(dataset.units), symbol(dataset.units.position)
+    c, shown, unit = dataset.coordinates, shown_for(dataset), symbol(dataset.units.position)
     found = [
         ("File", printable(dataset.source)),
         ("Explained", f"{printable(dataset.observe).replace('_', ' ')}, shown in {shown.symbol}"),
@@ -125,12 +118,13 @@ def facts(dataset: Dataset, noise: NoiseFloor, heldout: Dataset | None, heldout_
     else:
         found.append(("Directions", "not told by the data" if c.direction is None else "one only"))
     if c.time_s is not None and not c.time_is_coordinate:
-        found.append(("Duration", f"{float(c.time_s.max() - c.time_s.min()):.5g} s"))
+        found.append(("Duration", quantity_text(float(np.ptp(c.time_s)), "s")))
     for name, heat in c.temperatures.items():
         label = printable(name).replace("_", " ").capitalize()
         found.append((label, f"{float(heat.min()):.4g} to {float(heat.max()):.4g} °C".replace("-", "−")))
-    stated = (("Screw pitch", c.screw_pitch), ("Scale signal period", c.signal_period))
-    found += [(label, f"{value:.6g} {unit}, as stated") for label, value in stated if value is not None]
+    for label, value in (("Screw pitch", c.screw_pitch), ("Scale signal period", c.signal_period)):
+        if value is not None:
+            found.append((label, f"{quantity_text(value, c.position_unit, digits=6)}, as stated"))
     found.append(("Noise of a reading", noise_text(noise, shown)))
     other = f", {number(heldout.rows)} readings" if heldout is not None else ""
     found.append(("Held out", heldout_words(heldout_by) + other))
@@ -174,18 +168,12 @@ def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
                 parameters=parameter_texts(step.params, _MOST_PARAMETERS) if step.added else [],
                 train=shown.text(step.rms_train),
                 heldout=shown.text(step.rms_heldout),
-                gain=_plus_minus(gain, error),
+                gain=quantity_text(gain, "", error, digits=3),
                 p=probability(step.p_adjusted) if step.added else "",
                 reason=printable(step.reason),
             )
         )
     return rows
-
-
-def _plus_minus(value: float, error: float) -> str:
-    if not math.isfinite(value):
-        return MISSING
-    return rounded(value, 3) + (f" ± {rounded(error, 2)}" if math.isfinite(error) else "")
 
 
 def final_values(term: Term, units: Units) -> tuple[Value, ...]:

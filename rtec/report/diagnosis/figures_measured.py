@@ -10,7 +10,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
-from rtec.report.diagnosis.quantities import shown_of
+from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import (
     ALL,
     BAND,
@@ -58,7 +58,7 @@ def measured_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figure
 
 
 def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor) -> Figure:
-    shown = shown_of(dataset.units)
+    shown = shown_for(dataset)
     window = _window(c, model)
     figure = new_figure(6.0 if window is None else 7.6)
     heights = [1.5, 1.0] if window is None else [1.3, 1.3, 1.0]
@@ -144,7 +144,7 @@ def _reach(places: Floats) -> float:
 
 
 def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor) -> Figure:
-    shown, time = shown_of(dataset.units), clock(c)
+    shown, time = shown_for(dataset), clock(c)
     figure = new_figure(6.4)
     whole, zoom, lower = figure.subplots(3, 1, height_ratios=[1.0, 1.2, 0.8])
     left = residual(dataset, model) * shown.factor

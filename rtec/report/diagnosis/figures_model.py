@@ -11,7 +11,7 @@ from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis.likeness import ALIKE, nested
-from rtec.report.diagnosis.quantities import Shown, shown_of
+from rtec.report.diagnosis.quantities import Shown, shown_for
 from rtec.report.diagnosis.readings import (
     ALL,
     AT_REST,
@@ -60,7 +60,7 @@ def components_figure(dataset: Dataset, model: Model) -> Figure | None:
     terms = [term for term in model.terms if term.fitted][:_MOST_TERMS]
     if not terms:
         return None
-    c, shown = dataset.coordinates, shown_of(dataset.units)
+    c, shown = dataset.coordinates, shown_for(dataset)
     axes_of = {one.name: one for one in reversed(abscissas(c))}
     figure = new_figure(1.75 * len(terms) + 0.6)
     panels = figure.subplots(len(terms), 1, squeeze=False)[:, 0]
@@ -185,7 +185,7 @@ def experiment_figure(experiment: Experiment, dataset: Dataset) -> Figure | None
     """Return what the rivals predict for the suggested experiment; None where there is no prediction."""
     if experiment.abscissa is None or not experiment.predictions:
         return None
-    shown = shown_of(dataset.units)
+    shown = shown_for(dataset)
     figure = new_figure(3.6)
     axes = figure.add_subplot()
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
-from rtec.report.diagnosis.quantities import Shown, probability, rounded, shown_of
+from rtec.readable import rounded
+from rtec.report.diagnosis.quantities import Shown, probability, shown_for
 from rtec.report.diagnosis.readings import BAND, FORWARD, NEUTRAL, REVERSE, figure_text
 from rtec.report.diagnosis.sentence import spoken
 from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
@@ -48,7 +49,7 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     bars = sorted(bars, key=lambda bar: -bar.gain)[:_MOST_BARS]
     if not bars:
         return None
-    shown = shown_of(diagnosis.dataset.units)
+    shown = shown_for(diagnosis.dataset)
     figure = new_figure(0.42 * len(bars) + 1.3)
     axes = figure.add_subplot()
     for row, bar in enumerate(reversed(bars)):
@@ -125,7 +126,7 @@ def _decades(axes: Axes, which: str, values: list[float]) -> None:
 
 def staircase_figure(diagnosis: Diagnosis) -> Figure:
     """Return the RMS in training and held out after every step, down to the band of the noise floor."""
-    shown, steps = shown_of(diagnosis.dataset.units), diagnosis.steps
+    shown, steps = shown_for(diagnosis.dataset), diagnosis.steps
     figure = new_figure(4.4)
     axes = figure.add_subplot()
     train = [diagnosis.rms_before * shown.factor, *(step.rms_train * shown.factor for step in steps)]

@@ -11,7 +11,8 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
-from rtec.report.diagnosis.quantities import rounded, shown_of, symbol
+from rtec.readable import rounded, symbol
+from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import FORWARD, NEUTRAL, period_of, residual
 from rtec.report.diagnosis.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
 from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
@@ -60,7 +61,7 @@ def spectra_figure(dataset: Dataset, before: Model | None, after: Model, noise: 
     found = [axis for axis in (_over_position(c, after), _over_time(c)) if axis is not None]
     if not found:
         return None
-    shown = shown_of(dataset.units)
+    shown = shown_for(dataset)
     left = [("left by the model", FORWARD, residual(dataset, after) * shown.factor)]
     if before is not None:
         left.insert(0, ("before", NEUTRAL, residual(dataset, before) * shown.factor))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis import chapters
-from rtec.report.diagnosis.quantities import probability, shown_of
+from rtec.report.diagnosis.quantities import probability, shown_for
 from rtec.report.diagnosis.sentence import comparison_sentence, floor_words, stretch_words, verdict_sentence
 from rtec.report.illustrations import Illustration
 from rtec.report.rendering import embedded, page_environment
@@ -45,7 +45,7 @@ def diagnosis_page(diagnosis: Diagnosis, figures: Sequence[Illustration], files:
     files
         What lies beside the page, as paths from it.
     """
-    d, shown = diagnosis, shown_of(diagnosis.dataset.units)
+    d, shown = diagnosis, shown_for(diagnosis.dataset)
     floor = floor_words(d.noise, shown)
     return page_environment().get_template("diagnosis/diagnosis.html.j2").render(
         title=_title("What explains the", d.dataset.observe, d.dataset.source),
@@ -75,7 +75,7 @@ def diagnosis_page(diagnosis: Diagnosis, figures: Sequence[Illustration], files:
 
 def comparison_page(comparison: Comparison, figures: Sequence[Illustration], files: Sequence[str]) -> str:
     """Return the page of a comparison; parameters as for ``diagnosis_page``."""
-    c, shown = comparison, shown_of(comparison.dataset.units)
+    c, shown = comparison, shown_for(comparison.dataset)
     floor = c.noise.floor
     good = floor is not None and c.rms_heldout <= _AT_THE_FLOOR * floor
     return page_environment().get_template("diagnosis/comparison.html.j2").render(

@@ -14,7 +14,7 @@ from rtec.report.diagnosis.figures_model import components_figure, cosines_figur
 from rtec.report.diagnosis.figures_residual import residual_panels
 from rtec.report.diagnosis.figures_search import candidates_figure, staircase_figure
 from rtec.report.diagnosis.figures_spectra import spectra_figure
-from rtec.report.diagnosis.quantities import shown_of
+from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import MOST_DOTS
 from rtec.report.diagnosis.sentence import heldout_words
 from rtec.report.figures_style import figure_style
@@ -165,7 +165,7 @@ def _thinned(dataset: Dataset) -> str:
 
 
 def _noise_words(dataset: Dataset, noise: NoiseFloor) -> str:
-    shown = shown_of(dataset.units)
+    shown = shown_for(dataset)
     source = "from repeats" if noise.from_repeats else "of what is left, for nothing was repeated"
     sigma = f"{shown.with_unit(noise.sigma)}, {source}"
     return f" The pale band is two standard deviations of a reading ({sigma}) wide to either side."

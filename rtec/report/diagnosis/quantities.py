@@ -6,24 +6,17 @@ import math
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
+from rtec.dataset.dataset import Dataset
 from rtec.effects import Units
 from rtec.inference.results import Value
-from rtec.report.appearance import MISSING, printable
+from rtec.readable import MISSING, quantity_text, rounded, suited_unit, symbol
+from rtec.report.appearance import printable
 
 _PARTS_OF_UNITS = re.compile(r"[^A-Za-z0-9/]+")
 _CERTAIN = 1e-3
 """Probabilities below it are given as a bound: the calibration resolves no finer."""
-
-
-def symbol(unit: str) -> str:
-    """Return a unit as it is printed.
-
-    Examples
-    --------
-    >>> symbol("um/m/K"), symbol("N*m"), symbol("ms^2"), symbol("arcsec")
-    ('µm/m/K', 'N·m', 'ms²', 'arcsec')
-    """
-    return re.sub(r"\bum\b", "µm", printable(unit)).replace("*", "·").replace("^2", "²")
 
 
 def unit_suffix(unit: str) -> str:
@@ -47,8 +40,8 @@ class Shown:
     Examples
     --------
     >>> shown = shown_of(Units("mm", "mm", "s"))
-    >>> shown.unit, shown.text(0.0123456), shown.with_unit(1.5), shown.text(float("nan"))
-    ('um', '12.3', '1500 µm', '–')
+    >>> shown.unit, shown.text(0.0123456), shown.with_unit(15.0), shown.text(float("nan"))
+    ('um', '12.3', '15.0 mm', '–')
     """
 
     unit: str
@@ -64,38 +57,36 @@ class Shown:
         return float(value) * self.factor
 
     def text(self, value: float | None) -> str:
-        """Return the value with three digits, or a dash where there is none."""
+        """Return the value with three digits, without the unit: for a column that has it in its head."""
         scaled = self.number(value)
         return MISSING if scaled is None else rounded(scaled, 3)
 
     def with_unit(self, value: float | None) -> str:
-        """Return the value with its unit."""
-        text = self.text(value)
-        return text if text == MISSING else f"{text} {self.symbol}"
+        """Return the value with three digits in the unit that suits its size."""
+        scaled = self.number(value)
+        if scaled is None:
+            return MISSING
+        unit, factor = suited_unit(scaled, self.unit)
+        return f"{rounded(scaled * factor, 3)} {symbol(unit)}"
 
 
 def shown_of(units: Units) -> Shown:
-    """Return how the observed quantity is shown."""
+    """Return how the observed quantity is shown in documents for programs: in the unit of the contract."""
     unit, factor = units.shown
-    return Shown(unit=unit, symbol=symbol(unit), factor=factor)
+    return Shown(unit=unit, symbol=symbol(printable(unit)), factor=factor)
 
 
-def rounded(value: float, digits: int) -> str:
-    """Return a number with so many digits, without an exponent where that can be read.
+def shown_for(dataset: Dataset) -> Shown:
+    """Return how the observed quantity is shown to people: all tables and figures in one unit, that of its spread.
 
-    Examples
-    --------
-    >>> rounded(1234.6, 3), rounded(0.0123456, 3), rounded(1.0, 3), rounded(1.2e-9, 3), rounded(-0.0, 3)
-    ('1235', '0.0123', '1.00', '1.20e-09', '0')
+    Parameters
+    ----------
+    dataset
+        The measurement.
     """
-    if not math.isfinite(value):
-        return MISSING
-    if value == 0.0:
-        return "0"
-    size = math.floor(math.log10(abs(value)))
-    if not -5 <= size <= 8:
-        return f"{value:.{digits - 1}e}"
-    return f"{value:.{max(digits - 1 - size, 0)}f}".replace("-", "−")
+    shown = shown_of(dataset.units)
+    unit, factor = suited_unit(float(np.std(dataset.observed)) * shown.factor, shown.unit)
+    return Shown(unit=unit, symbol=symbol(printable(unit)), factor=shown.factor * factor)
 
 
 def probability(p: float) -> str:
@@ -123,17 +114,9 @@ def value_text(value: Value) -> str:
     >>> value_text(Value("sensor", "temperature_nut", None, "")), value_text(Value("lag", 0.5, 40.0, "ms"))
     ('temperature_nut', '0 ± 40 ms')
     """
-    unit = symbol(value.unit)
-    tail = f" {unit}" if unit else ""
     if isinstance(value.value, str):
-        return printable(value.value)[:60] + tail
-    if not math.isfinite(value.value):
-        return MISSING
-    if value.error is None or not math.isfinite(value.error) or value.error <= 0.0:
-        return f"{value.value:.5g}".replace("-", "−") + tail
-    decimals = 1 - math.floor(math.log10(value.error))
-    number, error = (f"{round(x, decimals) + 0.0:.{max(decimals, 0)}f}" for x in (value.value, value.error))
-    return f"{number} ± {error}{tail}".replace("-", "−")
+        return " ".join(words for words in (printable(value.value)[:60], symbol(printable(value.unit))) if words)
+    return quantity_text(value.value, printable(value.unit), value.error)
 
 
 def parameter_texts(values: tuple[Value, ...], most: int) -> list[str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
 from rtec.inference.model import Model, Term
-from rtec.report.diagnosis.quantities import symbol
+from rtec.readable import symbol
 
 FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
 """Of the palette of Okabe and Ito (2008), as in the other figures."""

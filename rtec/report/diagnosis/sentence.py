@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
+from rtec.readable import rounded, symbol
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.likeness import tied_groups
-from rtec.report.diagnosis.quantities import Shown, rounded, shown_of, symbol
+from rtec.report.diagnosis.quantities import Shown, shown_for
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison, Stretch
@@ -33,7 +34,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     str
         One line; names that come from a file are without signs that cannot be printed.
     """
-    shown = shown_of(diagnosis.dataset.units)
+    shown = shown_for(diagnosis.dataset)
     return {
         Verdict.NAMED: _named,
         Verdict.LIKELY: _likely,
@@ -107,7 +108,7 @@ def comparison_sentence(comparison: Comparison) -> str:
     comparison
         A model against a measurement.
     """
-    shown = shown_of(comparison.dataset.units)
+    shown = shown_for(comparison.dataset)
     quantity = printable(comparison.dataset.observe).replace("_", " ")
     names = [noun(name) for name in comparison.model.names]
     model = f"The model ({joined(names)})" if names else "A perfect axis"

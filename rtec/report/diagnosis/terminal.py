@@ -14,7 +14,7 @@ from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.chapters import final_values
-from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_of
+from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_for
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words, term_words
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     diagnosis
         The search.
     """
-    shown = shown_of(diagnosis.dataset.units)
+    shown = shown_for(diagnosis.dataset)
     parts: list[Table | Text] = [Text(diagnosis.verdict.value, style=_STYLES[diagnosis.verdict])]
     if diagnosis.model.terms:
         parts.append(found_table(diagnosis.model))
@@ -68,7 +68,7 @@ def comparison_table(comparison: Comparison) -> Group:
     comparison
         A model against a measurement.
     """
-    shown = shown_of(comparison.dataset.units)
+    shown = shown_for(comparison.dataset)
     table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
     table.add_column("what is left goes with", overflow="fold")
     table.add_column("share", justify="right", no_wrap=True)
