@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 MISSING = "–"
@@ -100,7 +101,9 @@ def suited_unit(size: float, unit: str) -> tuple[str, float]:
     return ladder[k].unit + stroke + lower, own / ladder[k].size if ladder[k].size != own else 1.0
 
 
-def quantity_text(value: float, unit: str = "", error: float | None = None, *, digits: int = _DIGITS) -> str:
+def quantity_text(
+    value: float, unit: str = "", error: float | None = None, *, digits: int = _DIGITS, size: float | None = None
+) -> str:
     """Return a quantity with its standard error in a unit that suits both.
 
     Parameters
@@ -113,6 +116,8 @@ def quantity_text(value: float, unit: str = "", error: float | None = None, *, d
         Standard error, in ``unit``; None, 0 or not finite where it is not known.
     digits
         Of a value whose error is not known; zeros at its end are left out.
+    size
+        Of the quantity with which it shares its unit, in ``unit``; None: its own.
 
     Returns
     -------
@@ -128,12 +133,26 @@ def quantity_text(value: float, unit: str = "", error: float | None = None, *, d
     """
     if not math.isfinite(value):
         return MISSING
-    uncertain = error is not None and math.isfinite(error) and error > 0.0
-    unit, factor = suited_unit(max(abs(value), error if uncertain and error is not None else 0.0), unit)
+    unit, factor = suited_unit(_size(value, error) if size is None else size, unit)
     tail = f" {symbol(unit)}" if unit else ""
-    if not uncertain or error is None:
-        return _shortened(rounded(value * factor, digits)) + tail
-    return _with_error(value * factor, error * factor) + tail
+    if error is not None and 0.0 < error < math.inf:
+        return _with_error(value * factor, error * factor) + tail
+    return _shortened(rounded(value * factor, digits)) + tail
+
+
+def common_size(pairs: Iterable[tuple[float, float | None]]) -> float:
+    """Return the size of several quantities with their errors that are to share a unit: that of the largest.
+
+    Examples
+    --------
+    >>> common_size([(3.0, 0.1), (-8.0, None), (0.0, 0.5)])
+    8.0
+    """
+    return max((_size(value, error) for value, error in pairs if math.isfinite(value)), default=0.0)
+
+
+def _size(value: float, error: float | None) -> float:
+    return max(abs(value), error) if error is not None and 0.0 < error < math.inf else abs(value)
 
 
 def _with_error(value: float, error: float) -> str:

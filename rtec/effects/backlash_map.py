@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
 from rtec.effects import experiments
 from rtec.effects._smooth import smooth_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.pitch_map import MapShape, PitchMap
-from rtec.effects.protocol import Card, Rival, Shape, Units, own_shape
+from rtec.effects.protocol import Card, Rival, Shape, own_shape
 
 
 class BacklashMap(PitchMap):
@@ -69,11 +65,3 @@ class BacklashMap(PitchMap):
         """Return the splines times half of the direction, shape (rows, nodes)."""
         way = self._needed(conditions.direction, "directions of approach")
         return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes) * (way / 2)[:, None]
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return how many nodes there are, the mean along the axis and the peak to peak value over the nodes."""
-        count, spread = super().summary(shape, amplitudes, units)
-        unit, factor = units.shown
-        nodes = own_shape(shape, MapShape).nodes
-        along = smooth_columns(np.linspace(nodes[0], nodes[-1], 50 * len(nodes)), nodes) @ np.asarray(amplitudes)
-        return count, ("mean", float(along.mean()) * factor, unit), spread

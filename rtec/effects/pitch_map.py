@@ -15,6 +15,8 @@ from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shap
 
 CIRCLE = (0.75, 1.5)
 """Turns of a rotary axis over which a map is none: the end of the turn is its beginning."""
+_FINE = 50
+"""Places for each node at which a map is looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,10 +113,15 @@ class PitchMap(Effect):
         return tuple(Amplitude(name, *units.shown) for name in node_names(own_shape(shape, MapShape).nodes))
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return how many nodes there are, and the peak to peak value over them."""
+        """Return how many nodes there are, and mean, ends of the range and peak to peak value along the axis."""
         unit, factor = units.shown
         nodes = own_shape(shape, MapShape).nodes
-        return ("nodes", float(len(nodes)), ""), ("peak_to_peak", float(np.ptp(amplitudes)) * factor, unit)
+        places = np.union1d(nodes, np.linspace(nodes[0], nodes[-1], _FINE * len(nodes)))
+        along = factor * (smooth_columns(places, nodes) @ np.asarray(amplitudes))
+        mean = float(np.average((along[1:] + along[:-1]) / 2.0, weights=np.diff(places)))
+        low, high = float(along.min()), float(along.max())
+        numbers = {"mean": mean, "least": low, "largest": high, "peak_to_peak": high - low}
+        return ("nodes", float(len(nodes)), ""), *((name, value, unit) for name, value in numbers.items())
 
 
 def closes(conditions: Conditions) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape, effect_named
-from rtec.inference.fit import fitted_terms, residual_of
+from rtec.inference.fit import fitted_terms, holding_datum, residual_of
 from rtec.inference.model import Model, Term
 from rtec.inference.probes import Probe
 from rtec.inference.results import Outlier
@@ -75,7 +75,7 @@ class Finding:
         if self.offset is not None:
             constant = Term(effect=OFFSET, shape=Shape(), amplitudes=(datum,), errors=(self.offset.error,))
             return self.begun.with_terms([constant, *found], datum=0.0)
-        return self.begun.with_terms(found, datum=datum if found else self.begun.datum)
+        return holding_datum(self.begun.with_terms(found, datum=datum if found else self.begun.datum))
 
     def left(self, model: Scored) -> Floats:
         """Return what a model as people get it leaves of the readings, shape (rows,)."""

@@ -20,6 +20,8 @@ from rtec.inference.space import Choice, Part, Space
 
 _STEP = 1e-4
 """Of a shape parameter's room, for its numerical derivative."""
+_NEAR = 1e-3
+"""Of a standard error, by which an amplitude is moved to see what depends on it."""
 _CUT = 1e-12
 LIKELY = 0.02
 """Of the likeliest noise, that another has to be to count in the standard errors."""
@@ -154,17 +156,32 @@ def _slopes(space: Space, choice: Choice, amplitudes: Floats) -> Floats:
 
 
 def values_of(term: Term, model: Model) -> tuple[Value, ...]:
-    """Return the numbers of a fitted term as people read them, with standard errors where they have one."""
+    """Return the numbers of a fitted term as people read them, with standard errors where they have one.
+
+    Notes
+    -----
+    Where a number is made of several amplitudes (a length and a phase of a wave, the mean of a map), their errors are
+    propagated to first order as if they were independent of each other.
+    """
     if term.shape is None or term.amplitudes is None:
         return ()
-    known = {a.name: (e, a.factor) for a, e in zip(
-        term.effect.amplitudes(term.shape, model.units), term.errors or (), strict=False)}  # fmt: skip
-    known |= {name: (error, 1.0) for name, error in term.shape_errors}
-    found = []
-    for name, value, unit in term.effect.summary(term.shape, term.amplitudes, model.units):
-        error, factor = known.get(name, (None, 1.0))
-        found.append(Value(name, value, None if error is None else error * abs(factor), unit))
-    return tuple(found)
+    read = term.effect.summary(term.shape, term.amplitudes, model.units)
+    errors = _propagated(term, model, [value for _, value, _ in read]) | dict(term.shape_errors)
+    return tuple(Value(name, value, errors.get(name), unit) for name, value, unit in read)
+
+
+def _propagated(term: Term, model: Model, read: list[float]) -> dict[str, float]:
+    """Return the standard errors of what people read of a term, without those of its shape, by name."""
+    if term.shape is None or term.amplitudes is None:
+        return {}
+    square, names = np.zeros(len(read)), [""] * len(read)
+    for k, error in enumerate(term.errors or ()):
+        # so small a step that no phase passes half a turn
+        moved = [value + (_NEAR * error if i == k else 0.0) for i, value in enumerate(term.amplitudes)]
+        found = term.effect.summary(term.shape, moved, model.units)
+        names = [name for name, _, _ in found]
+        square += ((np.array([value for _, value, _ in found]) - read) / _NEAR) ** 2
+    return {name: float(np.sqrt(total)) for name, total in zip(names, square, strict=True) if total > 0.0}
 
 
 def residual_of(dataset: Dataset, model: Model) -> Floats:
@@ -210,7 +227,28 @@ def fit_model(dataset: Dataset, model: Model, *, all_open: bool = False) -> Mode
     terms, datum = fitted_terms(opened.judge, opened.scored)
     by_place = iter(terms)
     whole = [next(by_place) if all_open or not term.fitted else term for term in model.terms]
-    return model.with_terms(whole, datum=opened.stated.datum + datum)
+    return holding_datum(model.with_terms(whole, datum=opened.stated.datum + datum))
+
+
+def holding_datum(model: Model) -> Model:
+    """Return a model whose map of position holds the datum, if it has such a map.
+
+    A fit cannot tell the constant of a map from the zero of the instrument and splits it at will; a table of errors,
+    as people write it, holds both.
+
+    Examples
+    --------
+    >>> from rtec.effects import MapShape, Units, effect_named
+    >>> bent = Term(effect=effect_named("pitch_map"), shape=MapShape((0.0, 50.0, 100.0)), amplitudes=(1.0, 2.0, 4.0))
+    >>> held = holding_datum(Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(bent,), datum=0.5))
+    >>> held.terms[0].amplitudes, held.datum
+    ((1.5, 2.5, 4.5), 0.0)
+    """
+    for k, term in enumerate(model.terms):
+        if term.effect.is_map and "offset" in term.effect.contains and term.amplitudes is not None:
+            raised = replace(term, amplitudes=tuple(value + model.datum for value in term.amplitudes))
+            return model.with_terms([*model.terms[:k], raised, *model.terms[k + 1 :]], datum=0.0)
+    return model
 
 
 def opened_model(dataset: Dataset, model: Model, *, all_open: bool = False) -> OpenedModel | None:

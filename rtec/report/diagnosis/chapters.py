@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Card, Units
-from rtec.inference.model import Model, Term
-from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Value
+from rtec.effects import Card
+from rtec.inference.fit import values_of
+from rtec.inference.model import Model
+from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
 from rtec.readable import quantity_text, symbol
 from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis.likeness import (
@@ -22,7 +23,7 @@ from rtec.report.diagnosis.likeness import (
     rival,
     tied_groups,
 )
-from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_for, value_text
+from rtec.report.diagnosis.quantities import Shown, named_texts, parameter_texts, probability, shown_for
 from rtec.report.diagnosis.sentence import heldout_words, spoken, term_words
 
 _MOST_PARAMETERS = 12
@@ -176,34 +177,6 @@ def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
     return rows
 
 
-def final_values(term: Term, units: Units) -> tuple[Value, ...]:
-    """Return the numbers of a fitted effect as people read them, with their standard errors.
-
-    Notes
-    -----
-    Where a number is made of several amplitudes (a length and a phase of a wave), their errors are propagated as if
-    they were independent of each other.
-    """
-    if term.shape is None or term.amplitudes is None:
-        return ()
-    read = term.effect.summary(term.shape, term.amplitudes, units)
-    errors = _propagated(term, units, [value for _, value, _ in read]) | dict(term.shape_errors)
-    return tuple(Value(name, value, errors.get(name), unit) for name, value, unit in read)
-
-
-def _propagated(term: Term, units: Units, read: list[float]) -> dict[str, float]:
-    if term.shape is None or term.amplitudes is None or term.errors is None:
-        return {}
-    square = np.zeros(len(read))
-    names: list[str] = []
-    for k, error in enumerate(term.errors):
-        moved = [value + (error if i == k else 0.0) for i, value in enumerate(term.amplitudes)]
-        found = term.effect.summary(term.shape, moved, units)
-        names = [name for name, _, _ in found]
-        square += (np.array([value for _, value, _ in found]) - read) ** 2
-    return {name: math.sqrt(total) for name, total in zip(names, square, strict=True) if total > 0}
-
-
 def found_effects(model: Model, candidates: tuple[Candidate, ...]) -> list[FoundEffect]:
     """Return the effects of a model in their order, each with its card and its final numbers."""
     for_ever: dict[str, list[str]] = {}
@@ -211,8 +184,7 @@ def found_effects(model: Model, candidates: tuple[Candidate, ...]) -> list[Found
         for_ever.setdefault(name, []).append(spoken(other))
     found = []
     for term in model.terms:
-        values = final_values(term, model.units)
-        pairs = [(printable(value.name).replace("_", " "), value_text(value)) for value in values]
+        pairs = named_texts(values_of(term, model))
         if len(pairs) > _MOST_PARAMETERS:
             left = len(pairs) - _MOST_PARAMETERS
             pairs = [*pairs[:_MOST_PARAMETERS], ("and", f"{left} more: the model's file has all")]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Any
 
+from rtec.inference.fit import values_of
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
-from rtec.report.diagnosis.chapters import final_values
 from rtec.report.diagnosis.likeness import look_alikes, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 from rtec.report.plain_data import plain
@@ -178,7 +178,7 @@ def _final(diagnosis: Diagnosis) -> dict[str, dict[str, list[float | str | None]
         numbers, key = itertools.count(2), term.name
         while key in found:
             key = f"{term.name}_{next(numbers)}"
-        found[key] = {v.name: [v.value, v.error, v.unit] for v in final_values(term, diagnosis.model.units)}
+        found[key] = {v.name: [v.value, v.error, v.unit] for v in values_of(term, diagnosis.model)}
     return found
 
 

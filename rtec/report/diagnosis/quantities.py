@@ -11,7 +11,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Units
 from rtec.inference.results import Value
-from rtec.readable import MISSING, quantity_text, rounded, suited_unit, symbol
+from rtec.readable import MISSING, common_size, quantity_text, rounded, suited_unit, symbol
 from rtec.report.appearance import printable
 
 _PARTS_OF_UNITS = re.compile(r"[^A-Za-z0-9/]+")
@@ -104,8 +104,15 @@ def probability(p: float) -> str:
     return f"{p:.2g}"
 
 
-def value_text(value: Value) -> str:
+def value_text(value: Value, size: float | None = None) -> str:
     """Return a parameter with its standard error and unit, rounded to two digits of the error.
+
+    Parameters
+    ----------
+    value
+        The parameter.
+    size
+        Of the largest with which it shares its unit; None: its own.
 
     Examples
     --------
@@ -116,7 +123,23 @@ def value_text(value: Value) -> str:
     """
     if isinstance(value.value, str):
         return " ".join(words for words in (printable(value.value)[:60], symbol(printable(value.unit))) if words)
-    return quantity_text(value.value, printable(value.unit), value.error)
+    return quantity_text(value.value, printable(value.unit), value.error, size=size)
+
+
+def named_texts(values: tuple[Value, ...]) -> list[tuple[str, str]]:
+    """Return name and text of each parameter of an effect; what has one unit keeps one unit.
+
+    Examples
+    --------
+    >>> named_texts((Value("mean", 90.0, 9.0, "arcsec"), Value("largest", 7200.0, 36.0, "arcsec")))
+    [('mean', '0.0250 ± 0.0025 deg'), ('largest', '2.000 ± 0.010 deg')]
+    """
+    numbers: dict[str, list[tuple[float, float | None]]] = {}
+    for v in values:
+        if not isinstance(v.value, str):
+            numbers.setdefault(v.unit, []).append((v.value, v.error))
+    sizes = {unit: common_size(pairs) for unit, pairs in numbers.items()}
+    return [(printable(v.name).replace("_", " "), value_text(v, sizes.get(v.unit))) for v in values]
 
 
 def parameter_texts(values: tuple[Value, ...], most: int) -> list[str]:
@@ -127,5 +150,5 @@ def parameter_texts(values: tuple[Value, ...], most: int) -> list[str]:
     >>> parameter_texts((Value("lag", 1.5, None, "ms"),), 3), parameter_texts((Value("a", 1.0, None, "um"),) * 3, 2)
     (['lag 1.5 ms'], ['a 1 µm', 'and 2 more'])
     """
-    texts = [f"{printable(value.name).replace('_', ' ')} {value_text(value)}" for value in values]
+    texts = [f"{name} {text}" for name, text in named_texts(values)]
     return texts if len(texts) <= most else [*texts[: most - 1], f"and {len(texts) - most + 1} more"]

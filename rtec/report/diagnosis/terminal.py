@@ -10,10 +10,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from rtec.inference.fit import values_of
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
-from rtec.report.diagnosis.chapters import final_values
 from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_for
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words, term_words
 
@@ -92,7 +92,7 @@ def found_table(model: Model) -> Table:
     table.add_column("found", no_wrap=True)
     table.add_column("parameters", overflow="fold")
     for term in model.terms:
-        words = parameter_texts(final_values(term, model.units), _MOST_PARAMETERS)
+        words = parameter_texts(values_of(term, model), _MOST_PARAMETERS)
         table.add_row(Text(term_words(term)), Text("\n".join(words)))
     return table
 

@@ -202,7 +202,7 @@ def test_a_map_of_the_reversal_error_says_its_mean_and_how_much_it_varies():
     """8 um of play, 1 um more at one end: one number alone would hide the other."""
     shape = MapShape((0.0, 100.0, 200.0, 300.0))
     read = {name: value for name, value, _ in BacklashMap().summary(shape, [8e-3, 8.25e-3, 8.75e-3, 9e-3], LINEAR)}
-    assert read == {"nodes": 4.0, "mean": pytest.approx(8.5, abs=1e-3), "peak_to_peak": pytest.approx(1.0)}
+    assert read == pytest.approx({"nodes": 4.0, "mean": 8.5, "least": 8.0, "largest": 9.0, "peak_to_peak": 1.0})
 
 
 @pytest.mark.parametrize("effect", [PitchMap(), BacklashMap()])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, covariance, measured, one_chain
 
-from rtec.effects import Observable, Shape, effect_named
+from rtec.effects import CyclicShape, Observable, Shape, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.colour import Colour
 from rtec.inference.fit import fit_model, fitted_terms, opened_model, residual_of, shapes_found, values_of
@@ -244,6 +244,27 @@ def test_values_are_shown_in_the_units_people_use_with_their_errors():
     period = next(v for v in values_of(fitted.terms[1], fitted) if v.name == "period")
     assert (period.unit, period.error) == ("mm", dict(fitted.terms[1].shape_errors)["period"])
     assert values_of(Term(effect=SCALE), fitted) == ()
+
+
+def test_a_map_holds_the_datum_and_says_its_mean_and_range():
+    """A constant of 40 um is no part of any other number: without it the map would show as 5 um about nothing."""
+    data = measured(lambda x, way, t, run: 0.04 + 0.005 * np.sin(np.pi * x / x.max()))
+    fitted = fit_model(data, model("pitch_map"))
+    read = {value.name: value for value in values_of(fitted.terms[0], fitted)}
+    assert fitted.datum == 0.0
+    assert read["mean"].value == pytest.approx(40.0 + 5.0 * 2.0 / np.pi, abs=0.3)
+    assert read["least"].value == pytest.approx(40.0, abs=1.0)
+    assert read["largest"].value == pytest.approx(45.0, abs=1.0)
+    assert read["peak_to_peak"].value == pytest.approx(read["largest"].value - read["least"].value)
+    assert 0.0 < read["mean"].error < read["largest"].error
+
+
+@pytest.mark.parametrize("phase", [0.3, np.pi - 1e-4])  # the second one passes from 180 to -180 deg within its error
+def test_a_phase_at_half_a_turn_has_the_error_of_any_other(phase):
+    amplitudes = (5.0 * np.cos(phase), 5.0 * np.sin(phase))
+    wave = Term(effect=CYCLIC, shape=CyclicShape(47.0, 1, False), amplitudes=amplitudes, errors=(0.1, 0.1))
+    found = {value.name: value.error for value in values_of(wave, model())}
+    assert found["phase_1"] == pytest.approx(np.degrees(0.1 / 5.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from rtec.effects import Units
 from rtec.inference.results import Unknown, Value, Verdict
 from rtec.report.diagnosis import comparison_document, diagnosis_document
 from rtec.report.diagnosis.document import parameters_document
-from rtec.report.diagnosis.quantities import value_text
+from rtec.report.diagnosis.quantities import named_texts, value_text
 
 CONTRACT = {
     "verdict", "effects", "steps", "candidates", "noise_floor", "rms_before", "rms_after", "unit", "not_testable",
@@ -129,6 +129,17 @@ def test_two_parameters_of_one_name_are_both_kept():
 )
 def test_a_value_is_rounded_to_two_digits_of_its_error(value, error, text):
     assert value_text(Value("x", value, error, "um")) == text
+
+
+def test_numbers_of_one_effect_in_one_unit_share_it_with_their_errors():
+    values = (Value("nodes", 9.0, None, ""), Value("mean", 40.0, 9.0, "arcsec"),
+              Value("largest", -7200.0, 36.0, "arcsec"), Value("sensor", "bed", None, ""))  # fmt: skip
+    assert named_texts(values) == [
+        ("nodes", "9"),
+        ("mean", "0.0111 ± 0.0025 deg"),
+        ("largest", "−2.000 ± 0.010 deg"),
+        ("sensor", "bed"),
+    ]
 
 
 def test_a_comparison_has_the_contracts_keys(make_comparison):
