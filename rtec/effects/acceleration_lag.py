@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
 
 
 class AccelerationLag(Effect):
@@ -26,6 +26,7 @@ class AccelerationLag(Effect):
     """
 
     name = "acceleration_lag"
+    over = Over.ACCELERATION
     needs = "moving data with accelerations"
     rivals = (Rival("scale", experiments.TWO_STROKES),)
     card = Card(

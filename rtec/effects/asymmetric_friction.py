@@ -7,7 +7,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 LEAST_EACH_WAY = 0.05
 """Share of the travel that has to go each way: a jolt back is no motion in the other direction."""
@@ -35,6 +35,7 @@ class AsymmetricFriction(Effect):
     """
 
     name = "asymmetric_friction"
+    over = Over.VELOCITY
     observable = Observable.DRIVE
     builds_on = frozenset({"viscous"})
     needs = "motion in both directions"

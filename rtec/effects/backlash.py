@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
 
 
 class Backlash(Effect):
@@ -30,6 +30,7 @@ class Backlash(Effect):
     """
 
     name = "backlash"
+    over = Over.REVERSAL
     needs = "both directions"
     rivals = (
         Rival("servo_lag", experiments.THREE_FEEDS),

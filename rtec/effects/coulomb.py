@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 
 class Coulomb(Effect):
@@ -28,6 +28,7 @@ class Coulomb(Effect):
     """
 
     name = "coulomb"
+    over = Over.VELOCITY
     observable = Observable.DRIVE
     needs = "motion in both directions"
     not_negative = True

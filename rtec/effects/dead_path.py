@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units, own_shape
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units, own_shape
 from rtec.effects.refraction import air_sensors, change_of_index, no_weather
 from rtec.effects.thermal_growth import HeatShape
 
@@ -36,6 +36,7 @@ class DeadPath(Effect):
     """
 
     name = "dead_path"
+    over = Over.TEMPERATURE
     needs = "a pressure column, with air temperature and humidity where there are any"
     shape_type = HeatShape
     in_time = True

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
 
 
 class Drift(Effect):
@@ -24,6 +24,7 @@ class Drift(Effect):
     """
 
     name = "drift"
+    over = Over.TIME
     needs = "time or row order, with repeats"
     in_time = True
     rivals = (

@@ -15,6 +15,7 @@ from rtec.effects.protocol import (
     Amplitude,
     Card,
     Effect,
+    Over,
     Quantity,
     Rival,
     Shape,
@@ -66,6 +67,7 @@ class Hysteresis(Effect):
     """
 
     name = "hysteresis"
+    over = Over.REVERSAL
     needs = "moving data with reversals of different lengths"
     shape_type = HysteresisShape
     rivals = (

@@ -7,7 +7,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._drive import per_acceleration
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 
 class Inertia(Effect):
@@ -30,6 +30,7 @@ class Inertia(Effect):
     """
 
     name = "inertia"
+    over = Over.ACCELERATION
     observable = Observable.DRIVE
     needs = "moving data with accelerations"
     not_negative = True

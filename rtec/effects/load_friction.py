@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 LEAST_CHANGE = 0.05
 """Share of the largest load by which it has to change."""
@@ -35,6 +35,7 @@ class LoadFriction(Effect):
     """
 
     name = "load_friction"
+    over = Over.VELOCITY
     observable = Observable.DRIVE
     needs = "a load column that changes, and both directions of motion"
     not_negative = True

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Quantity, Rival, Shape, Units, own_shape, parameter
 
 FEWEST_MOMENTS = 5
 EDGE = 2
@@ -45,6 +45,7 @@ class LostCounts(Effect):
     """
 
     name = "lost_counts"
+    over = Over.TIME
     needs = "a time column"
     shape_type = StepShape
     in_time = True

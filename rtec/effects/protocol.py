@@ -26,6 +26,19 @@ class Observable(enum.Enum):
     """Force, torque, current or voltage of a drive."""
 
 
+class Over(enum.Enum):
+    """What an effect depends on in the first place, over which a picture shows it."""
+
+    POSITION = "position"
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+    REVERSAL = "reversal"
+    """The way since the last reversal: a loop over position."""
+    TIME = "time"
+    TEMPERATURE = "temperature"
+    RUN = "run"
+
+
 class Quantity(enum.Enum):
     """What a shape parameter is, which decides its unit and how it is written."""
 
@@ -174,6 +187,10 @@ class Effect(abc.ABC):
     """What it needs from the data, in words."""
     card: ClassVar[Card]
     shape_type: ClassVar[type[Shape]] = Shape
+    over: ClassVar[Over] = Over.POSITION
+    """What a picture shows it over."""
+    grows_with_position: ClassVar[bool] = False
+    """Proportional to position, too: a picture shows the near and the far end apart."""
     contains: ClassVar[frozenset[str]] = frozenset()
     """Simpler effects that are special cases of this one: where they explain the data, they win."""
     rivals: ClassVar[tuple[Rival, ...]] = ()

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units, own_shape
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units, own_shape
 from rtec.effects.thermal_growth import HeatShape
 
 STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT = 1013.25, 20.0, 50.0
@@ -107,6 +107,8 @@ class Refraction(Effect):
     """
 
     name = "refraction"
+    grows_with_position = True
+    over = Over.TEMPERATURE
     needs = "a pressure column, with air temperature and humidity where there are any, and positions in a length"
     shape_type = HeatShape
     in_time = True

@@ -14,6 +14,7 @@ from rtec.effects.protocol import (
     Amplitude,
     Card,
     Effect,
+    Over,
     Quantity,
     Rival,
     Shape,
@@ -57,6 +58,7 @@ class ReversalSpike(Effect):
     """
 
     name = "reversal_spike"
+    over = Over.REVERSAL
     needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
     shape_type = SpikeShape
     rivals = (

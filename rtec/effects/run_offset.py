@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Quantity, Rival, Shape, Units, own_shape, parameter
 
 MOST_RUNS = 40
 """Runs, at most, that may each have a zero of their own: with more, such a zero is one more kind of slow noise."""
@@ -37,6 +37,7 @@ class RunOffset(Effect):
     """
 
     name = "run_offset"
+    over = Over.RUN
     needs = f"several runs, {MOST_RUNS} at most"
     shape_type = RunShape
     in_time = True

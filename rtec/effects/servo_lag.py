@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
 
 
 class ServoLag(Effect):
@@ -30,6 +30,7 @@ class ServoLag(Effect):
     """
 
     name = "servo_lag"
+    over = Over.VELOCITY
     needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
     rivals = (Rival("backlash", experiments.THREE_FEEDS),)
     card = Card(

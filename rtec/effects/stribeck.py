@@ -15,6 +15,7 @@ from rtec.effects.protocol import (
     Card,
     Effect,
     Observable,
+    Over,
     Quantity,
     Rival,
     Shape,
@@ -59,6 +60,7 @@ class Stribeck(Effect):
     """
 
     name = "stribeck"
+    over = Over.VELOCITY
     observable = Observable.DRIVE
     builds_on = frozenset({"coulomb"})
     needs = "motion in both directions at four speeds at least, creep among them"

@@ -14,6 +14,7 @@ from rtec.effects.protocol import (
     Amplitude,
     Card,
     Effect,
+    Over,
     Quantity,
     Rival,
     Shape,
@@ -156,6 +157,8 @@ class ThermalGrowth(Effect):
     """
 
     name = "thermal_growth"
+    grows_with_position = True
+    over = Over.TEMPERATURE
     needs = "a temperature column that changes by 0.5 K at least"
     shape_type = GrowthShape
     in_time = True

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Tunable, Units, own_shape
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Tunable, Units, own_shape
 from rtec.effects.thermal_growth import (
     HeatShape,
     another_sensor,
@@ -43,6 +43,7 @@ class ThermalShift(Effect):
     """
 
     name = "thermal_shift"
+    over = Over.TEMPERATURE
     needs = "a temperature column that changes by 0.5 K at least"
     shape_type = HeatShape
     in_time = True

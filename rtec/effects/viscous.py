@@ -7,7 +7,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 ONE_SPEED = 0.2
 """Of the usual speed: where half of the way in a direction was gone at speeds closer together, it is one speed."""
@@ -33,6 +33,7 @@ class Viscous(Effect):
     """
 
     name = "viscous"
+    over = Over.VELOCITY
     observable = Observable.DRIVE
     needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True

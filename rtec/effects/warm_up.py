@@ -15,6 +15,7 @@ from rtec.effects.protocol import (
     Amplitude,
     Card,
     Effect,
+    Over,
     Quantity,
     Rival,
     Shape,
@@ -55,6 +56,7 @@ class WarmUp(Effect):
     """
 
     name = "warm_up"
+    over = Over.TIME
     needs = "a time column"
     shape_type = WarmShape
     contains = frozenset({"drift"})

@@ -33,6 +33,7 @@ class WarmUpGrowth(WarmUp):
     """
 
     name = "warm_up_growth"
+    grows_with_position = True
     needs = "a time column, and a spread of positions"
     contains = frozenset({"scale"})
     rivals = (

@@ -14,6 +14,7 @@ from rtec.effects.protocol import (
     Amplitude,
     Card,
     Effect,
+    Over,
     Quantity,
     Rival,
     Shape,
@@ -74,6 +75,7 @@ class Windup(Effect):
     """
 
     name = "windup"
+    over = Over.REVERSAL
     needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
     shape_type = WindupShape
     rivals = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
-from rtec.report.diagnosis.quantities import shown_for
+from rtec.report.diagnosis.quantities import shown_for, shown_in
 from rtec.report.diagnosis.readings import (
     ALL,
     BAND,
@@ -58,13 +59,15 @@ def measured_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figure
 
 
 def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor) -> Figure:
-    shown = shown_for(dataset)
+    shown, label, left = shown_for(dataset), position_label(c), residual(dataset, model)
+    below = shown_in(dataset.units, max(float(np.std(left)), noise.sigma))
+    if c.span == 0.0:  # one place: what there is to see is how readings follow each other
+        label, c = clock(c).label, replace(c, position=clock(c).values, whole=None)
     window = _window(c, model)
     figure = new_figure(6.0 if window is None else 7.6)
     heights = [1.5, 1.0] if window is None else [1.3, 1.3, 1.0]
     panels = list(figure.subplots(len(heights), 1, height_ratios=heights))
     upper, lower = panels[0], panels[-1]
-    left = residual(dataset, model)
     fitted = dataset.observed - left
     half = 2 * noise.sigma * shown.factor
     for way in ways(c):
@@ -76,15 +79,15 @@ def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor
             inside = (at >= window[0]) & (at <= window[1])
             _dots(panels[1], c.position, dataset.observed * shown.factor, way, near)
             _model(panels[1], at[inside], line[inside] * shown.factor, half, way)
-        _dots(lower, c.position, left * shown.factor, way, some_rows(way.rows))
+        _dots(lower, c.position, left * below.factor, way, some_rows(way.rows))
     if window is not None:
         upper.axvspan(*window, color=NEUTRAL, alpha=0.15, linewidth=0.0)
-    _noise(lower, half)
+    _noise(lower, 2 * noise.sigma * below.factor)
     lower.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     for axes in panels[:-1]:
         axes.set_ylabel(f"{figure_text(dataset.observe)} ({shown.symbol})")
-    lower.set_ylabel(f"measured less\nmodel ({shown.symbol})")
-    lower.set_xlabel(position_label(c))
+    lower.set_ylabel(f"measured less\nmodel ({below.symbol})")
+    lower.set_xlabel(label)
     legend_above(figure, upper, 6)
     return figure
 
@@ -147,11 +150,13 @@ def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor)
     shown, time = shown_for(dataset), clock(c)
     figure = new_figure(6.4)
     whole, zoom, lower = figure.subplots(3, 1, height_ratios=[1.0, 1.2, 0.8])
-    left = residual(dataset, model) * shown.factor
+    left = residual(dataset, model)
+    below = shown_in(dataset.units, max(float(np.std(left)), noise.sigma))
     measured, half = dataset.observed * shown.factor, 2 * noise.sigma * shown.factor
-    middle = _stretch(measured - left)
+    fit = measured - left * shown.factor
+    middle = _stretch(fit)
     for axes, rows in ((whole, slice(None)), (zoom, middle)):
-        t, seen, fitted = time.values[rows], measured[rows], (measured - left)[rows]
+        t, seen, fitted = time.values[rows], measured[rows], fit[rows]
         axes.plot(*outline(t, seen), color="#a0a0a0", linewidth=1.8, label="measured")
         axes.plot(*outline(t, fitted), color=REVERSE, linewidth=0.9, label="model")
         if axes is zoom:
@@ -161,9 +166,9 @@ def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor)
             axes.ticklabel_format(axis="x", useOffset=False)
         axes.set_ylabel(f"{figure_text(dataset.observe)} ({shown.symbol})")
     whole.axvspan(time.values[middle][0], time.values[middle][-1], color=FORWARD, alpha=0.15, label="stretch below")
-    _noise(lower, half)
-    lower.plot(*outline(time.values, left), color=FORWARD, linewidth=0.7)
-    lower.set_ylabel(f"measured less\nmodel ({shown.symbol})")
+    _noise(lower, 2 * noise.sigma * below.factor)
+    lower.plot(*outline(time.values, left * below.factor), color=FORWARD, linewidth=0.7)
+    lower.set_ylabel(f"measured less\nmodel ({below.symbol})")
     lower.set_xlabel(time.label)
     legend_above(figure, whole, 4)
     return figure

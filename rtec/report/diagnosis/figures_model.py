@@ -1,4 +1,4 @@
-"""What a model consists of, which effects look alike on the plan, and what would tell rivals apart."""
+"""Which effects look alike on the plan, and what would tell rivals apart."""
 
 from __future__ import annotations
 
@@ -7,126 +7,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Conditions, Floats
-from rtec.inference.model import Model, Term
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis.likeness import ALIKE, nested
-from rtec.report.diagnosis.quantities import Shown, shown_for
+from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import (
-    ALL,
-    AT_REST,
     FORWARD,
     NEUTRAL,
     REVERSE,
-    Abscissa,
-    Way,
-    abscissas,
-    at_places,
     figure_text,
-    outline,
-    period_of,
-    phase,
-    some_rows,
-    ways,
 )
-from rtec.report.diagnosis.sentence import spoken, term_words
+from rtec.report.diagnosis.sentence import spoken
 from rtec.report.figures_style import ALARM, GUIDE, INK, legend_above, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_OVER = {
-    "servo_lag": "velocity",
-    "viscous": "velocity",
-    "coulomb": "velocity",
-    "asymmetric_friction": "velocity",
-    "stribeck": "velocity",
-    "acceleration_lag": "acceleration",
-    "inertia": "acceleration",
-    "windup": "since_reversal",
-}
-"""What a contribution is drawn over, where that is neither position nor, for what changes in time, time."""
-_MOST_TERMS = 12
-_FINE = 400
 _MOST_NAMES = 24
-_FEW_TURNS = 4
-"""Periods over the travel above which one period is drawn, not the travel."""
 _RIVALS = ((FORWARD, "-"), (REVERSE, "--"), ("#009e73", "-."), ("#cc79a7", ":"), ("#e69f00", (0, (5, 1))))
-
-
-def components_figure(dataset: Dataset, model: Model) -> Figure | None:
-    """Return the contribution of each effect in a panel of its own, all in one unit."""
-    terms = [term for term in model.terms if term.fitted][:_MOST_TERMS]
-    if not terms:
-        return None
-    c, shown = dataset.coordinates, shown_for(dataset)
-    axes_of = {one.name: one for one in reversed(abscissas(c))}
-    figure = new_figure(1.75 * len(terms) + 0.6)
-    panels = figure.subplots(len(terms), 1, squeeze=False)[:, 0]
-    for axes, term in zip(panels, terms, strict=True):
-        values = term.component(dataset)
-        over = _abscissa(term, c, axes_of)
-        if over.name == "phase" and dataset.resample is None:
-            _wave(axes, c, term, shown)
-        _component(axes, c, over, values * shown.factor)
-        axes.set_title(
-            f"{figure_text(term_words(term))}: RMS {shown.text(float(np.std(values)))}, "
-            f"peak to peak {shown.with_unit(float(np.ptp(values)))}"
-        )
-        axes.set_ylabel(shown.symbol)
-    legend_above(figure, panels[0], 3)
-    return figure
-
-
-def _abscissa(term: Term, c: Conditions, axes_of: dict[str, Abscissa]) -> Abscissa:
-    wanted = _OVER.get(term.name, "")
-    period = period_of(term)
-    if period is not None and _FEW_TURNS * period < c.span:
-        return phase(c, period)
-    if term.effect.in_time:
-        wanted = "time" if c.time_s is not None else "order"
-    found = axes_of.get(wanted) or axes_of.get("position") or next(iter(axes_of.values()), None)
-    return found or Abscissa(name="order", label="row order", values=c.order)
-
-
-def _wave(axes: Axes, c: Conditions, term: Term, shown: Shown) -> None:
-    """Draw one period of a wave, which readings show at some phases only."""
-    turn = np.linspace(0.0, 1.0, _FINE)
-    for way in ways(c):
-        if way.label != AT_REST:
-            values = term.contribution(at_places(c, turn * (period_of(term) or 1.0), way)) * shown.factor
-            axes.plot(turn, values, color=way.colour, linestyle=way.dash, linewidth=1.2, label=_name(way))
-
-
-def _component(axes: Axes, c: Conditions, over: Abscissa, values: Floats) -> None:
-    axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    for way in ways(c):
-        x, y = over.values[way.rows], values[way.rows]
-        order = np.argsort(x, kind="stable")
-        x, y = x[order], y[order]
-        if way.label != AT_REST and over.name != "phase" and _is_line(x, y):
-            axes.plot(*outline(x, y), color=way.colour, linestyle=way.dash, linewidth=1.2, label=_name(way),
-                      marker=way.marker if x.size < 300 else "", markersize=2.5)  # fmt: skip
-        else:
-            rows = some_rows(np.ones(x.size, dtype=np.bool_))
-            axes.plot(x[rows], y[rows], color=way.colour, linestyle="none", marker=way.marker, markersize=2.2,
-                      markeredgewidth=0.0, alpha=0.5,
-                      label=None if over.name == "phase" else _name(way))  # fmt: skip
-    axes.set_xlabel(over.label)
-
-
-def _name(way: Way) -> str | None:
-    return way.label if way.label != ALL else None
-
-
-def _is_line(x: Floats, y: Floats) -> bool:
-    """Return whether a contribution is a function of what it is drawn over, so that neighbours may be joined."""
-    if x.size < 2:
-        return False
-    same = np.diff(x) <= 1e-6 * float(x[-1] - x[0])
-    jumps = np.abs(np.diff(y))[same]
-    return not jumps.size or float(jumps.max()) <= 1e-3 * max(float(np.ptp(y)), 1e-300)
 
 
 def cosines_figure(cosines: Cosines | None) -> Figure | None:

@@ -11,7 +11,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor, Unknown
-from rtec.report.diagnosis.quantities import shown_for
+from rtec.report.diagnosis.quantities import shown_in
 from rtec.report.diagnosis.readings import (
     AT_REST,
     BAND,
@@ -46,8 +46,9 @@ def residual_panels(
     panels = (abscissas(c, periods) + _unknown_columns(dataset, unknown))[:_MOST_PANELS]
     if not panels:
         return None
-    shown = shown_for(dataset)
-    left = residual(dataset, model) * shown.factor
+    left = residual(dataset, model)
+    shown = shown_in(dataset.units, max(float(np.std(left)), noise.sigma))
+    left = left * shown.factor
     limit = max(float(np.percentile(np.abs(left), _WITHIN)), 3.0 * noise.sigma * shown.factor)
     rows = math.ceil(len(panels) / _COLUMNS)
     figure = new_figure(2.35 * rows + 0.5)

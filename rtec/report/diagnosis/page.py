@@ -9,7 +9,13 @@ from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis import chapters
 from rtec.report.diagnosis.quantities import probability, shown_for
-from rtec.report.diagnosis.sentence import comparison_sentence, floor_words, stretch_words, verdict_sentence
+from rtec.report.diagnosis.sentence import (
+    comparison_sentence,
+    floor_words,
+    stretch_mean,
+    stretch_words,
+    verdict_sentence,
+)
 from rtec.report.illustrations import Illustration
 from rtec.report.rendering import embedded, page_environment
 
@@ -107,6 +113,6 @@ def _where(where: Where, shown: Shown) -> dict[str, str]:
         "quantity": printable(where.quantity).replace("_", " "),
         "share": f"{where.share:.0%}",
         "place": "" if worst is None else stretch_words(worst, where.unit),
-        "mean": "" if worst is None else shown.with_unit(worst.mean),
+        "mean": "" if worst is None else shown.with_unit(stretch_mean(worst)),
         "rows": "" if worst is None else str(worst.rows),
     }

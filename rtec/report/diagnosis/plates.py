@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING
 from rtec.dataset.dataset import Dataset
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, NoiseFloor
+from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.figures_measured import measured_figure
-from rtec.report.diagnosis.figures_model import components_figure, cosines_figure, experiment_figure
+from rtec.report.diagnosis.figures_model import cosines_figure, experiment_figure
 from rtec.report.diagnosis.figures_residual import residual_panels
 from rtec.report.diagnosis.figures_search import candidates_figure, staircase_figure
 from rtec.report.diagnosis.figures_spectra import spectra_figure
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import MOST_DOTS
 from rtec.report.diagnosis.sentence import heldout_words
+from rtec.report.diagnosis.views import views_of
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
 
@@ -63,10 +65,12 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
             ),
             _Plate(
                 name="components",
-                title="What the model consists of",
-                caption="The contribution of each effect to the readings, over what it depends on. All panels have "
-                "the same unit; each has its own scale.",
-                draw=lambda: components_figure(d.dataset, d.model),
+                title="Each effect in the readings",
+                caption="Above, the readings less all other effects (pale; means of neighbours on top where they are "
+                "many) and the model (black), over what the effect depends on: a wave over its period, what a "
+                "reversal does as a loop, friction against speed. Below, what is left of the readings, on a scale of "
+                "its own." + _largest(d.dataset, d.model) + _noise_words(d.dataset, d.noise),
+                draw=lambda: components_figure(d.dataset, d.model, d.noise),
             ),
             _Plate(
                 name="candidates",
@@ -156,6 +160,11 @@ _OVER_TIME = (
     "Above, the whole log: the range of each stretch where rows stand closer than the picture resolves; in the "
     "middle the stretch in which the model changes most; below, the difference at a scale of its own."
 )
+
+
+def _largest(dataset: Dataset, model: Model) -> str:
+    hidden = sum(term.fitted for term in model.terms) - sum(len(view.terms) for view in views_of(dataset, model))
+    return f" The {hidden} smallest effects are left out." if hidden else ""
 
 
 def _thinned(dataset: Dataset) -> str:

@@ -84,8 +84,19 @@ def shown_for(dataset: Dataset) -> Shown:
     dataset
         The measurement.
     """
-    shown = shown_of(dataset.units)
-    unit, factor = suited_unit(float(np.std(dataset.observed)) * shown.factor, shown.unit)
+    return shown_in(dataset.units, float(np.std(dataset.observed)))
+
+
+def shown_in(units: Units, size: float) -> Shown:
+    """Return how the observed quantity is shown where it has a certain size, in its unit inside.
+
+    Examples
+    --------
+    >>> shown_in(Units("deg", "deg", "s"), 2.5).symbol, shown_in(Units("deg", "deg", "s"), 0.001).symbol
+    ('deg', 'arcsec')
+    """
+    shown = shown_of(units)
+    unit, factor = suited_unit(size * shown.factor, shown.unit)
     return Shown(unit=unit, symbol=symbol(printable(unit)), factor=shown.factor * factor)
 
 

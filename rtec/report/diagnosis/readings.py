@@ -16,8 +16,8 @@ from rtec.readable import symbol
 FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
 """Of the palette of Okabe and Ito (2008), as in the other figures."""
 BAND = "#dcdcdc"
-ALL, AT_REST = "readings", "at rest"
-"""Labels of all readings, where there is one group, and of those of a moving log that have no direction."""
+ALL, BACKWARD, AT_REST = "readings", "backward", "at rest"
+"""Labels of all readings, where there is one group, and of those in one direction, or in none in a moving log."""
 MOST_DOTS = 1200
 """Readings that a panel draws; of more, so many are chosen at random, the same in every run."""
 MOST_POINTS = 1500
@@ -69,7 +69,7 @@ def ways(conditions: Conditions) -> list[Way]:
         return [Way(label=ALL, colour=FORWARD, marker="o", dash="-", rows=everything)]
     found = [
         Way(label="forward", colour=FORWARD, marker="^", dash="-", rows=conditions.direction > 0),
-        Way(label="backward", colour=REVERSE, marker="v", dash="--", rows=conditions.direction < 0),
+        Way(label=BACKWARD, colour=REVERSE, marker="v", dash="--", rows=conditions.direction < 0),
         Way(label=AT_REST, colour=NEUTRAL, marker="o", dash=":", rows=conditions.direction == 0),
     ]
     return [way for way in found if way.rows.any()]

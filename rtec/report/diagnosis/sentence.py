@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 _ERRORS = frozenset({"cosine", "cyclic", "interpolation", "scale"})
 """Effects whose names are no nouns of their own."""
+_ROUNDING = 1e-6
+"""Share of the RMS below which a mean is none."""
 _WORTH_NAMING = 0.1
 """Share of the variance from which on the quantity that it goes with is named."""
 
@@ -130,6 +132,11 @@ def stretch_words(stretch: Stretch, unit: str) -> str:
     low, high = f"{stretch.low:.5g}", f"{stretch.high:.5g}"
     place = (low if low == high else f"{low} to {high}").replace("-", "−")
     return ", ".join(words for words in (f"{place} {symbol(unit)}".rstrip(), way) if words)
+
+
+def stretch_mean(stretch: Stretch) -> float:
+    """Return the mean of a stretch, 0 where it is the rounding of a sum that is zero."""
+    return 0.0 if abs(stretch.mean) < _ROUNDING * stretch.rms else stretch.mean
 
 
 def heldout_words(heldout_by: str) -> str:

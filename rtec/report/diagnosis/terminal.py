@@ -15,7 +15,7 @@ from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, Verdict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, parameter_texts, probability, shown_for
-from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_words, term_words
+from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken, stretch_mean, stretch_words, term_words
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -80,7 +80,7 @@ def comparison_table(comparison: Comparison) -> Group:
             Text(printable(where.quantity).replace("_", " ")),
             f"{where.share:.0%}",
             Text("" if worst is None else stretch_words(worst, where.unit)),
-            "" if worst is None else shown.text(worst.mean),
+            "" if worst is None else shown.text(stretch_mean(worst)),
         )
     by = Text(f"held out {heldout_words(comparison.heldout_by)}", style="dim")
     return Group(table, by) if comparison.where else Group(by)

@@ -15,12 +15,14 @@ from rtec.effects import Conditions, Coulomb, Observable, Shape, Units, Viscous,
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures
+from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.figures_measured import measured_figure
-from rtec.report.diagnosis.figures_model import components_figure, cosines_figure, experiment_figure
+from rtec.report.diagnosis.figures_model import cosines_figure, experiment_figure
 from rtec.report.diagnosis.figures_residual import residual_panels
 from rtec.report.diagnosis.figures_search import candidates_figure, staircase_figure
 from rtec.report.diagnosis.figures_spectra import spectra_figure
 from rtec.report.figures_style import figure_style
+from rtec.report.illustrations import illustration
 
 ALL = ["measured", "staircase", "components", "candidates", "residual", "spectra", "cosines"]
 
@@ -115,22 +117,25 @@ def test_poor_data_are_drawn(make_diagnosis, make_dataset, make_noise, condition
         ):
             if figure is not None:
                 figure.draw_without_rendering()
-    assert candidates_figure(poor) is None and components_figure(dataset, start) is None
+    assert candidates_figure(poor) is None and components_figure(dataset, start, noise) is None
 
 
 def test_a_drives_log_is_drawn_over_time_and_its_friction_over_velocity(make_dataset, make_noise):
     dataset, model = _drive(make_dataset)
     with figure_style():
         measured = measured_figure(dataset, model, make_noise(sigma=0.5, from_repeats=False))
-        parts = components_figure(dataset, model)
+        parts = components_figure(dataset, model, make_noise(sigma=0.5, from_repeats=False))
     assert measured.axes[-1].get_xlabel() == "time (s)" and measured.axes[0].get_ylabel() == "force (N)"
-    assert [axes.get_xlabel() for axes in parts.axes] == ["velocity (mm/s)"] * 2
-    assert parts.axes[0].get_title(loc="left").startswith("coulomb: RMS ")
+    assert [axes.get_xlabel() for axes in parts.axes] == ["", "velocity (mm/s)"]  # one curve, what is left below
+    assert parts.axes[0].get_title(loc="left") == "coulomb: 20 N\nviscous: 200 N/(m/s)"
 
 
 def test_a_hundred_thousand_rows_make_a_picture_of_bounded_size(make_dataset, make_noise):
     dataset, model = _drive(make_dataset, 100_000)
-    drawn = comparison_figures(dataset, model, make_noise(sigma=0.5, from_repeats=False))
+    noise = make_noise(sigma=0.5, from_repeats=False)
+    drawn = comparison_figures(dataset, model, noise)
+    with figure_style():
+        drawn.append(illustration(components_figure(dataset, model, noise), "components", "Each effect", "Seen."))
     assert all(len(figure.svg) < 2_500_000 for figure in drawn)
 
 

@@ -83,7 +83,7 @@ def test_the_verdict_comes_first_with_the_sentence(make_diagnosis, out):
     assert _text(_part(tree, "verdict")) == f"NAMED. {verdict_sentence(diagnosis)}"
     assert _part(tree, "verdict").get("class") == "good"
     sections = [section.get("id") for section in tree.iter(f"{XHTML}section")]
-    assert sections == ["measurement", "effects", "steps", "judged", "left", "limits", "next", "definitions", "files"]
+    assert sections == ["effects", "measurement", "steps", "judged", "left", "limits", "next", "definitions", "files"]
 
 
 @pytest.mark.usefixtures("quick")
@@ -104,6 +104,7 @@ def test_steps_effects_and_limits_hold_the_searchs_numbers(make_diagnosis, out):
     assert [row[0] for row in steps] == ["start: no effect", "+ scale", "+ backlash", "+ cyclic", "− scale"]
     assert [row[2] for row in steps] == ["7.00", "6.80", "3.70", "0.990", "1.00"]
     assert steps[2][1] == "backlash 12.00 ± 0.20 µm" and steps[2][3:6] == ["3.89", "20.0 ± 1.0", "< 0.001"]
+    assert _rows(_part(tree, "effects"))[0] == ["backlash", "backlash 12.00 ± 0.20 µm"]
     cards = [element for element in tree.iter(f"{XHTML}article")]
     assert [_text(card.find(f"{XHTML}h3")) for card in cards] == ["Backlash (reversal error) backlash",
                                                                   "Cyclic error cyclic"]  # fmt: skip

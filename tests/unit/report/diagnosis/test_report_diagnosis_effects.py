@@ -1,0 +1,171 @@
+"""Pictures of single effects: everything else taken out, over what the effect depends on, with what is left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtec.effects import (
+    Backlash,
+    Conditions,
+    Cyclic,
+    CyclicShape,
+    Observable,
+    Shape,
+    Units,
+    distance_since_reversal,
+    effect_named,
+)
+from rtec.inference.model import Model, Term
+from rtec.report.diagnosis.chapters import found_effects
+from rtec.report.diagnosis.figures_effects import components_figure
+from rtec.report.diagnosis.terminal import found_table
+from rtec.report.diagnosis.views import MOST_VIEWS, views_of
+from rtec.report.figures_style import figure_style
+
+
+def drawn(dataset, model, noise):
+    with figure_style():
+        figure = components_figure(dataset, model, noise)
+        figure.draw_without_rendering()
+    return figure.axes
+
+
+def labelled(axes):
+    return {line.get_label(): line.get_data() for line in axes.lines}
+
+
+def term(name, shape=None, *amplitudes, **errors):
+    return Term(effect=effect_named(name), shape=shape or Shape(), amplitudes=amplitudes, **errors)
+
+
+def log(moving=True, rows=2000, strokes=(40.0, 100.0, 60.0, 100.0)):
+    """A log that goes out and back, over strokes of several lengths."""
+    turns = np.cumsum([0.0, *(way * stroke for way, stroke in zip((1, -1, 1, -1), strokes, strict=True))])
+    x = np.interp(np.linspace(0.0, len(strokes), rows), np.arange(len(strokes) + 1), turns)
+    way = np.repeat([1.0, -1.0, 1.0, -1.0], rows // 4)
+    run = np.ones(rows, dtype=np.int64)
+    return Conditions(position=x, position_unit="mm", run=run, direction=way, time_s=np.arange(rows) / 50.0,
+                      since_reversal=distance_since_reversal(x, way, run), moving=moving)  # fmt: skip
+
+
+def test_a_wave_is_folded_over_its_period_with_everything_else_taken_out(make_diagnosis):
+    d = make_diagnosis()
+    axes = drawn(d.dataset, d.model, d.noise)
+    assert [panel.get_xlabel() for panel in axes] == [
+        "", "position (mm)", "", "phase within the period of 6.35 mm (turns)"]  # fmt: skip
+    lines = labelled(axes[2])
+    x, y = lines["model"]
+    assert y == pytest.approx(3.0 * np.sin(2 * np.pi * x) + 4.0 * np.cos(2 * np.pi * x), abs=1e-9)
+    for name in ("forward", "backward"):  # 12 um of backlash are not in it
+        x, y = lines[name]
+        assert np.abs(y - 3.0 * np.sin(2 * np.pi * x) - 4.0 * np.cos(2 * np.pi * x)).max() < 5.0  # five sigma
+    left = np.concatenate([line.get_ydata() for line in axes[3].lines if line.get_alpha()])
+    assert np.sort(left) == pytest.approx(np.sort(1e3 * (d.dataset.observed - d.model.predict(d.dataset))))
+
+
+def test_backlash_is_two_levels_one_for_each_direction(make_diagnosis):
+    d = make_diagnosis()
+    lines = labelled(drawn(d.dataset, d.model, d.noise)[0])
+    assert np.ptp(lines["model"][1]) == np.ptp(lines["model, backward"][1]) == 0.0
+    assert (lines["model"][1][0], lines["model, backward"][1][0]) == (pytest.approx(6.0), pytest.approx(-6.0))
+    assert lines["forward"][1].mean() == pytest.approx(6.0, abs=0.4)
+
+
+def test_card_table_and_figure_have_the_same_words(make_dataset, make_noise):
+    """One place rounds: who compares them finds the same digits."""
+    shape = type(effect_named("backlash_map").shapes(make_dataset().conditions)[0])((0.0, 200.0, 400.0))
+    map_term = replace(term("backlash_map", shape, 8e-3, 8.5e-3, 9e-3), errors=(2e-4, 1e-4, 2e-4))
+    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(map_term,))
+    dataset = make_dataset(terms=model.terms)
+    ((_, *words),) = [[effect.name, *effect.parameters] for effect in found_effects(model, ())]
+    texts = [f"{name} {value}" for name, value in words]
+    assert texts[1:4] == ["mean 8.500 ± 0.082 µm", "least 8.00 ± 0.20 µm", "largest 9.00 ± 0.20 µm"]
+    title = drawn(dataset, model, make_noise())[0].get_title(loc="left").replace("\n", ", ")
+    assert title == f"backlash map: {', '.join(texts[1:])}"
+    (_, cells) = found_table(model).columns
+    assert [str(cell) for cell in cells.cells] == ["\n".join(texts)]
+
+
+def test_friction_is_one_curve_of_force_against_speed(make_dataset, make_noise):
+    c = log()
+    c = replace(c, velocity=np.gradient(c.position, c.time_s))
+    terms = (term("coulomb", None, 20.0), term("viscous", None, 0.2), term("force_offset", None, 7.0))
+    dataset = make_dataset(conditions=c, terms=terms, observe="force", observable=Observable.DRIVE,
+                           units=Units("n", "mm", "s"), cell=np.full(c.rows, -1))  # fmt: skip
+    model = Model(observe="force", units=dataset.units, terms=terms)
+    axes = drawn(dataset, model, make_noise(sigma=0.001))
+    assert [panel.get_xlabel() for panel in axes[1::2]] == ["velocity (mm/s)", "position (mm)"]
+    x, y = labelled(axes[0])["model"]
+    assert y == pytest.approx(20.0 + 0.2 * x)
+    assert axes[0].get_ylabel() == "without the others (N)" and axes[1].get_ylabel() == "left (mN)"
+
+
+def test_a_loop_in_motion_is_joined_in_the_order_of_its_readings(make_dataset, make_noise):
+    c = log()
+    terms = (term("hysteresis", type(effect_named("hysteresis").shapes(c)[0])(12.0), -0.02),)
+    dataset = make_dataset(conditions=c, terms=terms, cell=np.full(c.rows, -1))
+    model = Model(observe="deviation", units=dataset.units, terms=terms)
+    (view,) = views_of(dataset, model)
+    assert view.is_path and view.rows.all()
+    x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
+    assert x == pytest.approx(c.position) and y == pytest.approx(1e3 * view.part)
+
+
+def test_what_is_over_soon_after_a_reversal_is_drawn_close_to_it(make_dataset):
+    c = log()
+    terms = (term("windup", type(effect_named("windup").shapes(c)[0])(0.5), -0.02),)
+    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
+    (view,) = views_of(make_dataset(conditions=c, terms=terms, cell=np.full(c.rows, -1)), model)
+    assert view.over.name == "since_reversal" and view.over.values[view.rows].max() <= 4.0 < view.over.values.max()
+
+
+def test_what_grows_with_position_and_heat_is_a_line_for_each_third_of_the_axis(make_dataset, make_noise):
+    terms = (term("thermal_growth", effect_named("thermal_growth").shape_type(), 1e-4),)
+    dataset = make_dataset(terms=terms)
+    model = Model(observe="deviation", units=dataset.units, terms=terms)
+    (view,) = views_of(dataset, model)
+    assert [sum(group.rows) for group in view.groups] == [70, 70, 70]
+    for group in view.groups:
+        place = dataset.conditions.position[group.rows].mean()
+        heat = dataset.conditions.temperatures["temperature"][group.rows] - 20.0
+        assert view.part[group.rows] == pytest.approx(1e-4 * place * heat)
+    assert drawn(dataset, model, make_noise())[1].get_xlabel() == "temperature (°C)"
+
+
+def test_what_time_does_is_one_line_whatever_the_direction(make_dataset, make_noise):
+    terms = (term("drift", None, 1e-5), term("backlash", None, 0.01))
+    dataset = make_dataset(terms=terms)
+    axes = drawn(dataset, Model(observe="deviation", units=dataset.units, terms=terms), make_noise())
+    assert axes[1].get_xlabel() == "time (min)"
+    x, y = labelled(axes[0])["model"]
+    assert x.size == dataset.rows and y == pytest.approx(1e3 * 60.0 * x * 1e-5)
+    assert "model, backward" not in labelled(axes[0])
+
+
+def test_readings_of_one_place_are_drawn_in_their_order(make_dataset):
+    c = Conditions(position=np.full(20, 5.0), position_unit="mm", run=np.ones(20, dtype=np.int64),
+                   direction=np.tile([1.0, -1.0], 10))  # fmt: skip
+    terms = (term("backlash", None, 0.01),)
+    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
+    (view,) = views_of(make_dataset(conditions=c, terms=terms), model)
+    assert view.over.values.tolist() == list(range(20))
+
+
+def test_of_many_effects_the_largest_are_drawn_in_their_order(make_dataset):
+    waves = [
+        Term(effect=Cyclic(), shape=CyclicShape(7.0 + k, 1, False), amplitudes=(1e-3 * (1 + k % 7), 0.0))
+        for k in range(MOST_VIEWS + 3)
+    ]
+    back = Term(effect=Backlash(), shape=Shape(), amplitudes=(1.0,))
+    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(*waves, back))
+    views = views_of(make_dataset(), model)
+    assert len(views) == MOST_VIEWS and views[-1].terms == (back,)
+    assert [view.terms[0].shape.period for view in views[:-1]] == [9.0, 10.0, 11.0, 12.0, 13.0]
+
+
+def test_an_effect_without_numbers_is_not_drawn(make_dataset, make_noise):
+    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(Term(effect=Backlash()),))
+    assert components_figure(make_dataset(), model, make_noise()) is None
