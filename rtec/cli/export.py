@@ -56,8 +56,6 @@ def export(
         raise ArgumentError("--unit", repr(unit[:20]), "mm or inch")
     for name, file in files.items():
         _measured.check_new_file(f"--{name}", file, force=force)
-    from rtec.effects import Units
-    from rtec.inference.model_file import read_model
     from rtec.metrology.text_file import write_lines
     from rtec.study.compensation import (
         LINUXCNC_TRIPLETS,
@@ -69,7 +67,7 @@ def export(
     )
     from rtec.units import LENGTH, parse_quantity
 
-    known = read_model(model, Units("mm", "mm", "s"))
+    known = _error_model(model)
     low_mm, high_mm = _range(known, start, end)
     tolerance_mm = parse_quantity(within, LENGTH, name="--within")
     if tolerance_mm < 0.0:
@@ -103,6 +101,22 @@ def export(
         )
     for left in left_out:
         note(f"{left.effect} is not in the table: {left.why}")
+
+
+def _error_model(path: Path) -> Model:
+    """Return the model of an error of position that a file holds; in mm where it does not say otherwise."""
+    from rtec.effects import Units
+    from rtec.errors import FileFormatError
+    from rtec.inference.model_file import read_model, read_observe
+
+    observe = read_observe(path)
+    if observe != "deviation":
+        allowed = "a model of a deviation: a table corrects positions, and no force, torque or current"
+        raise ArgumentError(f"{path}: observe", repr(observe)[:60], allowed)
+    try:
+        return read_model(path)  # one that was written by rtec states its units
+    except FileFormatError:
+        return read_model(path, Units("mm", "mm", "s"))
 
 
 def _range(model: Model, start: str | None, end: str | None) -> tuple[float, float]:

@@ -99,7 +99,16 @@ def test_a_model_of_a_force_has_no_table_of_positions(here, capsys):
     (here / "f.toml").write_text(text.split("[[effect]]")[0] + '[[effect]]\nname = "coulomb"\ncoulomb = "3 N"\n')
     code, _, err = said(capsys, "f.toml", "--csv", "z.csv")
     assert code == 2
-    assert "observed in n" in err
+    assert "observe: 'force' is not allowed" in err and "a table corrects positions, and no force" in err
+    assert "measurement" not in err
+
+
+def test_a_model_of_angles_has_no_table_in_mm(here, capsys):
+    text = MODEL.replace(' mm"', ' deg"').replace('"mm"', '"deg"').split("[[effect]]")[0]
+    (here / "a.toml").write_text(text + '[[effect]]\nname = "backlash"\nbacklash = "3 arcsec"\n')
+    code, _, err = said(capsys, "a.toml", "--csv", "z.csv", "--from", "0 mm", "--to", "9 mm")
+    assert code == 2
+    assert "deviation in deg over positions in deg" in err and "measurement" not in err
 
 
 def test_a_diagnosis_says_where_it_was_measured(here, capsys):
