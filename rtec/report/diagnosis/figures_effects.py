@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FINE = 400
+_MOST_DOTS = 500
+"""Of a direction in a panel."""
 _GROUPS, _IN_GROUP = 150, 8
 """Of neighbours at most, and readings in each, whose mean is the model's curve where it is no function."""
 _ROUGH = 1.5
@@ -171,7 +173,7 @@ def _limits(axes: Axes, data: Floats, also: Floats) -> None:
 def _readings(axes: Axes, view: View, y: Floats, way: Way, *, label: str | None = None) -> None:
     """Draw readings pale, and means of neighbours on top of them where they are many."""
     x, rows = view.over.values, way.rows & view.rows
-    some = some_rows(rows)
+    some = some_rows(rows, _MOST_DOTS)
     means = (
         not view.is_path and view.over.name != "order" and way.label != AT_REST and int(rows.sum()) > FEWEST_FOR_MEANS
     )

@@ -50,7 +50,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
     """
     d = diagnosis
     held = heldout_words(d.heldout_by)
-    measured, residual, spectra = _plates(d.dataset, d.start, d.model, d.noise, d)
+    measured, components, residual, spectra = _plates(d.dataset, d.start, d.model, d.noise, d)
     return _drawn(
         [
             measured,
@@ -63,15 +63,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
                 "noise floor there is nothing repeatable to explain.",
                 draw=lambda: staircase_figure(d),
             ),
-            _Plate(
-                name="components",
-                title="Each effect in the readings",
-                caption="Above, the readings less all other effects (pale; means of neighbours on top where they are "
-                "many) and the model (black), over what the effect depends on: a wave over its period, what a "
-                "reversal does as a loop, friction against speed. Below, what is left of the readings, on a scale of "
-                "its own." + _largest(d.dataset, d.model) + _noise_words(d.dataset, d.noise),
-                draw=lambda: components_figure(d.dataset, d.model, d.noise),
-            ),
+            components,
             _Plate(
                 name="candidates",
                 title="Candidates, ranked",
@@ -102,7 +94,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
 
 
 def comparison_figures(dataset: Dataset, model: Model, noise: NoiseFloor) -> list[Illustration]:
-    """Draw measured against model, the residual against each column, and its spectra.
+    """Draw measured against model, each effect in the readings, the residual against each column, and its spectra.
 
     Parameters
     ----------
@@ -128,6 +120,15 @@ def _plates(
             title="Measured and model",
             caption=(_OVER_TIME if moving else _OVER_PLACE) + _noise_words(dataset, noise),
             draw=lambda: measured_figure(dataset, model, noise),
+        ),
+        _Plate(
+            name="components",
+            title="Each effect in the readings",
+            caption="Above, the readings less all other effects (pale; means of neighbours on top where they are "
+            "many) and the model (black), over what the effect depends on: a wave over its period, what a "
+            "reversal does as a loop, friction against speed. Below, what is left of the readings, on a scale of "
+            "its own." + _largest(dataset, model) + _noise_words(dataset, noise),
+            draw=lambda: components_figure(dataset, model, noise),
         ),
         _Plate(
             name="residual",

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from rtec.effects import Conditions, Coulomb, Observable, Shape, Units, Viscous, distance_since_reversal
+from rtec.effects import Backlash, Conditions, Coulomb, Observable, Shape, Units, Viscous, distance_since_reversal
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures
@@ -71,10 +71,11 @@ def test_the_same_numbers_give_the_same_bytes_whatever_the_users_settings(make_c
     assert [(one.svg, one.png) for one in first] == [(two.svg, two.png) for two in second]
 
 
-def test_a_comparison_has_the_three_that_need_no_search(make_comparison):
+def test_a_comparison_has_those_that_need_no_search(make_comparison):
     c = make_comparison()
     assert [one.name for one in comparison_figures(c.dataset, c.model, c.noise)] == [
         "measured",
+        "components",
         "residual",
         "spectra",
     ]
@@ -150,6 +151,21 @@ def test_the_model_passes_through_the_readings_in_their_unit(make_diagnosis):
     assert x.size > 1000
     dots = lines["measured, forward"].get_ydata()
     assert dots.mean() == pytest.approx(1000 * d.dataset.observed[d.dataset.conditions.direction > 0].mean())
+
+
+def test_readings_of_one_place_are_drawn_in_their_order_and_what_is_left_in_its_own_unit(make_dataset, make_noise):
+    c = Conditions(position=np.full(40, 5.0), position_unit="deg", run=np.arange(40),
+                   direction=np.tile([1.0, -1.0], 20))  # fmt: skip
+    terms = (Term(effect=Backlash(), shape=Shape(), amplitudes=(4.0,)),)
+    dataset = make_dataset(conditions=c, terms=terms, units=Units("deg", "deg", "reading"), cell=np.full(40, -1))
+    model = Model(observe="deviation", units=dataset.units, terms=terms)
+    with figure_style():
+        upper, lower = measured_figure(dataset, model, make_noise()).axes
+    lines = {line.get_label(): line.get_data() for line in upper.lines}
+    assert lines["measured, forward"][0].tolist() == list(range(0, 40, 2))
+    assert lines["measured, forward"][1] == pytest.approx(np.full(20, 2.0), abs=0.01)
+    assert upper.get_ylabel() == "deviation (deg)" and lower.get_ylabel() == "measured less\nmodel (arcsec)"
+    assert np.abs(lower.lines[0].get_ydata()) == pytest.approx(np.abs(3600.0 * (dataset.observed[::2] - 2.0)))
 
 
 def test_residual_panels_show_every_column_and_mark_what_lies_beyond(make_diagnosis):
