@@ -30,6 +30,7 @@ from rtec.inference.model import Model
 from rtec.inference.model_file import read_model
 from rtec.inference.results import Diagnosis, Value
 from rtec.metrology import write_measurement
+from rtec.readable import quantity_text
 from tests.bench.diagnosis_job import lathe_calibration
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -332,9 +333,9 @@ def _values(values: tuple[Value, ...]) -> str:
     """Return the first numbers of an effect."""
     texts = []
     for value in values[:_SHOWN]:
-        number = _number(value.value) if isinstance(value.value, float) else value.value
-        error = "" if not value.error else f" ± {value.error:.2g}"
-        texts.append(f"{value.name} {number}{error} {value.unit or ''}".strip())
+        is_text = isinstance(value.value, str)
+        text = value.value if is_text else quantity_text(float(value.value), value.unit, value.error)
+        texts.append(f"{value.name} {text}")
     return ", ".join(texts) + (" ..." if len(values) > _SHOWN else "")
 
 

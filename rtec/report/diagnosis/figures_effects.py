@@ -41,8 +41,8 @@ _MOST_DOTS = 500
 """Of a direction in a panel."""
 _GROUPS, _IN_GROUP = 150, 8
 """Of neighbours at most, and readings in each, whose mean is the model's curve where it is no function."""
-_ROUGH = 1.5
-"""Times the way up and down of these means, above which a contribution is no function of what it is drawn over."""
+_NEAR, _ROUGH = 1e-3, 0.02
+"""Of its span, how near readings are neighbours, and of the contribution, how much these differ where it is none."""
 _MOST_OF_PATH = 3000
 _WITHIN = (0.5, 99.5)
 """Percentiles of the readings that a panel shows at least."""
@@ -208,10 +208,10 @@ def _joined(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
-    groups = np.array_split(np.arange(x.size), min(max(x.size // _IN_GROUP, 1), _GROUPS))
-    mean = np.array([y[rows].mean() for rows in groups])
-    if float(np.abs(np.diff(y)).sum()) > _ROUGH * (float(np.abs(np.diff(mean)).sum()) + float(np.ptp(y))):
-        return np.array([x[rows].mean() for rows in groups]), mean
+    near = np.diff(x) <= _NEAR * float(x[-1] - x[0])
+    if near.any() and float(np.abs(np.diff(y))[near].mean()) > _ROUGH * float(np.ptp(y)):
+        groups = np.array_split(np.arange(x.size), min(max(x.size // _IN_GROUP, 1), _GROUPS))
+        return np.array([x[rows].mean() for rows in groups]), np.array([y[rows].mean() for rows in groups])
     if x.size <= 2 * _FINE:
         return x, y
     fine = np.unique(np.concatenate([np.linspace(x[0], x[-1], _FINE), np.quantile(x, np.linspace(0, 1, _FINE))]))

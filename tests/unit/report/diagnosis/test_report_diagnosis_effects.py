@@ -13,6 +13,7 @@ from rtec.effects import (
     Cyclic,
     CyclicShape,
     Observable,
+    Over,
     Shape,
     Units,
     distance_since_reversal,
@@ -31,6 +32,12 @@ def drawn(dataset, model, noise):
         figure = components_figure(dataset, model, noise)
         figure.draw_without_rendering()
     return figure.axes
+
+
+class Twin(type(effect_named("acceleration_lag"))):  # type: ignore[misc]
+    """One that is looked at over speed."""
+
+    over = Over.VELOCITY
 
 
 def labelled(axes):
@@ -87,6 +94,31 @@ def test_card_table_and_figure_have_the_same_words(make_dataset, make_noise):
     assert title == f"backlash map: {', '.join(texts[1:])}"
     (_, cells) = found_table(model).columns
     assert [str(cell) for cell in cells.cells] == ["\n".join(texts)]
+
+
+def test_a_map_goes_from_place_to_place_and_is_no_mean_of_neighbours(make_dataset, make_noise):
+    places = make_dataset().conditions.places
+    values = 5.0 * (-1.0) ** np.arange(places.size)  # as jagged as a map can be
+    shape = type(effect_named("pitch_map").shapes(make_dataset().conditions)[0])(tuple(places))
+    terms = (term("pitch_map", shape, *(1e-3 * values)),)
+    dataset = make_dataset(terms=terms)
+    model = Model(observe="deviation", units=dataset.units, terms=terms)
+    x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
+    assert y == pytest.approx(np.interp(x, places, values))
+
+
+def test_what_a_curve_cannot_show_is_drawn_as_the_mean_of_neighbours(make_dataset, make_noise):
+    """A lag while speeding up and slowing down is no function of the speed alone."""
+    c = log()
+    speed = np.gradient(c.position, c.time_s)
+    c = replace(c, velocity=np.abs(np.sin(np.arange(c.rows) / 70.0)) * np.sign(speed))
+    c = replace(c, acceleration=np.random.default_rng(1).normal(0.0, 1.0, c.rows))
+    terms = (term("servo_lag", None, 1e-3), term("acceleration_lag", None, 1e-3))
+    both = (terms[0], replace(terms[1], effect=Twin()))
+    dataset = make_dataset(conditions=c, terms=both, cell=np.full(c.rows, -1))
+    model = Model(observe="deviation", units=dataset.units, terms=both)
+    x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
+    assert x.size <= 150 and (y + x).std() < 0.6  # a lag is negative; of single readings it would be 1
 
 
 def test_friction_is_one_curve_of_force_against_speed(make_dataset, make_noise):
