@@ -7,7 +7,7 @@ from rtec.errors import ArgumentError
 from rtec.machine import Laser
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import Predictor
-from rtec.study.sections import Section
+from rtec.sections import Section
 from rtec.units import MM_PER_INCH
 
 MAX_READINGS = 200_000

@@ -20,9 +20,9 @@ from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
 from rtec.report.results import LeftOut
 from rtec.requester import Conversation
+from rtec.sections import Section, brief, choice, parse_toml, read_toml
 from rtec.study.beliefs import LEARNED, axis_error_of, belief_of
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
-from rtec.study.sections import Section, brief, choice, parse_toml, read_toml
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")

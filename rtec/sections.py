@@ -15,7 +15,7 @@ from rtec.units import SHARE, TIME, Kind, parse_quantity, seconds_to_ps
 
 _E = TypeVar("_E", bound=enum.Enum)
 MAX_BYTES = 1_000_000
-"""A study is a page of text; a larger file is something else."""
+"""A study or a plan is a page of text; a larger file is something else."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -48,7 +48,7 @@ def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
         problem = "nested too deeply"
     except ValueError as error:  # the parser's own, and that of a number with thousands of digits
         problem = str(error)
-    raise FileFormatError(path, None, brief(problem), "TOML as in the built-in study")
+    raise FileFormatError(path, None, brief(problem), "TOML: [table], then key = value")
 
 
 def brief(value: object) -> str:
@@ -64,7 +64,7 @@ def brief(value: object) -> str:
 
 
 class Section:
-    """One table of a study, with the built-in study's table behind it.
+    """One table of a file, with the values of a default behind it, such as the built-in study's.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ class Section:
     given
         What the file holds.
     default
-        What the built-in study holds; a key known in neither is an error.
+        What stands behind it; a key known in neither is an error.
     optional
-        Keys that may stand in the file although the built-in study leaves them out.
+        Keys that may stand in the file although the default leaves them out.
     """
 
     def __init__(
