@@ -4,7 +4,7 @@ from rtec.blind.answer import EXPERIMENTS, Answer, Judge, Rule, answer_of, is_ri
 from rtec.blind.calibration import evidence
 from rtec.blind.confusion import Confusion, Refit, confusion
 from rtec.blind.drawn_plans import drawn_log, drawn_plan
-from rtec.blind.game import play
+from rtec.blind.game import again, play
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.hidden import Hidden, Parameter
 from rtec.blind.line import Line, Pool
@@ -41,6 +41,7 @@ __all__ = [
     "Rule",
     "Scenario",
     "Secret",
+    "again",
     "answer_of",
     "appending",
     "comparison",

@@ -3,110 +3,158 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from rtec.blind.axis_run import COUNT_MM, Pass, measure
-from rtec.blind.draws import Draw, stream
-from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
+from rtec.blind.circumstances import Air, Circumstances, sensed_temperature, simulate_air, simulate_temperature
+from rtec.blind.draws import Draw, Occasion, stream
+from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
 from rtec.blind.noise import Readings, noise_of, resolved
 from rtec.blind.outside import KINDS
-from rtec.blind.plan import Course, Floats, draw_course
+from rtec.blind.plan import Course, Floats, Plan, draw_course
 from rtec.blind.scenario import Scenario
-from rtec.blind.slow_errors import SLOW, Air, Circumstances, sensed_temperature, simulate_air, simulate_temperature
+from rtec.blind.slow_errors import DRAWN_ANEW, SLOW, SlowError
 from rtec.blind.static_errors import table_of
-from rtec.blind.strength import hide_static
+from rtec.blind.strength import hidden_static, static_errors
 from rtec.metrology import Column
+from rtec.predictors import Predictor
+
+_REMEMBERS = frozenset(("windup", "reversal_spike"))
+"""What goes along with the path of the encoder."""
 
 
-def measure_at_rest(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str, Floats], dict[str, Hidden]]:
+def measure_at_rest(scenario: Scenario, seed: int, plan: Plan, number: int) -> Recorded:
     """Measure the axis at rest with what a scenario hides.
 
-    Returns
-    -------
-    list of Column
-        Everything that was read, in order of the readings.
-    dict
-        Columns that no known quantity names.
-    dict
-        What was hidden, by name.
+    Parameters
+    ----------
+    scenario, seed
+        What is hidden in the axis; how strong, the plan of the scenario decides.
+    plan, number
+        What is measured, and the number of the measurement: that of the scenario, and 0, where it is the first.
 
     Notes
     -----
     The closed loop runs once, with the sum of the static errors between its encoder and the laser, and lost counts as
     what they do to a controller. What is slow is added to its readings afterwards, and so is the noise: neither
-    reaches the encoder, so the loop would do the same with them.
+    reaches the encoder, so the loop would do the same with them. For a further measurement the first one is run as
+    well: its readings decide how strong everything is.
 
     Examples
     --------
     >>> from rtec.blind.plan import PLANS
-    >>> columns, _, hidden = measure_at_rest(Scenario(names=("drift",), plan=PLANS["turned_once"]), 1)
-    >>> [column.quantity for column in columns][3:], list(hidden)
+    >>> scenario = Scenario(names=("drift",), plan=PLANS["turned_once"])
+    >>> record = measure_at_rest(scenario, 1, scenario.plan, 0)
+    >>> [column.quantity for column in record.columns][3:], list(record.hidden)
     (['target', 'actual', 'feed', 'temperature', 'pressure', 'humidity'], ['drift'])
     """
-    plan = scenario.plan
-    course = draw_course(plan, stream(seed, Draw.COURSE))
-    sigma_mm = plan.sigma_um * 1e-3
-    hidden: dict[str, Hidden] = {}
-    static = hide_static(scenario, seed, course.target_mm, course.direction.astype(np.float64), hidden)
-    shift_mm = np.zeros(course.target_mm.size)
-    if "lost_counts" in scenario.wanted:
-        shift_mm = _lose_counts(
-            course, scenario.wanted["lost_counts"], stream(seed, Draw.EFFECT, "lost_counts"), hidden
-        )
+    occasion = Occasion(seed=seed, number=number)
+    course = first_course = draw_course(scenario.plan, stream(seed, Draw.COURSE))
+    static = static_errors(scenario, seed, course.target_mm, course.direction.astype(np.float64))
+    table = table_of(scenario.plan, list(static.values()))
+    lost = _lost_counts(first_course, scenario, seed)
+    c = first = _carried_out(first_course, table, lost, Occasion(seed=seed), scenario)
+    if number:
+        course = draw_course(plan, occasion.stream(Draw.COURSE))
+        c = _carried_out(course, table, lost, occasion, scenario, first)
+    sigma_mm = scenario.plan.sigma_um * 1e-3
+    hidden = hidden_static(scenario, static, course.target_mm, c.direction)
+    if lost is not None:
+        hidden["lost_counts"] = _hidden_counts(lost, course.target_mm.size, sigma_mm)
+    deviation_mm = c.measured.deviation_mm + _slow(scenario.wanted, occasion, c, sigma_mm, hidden)
+    readings = Readings(time_s=c.measured.time_s, position_mm=course.target_mm, direction=c.direction, run=course.run)
+    deviation_mm += noise_of(scenario.noise, readings, sigma_mm, occasion.stream(Draw.NOISE))
+    shown_degc = sensed_temperature(c.temperature_degc, occasion.stream(Draw.SENSOR))
+    columns = _columns(course, c.measured, deviation_mm, shown_degc, c.air)
+    return Recorded(columns=columns, unknown={"dwell_s": course.turn_dwell_s}, hidden=hidden)
+
+
+class _Lost(NamedTuple):
+    """Counts that go lost once, and after which share of the readings."""
+
+    counts: int
+    share: float
+
+    def first(self, readings: int) -> int:
+        """Return the first reading, from 0, after they went lost."""
+        return round(self.share * readings)
+
+    def shift_mm(self, readings: int) -> Floats:
+        """Return by how much the controller is misled at each reading."""
+        return np.where(np.arange(readings) >= self.first(readings), self.counts * COUNT_MM, 0.0)
+
+
+def _carried_out(
+    course: Course,
+    table: Predictor,
+    lost: _Lost | None,
+    occasion: Occasion,
+    scenario: Scenario,
+    first: Circumstances | None = None,
+) -> Circumstances:
+    """Let the axis carry out a course."""
     measured = measure(
         course,
-        table_of(plan, static),
-        shift_mm=shift_mm,
-        trace=not {"windup", "reversal_spike"}.isdisjoint(scenario.names),
+        table,
+        shift_mm=None if lost is None else lost.shift_mm(course.target_mm.size),
+        trace=not _REMEMBERS.isdisjoint(scenario.names),
     )
-    heat = simulate_temperature(course, measured.time_s, stream(seed, Draw.HEAT))
-    air = simulate_air(course, stream(seed, Draw.WEATHER))
-    circumstances = Circumstances(course=course, measured=measured, temperature_degc=heat, air=air)
-    deviation_mm = measured.deviation_mm + _slow(scenario.wanted, seed, circumstances, sigma_mm, hidden)
-    readings = Readings(
-        time_s=measured.time_s, position_mm=course.target_mm, direction=circumstances.direction, run=course.run
+    return Circumstances(
+        course=course,
+        measured=measured,
+        temperature_degc=simulate_temperature(course, measured.time_s, occasion.stream(Draw.HEAT)),
+        air=simulate_air(course, occasion.stream(Draw.WEATHER)),
+        first=first,
     )
-    deviation_mm += noise_of(scenario.noise, readings, sigma_mm, stream(seed, Draw.NOISE))
-    shown_degc = sensed_temperature(heat, stream(seed, Draw.SENSOR))
-    return _columns(course, measured, deviation_mm, shown_degc, air), {"dwell_s": course.turn_dwell_s}, hidden
 
 
 def _slow(
-    wanted: Mapping[str, float], seed: int, circumstances: Circumstances, sigma_mm: float, hidden: dict[str, Hidden]
+    wanted: Mapping[str, float], occasion: Occasion, c: Circumstances, sigma_mm: float, hidden: dict[str, Hidden]
 ) -> Floats:
     """Return the sum of the slow errors at each reading, and write down what they are."""
-    total_mm = np.zeros(circumstances.course.target_mm.size)
+    total_mm = np.zeros(c.course.target_mm.size)
     for name in (name for name in wanted if name in SLOW or name in KINDS):
-        draw = SLOW[name] if name in SLOW else KINDS[name].draw
-        slow = draw(circumstances, stream(seed, Draw.EFFECT, name))
-        factor = wanted[name] * sigma_mm / rms(slow.added_mm)
+        slow = first = _drawn(name, c.origin, stream(occasion.seed, Draw.EFFECT, name))
+        if c.first is not None:
+            anew = name in DRAWN_ANEW
+            rng = occasion.stream(Draw.EFFECT, name) if anew else stream(occasion.seed, Draw.EFFECT, name)
+            slow = _drawn(name, c, rng)
+        factor = wanted[name] * sigma_mm / rms(first.added_mm)
         total_mm += factor * slow.added_mm
         hidden[name] = hidden_of(name, slow.description, slow.parameters, factor, slow.added_mm, sigma_mm)
     return total_mm
 
 
-def _lose_counts(
-    course: Course, strength_sigma: float, rng: np.random.Generator, hidden: dict[str, Hidden]
-) -> Floats:
-    """Return by how much the controller is misled at each reading, and write down what was lost.
+def _drawn(name: str, c: Circumstances, rng: np.random.Generator) -> SlowError:
+    return (SLOW[name] if name in SLOW else KINDS[name].draw)(c, rng)
 
-    With one run the counts go lost as the axis turns, where nothing tells them from play.
-    """
-    n = course.target_mm.size
-    sigma_mm = course.plan.sigma_um * 1e-3
-    first = n // 2 if course.plan.runs == 1 else int(rng.integers(n // 4, 3 * n // 4))
+
+def _lost_counts(course: Course, scenario: Scenario, seed: int) -> _Lost | None:
+    """Draw how many counts go lost and when; with one run as the axis turns, where nothing tells them from play."""
+    if "lost_counts" not in scenario.wanted:
+        return None
+    rng = stream(seed, Draw.EFFECT, "lost_counts")
+    n, plan = course.target_mm.size, course.plan
+    if plan.lost_share is not None:
+        first = round(plan.lost_share * n)
+    else:
+        first = n // 2 if plan.runs == 1 else int(rng.integers(n // 4, 3 * n // 4))
     share = 1.0 - first / n
-    counts = max(round(strength_sigma * sigma_mm / COUNT_MM / np.sqrt(share * (1.0 - share))), 1)
-    counts *= int(rng.choice([-1, 1]))
-    shift_mm = np.where(np.arange(n) >= first, counts * COUNT_MM, 0.0)
-    hidden["lost_counts"] = Hidden(
+    wanted_mm = scenario.wanted["lost_counts"] * plan.sigma_um * 1e-3
+    counts = max(round(wanted_mm / COUNT_MM / np.sqrt(share * (1.0 - share))), 1)
+    return _Lost(counts * int(rng.choice([-1, 1])), first / n)
+
+
+def _hidden_counts(lost: _Lost, readings: int, sigma_mm: float) -> Hidden:
+    before = float(lost.first(readings) + 1)
+    return Hidden(
         name="lost_counts",
         description="the controller loses counts once, and takes the axis to a place so much further on",
-        parameters=(Parameter("counts", float(counts), "count"), Parameter("before_reading", float(first + 1), "")),
-        rms_sigma=rms(shift_mm) / sigma_mm,
+        parameters=(Parameter("counts", float(lost.counts), "count"), Parameter("before_reading", before, "")),
+        rms_sigma=rms(lost.shift_mm(readings)) / sigma_mm,
     )
-    return shift_mm
 
 
 def _columns(course: Course, measured: Pass, deviation_mm: Floats, shown_degc: Floats, air: Air) -> list[Column]:

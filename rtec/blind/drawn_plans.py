@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from rtec.blind.plan import Heating, Passes, Plan, Reading, Spacing
+from rtec.blind.plan import Plan
+from rtec.metrology import Heating, Passes, Reading, Spacing
 
 FEWEST_TARGETS, MOST_TARGETS = 11, 161
 FEWEST_RUNS, MOST_RUNS = 1, 5
@@ -47,7 +48,7 @@ def drawn_plan(
     --------
     >>> plan = drawn_plan(np.random.default_rng(0), runs=(2, 5), both=True)
     >>> 11 <= plan.targets <= 161, 2 <= plan.runs <= 5, plan.passes.value
-    (True, True, 'forth and back')
+    (True, True, 'both directions')
     """
     count = _between(rng, *targets)
     number = int(rng.integers(runs[0], runs[1] + 1))

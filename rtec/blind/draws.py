@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,3 +50,41 @@ def stream(seed: int, what: Draw, name: str = "") -> np.random.Generator:
     True
     """
     return np.random.default_rng([seed, int(what), *name.encode()])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Occasion:
+    """One measurement of an axis, for which targets, heat, air and noise are drawn anew.
+
+    Parameters
+    ----------
+    seed
+        Of the axis, and of its first measurement.
+    number
+        0 for the first measurement, another one for each further.
+
+    Raises
+    ------
+    ArgumentError
+        A number that is no whole number from 0 to 2^62.
+
+    Examples
+    --------
+    >>> first, again = Occasion(seed=1), Occasion(seed=1, number=1)
+    >>> float(first.stream(Draw.NOISE).normal()) == float(stream(1, Draw.NOISE).normal())
+    True
+    >>> float(first.stream(Draw.NOISE).normal()) == float(again.stream(Draw.NOISE).normal())
+    False
+    """
+
+    seed: int
+    number: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        checked_seed(self.seed)
+        whole_within("number", self.number, 0, 1 << 62)
+
+    def stream(self, what: Draw, name: str = "") -> np.random.Generator:
+        """Return the stream of one thing that is drawn for this measurement."""
+        return stream(self.seed, what, f"{name} {self.number}" if self.number else name)

@@ -15,13 +15,13 @@ from types import MappingProxyType
 import numpy as np
 
 from rtec.axis import MotionSegments
-from rtec.blind.draws import Draw, stream
-from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
+from rtec.blind.draws import Draw, Occasion, stream
+from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
 from rtec.blind.in_motion import SAMPLE_S, moves_of, sampled
 from rtec.blind.noise import Readings, noise_of
 from rtec.blind.plan import Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
-from rtec.blind.static_errors import SINUSOID_SHARE, sinusoid_share, smooth_noise
+from rtec.blind.static_errors import wandering
 from rtec.metrology import Column
 
 FORCE_STEP_N = 0.01
@@ -37,10 +37,14 @@ _STRIBECK_MM_S = (3.0, 8.0)
 class _Motion:
     """What the axis does at each reading: position, velocity, acceleration, bent bristles, and the load on it."""
 
-    def __init__(self, motion: MotionSegments, time_s: Floats, load_kg: Floats) -> None:
-        self.load_kg = load_kg
+    def __init__(
+        self, motion: MotionSegments, time_s: Floats, load_kg: Floats, run: Ints, first: _Motion | None = None
+    ) -> None:
+        self.time_s, self.load_kg, self.run = time_s, load_kg, run
         time_ps = np.round(time_s * 1e12).astype(np.int64)
         self.position_mm = motion.position_at(time_ps)
+        # of the first measurement, by which the numbers of the forces are drawn
+        self.first_mm = self.position_mm if first is None else first.position_mm
         self.velocity_mm_s = motion.velocity_at(time_ps)
         self.acceleration_mm_s2 = motion.acceleration_at(time_ps)
         fine_s = np.arange(round(time_s[-1] / SAMPLE_S) * _FINE + 1) * (SAMPLE_S / _FINE)
@@ -108,7 +112,7 @@ def _stribeck(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
 
 
 def _cogging(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
-    period = float(rng.uniform(*plan.wave_shares) * np.ptp(m.position_mm))  # moves need not reach the ends
+    period = float(rng.uniform(*plan.wave_shares) * np.ptp(m.first_mm))  # moves need not reach the ends
     angle = 2.0 * np.pi * m.position_mm / period + rng.uniform(0.0, 2.0 * np.pi)
     added = np.sin(angle) + rng.uniform(0.1, 0.4) * np.sin(2.0 * angle + rng.uniform(0.0, 2.0 * np.pi))
     numbers = (Parameter("period", period, _length(plan)), Parameter("amplitude", 1.0, _force(plan), scales=True))
@@ -137,13 +141,9 @@ def _gravity(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
 
 
 def _force_map(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
-    x = np.linspace(float(m.position_mm.min()), float(m.position_mm.max()), 600)
-    while True:
-        curve = smooth_noise(x, rng.uniform(0.12, 0.18) * float(np.ptp(x)), rng)
-        curve -= curve.mean()
-        if sinusoid_share(x, curve) < SINUSOID_SHARE:
-            break
-    curve /= np.std(curve)
+    x = np.linspace(float(m.first_mm.min()), float(m.first_mm.max()), 600)
+    # beyond the ends of the first measurement the cables pull as at its ends
+    curve, _ = wandering(x, float(np.ptp(x)), (0.12, 0.18), np.mean, rng)
     number = Parameter("peak_to_peak", float(np.ptp(curve)), _force(plan), scales=True)
     return np.interp(m.position_mm, x, curve), "cables and covers that pull along the way", (number,)
 
@@ -171,17 +171,15 @@ _PARTS: Mapping[str, Callable[[_Motion, Plan, np.random.Generator], _Part]] = Ma
 )  # fmt: skip
 
 
-def measure_drive(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str, Floats], dict[str, Hidden]]:
+def measure_drive(scenario: Scenario, seed: int, plan: Plan, number: int) -> Recorded:
     """Read the force of the drive while the axis moves, with what a scenario hides.
 
-    Returns
-    -------
-    list of Column
-        Everything that was read.
-    dict
-        Columns that no known quantity names: none.
-    dict
-        What was hidden, by name.
+    Parameters
+    ----------
+    scenario, seed
+        What is hidden in the axis; how strong, the plan of the scenario decides.
+    plan, number
+        What is measured, and the number of the measurement: that of the scenario, and 0, where it is the first.
 
     Notes
     -----
@@ -190,38 +188,54 @@ def measure_drive(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str
     Examples
     --------
     >>> from rtec.blind.plan import PLANS
-    >>> columns, _, hidden = measure_drive(Scenario(names=("inertia",), plan=PLANS["drive"]), 1)
-    >>> [column.heading for column in columns], list(hidden)
+    >>> scenario = Scenario(names=("inertia",), plan=PLANS["drive"])
+    >>> record = measure_drive(scenario, 1, scenario.plan, 0)
+    >>> [column.heading for column in record.columns], list(record.hidden)
     (['run', 'time_s', 'actual_mm', 'velocity_mm_s', 'force_n', 'load_kg'], ['inertia'])
     """
-    plan = scenario.plan
-    motion, begin_s, repeat_s = moves_of(plan, stream(seed, Draw.COURSE))
-    time_s, run = sampled(plan, motion, begin_s, repeat_s)
-    moved = _Motion(motion, time_s, _loads_kg(plan, run, seed))
-    readings = Readings(time_s=time_s, position_mm=moved.position_mm, direction=np.sign(moved.velocity_mm_s), run=run)
-    force_n = noise_of(scenario.noise, readings, plan.sigma_n, stream(seed, Draw.NOISE))
+    occasion = Occasion(seed=seed, number=number)
+    m = first = _moved(scenario.plan, Occasion(seed=seed))
+    if number:
+        m = _moved(plan, occasion, first)
+    sigma_n = scenario.plan.sigma_n
+    readings = Readings(time_s=m.time_s, position_mm=m.position_mm, direction=np.sign(m.velocity_mm_s), run=m.run)
+    force_n = noise_of(scenario.noise, readings, sigma_n, occasion.stream(Draw.NOISE))
     hidden: dict[str, Hidden] = {}
     for name, strength in scenario.wanted.items():
-        added, description, parameters = _PARTS[name](moved, plan, stream(seed, Draw.EFFECT, name))
-        # a constant has no RMS about its mean: its size counts
-        unit = added - added.mean() if rms(added) > 0.0 else np.where(np.arange(added.size) % 2, 1.0, -1.0)
-        factor = strength * plan.sigma_n / rms(unit)
+        unit, _, _ = _PARTS[name](first, plan, stream(seed, Draw.EFFECT, name))
+        factor = strength * sigma_n / rms(_counted(unit))
+        added, description, parameters = _PARTS[name](m, plan, stream(seed, Draw.EFFECT, name))
         force_n += factor * added
-        hidden[name] = hidden_of(name, description, parameters, factor, unit, plan.sigma_n)
+        hidden[name] = hidden_of(name, description, parameters, factor, _counted(added), sigma_n)
     length, force = ("deg", Column("torque", "nm", force_n)) if plan.rotary else ("mm", Column("force", "n", force_n))
     columns = [
-        Column("run", "", run.astype(np.float64)),
-        Column("time", "s", np.round(time_s - time_s[0], 3)),
-        Column("actual", length, np.round(moved.position_mm, 3)),
-        Column("velocity", f"{length}_s", np.round(moved.velocity_mm_s, 3)),
+        Column("run", "", m.run.astype(np.float64)),
+        Column("time", "s", np.round(m.time_s - m.time_s[0], 3)),
+        Column("actual", length, np.round(m.position_mm, 3)),
+        Column("velocity", f"{length}_s", np.round(m.velocity_mm_s, 3)),
         replace(force, values=np.round(np.round(force_n / FORCE_STEP_N) * FORCE_STEP_N, 2)),
-        Column("load", "kg", moved.load_kg),
+        Column("load", "kg", m.load_kg),
     ]
-    return columns, {}, hidden
+    return Recorded(columns=columns, unknown={}, hidden=hidden)
 
 
-def _loads_kg(plan: Plan, run: Ints, seed: int) -> Floats:
-    """Return the load on the axis at each reading: in each run another one."""
-    loads = stream(seed, Draw.LOAD).permutation(np.linspace(5.0, 50.0, max(plan.runs, 2)))
+def _moved(plan: Plan, occasion: Occasion, first: _Motion | None = None) -> _Motion:
+    """Let the axis carry a plan out."""
+    motion, begin_s, repeat_s = moves_of(plan, occasion.stream(Draw.COURSE))
+    time_s, run = sampled(plan, motion, begin_s, repeat_s)
+    return _Motion(motion, time_s, _loads_kg(plan, run, occasion), run, first)
+
+
+def _counted(added: Floats) -> Floats:
+    """Return what of a force counts as its strength: a constant has no RMS about its mean, its size counts."""
+    varies = rms(added) > 0.0
+    counted: Floats = added - added.mean() if varies else np.where(np.arange(added.size) % 2, 1.0, -1.0)
+    return counted
+
+
+def _loads_kg(plan: Plan, run: Ints, occasion: Occasion) -> Floats:
+    """Return the load on the axis at each reading: in each run another one, unless the plan says which."""
+    drawn = occasion.stream(Draw.LOAD).permutation(np.linspace(5.0, 50.0, max(plan.runs, 2)))
+    loads = np.resize(plan.loads_kg, plan.runs) if plan.loads_kg else drawn
     found: Floats = np.round(loads[run - 1], 1)
     return found

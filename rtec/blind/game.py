@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
+
 from rtec.blind.at_rest import measure_at_rest
+from rtec.blind.circumstances import REFERENCE_DEGC
 from rtec.blind.draws import checked_seed
 from rtec.blind.drive_log import measure_drive
 from rtec.blind.in_motion import measure_in_motion
-from rtec.blind.plan import PITCH_MM, SIGNAL_PERIOD_MM, Heating, Plan, Reading
+from rtec.blind.plan import PITCH_MM, SIGNAL_PERIOD_MM, TARGET_ROOM_MM, Plan
 from rtec.blind.scenario import OUTSIDE, Scenario
 from rtec.blind.secret import Secret
-from rtec.blind.slow_errors import REFERENCE_DEGC
-from rtec.metrology import Measurement
+from rtec.blind.static_errors import travel_of
+from rtec.checks import whole_within
+from rtec.errors import ArgumentError
+from rtec.metrology import ExperimentPlan, Heating, Measurement, Reading
 
 _ALWAYS = ("run", "target", "actual")
 _MEASURED = {
@@ -53,9 +58,92 @@ def play(scenario: Scenario, seed: int) -> tuple[Measurement, Secret]:
     >>> measurement.rows, secret.names, round(secret.effects[0].rms_sigma, 3)
     (210, ('backlash',), 3.0)
     """
+    return measured(scenario, checked_seed(seed), scenario.plan, 0)
+
+
+def again(scenario: Scenario, seed: int, experiment: ExperimentPlan, number: int = 1) -> tuple[Measurement, Secret]:
+    """Measure the axis of a game once more, by another plan.
+
+    What is hidden keeps its numbers: they are those of the first measurement. Targets, heat, air and noise are drawn
+    anew, and so is the zero of each run; counts go lost again after the same share of the readings.
+
+    Parameters
+    ----------
+    scenario, seed
+        Of the game.
+    experiment
+        What is measured now.
+    number
+        Of the measurement, from 1; another one is another draw.
+
+    Returns
+    -------
+    Measurement
+        Ready to be written; it tells nothing of what is hidden.
+    Secret
+        What is hidden, with its strength in these readings.
+
+    Raises
+    ------
+    ArgumentError
+        A plan that the emulated axis cannot carry out: another kind of reading than the first measurement's, beyond
+        the ends of the travel, too fast, or a column that it does not record.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS
+    >>> game = Scenario(names=("backlash",), plan=PLANS["turned_once"])
+    >>> first, second = play(game, 1), again(game, 1, ExperimentPlan(runs=3, targets=11))
+    >>> second[0].rows, second[1].effects[0].parameters == first[1].effects[0].parameters
+    (66, True)
+    """
     checked_seed(seed)
-    plan = scenario.plan
-    columns, unknown, hidden = _MEASURED[plan.reading](scenario, seed)
+    whole_within("number", number, 1, 1 << 62)
+    return measured(scenario, seed, continued(scenario.plan, experiment), number)
+
+
+def continued(plan: Plan, experiment: ExperimentPlan) -> Plan:
+    """Return an experiment as a plan of the game, for the axis that was first measured by ``plan``.
+
+    Raises
+    ------
+    ArgumentError
+        As in `again`.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS
+    >>> continued(PLANS["base"], ExperimentPlan(runs=9)).sigma_um
+    2.0
+    """
+    unit = "deg" if plan.rotary else "mm"
+    if experiment.reading is not plan.reading:
+        allowed = f"'{plan.reading.value}', as this game measures its axis"
+        raise ArgumentError("reading", f"'{experiment.reading.value}'", allowed)
+    if experiment.rotary is not plan.rotary:
+        raise ArgumentError("start_mm", "mm" if plan.rotary else "deg", f"a position in {unit}, as the axis has it")
+    low, high = travel_of(plan)
+    room = experiment.overshoot_mm + (0.0 if experiment.in_motion else TARGET_ROOM_MM)
+    first = experiment.start_mm + min(0.0, *experiment.shifts_mm) - room
+    last = experiment.end_mm + max(0.0, *experiment.shifts_mm) + room
+    allowed = f"targets, with the way to turn, within {low:g} to {high:g} {unit}: the travel of the axis"
+    if first < low:
+        raise ArgumentError("start_mm", f"{experiment.start_mm:g} {unit}", allowed)
+    if last > high:
+        raise ArgumentError("span_mm", f"an end at {experiment.end_mm:g} {unit}", allowed)
+    of_experiment = {f.name: getattr(experiment, f.name) for f in fields(ExperimentPlan)}
+    return replace(plan, name="measured again", **of_experiment)
+
+
+def measured(scenario: Scenario, seed: int, plan: Plan, number: int) -> tuple[Measurement, Secret]:
+    """Measure the axis of a scenario by a plan.
+
+    Examples
+    --------
+    >>> measured(Scenario(), 1, Scenario().plan, 0)[0].source
+    'blind game, base plan'
+    """
+    columns, unknown, hidden = _MEASURED[plan.reading](scenario, seed, plan, number)
     kept = {*_ALWAYS, *plan.columns}
     measurement = Measurement(
         source=f"blind game, {plan.name} plan",

@@ -12,8 +12,9 @@ from rtec.blind.draws import Draw, stream
 from rtec.blind.line import Line, Pool
 from rtec.blind.noise import Noise
 from rtec.blind.outside import KINDS
-from rtec.blind.plan import Plan, Reading
+from rtec.blind.plan import Plan
 from rtec.blind.scenario import LAGS, OF_DRIVE_OF_GAME, OUTSIDE, Scenario, companions
+from rtec.metrology import Reading
 
 STRENGTH = 3.0
 STRENGTHS = (1.0, 5.0)

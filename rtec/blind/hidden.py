@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from rtec.blind.plan import Floats
+from rtec.metrology import Column
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,17 @@ class Hidden:
     description: str
     parameters: tuple[Parameter, ...]
     rms_sigma: float
+
+
+class Recorded(NamedTuple):
+    """What a measurement of the axis holds, and what was hidden in it."""
+
+    columns: list[Column]
+    """Everything that was read, in order of the readings."""
+    unknown: dict[str, Floats]
+    """Columns that no known quantity names."""
+    hidden: dict[str, Hidden]
+    """By name."""
 
 
 def rms(values: Floats) -> float:

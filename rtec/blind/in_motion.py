@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from rtec import axis
 from rtec.axis import Encoder, Limits, MotionSegments, ProfileShape, Program, Servo
 from rtec.blind.axis_run import COUNT_MM
-from rtec.blind.draws import Draw, stream
-from rtec.blind.hidden import Hidden, Parameter, hidden_of, rms
+from rtec.blind.draws import Draw, Occasion, stream
+from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
 from rtec.blind.noise import Readings, noise_of, resolved
-from rtec.blind.plan import PROGRAM_STEP_MM, Floats, Ints, Passes, Plan
+from rtec.blind.plan import PROGRAM_STEP_MM, Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
+from rtec.blind.slow_errors import SlowError
 from rtec.blind.static_errors import table_of
-from rtec.blind.strength import hide_static
+from rtec.blind.strength import hidden_static, static_errors
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine
-from rtec.metrology import Column
+from rtec.metrology import Column, Passes, Strokes
 
 SAMPLE_S = 0.02
 """Between two readings."""
@@ -32,17 +34,33 @@ _HOME_S = 0.5
 _TIME_S, _COMMAND_MM, _TRUE_MM = (TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm"))
 
 
-def measure_in_motion(scenario: Scenario, seed: int) -> tuple[list[Column], dict[str, Floats], dict[str, Hidden]]:
+class _Log(NamedTuple):
+    """A log in motion: when it was read, and what was commanded then, shape (n,) each."""
+
+    motion: MotionSegments
+    time_s: Floats
+    run: Ints
+    position_mm: Floats
+    speed_mm_s: Floats
+    gain_mm_s2: Floats
+
+
+def _log(plan: Plan, rng: np.random.Generator) -> _Log:
+    motion, begin_s, repeat_s = moves_of(plan, rng)
+    time_s, run = sampled(plan, motion, begin_s, repeat_s)
+    at = np.round(time_s * 1e12).astype(np.int64)
+    return _Log(motion, time_s, run, motion.position_at(at), motion.velocity_at(at), motion.acceleration_at(at))
+
+
+def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) -> Recorded:
     """Read the moving axis with what a scenario hides.
 
-    Returns
-    -------
-    list of Column
-        Everything that was read.
-    dict
-        Columns that no known quantity names: none.
-    dict
-        What was hidden, by name.
+    Parameters
+    ----------
+    scenario, seed
+        What is hidden in the axis; how strong, the plan of the scenario decides.
+    plan, number
+        What is measured, and the number of the measurement: that of the scenario, and 0, where it is the first.
 
     Notes
     -----
@@ -54,37 +72,56 @@ def measure_in_motion(scenario: Scenario, seed: int) -> tuple[list[Column], dict
     Examples
     --------
     >>> from rtec.blind.plan import PLANS
-    >>> columns, _, hidden = measure_in_motion(Scenario(names=("servo_lag",), plan=PLANS["moving"]), 1)
-    >>> [column.heading for column in columns], list(hidden)
+    >>> scenario = Scenario(names=("servo_lag",), plan=PLANS["moving"])
+    >>> record = measure_in_motion(scenario, 1, scenario.plan, 0)
+    >>> [column.heading for column in record.columns], list(record.hidden)
     (['run', 'time_s', 'target_mm', 'actual_mm', 'velocity_mm_s'], ['servo_lag'])
     """
-    plan = scenario.plan
-    motion, begin_s, repeat_s = moves_of(plan, stream(seed, Draw.COURSE))
-    time_s, run = sampled(plan, motion, begin_s, repeat_s)
-    time_ps = np.round(time_s * 1e12).astype(np.int64)
-    speed, gain = motion.velocity_at(time_ps), motion.acceleration_at(time_ps)
-    sigma_mm = plan.sigma_um * 1e-3
-    hidden: dict[str, Hidden] = {}
-    static = hide_static(scenario, seed, motion.position_at(time_ps), _way(speed), hidden)
-    servo = _lagging(scenario, speed, gain, sigma_mm, hidden)
-    machine = Machine(axis_error=table_of(plan, static), encoder=Encoder(count_mm=COUNT_MM), servo=servo)
-    every = round(SAMPLE_S * 1e12) // SERVO_PS
-    trace = np.asarray(run_machine(machine, motion, trace_every=every, skip_rest=False).trace)
-    rows = trace[np.round(time_s / SAMPLE_S).astype(np.int64)]
+    occasion = Occasion(seed=seed, number=number)
+    first = log = _log(scenario.plan, stream(seed, Draw.COURSE))
+    if number:
+        log = _log(plan, occasion.stream(Draw.COURSE))
+    sigma_mm = scenario.plan.sigma_um * 1e-3
+    static = static_errors(scenario, seed, first.position_mm, _way(first.speed_mm_s))
+    lags = _lags(scenario, first.speed_mm_s, first.gain_mm_s2)
+    machine = Machine(
+        axis_error=table_of(scenario.plan, list(static.values())),
+        encoder=Encoder(count_mm=COUNT_MM),
+        servo=lags.servo,
+    )
+    way = _way(log.speed_mm_s)
+    hidden = hidden_static(scenario, static, log.position_mm, way) | lags.hidden(
+        scenario, log.speed_mm_s, log.gain_mm_s2
+    )
+    trace = _traced(machine, log)
+    rows = trace[np.round(log.time_s / SAMPLE_S).astype(np.int64)]
     deviation_mm = rows[:, _TRUE_MM] - rows[:, _COMMAND_MM]
     if "hysteresis" in scenario.names:
-        rng = stream(seed, Draw.EFFECT, "hysteresis")
-        deviation_mm += _bent(scenario.wanted["hysteresis"], trace[:, _TRUE_MM], time_s, sigma_mm, rng, hidden)
-    readings = Readings(time_s=time_s, position_mm=rows[:, _COMMAND_MM], direction=_way(speed), run=run)
-    deviation_mm += noise_of(scenario.noise, readings, sigma_mm, stream(seed, Draw.NOISE))
+        bent = _bent(log, trace, stream(seed, Draw.EFFECT, "hysteresis"))
+        told = (
+            bent if log is first else _bent(first, _traced(machine, first), stream(seed, Draw.EFFECT, "hysteresis"))
+        )
+        factor = scenario.wanted["hysteresis"] * sigma_mm / rms(told.added_mm)
+        deviation_mm += factor * bent.added_mm
+        what = bent.description, bent.parameters, factor, bent.added_mm, sigma_mm
+        hidden["hysteresis"] = hidden_of("hysteresis", *what)
+    readings = Readings(time_s=log.time_s, position_mm=rows[:, _COMMAND_MM], direction=way, run=log.run)
+    deviation_mm += noise_of(scenario.noise, readings, sigma_mm, occasion.stream(Draw.NOISE))
     columns = [
-        Column("run", "", run.astype(np.float64)),
-        Column("time", "s", np.round(time_s - time_s[0], 3)),
+        Column("run", "", log.run.astype(np.float64)),
+        Column("time", "s", np.round(log.time_s - log.time_s[0], 3)),
         Column("target", "mm", resolved(rows[:, _COMMAND_MM])),
         Column("actual", "mm", resolved(rows[:, _COMMAND_MM] + deviation_mm)),
-        Column("velocity", "mm_s", np.round(speed, 3)),
+        Column("velocity", "mm_s", np.round(log.speed_mm_s, 3)),
     ]
-    return columns, {}, hidden
+    return Recorded(columns=columns, unknown={}, hidden=hidden)
+
+
+def _traced(machine: Machine, log: _Log) -> Floats:
+    """Return what the closed loop did from the beginning, at the times of the readings."""
+    every = round(SAMPLE_S * 1e12) // SERVO_PS
+    trace: Floats = np.asarray(run_machine(machine, log.motion, trace_every=every, skip_rest=False).trace)
+    return trace
 
 
 def sampled(plan: Plan, motion: MotionSegments, begin_s: float, repeat_s: float) -> tuple[Floats, Ints]:
@@ -106,8 +143,9 @@ def sampled(plan: Plan, motion: MotionSegments, begin_s: float, repeat_s: float)
 def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, float, float]:
     """Return the motion of a moving log, when its first repetition begins and how long each lasts, in s.
 
-    The feeds take turns, in moves of about the same time but drawn lengths and ways. Each repetition is the same. A
-    plan that goes forward only is one move from end to end.
+    In short strokes the feeds take turns, in moves of about the same time but drawn lengths and ways; else the axis
+    goes from end to end and back at each feed. Each repetition is the same. A plan that goes forward only is one move
+    from end to end.
 
     Examples
     --------
@@ -116,6 +154,23 @@ def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, floa
     >>> round((motion.total_ps / 1e12 - begin_s) / repeat_s, 6)
     2.0
     """
+    one = _forward(plan) if plan.passes is Passes.FORWARD else _strokes(plan, rng)
+    home: list[axis.Block] = [axis.Dwell(seconds=_HOME_S), axis.Move(target_mm=plan.start_mm, feed_mm_s=20.0)]
+    home.append(axis.Dwell(seconds=_HOME_S))
+    motion = axis.plan(Program(blocks=tuple(home + one * plan.runs)), LIMITS, ProfileShape.JERK_LIMITED)
+    begin_s = float(motion.block_end_ps[len(home) - 1]) / 1e12
+    return motion, begin_s, (motion.total_ps / 1e12 - begin_s) / plan.runs
+
+
+def _forward(plan: Plan) -> list[axis.Block]:
+    return [axis.Move(target_mm=plan.end_mm, feed_mm_s=float(plan.feeds_mm_s[0]))]
+
+
+def _strokes(plan: Plan, rng: np.random.Generator) -> list[axis.Block]:
+    """Return the moves of one repetition, which ends where it began."""
+    if plan.strokes is Strokes.FULL:
+        ways = [(place, feed) for feed in plan.feeds_mm_s for place in (plan.end_mm, plan.start_mm)]
+        return [axis.Move(target_mm=place, feed_mm_s=float(feed)) for place, feed in ways]
     feeds = np.resize(plan.feeds_mm_s, plan.targets - 1)
     places = [plan.start_mm]
     for feed in feeds:
@@ -124,49 +179,33 @@ def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, floa
         fits = [place for place in (below, above) if plan.start_mm <= place <= plan.end_mm]
         place = fits[int(rng.integers(len(fits)))] if fits else plan.start_mm + plan.end_mm - places[-1]
         places.append(float(np.round(place / PROGRAM_STEP_MM) * PROGRAM_STEP_MM))
-    if plan.passes is Passes.FORWARD:
-        places, feeds = [plan.start_mm, plan.end_mm], feeds[:1]
-    one: list[axis.Block] = [
-        axis.Move(target_mm=place, feed_mm_s=float(feed)) for place, feed in zip(places[1:], feeds, strict=True)
+    back = axis.Move(target_mm=plan.start_mm, feed_mm_s=float(feeds[-1]))
+    return [
+        *(axis.Move(target_mm=place, feed_mm_s=float(feed)) for place, feed in zip(places[1:], feeds, strict=True)),
+        back,
     ]
-    if plan.passes is Passes.BOTH:
-        one.append(axis.Move(target_mm=plan.start_mm, feed_mm_s=float(feeds[-1])))
-    home: list[axis.Block] = [axis.Dwell(seconds=_HOME_S), axis.Move(target_mm=plan.start_mm, feed_mm_s=20.0)]
-    home.append(axis.Dwell(seconds=_HOME_S))
-    motion = axis.plan(Program(blocks=tuple(home + one * plan.runs)), LIMITS, ProfileShape.JERK_LIMITED)
-    begin_s = float(motion.block_end_ps[len(home) - 1]) / 1e12
-    return motion, begin_s, (motion.total_ps / 1e12 - begin_s) / plan.runs
 
 
-def _bent(
-    strength: float,
-    path_mm: Floats,
-    time_s: Floats,
-    sigma_mm: float,
-    rng: np.random.Generator,
-    hidden: dict[str, Hidden],
-) -> Floats:
-    """Return what contacts add that bend before they slip, at the times read, and write down what they are.
+def _bent(log: _Log, trace: Floats, rng: np.random.Generator) -> SlowError:
+    """Return what contacts add that bend before they slip, at the times read.
 
     Contacts between slide and scale, of unlike stiffness and friction, along the whole path from its beginning.
     """
     slips_mm = rng.uniform(4.0, 7.0) * np.exp(rng.normal(0.0, 0.8, _CONTACTS))
     share = rng.dirichlet(np.full(_CONTACTS, 4.0))
+    path_mm = trace[:, _TRUE_MM]
     force, held = np.empty(path_mm.size), np.zeros(_CONTACTS)
     for i, step in enumerate(np.diff(path_mm, prepend=path_mm[0]).tolist()):
         held = np.clip(held + step / slips_mm, -1.0, 1.0)
         force[i] = share @ held
-    added = -0.5e-3 * force[np.round(time_s / SAMPLE_S).astype(np.int64)]
-    factor = strength * sigma_mm / rms(added)
-    hidden["hysteresis"] = hidden_of(
-        "hysteresis",
-        "contacts bend before they slip, each at a force of its own, and remember where the axis turned",
-        (Parameter("slips_over", float(share @ slips_mm), "mm"), Parameter("width", -1.0, "um", scales=True)),
-        factor,
-        added,
-        sigma_mm,
+    return SlowError(
+        added_mm=-0.5e-3 * force[np.round(log.time_s / SAMPLE_S).astype(np.int64)],
+        description="contacts bend before they slip, each at a force of its own, and remember where the axis turned",
+        parameters=(
+            Parameter("slips_over", float(share @ slips_mm), "mm"),
+            Parameter("width", -1.0, "um", scales=True),
+        ),
     )
-    return factor * added
 
 
 def _way(speed_mm_s: Floats) -> Floats:
@@ -178,37 +217,52 @@ def _way(speed_mm_s: Floats) -> Floats:
     return way
 
 
-def _lagging(scenario: Scenario, speed: Floats, gain: Floats, sigma_mm: float, hidden: dict[str, Hidden]) -> Servo:
-    """Return the servo with the lags of a scenario, and write down what they are.
+class _Lags(NamedTuple):
+    """By how much the axis stays behind in proportion to velocity and to acceleration."""
 
-    Notes
-    -----
-    With the gain K, the share f of velocity fed forward and the lag T of the velocity loop, the axis stays behind by
-    (1 - f)/K v + (T/K - (1 - f)/K^2) a + ...; with T grown by (1 - f)/K the first lag is a pure delay.
-    """
-    delay_s, square_s2 = 0.0, 0.0
-    if "servo_lag" in scenario.names:
-        delay_s = scenario.wanted["servo_lag"] * sigma_mm / rms(speed)
-        hidden["servo_lag"] = hidden_of(
-            "servo_lag",
-            "the drive stays behind in proportion to velocity: not all of it is fed forward",
-            (Parameter("delay", delay_s * 1e3, "ms"),),
-            1.0,
-            delay_s * speed,
-            sigma_mm,
-        )
-    if "acceleration_lag" in scenario.names:
-        square_s2 = scenario.wanted["acceleration_lag"] * sigma_mm / rms(gain)
-        hidden["acceleration_lag"] = hidden_of(
-            "acceleration_lag",
-            "the drive stays behind in proportion to acceleration: its velocity loop lags",
-            (Parameter("lag", square_s2 * 1e6, "ms^2"),),
-            1.0,
-            square_s2 * gain,
-            sigma_mm,
-        )
-    period_s = SERVO_PS / 1e12
-    # a tick's share of what the velocity lacks: all of it in one tick where nothing lags
-    share = period_s / (period_s + delay_s + square_s2 * GAIN_PER_S)
-    lag_s = -period_s / math.log1p(-share) if share < 1.0 else 0.0
-    return Servo(period_ps=SERVO_PS, gain_per_s=GAIN_PER_S, feedforward=1.0 - GAIN_PER_S * delay_s, lag_s=lag_s)
+    delay_s: float
+    square_s2: float
+
+    @property
+    def servo(self) -> Servo:
+        """The servo with these lags.
+
+        Notes
+        -----
+        With the gain K, the share f of velocity fed forward and the lag T of the velocity loop, the axis stays behind
+        by (1 - f)/K v + (T/K - (1 - f)/K^2) a + ...; with T grown by (1 - f)/K the first lag is a pure delay.
+        """
+        period_s = SERVO_PS / 1e12
+        # a tick's share of what the velocity lacks: all of it in one tick where nothing lags
+        share = period_s / (period_s + self.delay_s + self.square_s2 * GAIN_PER_S)
+        lag_s = -period_s / math.log1p(-share) if share < 1.0 else 0.0
+        forward = 1.0 - GAIN_PER_S * self.delay_s
+        return Servo(period_ps=SERVO_PS, gain_per_s=GAIN_PER_S, feedforward=forward, lag_s=lag_s)
+
+    def hidden(self, scenario: Scenario, speed: Floats, gain: Floats) -> dict[str, Hidden]:
+        """Return what they are to the readings of a log, by name."""
+        sigma_mm = scenario.plan.sigma_um * 1e-3
+        both = {
+            "servo_lag": (
+                "the drive stays behind in proportion to velocity: not all of it is fed forward",
+                (Parameter("delay", self.delay_s * 1e3, "ms"),),
+                1.0,
+                self.delay_s * speed,
+            ),
+            "acceleration_lag": (
+                "the drive stays behind in proportion to acceleration: its velocity loop lags",
+                (Parameter("lag", self.square_s2 * 1e6, "ms^2"),),
+                1.0,
+                self.square_s2 * gain,
+            ),
+        }
+        return {name: hidden_of(name, *what, sigma_mm) for name, what in both.items() if name in scenario.names}
+
+
+def _lags(scenario: Scenario, speed: Floats, gain: Floats) -> _Lags:
+    """Return the lags of a scenario; speed and acceleration of the first measurement decide how strong they are."""
+    sigma_mm = scenario.plan.sigma_um * 1e-3
+    wanted = scenario.wanted
+    delay_s = wanted["servo_lag"] * sigma_mm / rms(speed) if "servo_lag" in wanted else 0.0
+    square_s2 = wanted["acceleration_lag"] * sigma_mm / rms(gain) if "acceleration_lag" in wanted else 0.0
+    return _Lags(delay_s, square_s2)

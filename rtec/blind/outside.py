@@ -14,7 +14,8 @@ from rtec.blind import (
     outside_times as times,
     outside_waves as waves,
 )
-from rtec.blind.slow_errors import Circumstances, SlowError, dwell_reversal, moving_bump
+from rtec.blind.circumstances import Circumstances
+from rtec.blind.slow_errors import SlowError, dwell_reversal, moving_bump
 
 
 @dataclass(frozen=True, slots=True)

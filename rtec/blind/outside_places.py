@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.blind.circumstances import Circumstances
 from rtec.blind.hidden import Parameter
 from rtec.blind.outside_waves import time_share, turned, way_share
 from rtec.blind.plan import Floats
-from rtec.blind.slow_errors import Circumstances, SlowError
+from rtec.blind.slow_errors import SlowError
 
 _TERMS = 6
 """Half waves of which a random map is the sum."""
@@ -44,18 +45,18 @@ def gib_dents(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a gib bent at two or three places: the slide dips into each kink and comes out again at once."""
     count = int(rng.integers(2, 4))
     places = (np.arange(count) + rng.uniform(0.2, 0.8, count)) / count
-    width = max(0.02, 1.2 / c.course.plan.targets)
+    width = max(0.02, 1.2 / c.plan.targets)
     signs = rng.choice([-1.0, 1.0], count)
     added = np.exp(-np.abs(way_share(c)[:, None] - places) / width) @ signs
-    return _error(added, "sharp dents where a gib is bent", Parameter("width", width * c.course.plan.span_mm, "mm"))
+    return _error(added, "sharp dents where a gib is bent", Parameter("width", width * c.plan.span_mm, "mm"))
 
 
 def one_way_bump(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a chip that a wiper pushes along: a bump felt in one direction only, elsewhere in each run."""
-    runs, width = c.course.plan.runs, rng.uniform(0.05, 0.09)
+    runs, width = c.plan.runs, rng.uniform(0.05, 0.09)
     places = 0.1 + 0.8 * (np.arange(runs) + rng.uniform(0.2, 0.8, runs)) / runs
     way, sign = float(rng.choice([-1.0, 1.0])), float(rng.choice([-1.0, 1.0]))
-    added = np.where(c.direction == way, sign * _bump(c, places[c.course.run - 1], width), 0.0)
+    added = np.where(c.direction == way, sign * _bump(c, c.by_run(places), width), 0.0)
     return _error(added, "a bump in one direction only, which moves from run to run", Parameter("direction", way, ""))
 
 
@@ -64,7 +65,7 @@ def late_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
     along, begin = way_share(c), rng.uniform(0.4, 0.6)
     after = np.where(c.direction > 0, _smooth(along, rng), _smooth(along, rng))
     added = np.where(time_share(c) > begin, after, 0.0)
-    moment = Parameter("moment", begin * float(c.measured.time_s[-1]), "s")
+    moment = Parameter("moment", begin * c.length_s, "s")
     return _error(added, "after a knock, another random map in each direction", moment)
 
 
@@ -74,16 +75,16 @@ def passing_chip(c: Circumstances, rng: np.random.Generator) -> SlowError:
     begin, length = rng.uniform(0.15, 0.4), rng.uniform(0.3, 0.45)
     late, sign = time_share(c), float(rng.choice([-1.0, 1.0]))
     added = np.where((late > begin) & (late < begin + length), sign * _bump(c, place, width), 0.0)
-    where = Parameter("place", c.course.plan.start_mm + place * c.course.plan.span_mm, "mm")
+    where = Parameter("place", c.plan.start_mm + place * c.plan.span_mm, "mm")
     return _error(added, "a bump at one place that is there for a while only", where)
 
 
 def sliding_joint(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a scale whose second segment lies loose: its joint is elsewhere in each run."""
-    runs = c.course.plan.runs
+    runs = c.plan.runs
     places = 0.1 + 0.8 * (rng.permutation(runs) + rng.uniform(0.2, 0.8, runs)) / runs
     sign = float(rng.choice([-1.0, 1.0]))
-    added = np.where(way_share(c) > places[c.course.run - 1], 0.5 * sign, -0.5 * sign)
+    added = np.where(way_share(c) > c.by_run(places), 0.5 * sign, -0.5 * sign)
     return _error(added, "a step at a place that is another one in each run", Parameter("runs", float(runs), ""))
 
 
@@ -91,7 +92,7 @@ def snapping_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a scale that bulges to one side and snaps to the other: its map changes sign at a moment."""
     begin = rng.uniform(0.42, 0.58)
     added = np.where(time_share(c) > begin, -1.0, 1.0) * _smooth(way_share(c), rng)
-    moment = Parameter("moment", begin * float(c.measured.time_s[-1]), "s")
+    moment = Parameter("moment", begin * c.length_s, "s")
     return _error(added, "a random map that changes its sign at a moment", moment)
 
 
@@ -99,5 +100,5 @@ def swaying_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a column that sways in the sun and out of it: a random map times a slow wave in time."""
     cycles = rng.uniform(1.5, 3.5)
     added = _smooth(way_share(c), rng) * np.sin(2.0 * np.pi * cycles * time_share(c) + turned(rng))
-    clock = Parameter("cycle", float(c.measured.time_s[-1]) / cycles, "s")
+    clock = Parameter("cycle", c.length_s / cycles, "s")
     return _error(added, "a random map that comes and goes with the time", clock)

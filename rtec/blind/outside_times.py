@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtec.blind.circumstances import Circumstances
 from rtec.blind.hidden import Parameter
 from rtec.blind.outside_waves import time_share, turned, way_share
 from rtec.blind.plan import Floats
-from rtec.blind.slow_errors import Circumstances, SlowError
+from rtec.blind.slow_errors import SlowError
 
 
 def _error(c: Circumstances, added: Floats, cycles: float, description: str) -> SlowError:
@@ -15,7 +16,7 @@ def _error(c: Circumstances, added: Floats, cycles: float, description: str) -> 
         added_mm=1e-3 * added,
         description=description,
         parameters=(
-            Parameter("cycle", float(c.measured.time_s[-1]) / cycles, "s"),
+            Parameter("cycle", c.length_s / cycles, "s"),
             Parameter("amplitude", 1.0, "um", scales=True),
         ),
     )
@@ -32,7 +33,7 @@ def _cycles(c: Circumstances, rng: np.random.Generator, *whole: int) -> float:
 
     With whole cycles only it would be the same in each run, and nothing would tell it from a map of position.
     """
-    return c.course.plan.runs * float(rng.choice(whole) + rng.uniform(0.3, 0.7))
+    return c.plan.runs * float(rng.choice(whole) + rng.uniform(0.3, 0.7))
 
 
 def room_wave(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -71,9 +72,9 @@ def weather(c: Circumstances, rng: np.random.Generator) -> SlowError:
 
 def turning_drift(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a spindle that is switched on in every other run: the drift that it brings turns round with it."""
-    half = 2.0 * (c.measured.time_s / c.measured.time_s[-1] * c.course.plan.runs % 2.0)
+    half = 2.0 * (c.measured.time_s / c.length_s * c.plan.runs % 2.0)
     added = (np.abs(half - 2.0) - 1.0) * rng.choice([-1.0, 1.0])
-    return _error(c, added, c.course.plan.runs / 2.0, "a drift that turns round from run to run")
+    return _error(c, added, c.plan.runs / 2.0, "a drift that turns round from run to run")
 
 
 def twisting_play(c: Circumstances, rng: np.random.Generator) -> SlowError:

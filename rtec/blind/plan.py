@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -10,8 +9,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.checks import number_within, whole_within
+from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
+from rtec.metrology import ExperimentPlan, Heating, Passes, Reading, Spacing, Weather
+from rtec.metrology.experiment_plan import COLUMNS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -22,83 +23,28 @@ SIGNAL_PERIOD_MM = 2.0
 """Of the magnetic scale's signal; stated in every file."""
 PROGRAM_STEP_MM = 0.001
 """Resolution of the control: targets are whole numbers of it."""
-
-
-class Passes(enum.Enum):
-    """In which directions the targets are visited in each run."""
-
-    BOTH = "forth and back"
-    FORWARD = "forward only"
-
-
-class Spacing(enum.Enum):
-    """How the targets lie."""
-
-    EVEN = "even but for small offsets"
-    DENSE_AT_ENDS = "dense just after the reversals"
-
-
-class Heating(enum.Enum):
-    """What the temperature does."""
-
-    NONE = "steady"
-    COLD_AND_HOT = "runs cold and hot in turn"
-    ONE_RISE = "rising all the time"
-
-
-class Weather(enum.Enum):
-    """What the air around the laser does."""
-
-    STEADY = "steady"
-    DAYS = "each run on another day"
-    ONE_DAY = "hardly changing, another than the laser assumes"
-
-
-class Reading(enum.Enum):
-    """When the laser reads."""
-
-    AT_REST = "at rest at each target"
-    MOVING = "at equal times while the axis moves"
-    DRIVE = "the force of the drive, at equal times while the axis moves"
+TARGET_ROOM_MM = 0.5 * PITCH_MM
+"""By which a target may lie beside its place, so that no period of the screw hides."""
+RECORDED = tuple(name for name in COLUMNS if name not in ("current", "voltage"))
+"""What the emulated axis records of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
-    """A measuring plan of the game.
+class Plan(ExperimentPlan):
+    """A measuring plan of the game: what an experiment measures, within the limits of the emulated axis, and noise.
 
     Parameters
     ----------
     name
         In `PLANS`, or what was drawn.
-    reading
-        At rest at targets, or in motion the position or the force.
-    runs
-        Number of runs; of a moving log, repetitions of the program.
-    targets
-        Of one pass; moves of one repetition of a moving log.
-    start_mm, span_mm
-        First target, and distance to the last.
-    passes, spacing, heating, weather
-        How the targets are visited, how they lie, what temperature and air do.
-    rotary
-        Whether a drive's log is that of a joint: what is in mm stands for degrees, what is in N for N m.
-    overshoot_mm
-        How far the axis goes beyond the ends before it turns.
-    feeds_mm_s
-        Of the runs in turn; of the moves of a moving log in turn.
-    dwell_s
-        Rest at each target.
-    turn_dwells_s
-        Shortest and longest rest before a reversal; each run has another one.
-    columns
-        Of the file beyond run, target and actual: ``direction``, ``time``, ``feed``, ``velocity``, ``dwell``,
-        ``temperature``, ``pressure``, ``humidity``, ``load``.
     sigma_um
         Standard deviation of the repeat noise.
     sigma_n
         The same of a drive's force, in N.
     wave_shares
         Shortest and longest period, as shares of the span, of a wave that the screw does not make.
+    lost_share
+        Share of the readings after which counts go lost; None where it is drawn.
 
     Raises
     ------
@@ -112,61 +58,35 @@ class Plan:
     """
 
     name: str
-    reading: Reading = Reading.AT_REST
-    runs: int = 5
-    targets: int = 21
-    start_mm: float = 20.0
-    span_mm: float = 300.0
-    passes: Passes = Passes.BOTH
-    spacing: Spacing = Spacing.EVEN
-    heating: Heating = Heating.NONE
-    weather: Weather = Weather.STEADY
-    rotary: bool = False
-    overshoot_mm: float = 1.0
-    feeds_mm_s: tuple[float, ...] = (40.0,)
-    dwell_s: float = 6.0
-    turn_dwells_s: tuple[float, float] = (2.0, 60.0)
-    columns: tuple[str, ...] = ("direction", "time")
     sigma_um: float = 2.0
     sigma_n: float = 2.0
     wave_shares: tuple[float, float] = (0.14, 0.4)
+    lost_share: float | None = None
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
-        whole_within("runs", self.runs, 1, 99)
-        whole_within("targets", self.targets, 2, 2000)
+        """Check the ranges: those of any experiment, and those of the emulated axis."""
+        ExperimentPlan.__post_init__(self)
         number_within("start_mm", self.start_mm, 5.0, 1e4, unit="mm")
         number_within("span_mm", self.span_mm, 10.0, 1e4, unit="mm")
         number_within("overshoot_mm", self.overshoot_mm, 0.5, self.start_mm / 2.0, unit="mm")
         for feed in self.feeds_mm_s:
-            number_within("feeds_mm_s", feed, 1.0, 90.0, unit="mm/s")
+            number_within("feeds_mm_s", feed, 0.05, 90.0, unit="mm/s")
         number_within("dwell_s", self.dwell_s, 2.0, 100.0, unit="s")
         for dwell in self.turn_dwells_s:
             number_within("turn_dwells_s", dwell, 1.0, 1000.0, unit="s")
+        if unknown := [name for name in self.columns if name not in RECORDED]:
+            raise ArgumentError("columns", ", ".join(unknown), ", ".join(RECORDED))
         number_within("sigma_um", self.sigma_um, 0.1, 100.0, unit="um")
         number_within("sigma_n", self.sigma_n, 0.1, 100.0, unit="N")
         for share in self.wave_shares:
             number_within("wave_shares", share, 0.01, 0.5)
-
-    @property
-    def readings(self) -> int:
-        """Number of readings at rest."""
-        return self.runs * self.targets * (2 if self.passes is Passes.BOTH else 1)
-
-    @property
-    def in_motion(self) -> bool:
-        """Whether the axis moves while it is read."""
-        return self.reading is not Reading.AT_REST
+        if self.lost_share is not None:
+            number_within("lost_share", self.lost_share, 0.05, 0.95)
 
     @property
     def repeated(self) -> bool:
         """Whether places are passed again under the same conditions, so that there is a floor to judge by."""
         return self.runs > 1
-
-    @property
-    def end_mm(self) -> float:
-        """Where the last target would lie without its offset."""
-        return self.start_mm + self.span_mm
 
 
 _BASE = Plan(name="base")
@@ -236,6 +156,18 @@ _ALL = (
     Plan(name="single_pass", runs=1, passes=Passes.FORWARD),
     Plan(name="one_feed", columns=("direction", "time", "feed")),
     Plan(name="turned_once", runs=1),
+    Plan(name="two_runs", runs=2, passes=Passes.FORWARD, lost_share=0.5),
+    Plan(name="sparse", targets=3, runs=3),
+    Plan(
+        name="one_angle",
+        reading=Reading.DRIVE,
+        rotary=True,
+        runs=1,
+        passes=Passes.FORWARD,
+        span_mm=90.0,
+        feeds_mm_s=(5.0,),
+        columns=("time", "velocity", "torque"),
+    ),
     Plan(
         name="one_heating",
         runs=1,
@@ -318,10 +250,10 @@ def draw_course(plan: Plan, rng: np.random.Generator) -> Course:
     back = [(float(x), -1) for x in targets[::-1]] if plan.passes is Passes.BOTH else []
     one = np.array(there + back)
     run = np.repeat(np.arange(1, plan.runs + 1), len(one))
-    feeds = np.resize(plan.feeds_mm_s, plan.runs)
+    feeds, shifts = np.resize(plan.feeds_mm_s, plan.runs), np.resize(plan.shifts_mm, plan.runs)
     return Course(
         plan=plan,
-        target_mm=np.tile(one[:, 0], plan.runs),
+        target_mm=np.round(np.tile(one[:, 0], plan.runs) + shifts[run - 1], 6),
         direction=np.tile(one[:, 1], plan.runs).astype(np.int8),
         run=run,
         feed_mm_s=feeds[run - 1],

@@ -9,11 +9,12 @@ import numpy as np
 from rtec.blind.draws import Draw, checked_seed, stream
 from rtec.blind.noise import Noise
 from rtec.blind.outside import KINDS
-from rtec.blind.plan import PLANS, Heating, Passes, Plan, Reading, Spacing, Weather
+from rtec.blind.plan import PLANS, Plan
 from rtec.blind.slow_errors import SLOW
 from rtec.blind.static_errors import STATIC
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
+from rtec.metrology import Heating, Passes, Reading, Spacing, Weather
 
 OUTSIDE_OF_GAME = ("moving_bump", "chirped_cyclic", "dwell_reversal")
 """What `scenario_of` draws of it, so that a seed keeps its game."""

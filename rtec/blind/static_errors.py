@@ -19,6 +19,8 @@ from rtec.predictors import BidirectionalTable, NoError, Predictor
 GRID_MM = 0.025
 """Spacing of the axis's table: 80 points in the shortest period."""
 _MARGIN_MM = 5.0
+JOINT_DEG = 400.0
+"""To where a joint turns, from zero: a little more than once."""
 SINUSOID_SHARE = 0.75
 """A random curve of which a single sinusoid explains more is drawn again: it would be cyclic."""
 
@@ -57,6 +59,21 @@ def grid_of(plan: Plan) -> Floats:
     return np.linspace(low, high, round((high - low) / GRID_MM) + 1)
 
 
+def travel_of(plan: Plan) -> tuple[float, float]:
+    """Return the ends of the travel of an axis that was first measured by a plan, in mm, or degrees of a joint.
+
+    Examples
+    --------
+    >>> from rtec.blind.plan import PLANS
+    >>> travel_of(PLANS["base"]), travel_of(PLANS["joint"])
+    ((14.0, 326.0), (0.0, 400.0))
+    """
+    if plan.rotary:
+        return 0.0, max(JOINT_DEG, plan.end_mm + plan.overshoot_mm)
+    x = grid_of(plan)
+    return float(x[0]), float(x[-1])
+
+
 def scale(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return a screw that is too long or too short by the same share everywhere."""
     sign = float(rng.choice([-1.0, 1.0]))
@@ -72,13 +89,9 @@ def scale(plan: Plan, rng: np.random.Generator) -> StaticError:
 def pitch_map(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return the accumulated error of a screw whose lead wanders: integrated, smoothed noise without its trend."""
     x = grid_of(plan)
-    while True:
-        length_mm = rng.uniform(0.10, 0.16) * plan.span_mm
-        curve = smooth_noise(x, length_mm, rng)
-        curve -= np.polynomial.Polynomial.fit(x, curve, 1)(x)
-        curve /= np.std(curve)
-        if sinusoid_share(x, curve) < SINUSOID_SHARE:
-            break
+    curve, length_mm = wandering(
+        x, plan.span_mm, (0.10, 0.16), lambda y: np.polynomial.Polynomial.fit(x, y, 1)(x), rng
+    )
     return StaticError(
         forward_mm=curve * 1e-3,
         reverse_mm=curve * 1e-3,
@@ -88,6 +101,35 @@ def pitch_map(plan: Plan, rng: np.random.Generator) -> StaticError:
             Parameter("length", length_mm, "mm"),
         ),
     )
+
+
+def wandering(
+    x: Floats,
+    span_mm: float,
+    shares: tuple[float, float],
+    trend: Callable[[Floats], Floats | np.float64],
+    rng: np.random.Generator,
+) -> tuple[Floats, float]:
+    """Return a smooth random curve of standard deviation 1 that no sinusoid explains, and over which length it turns.
+
+    Parameters
+    ----------
+    x
+        Where, ascending.
+    span_mm, shares
+        The length is drawn between two shares of the span.
+    trend
+        What of the curve is taken off.
+    rng
+        Where the draws come from.
+    """
+    while True:
+        length_mm = rng.uniform(*shares) * span_mm
+        curve = smooth_noise(x, length_mm, rng)
+        curve -= trend(curve)
+        curve /= np.std(curve)
+        if sinusoid_share(x, curve) < SINUSOID_SHARE:
+            return curve, length_mm
 
 
 def smooth_noise(x: Floats, length_mm: float, rng: np.random.Generator) -> Floats:

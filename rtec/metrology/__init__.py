@@ -1,6 +1,16 @@
 """How an axis is measured and judged: instrument files, measuring programs, ISO 230-2."""
 
 from rtec.metrology.cyclic import CyclicError, cyclic_error
+from rtec.metrology.experiment_plan import (
+    ExperimentPlan,
+    Heating,
+    Passes,
+    Reading,
+    Spacing,
+    Strokes,
+    Weather,
+    Zero,
+)
 from rtec.metrology.figures import UNITS, Coordinate, PositioningFigures, TargetFigures
 from rtec.metrology.iso230 import positioning_figures
 from rtec.metrology.laser_file import is_laser_file, read_laser_file, write_laser_file
@@ -30,19 +40,27 @@ __all__ = [
     "Coordinate",
     "CyclicError",
     "Dwell",
+    "ExperimentPlan",
+    "Heating",
     "InchMode",
     "MachineAxis",
     "Measurement",
     "MeasuringPlan",
     "Move",
+    "Passes",
     "PositioningFigures",
     "PositioningTest",
+    "Reading",
     "Readings",
     "RotaryReadings",
     "Setup",
+    "Spacing",
     "Stop",
     "StopKind",
+    "Strokes",
     "TargetFigures",
+    "Weather",
+    "Zero",
     "cyclic_error",
     "direction_of_motion",
     "is_laser_file",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rtec.blind import Scenario, drawn_log, drawn_plan, play
-from rtec.blind.plan import Heating, Passes, Reading, Spacing, draw_course
+from rtec.blind.plan import draw_course
+from rtec.metrology import Heating, Passes, Reading, Spacing
 
 PLANS = [drawn_plan(np.random.default_rng(seed)) for seed in range(400)]
 

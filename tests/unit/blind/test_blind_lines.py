@@ -8,9 +8,9 @@ import pytest
 
 from rtec.blind import OUTSIDE, Line, LineScore, Noise, Rule, Scenario, confusion, play, the_lines, the_pools
 from rtec.blind.confusion import seed_of
-from rtec.blind.plan import Passes, Reading
 from rtec.blind.scored import PoolScore
 from rtec.errors import ArgumentError
+from rtec.metrology import Passes, Reading
 
 LINES = the_lines()
 BY_TITLE = {line.title: line for line in LINES}

@@ -5,10 +5,11 @@ import pytest
 
 from rtec.blind import OUTSIDE, Scenario, drawn_plan, play
 from rtec.blind.axis_run import measure
+from rtec.blind.circumstances import Circumstances, simulate_air
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import draw_course
 from rtec.blind.scenario import unfit
-from rtec.blind.slow_errors import SLOW, Circumstances, simulate_air
+from rtec.blind.slow_errors import SLOW
 from rtec.effects import effect_named
 from rtec.errors import ArgumentError
 from rtec.predictors import NoError

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rtec.blind import PLANS, Scenario, play
+from rtec.blind.circumstances import first_order
 from rtec.blind.draws import Draw, stream
 from rtec.blind.plan import PITCH_MM, draw_course
-from rtec.blind.slow_errors import first_order
 from rtec.blind.static_errors import STATIC, grid_of
 
 BASE = PLANS["base"]
