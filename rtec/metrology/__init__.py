@@ -1,6 +1,7 @@
 """How an axis is measured and judged: instrument files, measuring programs, ISO 230-2."""
 
 from rtec.metrology.cyclic import CyclicError, cyclic_error
+from rtec.metrology.experiment_file import read_experiment, write_experiment
 from rtec.metrology.experiment_plan import (
     ExperimentPlan,
     Heating,
@@ -69,9 +70,11 @@ __all__ = [
     "measuring_program",
     "parse_program",
     "positioning_figures",
+    "read_experiment",
     "read_laser_file",
     "read_measurement",
     "read_positioning_test",
+    "write_experiment",
     "write_laser_file",
     "write_measurement",
 ]

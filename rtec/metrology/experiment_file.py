@@ -1,0 +1,275 @@
+"""Experiment plans as TOML that people read and edit, and that give back the same numbers.
+
+::
+
+    # measure both directions in turn, at least five times ...
+    reading = "position at rest"
+    columns = ["direction", "time"]
+
+    [targets]
+    start = "20 mm"
+    end = "320 mm"
+    number = 21
+    spacing = "even"
+    shifts = ["0 mm"]
+
+    [runs]
+    number = 5
+    passes = "both directions"
+    feeds = ["40 mm/s"]
+    overshoot = "1 mm"
+    dwell = "6 s"
+    rests_before_reversals = ["2 s", "60 s"]
+    zero = "set anew before each run"
+
+    [conditions]
+    heating = "steady"
+    weather = "steady"
+
+What is left out is as in `ExperimentPlan`. Positions of an axis that turns are in degrees. In motion
+``targets.number`` is that of the moves of a run, and ``runs.strokes`` says how they go.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.experiment_plan import (
+    MOST_IN_TURN,
+    ExperimentPlan,
+    Heating,
+    Passes,
+    Reading,
+    Spacing,
+    Strokes,
+    Weather,
+    Zero,
+)
+from rtec.metrology.text_file import write_lines
+from rtec.sections import Section, read_toml
+from rtec.units import parse_in, written
+
+KEYS: Mapping[str, str] = MappingProxyType(
+    {
+        "reading": "reading",
+        "columns": "columns",
+        "start_mm": "targets.start",
+        "span_mm": "targets.end",
+        "targets": "targets.number",
+        "spacing": "targets.spacing",
+        "shifts_mm": "targets.shifts",
+        "runs": "runs.number",
+        "passes": "runs.passes",
+        "strokes": "runs.strokes",
+        "feeds_mm_s": "runs.feeds",
+        "overshoot_mm": "runs.overshoot",
+        "dwell_s": "runs.dwell",
+        "turn_dwells_s": "runs.rests_before_reversals",
+        "zero": "runs.zero",
+        "loads_kg": "conditions.loads",
+        "heating": "conditions.heating",
+        "weather": "conditions.weather",
+    }
+)
+"""Where each field of a plan stands in the file."""
+_TABLES = ("targets", "runs", "conditions")
+_WIDTH = 118
+
+
+@contextmanager
+def naming_keys(path: str | Path) -> Iterator[None]:
+    """Let an error about a field of a plan name the file and the key that it came from."""
+    try:
+        yield
+    except ArgumentError as error:
+        field = error.name.removeprefix("number of ")
+        if field not in KEYS:
+            raise
+        raise ArgumentError(f"{path}: {KEYS[field]}", error.value, error.allowed, error.hint) from None
+
+
+def read_experiment(path: str | Path) -> ExperimentPlan:
+    r"""Read an experiment plan.
+
+    Raises
+    ------
+    FileFormatError
+        No readable TOML, or an unknown key (the nearest one is suggested).
+    ArgumentError
+        A quantity without or with a wrong unit, an unknown word, or a value out of range; it names file and key.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "plan.toml"
+    >>> _ = file.write_text('[targets]\nstart = "0 inch"\nend = "10 inch"\n[runs]\nnumber = 7\n')
+    >>> read_experiment(file).span_mm, read_experiment(file).runs
+    (254.0, 7)
+    """
+    return experiment_of(read_toml(Path(path)), path)
+
+
+def experiment_of(tables: dict[str, Any], path: str | Path) -> ExperimentPlan:
+    """Return the experiment plan that parsed TOML holds; ``path`` is for messages.
+
+    Raises
+    ------
+    FileFormatError, ArgumentError
+        As `read_experiment`.
+
+    Examples
+    --------
+    >>> experiment_of({"runs": {"number": 3}}, "plan.toml").runs
+    3
+    """
+    for name in _TABLES:
+        if not isinstance(tables.get(name, {}), dict):
+            raise FileFormatError(path, None, f"{name} is no table", f"a table [{name}]")
+    rotary = _turns(tables)
+    default = _tables_of(ExperimentPlan(rotary=rotary))
+    top = Section(
+        path, "", tables, {key: value for key, value in default.items() if key not in _TABLES}, optional=_TABLES
+    )
+    targets, runs, conditions = (
+        Section(path, name, tables.get(name, {}), default[name], optional=("loads",) if name == "conditions" else ())
+        for name in _TABLES
+    )
+    length = "deg" if rotary else "mm"
+
+    def quantities(section: Section, key: str, unit: str) -> tuple[float, ...]:
+        texts = section.texts(key)
+        if len(texts) > MOST_IN_TURN:
+            raise ArgumentError(section.where(key), f"{len(texts)} values", f"at most {MOST_IN_TURN}")
+        return tuple(parse_in(text, unit, name=section.where(key)) for text in texts)
+
+    def quantity(section: Section, key: str, unit: str) -> float:
+        return parse_in(section.raw(key), unit, name=section.where(key))
+
+    start = quantity(targets, "start", length)
+    rests = quantities(runs, "rests_before_reversals", "s")
+    with naming_keys(path):
+        if len(rests) != 2:
+            raise ArgumentError("turn_dwells_s", f"{len(rests)} times", "two: the shortest and the longest")
+        return ExperimentPlan(
+            reading=top.choice("reading", Reading),
+            columns=tuple(top.texts("columns")),
+            rotary=rotary,
+            start_mm=start,
+            span_mm=quantity(targets, "end", length) - start,
+            targets=targets.whole("number", 2, 2000),
+            spacing=targets.choice("spacing", Spacing),
+            shifts_mm=quantities(targets, "shifts", length),
+            runs=runs.whole("number", 1, 99),
+            passes=runs.choice("passes", Passes),
+            strokes=runs.choice("strokes", Strokes),
+            feeds_mm_s=quantities(runs, "feeds", f"{length}/s"),
+            overshoot_mm=quantity(runs, "overshoot", length),
+            dwell_s=quantity(runs, "dwell", "s"),
+            turn_dwells_s=(rests[0], rests[1]),
+            zero=runs.choice("zero", Zero),
+            heating=conditions.choice("heating", Heating),
+            weather=conditions.choice("weather", Weather),
+            loads_kg=quantities(conditions, "loads", "kg") if conditions.has("loads") else (),
+        )
+
+
+def _turns(tables: Mapping[str, Any]) -> bool:
+    """Return whether positions are angles: whether the start is one."""
+    start = tables.get("targets", {}).get("start")
+    try:
+        parse_in(start, "deg", name="start")
+    except ArgumentError:
+        return False
+    return True
+
+
+def write_experiment(path: str | Path, plan: ExperimentPlan, about: str = "") -> None:
+    """Write an experiment plan; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    path
+        The file.
+    plan
+        What it holds.
+    about
+        A sentence that stands above it as a comment.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "plan.toml"
+    >>> plan = ExperimentPlan(runs=9, feeds_mm_s=(12.5, 0.3))
+    >>> write_experiment(file, plan, "measure again")
+    >>> print(file.read_text().splitlines()[0], read_experiment(file) == plan)
+    # measure again True
+    """
+    write_lines(path, experiment_lines(plan, about))
+
+
+def experiment_lines(plan: ExperimentPlan, about: str = "") -> list[str]:
+    """Return the lines of the TOML file of an experiment plan.
+
+    Examples
+    --------
+    >>> experiment_lines(ExperimentPlan())[1]
+    'columns = ["direction", "time"]'
+    """
+    one_line = " ".join("".join(c if c.isprintable() else " " for c in about).split())
+    lines = [f"# {line}" for line in textwrap.wrap(one_line, _WIDTH - 2)]
+    for key, value in _tables_of(plan).items():
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]", *(f"{name} = {_shown(one)}" for name, one in value.items())]
+        else:
+            lines.append(f"{key} = {_shown(value)}")
+    return lines
+
+
+def _tables_of(plan: ExperimentPlan) -> dict[str, Any]:
+    """Return a plan as the tables of its file."""
+    unit = "deg" if plan.rotary else "mm"
+    targets: dict[str, Any] = {
+        "start": written(plan.start_mm, unit),
+        "end": written(plan.end_mm, unit),
+        "number": plan.targets,
+        "spacing": plan.spacing.value,
+        "shifts": [written(shift, unit) for shift in plan.shifts_mm],
+    }
+    runs: dict[str, Any] = {
+        "number": plan.runs,
+        "passes": plan.passes.value,
+        "strokes": plan.strokes.value,
+        "feeds": [written(feed, f"{unit}/s") for feed in plan.feeds_mm_s],
+        "overshoot": written(plan.overshoot_mm, unit),
+        "dwell": written(plan.dwell_s, "s"),
+        "rests_before_reversals": [written(rest, "s") for rest in plan.turn_dwells_s],
+        "zero": plan.zero.value,
+    }
+    conditions: dict[str, Any] = {"heating": plan.heating.value, "weather": plan.weather.value}
+    if plan.loads_kg:
+        conditions["loads"] = [written(load, "kg") for load in plan.loads_kg]
+    return {
+        "reading": plan.reading.value,
+        "columns": list(plan.columns),
+        "targets": targets,
+        "runs": runs,
+        "conditions": conditions,
+    }
+
+
+def _shown(value: str | int | list[str]) -> str:
+    """Return a value as TOML."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_shown, value))}]"
+    return str(value) if isinstance(value, int) else f'"{value}"'
