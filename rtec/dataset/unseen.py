@@ -61,22 +61,35 @@ def shifted_targets(conditions: Conditions) -> str | None:
     >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
     'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
     """
-    unit, step = conditions.position_unit, _grid(conditions)
-    other = other_step(conditions)
+    unit, other, once = conditions.position_unit, other_step(conditions), target_shift(conditions)
     if other is not None:
-        apart = f"{other:.4g} {unit} apart instead of {step:.4g} {unit}"
+        apart = f"{other:.4g} {unit} apart instead of {_grid(conditions):.4g} {unit}"
         return f"measure once more with targets {apart}: hardly a period hides from both"
-    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
-    hidden = _half_seen(conditions, step) + stated
-    if step is None and not hidden:
+    if once is None:
         return None
-    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
-    once = _SHIFT * period
     one, two = f"{once:.4g}", f"{2 * once:.4g} {unit}"
     if np.unique(conditions.run).size < ENOUGH_PHASES:
         return f"add targets {one} {unit} and {two} beyond each of the targets"
     shifts = f"by {one} {unit} in the second run, by {two} in the third"
     return f"shift the targets {shifts}, and go on so in turn: 0, {one}, {two}"
+
+
+def target_shift(conditions: Conditions) -> float | None:
+    """Return by how much targets that are moved once and twice show the unseen periods; None where nothing is hidden.
+
+    Examples
+    --------
+    >>> x, run = np.tile(np.arange(0.0, 101.0, 5.0), 3), np.repeat([1, 2, 3], 21)
+    >>> target_shift(Conditions(position=x, position_unit="mm", run=run))
+    1.5
+    """
+    step = _grid(conditions)
+    stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
+    hidden = _half_seen(conditions, step) + stated
+    if step is None and not hidden:
+        return None
+    period = max([p for p in hidden if step is None or p <= 2.0 * step * (1.0 + _SAME)] or [step or max(hidden)])
+    return _SHIFT * period
 
 
 def _of_targets(conditions: Conditions) -> bool:

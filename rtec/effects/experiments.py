@@ -1,6 +1,32 @@
-"""Experiments that separate effects which look alike: one sentence for both of a pair."""
+"""Experiments that separate effects which look alike: one sentence for both of a pair, and what it asks of a plan."""
 
 from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from types import MappingProxyType
+
+
+class Ask(enum.Enum):
+    """What an experiment asks of a measuring plan, as far as a plan can say it."""
+
+    FIVE_RUNS = "at least five runs"
+    MORE_RUNS = "four times as many runs"
+    BOTH_DIRECTIONS = "both directions"
+    SPEEDS = "three speeds"
+    CREEP = "creep, besides"
+    AFTER_REVERSALS = "dense readings after reversals"
+    COLD_AND_HOT = "the machine cold and hot in turn"
+    OTHER_DAYS = "days of another air pressure"
+    LOADS = "three loads"
+    WHOLE_TURN = "a whole turn"
+    THREE_HOURS = "at least three hours"
+    IN_MOTION = "readings in motion, by short strokes"
+    FINE_STEPS = "targets in steps of a twentieth of the shortest stated period"
+    MORE_TARGETS = "twice as many targets"
+    SHIFTED_TARGETS = "targets shifted from run to run"
+    ZERO_KEPT = "the zero kept between two runs"
+
 
 THREE_FEEDS = (
     "approach the same targets from both sides at three feeds, creep among them, and once so slowly that the axis "
@@ -115,3 +141,37 @@ SPEEDS_OVER_ANGLES = (
     "turn over a wide range of angles at several speeds in both directions: a weight depends on the angle alone, "
     "friction on the speed and the direction alone"
 )
+
+ASKS: Mapping[str, frozenset[Ask]] = MappingProxyType(
+    {
+        THREE_FEEDS: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
+        AFTER_REVERSAL: frozenset((Ask.AFTER_REVERSALS, Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
+        INTERLEAVE: frozenset((Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
+        COLD_AND_HOT: frozenset((Ask.COLD_AND_HOT, Ask.FIVE_RUNS)),
+        REPEAT_CYCLES: frozenset((Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
+        INDEX_OFTEN: frozenset((Ask.FIVE_RUNS,)),
+        SECOND_INSTRUMENT: frozenset(),
+        FRACTIONS_OF_SIGNAL: frozenset((Ask.FINE_STEPS,)),
+        FINE_STEPS: frozenset(),
+        LONGER: frozenset((Ask.THREE_HOURS, Ask.FIVE_RUNS)),
+        OTHER_HEAT: frozenset((Ask.COLD_AND_HOT, Ask.FIVE_RUNS)),
+        HOT_AT_BOTH_ENDS: frozenset((Ask.COLD_AND_HOT, Ask.FIVE_RUNS)),
+        COOL_AGAIN: frozenset((Ask.COLD_AND_HOT, Ask.FIVE_RUNS)),
+        SEVERAL_TURNS: frozenset(),
+        MANY_REVERSALS: frozenset((Ask.AFTER_REVERSALS, Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
+        TWO_STROKES: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        SEVERAL_SPEEDS: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        CREEP: frozenset((Ask.SPEEDS, Ask.CREEP, Ask.BOTH_DIRECTIONS)),
+        SPEEDS_EACH_WAY: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        OVER_A_PERIOD: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        SEVERAL_LOADS: frozenset((Ask.LOADS,)),
+        OTHER_WEATHER: frozenset((Ask.OTHER_DAYS,)),
+        NEAR_AND_FAR: frozenset((Ask.OTHER_DAYS,)),
+        FAR_AND_WARM: frozenset((Ask.FIVE_RUNS,)),
+        SHORT_AND_LONG: frozenset((Ask.IN_MOTION, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        ZERO_AGAIN: frozenset((Ask.FIVE_RUNS, Ask.BOTH_DIRECTIONS, Ask.ZERO_KEPT)),
+        WHOLE_TURN: frozenset((Ask.WHOLE_TURN, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        SPEEDS_OVER_ANGLES: frozenset((Ask.WHOLE_TURN, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+    }
+)
+"""What each experiment asks of a measuring plan; nothing where no plan can say it, but a person can do it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -170,10 +170,17 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
             limit, apart = False, other.score - model.score
         if special or limit is not limits or isinstance(rival, Probe) or apart > EQUAL:
             continue
-        if rival.name in found or search.is_idle(other, other.choices.index(newly(other, model, rival.name))):
+        k = other.choices.index(newly(other, model, rival.name))
+        if rival.name in found or search.is_idle(other, k) or _is_implausible(search.judge, other, k):
             continue
         found[rival.name] = rival, other
     return list(found.values())
+
+
+def _is_implausible(judge: Judge, model: Scored, k: int) -> bool:
+    """Return whether a fit is no such effect, whatever it explains: cogging does not come once a turn."""
+    (effect, shape), fit = model.choices[k], judge.fit(model)
+    return effect.implausible(judge.space.dataset.conditions, shape, fit.mean[fit.rows(k)]) is not None
 
 
 def _spoken(judge: Judge, model: Scored) -> float:
@@ -198,6 +205,23 @@ def rivalries(search: Search, model: Scored, k: int) -> list[Rivalry]:
         if rival.permanent
     ]
     return sorted(found, key=lambda r: -r.cosine)
+
+
+def alike(judge: Judge, model: Scored, names: Collection[str]) -> Iterator[tuple[Effect, Effect]]:
+    """Yield effects of these names in a model, each with one of its card that can do on these data all that it does.
+
+    The data may prefer the one because the other has more amplitudes; they do not tell them apart. Looked at are
+    effects without shapes to choose from.
+    """
+    library = {effect.name: effect for effect in judge.space.library}
+    for k, (effect, _) in enumerate(model.choices):
+        for rival in effect.rivals if effect.name in names else ():
+            other = library.get(rival.name)
+            if other is None or rival.permanent or rival.name in model.names:
+                continue
+            shapes = judge.space.shapes(other)[0]
+            if len(shapes) == 1 and _cosine(judge, model, k, judge.space.raw((other, shapes[0]))) > ALIKE:
+                yield effect, other
 
 
 def newly(model: Scored, before: Scored, name: str) -> Choice:

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Effect, Observable, distance_since_reversal, effect_named
-from rtec.inference.answer import Rivalry, newly
+from rtec.effects.experiments import (
+    AFTER_REVERSAL,
+    ASKS,
+    COLD_AND_HOT,
+    OTHER_WEATHER,
+    SPEEDS_EACH_WAY,
+    SPEEDS_OVER_ANGLES,
+    Ask,
+)
+from rtec.effects.gravity import LEAST_SPAN_DEG
+from rtec.inference.answer import Rivalry, alike, newly
 from rtec.inference.fit import fitted_terms
 from rtec.inference.results import Experiment, Unknown
 from rtec.inference.scored import Judge, Scored
@@ -22,8 +34,40 @@ _AFTER_REVERSAL = (0.0, 0.01, 0.02, 0.04)
 _PAUSE_S = 10.0
 _OTHER_HPA = np.array([0.0, -15.0, 15.0])
 """Of the days on which the runs of the suggested plan are made."""
+CHANGES_DEGC = 1.0
+"""From which on a temperature counts as one that changed."""
+_REPEAT = (
+    "repeat the same targets from the same directions at least five times: without repeats there is no noise floor, "
+    "and what is left cannot be judged"
+)
+_AFTER_REVERSALS = frozenset(("windup", "reversal_spike"))
 _MOST_SENTENCES = 3
 """Of what separates an effect from all that are tied with it."""
+
+
+_OTHERWISE = "vary {} on purpose while everything else stays"
+_WAYS: Mapping[str, tuple[str, frozenset[Ask]]] = MappingProxyType(
+    {
+        "position": (
+            "measure twice as many targets, closer where the residual is largest",
+            frozenset((Ask.MORE_TARGETS,)),
+        ),
+        "direction": (
+            "approach some targets repeatedly from each side with different dwells before the reversal",
+            frozenset((Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
+        ),
+        "run": (
+            "repeat the same run at once and after a pause, with the time and the dwell recorded",
+            frozenset((Ask.FIVE_RUNS,)),
+        ),
+        "time": (
+            "measure one target for an hour with time and temperatures recorded",
+            frozenset((Ask.THREE_HOURS, Ask.FIVE_RUNS)),
+        ),
+        "velocity": ("measure at several feeds", frozenset((Ask.SPEEDS,))),
+    }
+)
+"""What tells more about structure by what it depends on."""
 
 
 def experiment_for_rivals(
@@ -33,27 +77,50 @@ def experiment_for_rivals(
 
     Where ``others`` are tied as well, the words of what separates them follow.
     """
-    text = between(effect_named(rivalry.effect), effect_named(rivalry.rival))
+    first = between(effect_named(rivalry.effect), effect_named(rivalry.rival))
     further = (
         known_between(effect_named(one.effect), effect_named(one.rival)) for one in others if not one.permanent
     )
-    text = "; then ".join(list(dict.fromkeys([text, *(words for words in further if words)]))[:_MOST_SENTENCES])
+    hidden = (known_between(*pair) for pair in alike(judge, model, {rivalry.effect, *(o.effect for o in others)}))
+    found = experiment_of(
+        [first, *(words for words in (*further, *hidden, *_of_weight(judge.space.dataset)) if words)]
+    )
+    found = replace(found, rivals=(rivalry.effect, rivalry.rival))
     plan = separating_plan(judge.space)
     if plan is None or rivalry.model is None:
-        return Experiment(text=text, rivals=(rivalry.effect, rivalry.rival))
+        return found
     predictions = []
     for name, one, other in ((rivalry.effect, model, rivalry.model), (rivalry.rival, rivalry.model, model)):
         terms, _ = fitted_terms(judge, one)
         effect, shape = newly(one, other, name)
         term = next(term for term in terms if (term.effect, term.shape) == (effect, shape))
         predictions.append(term.contribution(plan))
-    return Experiment(
-        text=text,
-        rivals=(rivalry.effect, rivalry.rival),
+    return replace(
+        found,
         label="reading of the suggested plan",
         abscissa=np.arange(1.0, plan.rows + 1.0),
         predictions=tuple(predictions),
     )
+
+
+def experiment_of(sentences: Sequence[str]) -> Experiment:
+    """Return the experiment of several sentences: the first stand in its text, it asks what all of them ask."""
+    told = list(dict.fromkeys(sentences))
+    asks = frozenset[Ask]().union(*(ASKS.get(sentence, frozenset()) for sentence in told))
+    return Experiment(text="; then ".join(told[:_MOST_SENTENCES]), asks=asks)
+
+
+def experiment_for_likely(names: Sequence[str]) -> Experiment | None:
+    """Return what separates effects that may well be there although none was accepted; None where nobody knows.
+
+    Examples
+    --------
+    >>> experiment_for_likely(["drift", "refraction"]).text[:25]
+    'measure again on a day of'
+    """
+    pairs = itertools.combinations([effect_named(name) for name in names], 2)
+    known = [words for one, other in pairs if (words := known_between(one, other))]
+    return experiment_of(known) if known else None
 
 
 def known_between(first: Effect, second: Effect) -> str | None:
@@ -117,15 +184,27 @@ def separating_plan(space: Space) -> Conditions | None:
 
 def experiment_for_unknown(unknown: Unknown) -> Experiment:
     """Return what would tell more about structure that nothing in the library explains."""
-    ways = {
-        "position": "measure twice as many targets, closer where the residual is largest",
-        "direction": "approach some targets repeatedly from each side with different dwells before the reversal",
-        "run": "repeat the same run at once and after a pause, with the time and the dwell recorded",
-        "time": "measure one target for an hour with time and temperatures recorded",
-        "velocity": "measure at several feeds",
-    }
-    asked = [ways.get(name, f"vary {name} on purpose while everything else stays") for name in unknown.depends_on]
-    return Experiment(text="; ".join(asked))
+    asked = [_WAYS.get(name, (_OTHERWISE.format(name), frozenset())) for name in unknown.depends_on]
+    asks = frozenset[Ask]().union(*(asks for _, asks in asked))
+    return Experiment(text="; ".join(words for words, _ in asked), asks=asks)
+
+
+def _of_weight(dataset: Dataset) -> list[str]:
+    """Return how a weight would show on an axis that turned so little that it looked constant."""
+    c = dataset.conditions
+    narrow = dataset.observable is Observable.DRIVE and c.position_unit == "deg" and c.span < LEAST_SPAN_DEG
+    return [SPEEDS_OVER_ANGLES] if narrow else []
+
+
+def _varied(dataset: Dataset, not_testable: Mapping[str, str]) -> list[str]:
+    """Return how to vary what was recorded and did not come twice, or came in one way only."""
+    c = dataset.coordinates
+    if dataset.observable is Observable.DRIVE:
+        return [*([] if c.both_directions else [SPEEDS_EACH_WAY]), *_of_weight(dataset)]
+    sparse = c.both_directions and not c.moving and not _AFTER_REVERSALS.isdisjoint(not_testable)
+    heated = any(float(np.ptp(heat)) > CHANGES_DEGC for heat in c.temperatures.values())
+    asked = ((heated, COLD_AND_HOT), (c.pressure_hpa is not None, OTHER_WEATHER), (sparse, AFTER_REVERSAL))
+    return [words for wanted, words in asked if wanted]
 
 
 def experiment_for_more(
@@ -133,20 +212,23 @@ def experiment_for_more(
 ) -> Experiment:
     """Return what this plan would need to show more."""
     if not dataset.has_repeats:
-        again = f"; {unseen}" if unseen else ""
-        return Experiment(
-            text="repeat the same targets from the same directions at least five times: without repeats there is no "
-            f"noise floor, and what is left cannot be judged{again}"
-        )
+        varied = experiment_of(_varied(dataset, not_testable))
+        text = "; ".join(words for words in (_REPEAT, varied.text, unseen) if words)
+        shifted = [Ask.SHIFTED_TARGETS] if unseen else []
+        return Experiment(text=text, asks=varied.asks | {Ask.FIVE_RUNS, *shifted})
     if unseen:
-        return Experiment(text=unseen)
+        return Experiment(text=unseen, asks=frozenset((Ask.SHIFTED_TARGETS,)))
     if minimum:
         name = max(minimum, key=lambda key: minimum[key])
         unit, factor = dataset.units.shown
         need = f": {effect_named(name).needs}" if name in not_testable else ""
         return Experiment(
             text=f"four times as many repeats halve what can be seen at least; the hardest to see here is {name} "
-            f"(from {quantity_text(minimum[name] * factor, unit, digits=3)} RMS on){need}"
+            f"(from {quantity_text(minimum[name] * factor, unit, digits=3)} RMS on){need}",
+            asks=frozenset((Ask.MORE_RUNS,)),
         )
     name = next(iter(not_testable), "")
-    return Experiment(text=f"{name} needs {effect_named(name).needs}" if name else "repeat with more targets")
+    return Experiment(
+        text=f"{name} needs {effect_named(name).needs}" if name else "repeat with more targets",
+        asks=frozenset() if name else frozenset((Ask.MORE_TARGETS,)),
+    )

@@ -11,7 +11,12 @@ from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared
 from rtec.inference.candidates import absent_from, accepted, cosines_of, doubts_of, proposed_beside, settling
 from rtec.inference.chessboard import HELD_OUT_BY
 from rtec.inference.detectable import minimum_detectable
-from rtec.inference.experiment import experiment_for_more, experiment_for_rivals, experiment_for_unknown
+from rtec.inference.experiment import (
+    experiment_for_likely,
+    experiment_for_more,
+    experiment_for_rivals,
+    experiment_for_unknown,
+)
 from rtec.inference.finding import OFFSET, Finding
 from rtec.inference.fit import residual_of
 from rtec.inference.leftover import unknown_structure
@@ -26,6 +31,8 @@ HARD_TO_SEE = 3.0
 """Where half of the effects have to exceed so many noise floors to be seen, nothing found means little."""
 POSSIBLE = 0.3
 """Probability of an effect that was not accepted from which on nothing found means little."""
+LIKELY = 0.1
+"""Probability of an effect that was not accepted from which on an experiment should tell it from the others."""
 _COMPARED = {True: "means over repeats", False: "means of both directions"}
 
 
@@ -73,7 +80,7 @@ def judged(found: Finding) -> Diagnosis:
         lack_of_fit=() if p_means is None else ((_COMPARED[dataset.has_repeats], p_means),),
         unknown=unknown,
         cosines=cosines_of(found, proposed),
-        experiment=_experiment(found, unknown, tied, not_testable, minimum),
+        experiment=_experiment(found, unknown, tied, not_testable, minimum, _likely(absent) if not named else ()),
         notes=notes_of(found, floor),
         rms_heldout_before=found.rms_heldout(judge.score(search.given))
         if found.offset is None
@@ -115,12 +122,19 @@ def _verdict(unknown: Unknown | None, tied: bool, found: bool, floor: bool, inco
     return Verdict.INCONCLUSIVE if inconclusive else Verdict.NONE
 
 
+def _likely(absent: Sequence[Candidate]) -> list[str]:
+    """Return the effects that were not accepted and yet are likely, the likeliest first."""
+    likely = [one for one in absent if one.probability > LIKELY]
+    return [one.effect for one in sorted(likely, key=lambda one: -one.probability)]
+
+
 def _experiment(
     found: Finding,
     unknown: Unknown | None,
     tied: Sequence[Rivalry],
     not_testable: dict[str, str],
     minimum: dict[str, float],
+    likely: Sequence[str],
 ) -> Experiment:
     if tied:
         return experiment_for_rivals(found.scout.judge, found.scouted, tied[0], tied[1:])
@@ -128,4 +142,6 @@ def _experiment(
         return Experiment(text=f"{name}: {settling(found, name)}")
     if unknown is not None:
         return experiment_for_unknown(unknown)
+    if len(likely) > 1 and (between := experiment_for_likely(likely)) is not None:
+        return between
     return experiment_for_more(found.dataset, not_testable, minimum, shifted_targets(found.dataset.coordinates))

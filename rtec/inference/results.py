@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats
+from rtec.effects.experiments import Ask
 from rtec.inference.model import Model
 
 
@@ -132,6 +133,8 @@ class Experiment:
     abscissa: Floats | None = None
     predictions: tuple[Floats, ...] = ()
     """Of each rival over ``abscissa``, in the observed unit inside."""
+    asks: frozenset[Ask] = frozenset()
+    """Of a measuring plan; see `rtec.inference.suggested_plan`."""
 
 
 @dataclass(frozen=True, slots=True)
