@@ -5,6 +5,7 @@ from rtec.blind.calibration import evidence
 from rtec.blind.confusion import Confusion, Refit, confusion
 from rtec.blind.drawn_plans import drawn_log, drawn_plan
 from rtec.blind.game import again, play
+from rtec.blind.guess import Guess, guessed
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.hidden import Hidden, Parameter
 from rtec.blind.line import Line, Pool
@@ -14,7 +15,7 @@ from rtec.blind.plan import PLANS, Plan, plan_named
 from rtec.blind.record import appending, paired, read_games
 from rtec.blind.scenario import INSIDE, LOOK_ALIKES, OF_DRIVE, OUTSIDE, Scenario, scenario_of
 from rtec.blind.scored import Game, LineScore
-from rtec.blind.sealing import document_of, new, reveal, sealed_path
+from rtec.blind.sealing import document_of, measure, new, reveal, sealed_path
 from rtec.blind.secret import Secret
 from rtec.blind.shares import mcnemar, wilson
 from rtec.blind.tables import comparison
@@ -29,6 +30,7 @@ __all__ = [
     "Answer",
     "Confusion",
     "Game",
+    "Guess",
     "Hidden",
     "Judge",
     "Line",
@@ -50,8 +52,10 @@ __all__ = [
     "drawn_log",
     "drawn_plan",
     "evidence",
+    "guessed",
     "is_right",
     "mcnemar",
+    "measure",
     "new",
     "paired",
     "plan_named",

@@ -11,20 +11,43 @@ import binascii
 import hashlib
 import json
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rtec.blind.game import play
+from rtec.blind.game import again, play
 from rtec.blind.hidden import Hidden, Parameter
 from rtec.blind.scenario import Scenario, scenario_of
+from rtec.blind.scenario_document import scenario_document, scenario_from
 from rtec.blind.secret import Secret
+from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, OutputError
-from rtec.metrology import write_measurement
+from rtec.metrology import Measurement, read_experiment, write_measurement
+from rtec.metrology.experiment_file import naming_keys
 from rtec.metrology.text_file import read_text, write_lines
 
 SUFFIX = ".sealed"
-FORMAT = "rtec blind 1"
+FORMAT = "rtec blind 2"
 _ALLOWED = "the file that 'rtec blind new' wrote beside the data"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sealed:
+    """What a seal keeps.
+
+    Parameters
+    ----------
+    secret
+        What is hidden in the data file.
+    scenario
+        What was hidden in the axis when it was first measured; with the seed of the secret, the axis itself.
+    number
+        Of the measurement: 0 for the first.
+    """
+
+    secret: Secret
+    scenario: Scenario
+    number: int
 
 
 def sealed_path(data: str | Path) -> Path:
@@ -72,15 +95,80 @@ def new(seed: int, data: str | Path, *, scenario: Scenario | None = None, force:
     >>> new(3, file).name, reveal(file).seed
     ('data.csv.sealed', 3)
     """
-    path, seal = Path(data), sealed_path(data)
-    for place in (path, seal):
+    _check_new(data, force=force)
+    hidden = scenario_of(seed) if scenario is None else scenario
+    measurement, secret = play(hidden, seed)
+    return _write(data, measurement, Sealed(secret=secret, scenario=hidden, number=0))
+
+
+def measure(
+    data: str | Path, plan: str | Path, output: str | Path, *, seed: int | None = None, force: bool = False
+) -> Path:
+    """Carry an experiment out on the axis of a data file, write what was measured, and seal its secret beside it.
+
+    Parameters
+    ----------
+    data
+        A measurement of the axis, with the sealed file beside it.
+    plan
+        The experiment (TOML).
+    output
+        The measurement file (CSV) to be written.
+    seed
+        Of the noise, the targets and the surroundings; None takes the next one after that of ``data``.
+    force
+        Replace files that exist.
+
+    Returns
+    -------
+    Path
+        The sealed file.
+
+    Raises
+    ------
+    ArgumentError
+        A plan that the axis cannot carry out, or an output that is the data file.
+    FileFormatError
+        A file is missing or is not what it should be.
+    OutputError
+        A file exists and is not to be replaced, or cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from rtec.metrology import ExperimentPlan, write_experiment
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> _ = new(3, folder / "data.csv", scenario=Scenario(names=("backlash",)))
+    >>> write_experiment(folder / "plan.toml", ExperimentPlan(runs=3, targets=11))
+    >>> measure(folder / "data.csv", folder / "plan.toml", folder / "second.csv").name
+    'second.csv.sealed'
+    >>> reveal(folder / "second.csv").names == reveal(folder / "data.csv").names
+    True
+    """
+    sealed = opened(data)
+    experiment = read_experiment(plan)
+    if Path(output).exists() and Path(output).samefile(data):
+        raise ArgumentError("output", output, "another file than the data", "the first measurement is still needed")
+    _check_new(output, force=force)
+    number = sealed.number + 1 if seed is None else seed
+    with naming_keys(plan):
+        measurement, secret = again(sealed.scenario, sealed.secret.seed, experiment, number)
+    return _write(output, measurement, Sealed(secret=secret, scenario=sealed.scenario, number=number))
+
+
+def _check_new(data: str | Path, *, force: bool) -> None:
+    """Refuse to write over files."""
+    for place in (Path(data), sealed_path(data)):
         if place.exists() and not place.is_file():
             raise ArgumentError("data", place, "a regular file", "a seal belongs to a file that stays")
         if os.path.lexists(place) and not force:
             raise OutputError(f"{place}: exists; choose another name, or overwrite it with --force")
-    measurement, secret = play(scenario_of(seed) if scenario is None else scenario, seed)
+
+
+def _write(data: str | Path, measurement: Measurement, sealed: Sealed) -> Path:
+    path, seal = Path(data), sealed_path(data)
     write_measurement(path, measurement)
-    write_lines(seal, [json.dumps(_sealed(path, secret), indent=1)])
+    write_lines(seal, [json.dumps(_document(path, sealed), indent=1)])
     return seal
 
 
@@ -97,6 +185,17 @@ def reveal(data: str | Path) -> Secret:
     FileFormatError
         A file is missing, the sealed file is no such file, or the data file is not the one that was sealed.
     """
+    return opened(data).secret
+
+
+def opened(data: str | Path) -> Sealed:
+    """Open what is sealed beside a data file: the secret, and the axis itself, to be measured again.
+
+    Raises
+    ------
+    FileFormatError
+        As in `reveal`.
+    """
     path, seal = Path(data), sealed_path(data)
     read_text(path)
     document = _parsed(seal, read_text(seal))
@@ -112,14 +211,19 @@ def reveal(data: str | Path) -> Secret:
     if document.get("secret_sha256") != _sha256(text):
         raise FileFormatError(seal, None, "its secret was changed", _ALLOWED)
     try:
-        return secret_from(json.loads(text))
+        document = json.loads(text)
+        axis = document["axis"]
+        scenario = scenario_from(axis["scenario"])
+        number = whole_within("number", axis["number"], 0, 1 << 62)
+        return Sealed(secret=secret_from(document), scenario=scenario, number=number)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise FileFormatError(seal, None, "its secret cannot be read", _ALLOWED) from None
 
 
-def _sealed(data: Path, secret: Secret) -> dict[str, str]:
+def _document(data: Path, sealed: Sealed) -> dict[str, str]:
     """Return the content of the sealed file."""
-    text = json.dumps(document_of(secret), allow_nan=False).encode()
+    axis = {"scenario": scenario_document(sealed.scenario), "number": sealed.number}
+    text = json.dumps({**document_of(sealed.secret), "axis": axis}, allow_nan=False).encode()
     return {
         "format": FORMAT,
         "about": "what is hidden in the data file; 'rtec blind reveal' opens it",

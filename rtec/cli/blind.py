@@ -1,4 +1,4 @@
-"""``rtec blind``: the hidden-effect game - play it, open it, and score the diagnosis over many games."""
+"""``rtec blind``: the hidden-effect game - play it, measure again, guess, open it, and score the diagnosis."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, print_json, progress
+from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
-    from rtec.blind import Confusion, LineScore, Secret
+    from rtec.blind import Confusion, LineScore, Scenario, Secret
 
 _MISSED = 1
+_PLAIN_SIGMA = 5.0
+"""Strength of what '--hide' hides, in units of the noise."""
 _PATIENCE = 4
 """Times the trials that are played at most until so many count."""
 
@@ -21,7 +24,7 @@ _PATIENCE = 4
 def frame() -> None:
     """Hide physical effects in an emulated axis, and find out whether they are named.
 
-    Example: rtec blind new --seed 7 -o data.csv && rtec diagnose data.csv && rtec blind reveal data.csv
+    Example: rtec blind new --seed 7 -o data.csv && rtec diagnose data.csv && rtec blind guess data.csv backlash
     """
 
 
@@ -30,6 +33,14 @@ def new(
         Path, typer.Option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
     ],
     seed: Annotated[int, typer.Option(min=0, max=1 << 62, help="Decides what is hidden, and everything else.")] = 0,
+    hide: Annotated[
+        list[str] | None,
+        typer.Option("--hide", metavar="EFFECT", help="What to hide, for teaching; repeatable."),
+    ] = None,
+    plan: Annotated[
+        str | None,
+        typer.Option("--plan", metavar="NAME", help="Of the measurement, with --hide (else: base)."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -41,13 +52,93 @@ def new(
     """
     from rtec.blind import new as played
 
+    scenario = _scenario(hide or [], plan)
     announce_compilation()
-    seal = played(seed, output, force=force)
+    seal = played(seed, output, scenario=scenario, force=force)
     if json:
         print_json({"data": str(output), "sealed": str(seal), "seed": seed})
     else:
         typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
         typer.echo(f"Sealed: {seal}; open it with: rtec blind reveal {output}")
+
+
+def _scenario(hide: list[str], plan: str | None) -> Scenario | None:
+    """Return what options hide, at five times the noise; None where the seed decides."""
+    from rtec.blind import Scenario, plan_named
+
+    if not hide:
+        if plan is not None:
+            raise ArgumentError("--plan", plan, "a plan beside --hide", "the seed decides on both")
+        return None
+    try:
+        return Scenario(names=tuple(hide), strength_sigma=_PLAIN_SIGMA, plan=plan_named(plan or "base"))
+    except ArgumentError as error:
+        option = {"names": "--hide", "plan": "--plan"}.get(error.name, error.name)
+        raise ArgumentError(option, error.value, error.allowed, error.hint) from None
+
+
+def measure(
+    data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
+    plan: Annotated[
+        Path,
+        typer.Option(
+            "--plan", metavar="P.toml", help="The experiment, as 'diagnose --suggest' writes it.", show_default=False
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
+    ],
+    seed: Annotated[
+        int | None, typer.Option(min=1, max=1 << 62, help="Of noise and surroundings; another one each time.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """Carry out an experiment on the same axis, with the same effects in it, and seal the secret beside the new data.
+
+    Example: rtec diagnose data.csv --suggest plan.toml && rtec blind measure data.csv --plan plan.toml -o second.csv
+    """
+    from rtec.blind import measure as measured
+
+    announce_compilation()
+    seal = measured(data, plan, output, seed=seed, force=force)
+    if json:
+        print_json({"data": str(output), "sealed": str(seal), "plan": str(plan)})
+    else:
+        typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
+        typer.echo(f"Sealed: {seal}; answer with: rtec blind guess {output} EFFECT...")
+
+
+def guess(
+    data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
+    effects: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="EFFECT...",
+            help="What is hidden; 'unknown' for what no effect is, or 'nothing'.",
+            show_default=False,
+        ),
+    ],
+    json: _measured.Json = False,
+) -> None:
+    """Score an answer against the seal: which effects are right, missed and wrong.
+
+    Exit code 1: the answer is not all that is hidden, or more.
+
+    Example: rtec blind guess data.csv backlash cyclic
+    """
+    from rtec.blind import guessed, reveal as opened
+
+    found = guessed(opened(data), effects)
+    if json:
+        lists = {"right": list(found.right), "missed": list(found.missed), "wrong": list(found.wrong)}
+        print_json({"data": str(data), "solved": found.solved, **lists})
+    else:
+        typer.echo("Solved." if found.solved else "Not solved.")
+        for heading, names in (("Right", found.right), ("Missed", found.missed), ("Wrong", found.wrong)):
+            if names:
+                typer.echo(f"{heading}: {', '.join(names)}")
+    raise typer.Exit(0 if found.solved else _MISSED)
 
 
 def reveal(
@@ -115,10 +206,10 @@ def score(
 
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
-    """Return the three verbs of the game as one."""
+    """Return the verbs of the game as one."""
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
-    for verb in (new, reveal, score):
+    for verb in (new, measure, guess, reveal, score):
         app.command(verb.__name__)(verb)
     return app
 

@@ -30,6 +30,10 @@ def diagnose(
     save: Annotated[
         Path | None, typer.Option("--save", metavar="MODEL.toml", help="Write the model with all effects found.")
     ] = None,
+    suggest: Annotated[
+        Path | None,
+        typer.Option("--suggest", metavar="PLAN.toml", help="Write what to measure next as a plan to carry out."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
     seed: _measured.Seed = 0,
     json: _measured.Json = False,
@@ -38,7 +42,7 @@ def diagnose(
 
     The verdict is NAMED, LIKELY, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer.
 
-    Example: rtec diagnose z_axis.csv -o report --save found.toml
+    Example: rtec diagnose z_axis.csv -o report --save found.toml --suggest plan.toml
     """
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.inference.model_file import write_model
@@ -49,6 +53,8 @@ def diagnose(
         check_folder(output, force=force)
     if save is not None:
         _measured.check_new_file("--save", save, force=force)
+    if suggest is not None:
+        _measured.check_new_file("--suggest", suggest, force=force)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     written = {}
     with progress(f"diagnosing {data.name}") as show:
@@ -69,7 +75,22 @@ def diagnose(
         if save is not None:
             write_model(save, result.model)
             written["model"] = str(save)
+        if suggest is not None and _write_plan(suggest, result):
+            written["plan"] = str(suggest)
     show_diagnosis(result, written, as_json=json, seed=seed)
+
+
+def _write_plan(path: Path, result: Diagnosis) -> bool:
+    """Write the plan of the experiment that a diagnosis suggests; return whether there is one, and say why not."""
+    from rtec.inference.suggested_plan import suggested_plan
+    from rtec.metrology import write_experiment
+
+    plan, reason = suggested_plan(result)
+    if plan is None:
+        note(f"--suggest: no plan was written; {reason}")
+        return False
+    write_experiment(path, plan, result.experiment.text)
+    return True
 
 
 def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool, seed: int) -> None:

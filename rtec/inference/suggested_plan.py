@@ -103,7 +103,6 @@ def measured_plan(dataset: Dataset) -> ExperimentPlan | None:
         weather=_weather(c),
         columns=_columns(dataset, reading),
         runs=1,
-        overshoot_mm=_rounded(min(1.0, (end - start) / 10.0)),
         feeds_mm_s=(_usual_feed(end - start),),
     )
     if reading is Reading.AT_REST:
@@ -128,7 +127,15 @@ def _at_rest(plan: ExperimentPlan, c: Conditions, runs: int) -> ExperimentPlan:
     if c.time_s is not None and c.rows > 1:
         dwell = float(np.median(np.diff(c.time_s))) - c.span / targets / max(feeds)
     dwell = float(np.round(np.clip(dwell, _SHORTEST_DWELL_S, _LONGEST_DWELL_S), 1))
-    return replace(plan, runs=min(runs, _MOST_RUNS), targets=targets, feeds_mm_s=feeds, dwell_s=dwell)
+    overshoot = _rounded(min(plan.overshoot_mm, plan.span_mm / 10.0))
+    return replace(
+        plan,
+        runs=min(runs, _MOST_RUNS),
+        targets=targets,
+        feeds_mm_s=feeds,
+        dwell_s=dwell,
+        overshoot_mm=overshoot,
+    )
 
 
 def changed(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) -> ExperimentPlan:

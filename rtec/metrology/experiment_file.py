@@ -79,6 +79,9 @@ KEYS: Mapping[str, str] = MappingProxyType(
 )
 """Where each field of a plan stands in the file."""
 _TABLES = ("targets", "runs", "conditions")
+_AT_REST = frozenset(("spacing", "shifts", "overshoot", "dwell", "rests_before_reversals", "zero"))
+_IN_MOTION = frozenset(("strokes",))
+"""Keys that mean something at rest, or in motion, only: written elsewhere where they are not as usual."""
 _WIDTH = 118
 
 
@@ -228,9 +231,12 @@ def experiment_lines(plan: ExperimentPlan, about: str = "") -> list[str]:
     """
     one_line = " ".join("".join(c if c.isprintable() else " " for c in about).split())
     lines = [f"# {line}" for line in textwrap.wrap(one_line, _WIDTH - 2)]
+    usual = _tables_of(ExperimentPlan(rotary=plan.rotary))
+    idle = _AT_REST if plan.in_motion else _IN_MOTION
     for key, value in _tables_of(plan).items():
         if isinstance(value, dict):
-            lines += ["", f"[{key}]", *(f"{name} = {_shown(one)}" for name, one in value.items())]
+            told = {name: one for name, one in value.items() if name not in idle or one != usual[key][name]}
+            lines += ["", f"[{key}]", *(f"{name} = {_shown(one)}" for name, one in told.items())]
         else:
             lines.append(f"{key} = {_shown(value)}")
     return lines

@@ -71,6 +71,15 @@ def test_nothing_is_overwritten_without_force(here, capsys):
     [
         (["reveal"], "'rtec blind reveal --help'"),
         (["reveal", "data.csv"], "data.csv"),
+        (["guess", "data.csv", "drift"], "data.csv"),
+        (["guess"], "'rtec blind guess --help'"),
+        (["measure", "data.csv", "--plan", "p.toml", "-o", "b.csv"], "data.csv"),
+        (["measure", "data.csv", "-o", "b.csv"], "'--plan'"),
+        (["measure", "data.csv", "--plan", "p.toml", "-o", "b.csv", "--seed", "0"], "--seed"),
+        (["new", "-o", "a.csv", "--hide", "driftt"], "did you mean 'drift'?"),
+        (["new", "-o", "a.csv", "--hide", "servo_lag"], "--hide: servo_lag"),
+        (["new", "-o", "a.csv", "--hide", "drift", "--plan", "bas"], "--plan: 'bas'"),
+        (["new", "-o", "a.csv", "--plan", "base"], "beside --hide"),
         (["new"], "'-o'"),
         (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
         (["new", "--seed", "9" * 30, "-o", "a.csv"], "--seed"),
@@ -135,3 +144,99 @@ def test_a_missed_bar_is_1(here, capsys, monkeypatch):
     code, out, _ = said(capsys, "score", "--trials", "1", "--json")
     assert code == 1
     assert json.loads(out)["lines"][0]["reached"] is False
+
+
+POOR = ("new", "--seed", "5", "--hide", "thermal_growth", "--plan", "one_heating", "-o", "data.csv")
+
+
+def test_twice_round_the_loop_from_the_command_line(here, capsys):
+    assert said(capsys, *POOR)[0] == 0
+    code, out, _ = run_diagnose(capsys, "data.csv", "--suggest", "plan.toml", "--json")
+    document = json.loads(out)
+    assert (code, document["verdict"], document["plan"]) == (0, "TIED", "plan.toml")
+    text = (here / "plan.toml").read_text()
+    assert text.startswith("# ")
+    assert document["suggested_experiment"].split()[:6] == text.split()[1:7]
+    code, out, err = said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv", "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(out) == {"data": "second.csv", "sealed": "second.csv.sealed", "plan": "plan.toml"}
+    assert "thermal_growth" not in (here / "second.csv").read_text()
+    assert [one.name for one in reveal("second.csv").effects] == ["thermal_growth"]
+    second = json.loads(run_diagnose(capsys, "second.csv", "--json")[1])
+    assert (second["verdict"], second["effects"]) == ("NAMED", ["thermal_growth"])
+    # a second measurement is measured again as the first was
+    assert said(capsys, "measure", "second.csv", "--plan", "plan.toml", "-o", "third.csv")[0] == 0
+    second, third = ((here / name).read_text().splitlines() for name in ("second.csv", "third.csv"))
+    assert (second[:4], len(second)) == (third[:4], len(third))
+    assert second[10] != third[10]
+
+
+def run_diagnose(capsys, *words):
+    code = main(["diagnose", *words])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_the_seed_decides_a_measurement(here, capsys):
+    said(capsys, *POOR)
+    (here / "plan.toml").write_text("[runs]\nnumber = 2\n")
+    for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
+        assert said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", f"{name}.csv", "--seed", seed)[0] == 0
+    texts = [(here / f"{name}.csv").read_text() for name in "abc"]
+    assert texts[0] == texts[1] != texts[2]
+
+
+@pytest.mark.parametrize(
+    ("plan", "says"),
+    [
+        ('[targets]\nstart = "5 mm"\n', "plan.toml: targets.start: 5 mm"),
+        ('[targets]\nend = "2 m"\n', "plan.toml: targets.end: an end at 2000 mm"),
+        ('[runs]\nfeeds = ["1 m/s"]\n', "plan.toml: runs.feeds: 1000.0"),
+        ('[runs]\nfeeds = ["40 mm"]\n', "plan.toml: runs.feeds: '40 mm'"),
+        ('reading = "force in motion"\n', "plan.toml: reading: 'force in motion'"),
+        ('columns = ["current"]\n', "plan.toml: columns: current"),
+        ("[runs]\nnumbr = 3\n", "did you mean 'number'"),
+        ("runs = \n", "plan.toml"),
+    ],
+)
+def test_a_plan_that_cannot_be_carried_out_is_one_line_and_2(here, capsys, plan, says):
+    said(capsys, *POOR)
+    (here / "plan.toml").write_text(plan)
+    code, out, err = said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert says in err
+    assert not list(here.glob("second*"))
+
+
+def test_a_measurement_writes_over_nothing_and_needs_its_seal(here, capsys):
+    said(capsys, *POOR)
+    (here / "plan.toml").write_text("[runs]\nnumber = 2\n")
+    (here / "second.csv").write_text("mine")
+    words = ("measure", "data.csv", "--plan", "plan.toml", "-o")
+    code, _, err = said(capsys, *words, "second.csv")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "--force" in err
+    code, _, err = said(capsys, *words, "data.csv", "--force")
+    assert code == 2
+    assert "another file" in err
+    assert said(capsys, *words, "second.csv", "--force")[0] == 0
+    (here / "data.csv.sealed").unlink()
+    code, _, err = said(capsys, *words, "third.csv")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "data.csv.sealed" in err
+
+
+def test_an_answer_is_scored(here, capsys):
+    said(capsys, *POOR)
+    code, out, err = said(capsys, "guess", "data.csv", "thermal_growth")
+    assert (code, out, err) == (0, "Solved.\nRight: thermal_growth\n", "")
+    code, out, err = said(capsys, "guess", "data.csv", "drift", "thermal_shift", "--json")
+    assert (code, err, out.count("\n")) == (1, "", 1)
+    assert json.loads(out) == {
+        "data": "data.csv", "solved": False, "right": [], "missed": ["thermal_growth"],
+        "wrong": ["drift", "thermal_shift"],
+    }  # fmt: skip
+    assert said(capsys, "guess", "data.csv", "nothing")[:2] == (1, "Not solved.\nMissed: thermal_growth\n")
+    code, out, err = said(capsys, "guess", "data.csv", "drfit")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "did you mean 'drift'" in err

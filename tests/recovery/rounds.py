@@ -1,0 +1,89 @@
+"""Play look-alikes twice round the loop: a poor plan, the experiment suggested, and the same axis measured by it.
+
+Example::
+
+    python -m tests.recovery.rounds --games 200 --workers 2
+    python -m tests.recovery.rounds --games 40 --only 3 -o docs/rounds.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from rtec.blind.rounds import Pair, Rounds, played, rows, the_pairs
+
+BAR = 0.95
+_BELOW = 1
+
+HEAD = """\
+# Twice round the loop
+
+Written by `python -m tests.recovery.rounds --games {games}{seed} -o docs/rounds.md`. Each game hides one of two
+look-alikes in the emulated axis and measures it by a plan too poor to tell them apart. `rtec diagnose --suggest`
+writes the plan of the next experiment, `rtec blind measure` carries it out on the same axis, and the diagnosis is
+asked again. The hidden effect has five times the noise; a weight on an arm that hardly turns changes by a quarter of
+the noise, its force is some twenty times that.
+
+"TIED, right experiment": the first verdict is TIED, and the plan asks for what tells the two apart. "Open, right
+experiment": so for TIED, INCONCLUSIVE and LIKELY together. "Told apart": the second verdict is NAMED, with the hidden
+effect and no other. "Both rounds": open with the right experiment, then told apart. Shares with Wilson's 95 %
+interval. The plans stand in `rtec/blind/plan.py` (`one_heating`, `one_pose`, `sparse`, `one_day`, `two_runs`), the
+pairs in `rtec/blind/rounds.py`.
+
+"""
+
+
+def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int) -> str:
+    """Return the page as Markdown, with the games that did not go through."""
+    of_seed = f" --seed {seed}" if seed else ""
+    lines = [*HEAD.format(games=games, seed=of_seed).splitlines(), *rows(results)]
+    missed = [(pair, one) for pair, of_pair in results for one in of_pair if not one.solved]
+    if missed:
+        lines += [
+            "",
+            "## Games that did not go through",
+            "",
+            "| hidden | seed | first | second |",
+            "|---|---|---|---|",
+        ]
+        lines += [f"| {one.hidden} | {one.seed} | {_said(one, 1)} | {_said(one, 2)} |" for _, one in missed]
+    return "\n".join(lines) + "\n"
+
+
+def _said(one: Rounds, number: int) -> str:
+    answer = one.first if number == 1 else one.second
+    if answer is None:
+        return "no plan"
+    asked = "" if number == 2 or one.asked else ", another experiment"
+    return f"{answer.verdict} {' + '.join(sorted(answer.effects))}".strip() + asked
+
+
+def main() -> int:
+    """Play, and print the page; the exit code is 1 where a pair lies below 95 %."""
+    parser = argparse.ArgumentParser(description="Play look-alikes twice round the loop.")
+    parser.add_argument("--games", type=int, default=40, help="of each pair")
+    parser.add_argument("--seed", type=int, default=0, help="of all games")
+    parser.add_argument("--only", type=int, action="append", help="number of a pair, from 0; may be repeated")
+    parser.add_argument("--workers", type=int, default=1, help="processes that play at the same time")
+    parser.add_argument("-o", "--output", type=Path, help="file to write the page to, instead of stdout")
+    given = parser.parse_args()
+    pairs = the_pairs() if given.only is None else [the_pairs()[number] for number in given.only]
+    results = []
+    for pair in pairs:
+        results.append((pair, played(pair, given.games, given.seed, workers=given.workers)))
+        sys.stderr.write(rows(results)[-1] + "\n")
+    text = page(results, given.games, given.seed)
+    if given.output is None:
+        sys.stdout.write(text)
+    else:
+        given.output.write_text(text, encoding="utf-8")
+    reached = all(sum(one.solved for one in games) >= BAR * len(games) for _, games in results)
+    return 0 if reached else _BELOW
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the players: more threads than cores only wait
+    sys.exit(main())
