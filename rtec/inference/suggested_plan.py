@@ -218,6 +218,8 @@ def _runs(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) -> Exper
     fewest = _FIVE if Ask.FIVE_RUNS in asks else plan.runs
     if Ask.MORE_RUNS in asks:
         fewest = min(4 * plan.runs, _MOST_RUNS)
+    if Ask.ZERO_KEPT in asks:
+        fewest += 1  # a run that keeps its zero shows no other one
     # what takes turns from run to run comes twice, so that it is repeated
     in_turn = max(len(plan.shifts_mm), 1 if plan.in_motion else len(plan.feeds_mm_s))
     fewest = max(fewest, 2 * in_turn if in_turn > 1 else 1)

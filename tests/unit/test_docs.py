@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from rtec.cli import main
+from rtec.metrology import ExperimentPlan, Reading
+from rtec.metrology.experiment_file import KEYS, experiment_lines
 from rtec.report import study_document, write_report
 from rtec.report.diagnosis import diagnosis_document
 from rtec.report.results import row_dict
@@ -29,6 +31,8 @@ VERBS = (
     "add",
     "effects",
     "blind new",
+    "blind measure",
+    "blind guess",
     "blind reveal",
     "blind score",
     "firmware run",
@@ -245,7 +249,8 @@ def test_study_keys_are_those_of_the_builtin_study():
     builtin = tomllib.loads(builtin_text())
     keys = {key for key, value in builtin.items() if not isinstance(value, dict)}
     keys |= {f"{name}.{key}" for name, table in builtin.items() if isinstance(table, dict) for key in table}
-    rows = re.findall(r"^\| `([a-z_.]+)` \| (.*?) \|", text_of(ROOT / "docs" / "reference.md"), re.MULTILINE)
+    page = text_of(ROOT / "docs" / "reference.md").split("## Study file")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| `([a-z_.]+)` \| (.*?) \|", page, re.MULTILINE)
     named = dict(rows)
     assert set(named) == keys | {"axis.jerk"}  # which the built-in study leaves out
     for key, shown in named.items():
@@ -324,7 +329,7 @@ def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, c
         return keys_of(json.loads(capsys.readouterr().out))
 
     assert json_keys["compare"] == printed("compare", "z.csv", "-o", "report")
-    found = printed("diagnose", "z.csv", "-o", "report", "--save", "m.toml", "--force")
+    found = printed("diagnose", "z.csv", "-o", "report", "--save", "m.toml", "--suggest", "p.toml", "--force")
     # what only some answers hold: an unknown structure, and readings that were left out
     of_outliers = {"row", "deviation"}
     sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description"} | of_outliers
@@ -337,6 +342,26 @@ def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, c
     assert json_keys["effects"] == printed("effects")
     assert json_keys["blind new"] == printed("blind", "new", "--seed", "7", "-o", "data.csv")
     assert json_keys["blind reveal"] == printed("blind", "reveal", "data.csv")
+    Path("plan.toml").write_text("[runs]\nnumber = 2\n")
+    again = printed("blind", "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
+    assert json_keys["blind measure"] == again
+    assert json_keys["blind guess"] == printed("blind", "guess", "data.csv", "nothing")
+
+
+def test_the_keys_of_an_experiment_plan_are_those_of_the_page():
+    page = text_of(ROOT / "docs" / "reference.md").split("## Experiment plans")[1].split("\n## ")[0]
+    rows = [line.split("|")[1:3] for line in page.splitlines() if line.startswith("| `")]
+    keys = [re.findall(r"`([\w.]+)`", row[0]) for row in rows]
+    assert sorted(key for of_row in keys for key in of_row) == sorted(KEYS.values())
+    at_rest, moving = (
+        tomllib.loads("\n".join(experiment_lines(ExperimentPlan(reading=reading))))
+        for reading in (Reading.AT_REST, Reading.MOVING)
+    )
+    usual = at_rest | {"runs": moving["runs"] | at_rest["runs"]}
+    for of_row, (_, shown) in zip(keys, rows, strict=True):
+        values = [usual[key] if "." not in key else usual[key.split(".")[0]].get(key.split(".")[1]) for key in of_row]
+        written = ", ".join(json.dumps(value) for value in values)
+        assert shown.strip() == ("(none)" if values == [None] else written), of_row
 
 
 def test_json_keys_of_the_score(json_keys, tmp_path, monkeypatch, capsys):
