@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.unseen import target_shift
+from rtec.dataset.unseen import other_step, target_shift
 from rtec.effects import Conditions, Floats, Observable
 from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError
@@ -173,7 +173,10 @@ def _targets(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) -> Ex
         plan = replace(plan, spacing=Spacing.DENSE_AT_ENDS, targets=max(plan.targets, _DENSE_TARGETS))
     if Ask.MORE_TARGETS in asks:
         plan = replace(plan, targets=2 * plan.targets)
-    if Ask.SHIFTED_TARGETS in asks and (once := target_shift(dataset.coordinates)) is not None:
+    if Ask.SHIFTED_TARGETS in asks and (step := other_step(dataset.coordinates)) is not None:
+        steps = math.floor(plan.span_mm / step)
+        plan = replace(plan, targets=steps + 1, span_mm=steps * step)
+    elif Ask.SHIFTED_TARGETS in asks and (once := target_shift(dataset.coordinates)) is not None:
         once = float(f"{once:.4g}")
         plan = replace(plan, shifts_mm=(0.0, once, 2.0 * once), span_mm=plan.span_mm - 2.0 * once)
     c = dataset.coordinates
