@@ -50,7 +50,7 @@ _FAR = 1.5
 """Times the span of these, over which the few readings beyond would leave too little room for the rest."""
 _MARGIN = 0.06
 """Of the span of an axis, that is left free at its ends."""
-_MOST_LETTERS = {1: 140, 2: 66}
+_MOST_LETTERS = {1: 130, 2: 60}
 """Of a title, by the number of columns."""
 
 
@@ -140,7 +140,9 @@ def _upper(axes: Axes, dataset: Dataset, view: View, left: Floats, words: str) -
             _curve(axes, dataset.coordinates, view, part, way, shown.factor)
     x = view.over.values[view.rows]
     low, high = np.percentile(x, _WITHIN)
-    if float(np.ptp(x)) <= _FAR * (high - low):
+    if view.period is not None:
+        low, high = 0.0, 1.0  # the whole wave, wherever the targets meet it
+    elif float(np.ptp(x)) <= _FAR * (high - low):
         low, high = float(x.min()), float(x.max())
     if high > low:
         axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))

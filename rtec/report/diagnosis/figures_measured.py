@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
+from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
@@ -43,6 +44,8 @@ _ZOOM_ROWS, _MOST_ZOOM_ROWS, _ZOOM_SHARE = 600, 20_000, 25
 _TURNS, _ZOOM_PLACES = 8, 100
 """Periods of the enlarged stretch of an axis, or targets where the model has no period."""
 _FEW_PLACES = 400
+_MOST_PASSES = 20
+"""Of a direction, that are joined each for itself."""
 _PERIOD_GAPS = 6.0
 """Periods below so many distances between targets are drawn between the targets, too."""
 _FINE = 2000
@@ -73,6 +76,7 @@ def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor
     for way in ways(c):
         at, line = _model_line(dataset, c, model, fitted, way)
         _dots(upper, c.position, dataset.observed * shown.factor, way, some_rows(way.rows))
+        _passes(upper, c.position, dataset.observed * shown.factor, way, dataset.passage)
         _model(upper, at, line * shown.factor, half, way)
         if window is not None:
             near = some_rows(way.rows & (c.position >= window[0]) & (c.position <= window[1]))
@@ -111,6 +115,17 @@ def _noise(axes: Axes, half: float) -> None:
 def _dots(axes: Axes, x: Floats, y: Floats, way: Way, rows: Rows) -> None:
     axes.plot(x[rows], y[rows], linestyle="none", marker=way.marker, markersize=3.6, markeredgewidth=0.0,
               color=way.colour, alpha=0.55, label=_label("measured", way), zorder=3)  # fmt: skip
+
+
+def _passes(axes: Axes, x: Floats, y: Floats, way: Way, passage: Ints) -> None:
+    """Join the readings of each pass by a thin line, where they are few: runs that shift or tilt stand out."""
+    passes = np.unique(passage[way.rows])
+    if not 1 < passes.size <= _MOST_PASSES or x.size > _FEW_PLACES:
+        return
+    for one in passes:
+        rows = np.flatnonzero(way.rows & (passage == one))
+        rows = rows[np.argsort(x[rows], kind="stable")]
+        axes.plot(x[rows], y[rows], color=way.colour, alpha=0.3, linewidth=0.5, zorder=2)
 
 
 def _label(what: str, way: Way) -> str:

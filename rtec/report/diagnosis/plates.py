@@ -153,9 +153,9 @@ def _plates(
 
 
 _OVER_PLACE = (
-    "Above, each reading (▲ forward, ▼ backward) and the model, mean of all runs; the model's waves are drawn "
-    "between the targets, too. Where targets are many, the grey stretch is drawn larger in the middle. Below, the "
-    "difference at a scale of its own."
+    "Above, each reading (▲ forward, ▼ backward), those of a pass joined by a thin line where they are few, and the "
+    "model, mean of all runs; the model's waves are drawn between the targets, too. Where targets are many, the grey "
+    "stretch is drawn larger in the middle. Below, the difference at a scale of its own."
 )
 _OVER_TIME = (
     "Above, the whole log: the range of each stretch where rows stand closer than the picture resolves; in the "

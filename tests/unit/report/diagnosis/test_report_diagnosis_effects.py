@@ -66,6 +66,8 @@ def test_a_wave_is_folded_over_its_period_with_everything_else_taken_out(make_di
     lines = labelled(axes[2])
     x, y = lines["model"]
     assert y == pytest.approx(3.0 * np.sin(2 * np.pi * x) + 4.0 * np.cos(2 * np.pi * x), abs=1e-9)
+    low, high = axes[2].get_xlim()
+    assert (x.min(), x.max()) == (0.0, 1.0) and low < 0.0 and high > 1.0
     for name in ("forward", "backward"):  # 12 um of backlash are not in it
         x, y = lines[name]
         assert np.abs(y - 3.0 * np.sin(2 * np.pi * x) - 4.0 * np.cos(2 * np.pi * x)).max() < 5.0  # five sigma

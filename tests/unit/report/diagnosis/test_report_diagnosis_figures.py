@@ -153,6 +153,17 @@ def test_the_model_passes_through_the_readings_in_their_unit(make_diagnosis):
     assert dots.mean() == pytest.approx(1000 * d.dataset.observed[d.dataset.conditions.direction > 0].mean())
 
 
+def test_readings_of_a_pass_are_joined_where_they_are_few(make_diagnosis, make_dataset, make_noise):
+    d = make_diagnosis()
+    with figure_style():
+        upper = measured_figure(d.dataset, d.model, d.noise).axes[0]
+    thin = [line.get_data() for line in upper.lines if line.get_linewidth() == 0.5]
+    assert len(thin) == 10  # five runs, there and back
+    assert all(x.size == 21 and (np.diff(x) > 0).all() for x, _ in thin)
+    expected = 1e3 * d.dataset.observed
+    assert sorted(np.concatenate([y for _, y in thin])) == pytest.approx(sorted(expected))
+
+
 def test_readings_of_one_place_are_drawn_in_their_order_and_what_is_left_in_its_own_unit(make_dataset, make_noise):
     c = Conditions(position=np.full(40, 5.0), position_unit="deg", run=np.arange(40),
                    direction=np.tile([1.0, -1.0], 20))  # fmt: skip
