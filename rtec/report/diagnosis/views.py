@@ -104,7 +104,7 @@ def _view(dataset: Dataset, terms: tuple[Term, ...]) -> View:
     c = dataset.coordinates
     part = np.sum([term.component(dataset) for term in terms], axis=0)
     everything = np.ones(c.rows, dtype=np.bool_)
-    period = period_of(terms[0]) if terms[0].effect.is_wave else None
+    period = period_of(terms[0])
     if period is not None and _FEW_TURNS * period < c.span:
         return View(
             terms=terms, over=phase(c, period), part=part, rows=everything, groups=tuple(ways(c)), period=period

@@ -121,7 +121,7 @@ def test_both_rounds_stand_side_by_side_with_what_the_second_cost(make_result, a
     assert rows["readings"] == ["126", "34"]
     assert rows["machine time"] == ["2.0 h", "0.5 h"]
     assert rows["its readings less the model before"][1] == "2.00 µm"
-    assert rows["its readings less the model after"][1] == "1.000 µm"
+    assert rows["its readings less the model after"][1] == "1.00 µm"
     assert rows["true error less model, RMS all along the travel"] == ["1.20 µm", "0.400 µm"]
     assert "cost 0.5 h of machine time" in search.gained
     assert "2.54 mm / k" in search.gained, "what the first targets hide"

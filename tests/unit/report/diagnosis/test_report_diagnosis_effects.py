@@ -75,6 +75,15 @@ def test_a_wave_is_folded_over_its_period_with_everything_else_taken_out(make_di
     assert np.sort(left) == pytest.approx(np.sort(1e3 * (d.dataset.observed - d.model.predict(d.dataset))))
 
 
+@pytest.mark.parametrize("name", ["cyclic", "interpolation"])
+def test_whatever_has_a_period_is_folded_over_it(make_dataset, name):
+    shape = replace(effect_named(name).shape_type(), period=2.0)
+    terms = (term(name, shape, *[1e-3] * len(effect_named(name).amplitudes(shape, Units("mm", "mm", "s")))),)
+    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
+    (view,) = views_of(make_dataset(terms=terms), model)
+    assert view.period == 2.0 and view.over.name == "phase"
+
+
 def test_backlash_is_two_levels_one_for_each_direction(make_diagnosis):
     d = make_diagnosis()
     lines = labelled(drawn(d.dataset, d.model, d.noise)[0])
