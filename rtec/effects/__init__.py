@@ -4,6 +4,7 @@ An effect explains data (its columns are fitted) and produces them (its contribu
 write a file like ``backlash.py`` and put the effect in ``library.py``.
 """
 
+from rtec.effects._heat import HeatShape, SensorShape
 from rtec.effects.acceleration_lag import AccelerationLag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
 from rtec.effects.backlash import Backlash
@@ -48,7 +49,7 @@ from rtec.effects.run_offset import RunOffset, RunShape
 from rtec.effects.scale import Scale
 from rtec.effects.servo_lag import ServoLag
 from rtec.effects.stribeck import Stribeck, StribeckShape
-from rtec.effects.thermal_growth import GrowthShape, HeatShape, ThermalGrowth
+from rtec.effects.thermal_growth import GrowthShape, ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmShape, WarmUp
@@ -105,6 +106,7 @@ __all__ = [
     "RunOffset",
     "RunShape",
     "Scale",
+    "SensorShape",
     "ServoLag",
     "Shape",
     "SpikeShape",

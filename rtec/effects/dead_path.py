@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rtec.effects import experiments
+from rtec.effects._heat import SensorShape
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units, own_shape
 from rtec.effects.refraction import air_sensors, change_of_index, no_weather
-from rtec.effects.thermal_growth import HeatShape
 
 
 class DeadPath(Effect):
@@ -31,14 +31,14 @@ class DeadPath(Effect):
     ...     position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64),
     ...     pressure_hpa=np.array([1013.25, 983.25]),
     ... )
-    >>> (1e3 * DeadPath().contribution(c, HeatShape(), [500.0])).round(1).tolist()
+    >>> (1e3 * DeadPath().contribution(c, SensorShape(), [500.0])).round(1).tolist()
     [0.0, -4.0]
     """
 
     name = "dead_path"
     over = Over.TEMPERATURE
     needs = "a pressure column, with air temperature and humidity where there are any"
-    shape_type = HeatShape
+    shape_type = SensorShape
     in_time = True
     rivals = (
         Rival("refraction", experiments.NEAR_AND_FAR),
@@ -72,16 +72,8 @@ class DeadPath(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the change of the refractive index, shape (rows, 1)."""
         self._needed(conditions.pressure_hpa, "a pressure column")
-        return change_of_index(conditions, own_shape(shape, HeatShape))[:, None]
+        return change_of_index(conditions, own_shape(shape, SensorShape))[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the length of the dead path."""
         return (Amplitude("dead_path", units.position, 1.0),)
-
-    def freedom(self, shape: Shape) -> int:
-        """Return 0: nothing but a sensor is chosen."""
-        return 0
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return the amplitude."""
-        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "lag")

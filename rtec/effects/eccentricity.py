@@ -78,10 +78,6 @@ class Eccentricity(Effect):
         """Return sine and cosine, shape (rows, 2)."""
         return harmonic_columns(conditions.position, own_shape(shape, EccentricityShape).period, 1)
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 0: a turn is a turn."""
-        return 0
-
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return sin_1 and cos_1."""
         return harmonic_names(1, units)

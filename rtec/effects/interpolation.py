@@ -94,10 +94,6 @@ class Interpolation(Effect):
         own = own_shape(shape, InterpolationShape)
         return harmonic_columns(conditions.position, own.period, own.harmonics)
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 0: the period is stated, not fitted."""
-        return 0
-
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return sin_1, cos_1, sin_2, cos_2."""
         return harmonic_names(own_shape(shape, InterpolationShape).harmonics, units)

@@ -118,10 +118,6 @@ class LostCounts(Effect):
         over = GRADUAL * float(np.ptp(conditions.clock))
         return (StepShape(_moment(shape) - over / 2.0, over),)
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 1 for the moment."""
-        return 1
-
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return 0 before the moment and 1 after it, shape (rows, 1)."""
         column: Floats = self.scan(conditions, [shape])[0].T
@@ -141,10 +137,6 @@ class LostCounts(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the height of the step."""
         return (Amplitude("step", *units.shown),)
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return moment and step; the time that it took where it took any."""
-        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "over" or x[1] > 0.0)
 
 
 def _moment(shape: Shape) -> float:

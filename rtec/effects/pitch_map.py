@@ -96,10 +96,6 @@ class PitchMap(Effect):
         """Return the splines that are 1 at one node, shape (rows, nodes)."""
         return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes)
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 0: the nodes are a grid, none of them is fitted."""
-        return 0
-
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a fit is no map, or None: many nodes follow a wave whose amplitude changes along the axis."""
         nodes = own_shape(shape, MapShape).nodes

@@ -290,11 +290,6 @@ class Effect(abc.ABC):
         added: Floats = self.columns(conditions, shape) @ np.asarray(amplitudes, dtype=np.float64)
         return added
 
-    def freedom(self, shape: Shape) -> int:
-        """Return how many parameters were chosen beside the amplitudes (period, time constant, ...)."""
-        kinds = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
-        return sum(1 for f in fields(shape) if f.metadata.get("quantity") in kinds)
-
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
         """Return what people read of a fitted effect: (name, value, unit) of each number.
 
@@ -309,12 +304,13 @@ class Effect(abc.ABC):
         -------
         tuple
             The continuous shape parameters in units inside, then the amplitudes in the units in which they are shown.
+            A parameter that is 0 where it is not given (a lag, an overshoot) is left out where it is 0.
         """
         unit_of = {Quantity.POSITION: units.position, Quantity.SPEED: units.speed, Quantity.CLOCK: units.clock}
         chosen = tuple(
             (f.name, float(getattr(shape, f.name)), unit_of[f.metadata["quantity"]])
             for f in fields(shape)
-            if f.metadata.get("quantity") in unit_of
+            if f.metadata.get("quantity") in unit_of and (f.default != 0.0 or getattr(shape, f.name) != 0.0)
         )
         linear = zip(self.amplitudes(shape, units), amplitudes, strict=True)
         return chosen + tuple((a.name, float(value) * a.factor, a.unit) for a, value in linear)

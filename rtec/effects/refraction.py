@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtec.effects import experiments
+from rtec.effects._heat import SensorShape
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units, own_shape
-from rtec.effects.thermal_growth import HeatShape
 
 STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT = 1013.25, 20.0, 50.0
 """The air for which a laser without compensation assumes its wavelength."""
@@ -52,7 +52,7 @@ def refractivity(pressure_hpa: Floats, air_degc: Floats, humidity_percent: Float
     return found
 
 
-def change_of_index(conditions: Conditions, shape: HeatShape) -> Floats:
+def change_of_index(conditions: Conditions, shape: SensorShape) -> Floats:
     """Return by how much the refractive index differs from that of standard air, shape (rows,)."""
     rows = conditions.rows
     pressure = np.full(rows, STANDARD_HPA) if conditions.pressure_hpa is None else conditions.pressure_hpa
@@ -67,10 +67,10 @@ def change_of_index(conditions: Conditions, shape: HeatShape) -> Floats:
     return here - refractivity(*standard)
 
 
-def air_sensors(conditions: Conditions) -> Sequence[HeatShape]:
+def air_sensors(conditions: Conditions) -> Sequence[SensorShape]:
     """Return the temperatures that may be the air's: those whose names say so, else all; without any the standard."""
     names = list(conditions.temperatures)
-    return [HeatShape(name) for name in [name for name in names if "air" in name] or names] or [HeatShape()]
+    return [SensorShape(name) for name in [name for name in names if "air" in name] or names] or [SensorShape()]
 
 
 def no_weather(conditions: Conditions) -> str | None:
@@ -102,7 +102,7 @@ class Refraction(Effect):
     --------
     >>> x, air = np.array([0.0, 1000.0]), np.full(2, 983.25)
     >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64), pressure_hpa=air)
-    >>> (1e3 * Refraction().contribution(c, HeatShape(), [1.0])).round(1).tolist()
+    >>> (1e3 * Refraction().contribution(c, SensorShape(), [1.0])).round(1).tolist()
     [0.0, -8.1]
     """
 
@@ -110,7 +110,7 @@ class Refraction(Effect):
     grows_with_position = True
     over = Over.TEMPERATURE
     needs = "a pressure column, with air temperature and humidity where there are any, and positions in a length"
-    shape_type = HeatShape
+    shape_type = SensorShape
     in_time = True
     rivals = (
         Rival("dead_path", experiments.NEAR_AND_FAR),
@@ -145,17 +145,9 @@ class Refraction(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the change of the refractive index, shape (rows, 1)."""
         self._needed(conditions.pressure_hpa, "a pressure column")
-        grown: Floats = (conditions.position * change_of_index(conditions, own_shape(shape, HeatShape)))[:, None]
+        grown: Floats = (conditions.position * change_of_index(conditions, own_shape(shape, SensorShape)))[:, None]
         return grown
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return which share of the air's effect is there: 1 without any compensation."""
         return (Amplitude("refraction", "", 1.0),)
-
-    def freedom(self, shape: Shape) -> int:
-        """Return 0: nothing but a sensor is chosen."""
-        return 0
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return the amplitude."""
-        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "lag")

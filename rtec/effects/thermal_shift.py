@@ -7,17 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtec.effects import experiments
+from rtec.effects._heat import HeatShape, another_sensor, changing_sensors, lag_room, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Tunable, Units, own_shape
-from rtec.effects.thermal_growth import (
-    HeatShape,
-    another_sensor,
-    changing_sensors,
-    lag_room,
-    rise_of,
-    unchanging,
-    with_lags,
-)
 
 
 class ThermalShift(Effect):
@@ -101,10 +93,6 @@ class ThermalShift(Effect):
         """Return the lag, where there is one."""
         return lag_room(conditions, own_shape(shape, HeatShape))
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 1 for a lag."""
-        return int(own_shape(shape, HeatShape).lag > 0.0)
-
     def crowded(
         self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
     ) -> str | None:
@@ -120,7 +108,3 @@ class ThermalShift(Effect):
         """Return the shift, in um/K (arcsec/K on a rotary axis)."""
         unit, factor = units.shown
         return (Amplitude("shift", f"{unit}/K", factor),)
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return the shift, and a lag where there is one."""
-        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "lag" or x[1] > 0.0)

@@ -27,8 +27,6 @@ from rtec.effects.protocol import (
 FEWEST_DISTANCES = 4
 CLOSE = 0.27
 """Share of the span within which these distances have to lie: a quarter, and a little for irregular targets."""
-
-
 FARTHEST = 0.15
 """Overshoot that is looked for, in distances: with a longer one the drive is wound up before the first reading, and
 what is left of its course looks like backlash."""
@@ -155,10 +153,6 @@ class Windup(Effect):
             return "beside a reversal spike it is a backlash"
         return "beside this backlash it is a reversal spike" if opposed(amplitudes, others) else None
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 1 for the distance, and 1 for an overshoot."""
-        return 1 + (own_shape(shape, WindupShape).overshoot > 0.0)
-
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction times the share built up, shape (rows, 1)."""
         column: Floats = self.scan(conditions, [shape])[0].T
@@ -182,10 +176,6 @@ class Windup(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the reversal error once it is fully built up."""
         return (Amplitude("windup", *units.shown),)
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return distance, overshoot where there is one, and the reversal error once it is fully built up."""
-        return tuple(x for x in super().summary(shape, amplitudes, units) if x[0] != "overshoot" or x[1] > 0.0)
 
 
 def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats:

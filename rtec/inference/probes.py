@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Effect, Floats, Observable, Shape, Units, effect_named
+from rtec.effects._heat import LEAST_CHANGE_K
 from rtec.effects._smooth import smooth_columns
 from rtec.effects.conditions import Conditions
 from rtec.effects.protocol import Amplitude
 
 FORCE_MAP, GRAVITY = effect_named("force_map"), effect_named("gravity")
-LEAST_CHANGE_K = 0.5
 FORCE_NODES = (5, 9, 17)
 RUN_NODES = (5, 12)
 FEWEST_RUNS, MOST_RUNS, MOST_PASSES = 3, 10, 20

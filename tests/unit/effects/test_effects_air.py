@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtec.effects import Conditions, DeadPath, HeatShape, Refraction, refractivity
+from rtec.effects import Conditions, DeadPath, Refraction, SensorShape, refractivity
 from rtec.effects.refraction import air_sensors, change_of_index
 from rtec.errors import ArgumentError
 
@@ -52,25 +52,25 @@ def test_a_laser_without_compensation_counts_its_waves_in_another_air():
     waves = x * 2.0 * (1.0 + shop_floor(hpa, degc, percent)) / vacuum_mm
     shown = waves * vacuum_mm / (2.0 * standard)
     c = at(x, hpa, degc, percent)
-    found = Refraction().contribution(c, HeatShape("temperature_air"), [1.0])
+    found = Refraction().contribution(c, SensorShape("temperature_air"), [1.0])
     assert found == pytest.approx(shown - x, abs=1.5e-7 * 900.0)
-    dead = DeadPath().contribution(c, HeatShape("temperature_air"), [400.0])
+    dead = DeadPath().contribution(c, SensorShape("temperature_air"), [400.0])
     assert dead == pytest.approx(400.0 * (shown / x - 1.0), abs=1.5e-7 * 400.0)
 
 
 def test_what_lacks_is_that_of_standard_air():
     x, one = np.array([0.0, 500.0]), np.ones(2)
     c = at(x, np.array([1000.0, 1010.0]))
-    assert air_sensors(c) == [HeatShape()]
+    assert air_sensors(c) == [SensorShape()]
     expected = shop_floor(c.pressure_hpa, 20.0 * one, 50.0 * one) - shop_floor(1013.25, 20.0, 50.0)
-    assert change_of_index(c, HeatShape()) == pytest.approx(expected, abs=2e-8)
+    assert change_of_index(c, SensorShape()) == pytest.approx(expected, abs=2e-8)
 
 
 def test_a_sensor_whose_name_says_air_goes_before_others():
     x = np.zeros(3)
     heats = {"temperature_screw": x + 25.0, "temperature_air": x + 20.0}
     c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64), temperatures=heats)
-    assert air_sensors(c) == [HeatShape("temperature_air")]
+    assert air_sensors(c) == [SensorShape("temperature_air")]
 
 
 @pytest.mark.parametrize("effect", [Refraction(), DeadPath()], ids=lambda e: e.name)
@@ -80,7 +80,7 @@ def test_without_pressure_or_with_a_steady_one_nothing_can_be_seen(effect):
     assert "ppm only" in effect.untestable(at(x, np.linspace(1013.0, 1013.2, 8)))
     assert effect.untestable(at(x, np.linspace(1000.0, 1013.2, 8))) is None
     with pytest.raises(ArgumentError, match="a pressure column"):
-        effect.columns(at(x, None), HeatShape())
+        effect.columns(at(x, None), SensorShape())
 
 
 def test_at_one_place_a_dead_path_shows_and_refraction_does_not():

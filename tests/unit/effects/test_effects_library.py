@@ -9,7 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtec.effects import CAPTURE_EFFECTS, LIBRARY, Conditions, Observable, Shape, Units, effect_named
+from rtec.effects import (
+    CAPTURE_EFFECTS,
+    LIBRARY,
+    Conditions,
+    GrowthShape,
+    HeatShape,
+    Observable,
+    Shape,
+    StepShape,
+    Units,
+    WindupShape,
+    effect_named,
+)
 from rtec.errors import ArgumentError
 from tests.look_alikes import page
 
@@ -299,3 +311,19 @@ def test_the_page_holds_every_name_and_card():
 
 def test_the_page_of_look_alikes_is_that_of_the_library():
     assert (ROOT / "docs" / "look-alikes.md").read_text(encoding="utf-8") == page()
+
+
+@pytest.mark.parametrize(
+    "name, idle, there, read",
+    [
+        ("thermal_growth", GrowthShape("s"), GrowthShape("s", 60.0), ("lag", 60.0, "s")),
+        ("thermal_shift", HeatShape("s"), HeatShape("s", 60.0), ("lag", 60.0, "s")),
+        ("windup", WindupShape(7.0), WindupShape(7.0, overshoot=0.5), ("overshoot", 0.5, "mm")),
+        ("lost_counts", StepShape(9.0), StepShape(9.0, over=2.0), ("over", 2.0, "s")),
+    ],
+)
+def test_a_summary_leaves_out_what_is_zero_where_it_is_not_given(name, idle, there, read):
+    effect = effect_named(name)
+    without, beside = (effect.summary(shape, [1.0], UNITS[0]) for shape in (idle, there))
+    assert read not in without
+    assert set(beside) == {*without, read}

@@ -128,7 +128,6 @@ def test_windup_turned_beyond_the_last_reading_has_come_farther(bidirectional):
     farther = replace(c, since_reversal=c.since_reversal + 1.5)
     expected = Windup().columns(farther, WindupShape(8.0, carried=True))
     assert Windup().columns(c, shape) == pytest.approx(expected)
-    assert Windup().freedom(shape) == 2
     assert [t.name for t in Windup().tunables(c, shape)] == ["distance", "overshoot"]
     assert [t.name for t in Windup().tunables(c, WindupShape(8.0))] == ["distance"]
 
@@ -180,11 +179,6 @@ def test_few_targets_get_a_node_each_and_many_get_a_ladder(bidirectional):
     for shape in PitchMap().shapes(bidirectional()):
         assert shape.nodes[0] == 3.0
         assert shape.nodes[-1] == 397.0
-
-
-def test_maps_take_no_freedom_beside_their_amplitudes():
-    assert PitchMap().freedom(MapShape((0.0, 1.0, 2.0))) == 0
-    assert Windup().freedom(WindupShape()) == 1
 
 
 def test_a_map_of_the_reversal_error_is_the_distance_of_the_two_curves(bidirectional):

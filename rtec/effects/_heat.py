@@ -1,0 +1,118 @@
+"""What the effects of temperature share: the sensor that is followed, a lag behind it, the rise that it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+import numpy as np
+
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+from rtec.errors import ArgumentError, nearest
+
+LEAST_CHANGE_K = 0.5
+"""Of a temperature that shows anything."""
+LAGS = (0.02, 0.05, 0.12)
+"""Of what the measurement lasted, by which what grows is tried to lag behind a sensor."""
+LONGEST_LAG = 0.25
+"""Of what it lasted: what lags more follows the time, and not the temperature."""
+SLOWEST = 1e-6
+"""Share of a lag that passes between two readings, below which a ramp has arrived by half of that."""
+
+
+@dataclass(frozen=True, slots=True)
+class SensorShape(Shape):
+    """Which temperature is followed."""
+
+    sensor: str = field(default="temperature", metadata=parameter(Quantity.TEXT, "sensor"))
+
+
+@dataclass(frozen=True, slots=True)
+class HeatShape(SensorShape):
+    """Also, by which time constant what grows lags behind the sensor."""
+
+    lag: float = field(default=0.0, metadata=parameter(Quantity.CLOCK, "lag"))
+
+
+_S = TypeVar("_S", bound=HeatShape)
+
+
+def unchanging(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what heat does, or None."""
+    if not conditions.temperatures:
+        return "no temperature column"
+    change = max(float(np.ptp(values)) for values in conditions.temperatures.values())
+    if change >= LEAST_CHANGE_K:
+        return None
+    return f"the temperature changes by {change:.2g} degC only: at least {LEAST_CHANGE_K:g} needed"
+
+
+def changing_sensors(conditions: Conditions) -> Sequence[HeatShape]:
+    """Return the sensors whose temperature changes."""
+    spread = {name: np.ptp(values) for name, values in conditions.temperatures.items()}
+    return [HeatShape(name) for name, change in spread.items() if change >= LEAST_CHANGE_K]
+
+
+def with_lags(conditions: Conditions, shape: _S) -> Sequence[_S]:
+    """Return a shape that follows its sensor at once, and with lags where there is a time."""
+    whole, _ = conditions.path
+    if whole.time_s is None:
+        return [shape]
+    lasted = float(np.ptp(whole.time_s))
+    return [shape, *(replace(shape, lag=share * lasted) for share in LAGS if lasted > 0.0)]
+
+
+def lag_room(conditions: Conditions, shape: HeatShape) -> tuple[Tunable, ...]:
+    """Return a lag that there is as a number that a refit may move."""
+    if shape.lag == 0.0:
+        return ()
+    longest = LONGEST_LAG * float(np.ptp(conditions.path[0].clock))
+    return (Tunable("lag", shape.lag / 2.0, max(min(2.0 * shape.lag, longest), shape.lag)),)
+
+
+def another_sensor(shape: HeatShape, others: Sequence[Shape]) -> str | None:
+    """Return why an effect of a sensor cannot stand beside others of its kind, or None."""
+    taken = any(own_shape(other, HeatShape).sensor == shape.sensor for other in others)
+    return f"{shape.sensor} is followed already" if taken else None
+
+
+def rise_of(conditions: Conditions, sensor: str, lag: float = 0.0) -> Floats:
+    """Return what a sensor shows beyond the reference temperature, shape (rows,), in K; behind it by a lag.
+
+    Notes
+    -----
+    What lags is a body with one time constant, ``lag * dT/dt = sensor - T``, solved for a temperature that goes on
+    straight lines from reading to reading, and in balance with the sensor at the first of them.
+
+    Raises
+    ------
+    ArgumentError
+        No sensor of this name, or a lag without time.
+    """
+    if sensor not in conditions.temperatures:
+        known = conditions.temperatures
+        hint = nearest(sensor, known) if known else "the data have no temperature column"
+        raise ArgumentError("sensor", sensor, "the name of a temperature column", hint)
+    if lag > 0.0:
+        whole, rows = conditions.path
+        if whole.time_s is None:
+            raise ArgumentError("lag", lag, "0 for data without a time column")
+        return _behind(whole.time_s, whole.temperatures[sensor], lag)[rows] - conditions.reference_temperature_degc
+    rise: Floats = conditions.temperatures[sensor] - conditions.reference_temperature_degc
+    return rise
+
+
+def _behind(time_s: Floats, heat: Floats, lag: float) -> Floats:
+    """Return the temperature of a body that follows another in first order, shape (rows,)."""
+    passed = np.maximum(np.diff(time_s), 0.0) / lag
+    fade = np.exp(-passed)
+    # of a ramp of height 1 over the time passed, what has arrived at its end
+    arrived = np.where(passed > SLOWEST, 1.0 - (1.0 - fade) / np.maximum(passed, SLOWEST), passed / 2.0)
+    steps = np.diff(heat)
+    found = np.empty(heat.size)
+    found[0] = state = heat[0]
+    for i, (kept, came, step, begin) in enumerate(zip(fade, arrived, steps, heat[:-1], strict=True), start=1):
+        found[i] = state = begin + step * came + (state - begin) * kept
+    return found
