@@ -158,13 +158,14 @@ def _hidden_counts(lost: _Lost, readings: int, sigma_mm: float) -> Hidden:
 
 
 def _columns(course: Course, measured: Pass, deviation_mm: Floats, shown_degc: Floats, air: Air) -> list[Column]:
+    length = "deg" if course.plan.rotary else "mm"
     return [
         Column("run", "", course.run.astype(np.float64)),
         Column("direction", "", course.direction.astype(np.float64)),
         Column("time", "s", measured.time_s),
-        Column("target", "mm", course.target_mm),
-        Column("actual", "mm", resolved(course.target_mm + deviation_mm)),
-        Column("feed", "mm_s", course.feed_mm_s),
+        Column("target", length, course.target_mm),
+        Column("actual", length, resolved(course.target_mm + deviation_mm)),
+        Column("feed", f"{length}_s", course.feed_mm_s),
         Column("temperature", "degc", shown_degc),
         Column("pressure", "hpa", np.round(air.pressure_hpa, 1)),
         Column("humidity", "percent", np.round(air.humidity_percent, 0)),

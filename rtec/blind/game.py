@@ -170,7 +170,7 @@ def facts_of(plan: Plan) -> dict[str, str]:
     >>> facts_of(PLANS["base"])["screw_pitch"]
     '5 mm'
     """
-    if plan.reading is Reading.DRIVE:
+    if plan.reading is Reading.DRIVE or plan.rotary:
         return {"axis": "emulated"}
     facts = {"axis": "emulated", "screw_pitch": f"{PITCH_MM:g} mm", "scale_signal_period": f"{SIGNAL_PERIOD_MM:g} mm"}
     if plan.heating is not Heating.NONE:

@@ -153,6 +153,7 @@ _ALL = (
         weather=Weather.ONE_DAY,
         columns=("direction", "time", "pressure", "humidity"),
     ),
+    Plan(name="turn", rotary=True, runs=3, targets=36, span_mm=350.0),
     Plan(name="single_pass", runs=1, passes=Passes.FORWARD),
     Plan(name="one_feed", columns=("direction", "time", "feed")),
     Plan(name="turned_once", runs=1),

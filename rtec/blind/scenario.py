@@ -20,8 +20,10 @@ OUTSIDE_OF_GAME = ("moving_bump", "chirped_cyclic", "dwell_reversal")
 """What `scenario_of` draws of it, so that a seed keeps its game."""
 OUTSIDE = (*OUTSIDE_OF_GAME, *(name for name in KINDS if name not in OUTSIDE_OF_GAME))
 """What lies outside the library of effects."""
-NOT_DRAWN = ("refraction", "dead_path", "warm_up_growth", "reversal_spike", "run_offset")
+NOT_DRAWN = ("eccentricity", "refraction", "dead_path", "warm_up_growth", "reversal_spike", "run_offset")
 """Effects that are hidden where they are asked for: seeds had their games before these were known."""
+OF_A_MAP = ("pitch_map", "backlash_map")
+"""What shows where the end of the travel is not its beginning, as it is of a turn."""
 LAGS = ("servo_lag", "acceleration_lag")
 """What is drawn of what shows in motion only."""
 IN_MOTION = (*LAGS, "hysteresis")
@@ -65,6 +67,8 @@ LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
     )
 )
 """Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
+_OPEN_DEG = 270.0
+"""Up to which the end of a turn is not its beginning."""
 _TWO_WAYS = ("backlash", "backlash_map", "windup", "reversal_spike", *OUTSIDE)
 _KNOWN = INSIDE + OUTSIDE + OF_DRIVE
 
@@ -147,7 +151,9 @@ def unfit(name: str, plan: Plan) -> str | None:
         (drive and name not in OF_DRIVE, "it does not show in a force"),
         (name in IN_MOTION and not moving, "it shows in motion only"),
         (moving and name not in IN_MOTION and name not in STATIC, "a moving log is too short for what is slow"),
-        (name == "gravity" and not plan.rotary, "it shows on a rotary axis only"),
+        (name in ("gravity", "eccentricity") and not plan.rotary, "it shows on a rotary axis only"),
+        (name == "interpolation" and plan.rotary, "it shows on a linear axis only"),
+        (name in OF_A_MAP and plan.rotary and plan.span_mm > _OPEN_DEG, "a turn closes"),
         (name == "load_friction" and "load" not in plan.columns, "the load does not change"),
         (name in OF_AIR and plan.weather is Weather.STEADY, "the air does not change"),
         (name in OF_HEAT and plan.heating is Heating.NONE, "the temperature does not change"),

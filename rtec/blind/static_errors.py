@@ -21,6 +21,8 @@ GRID_MM = 0.025
 _MARGIN_MM = 5.0
 JOINT_DEG = 400.0
 """To where a joint turns, from zero: a little more than once."""
+_A_TURN = (3, 8)
+"""How often a gear in the drive of a rotary axis turns in a turn of that, the last left out."""
 SINUSOID_SHARE = 0.75
 """A random curve of which a single sinusoid explains more is drawn again: it would be cyclic."""
 
@@ -158,7 +160,10 @@ def cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return a screw that runs eccentrically in its bearings, or a wheel that turns once in many of its turns."""
     x = grid_of(plan)
     on_screw = rng.uniform() < 0.6
-    period = PITCH_MM if on_screw else float(rng.uniform(*plan.wave_shares) * plan.span_mm)
+    if plan.rotary:
+        period = 360.0 / float(rng.integers(*_A_TURN))
+    else:
+        period = PITCH_MM if on_screw else float(rng.uniform(*plan.wave_shares) * plan.span_mm)
     angle = 2.0 * np.pi * x / period + rng.uniform(0.0, 2.0 * np.pi)
     throw = rng.uniform(0.1, 0.3) if on_screw else 0.02
     # the angle at which something eccentric is read: a fundamental and a second harmonic of throw / 2
@@ -169,7 +174,36 @@ def cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
         forward_mm=curve * 1e-3,
         reverse_mm=curve * 1e-3,
         description="eccentric screw and a coupling out of line" if on_screw else "eccentric wheel in the drive",
-        parameters=(Parameter("period", period, "mm"), Parameter("amplitude", 1.0, "um", scales=True)),
+        parameters=(
+            Parameter("period", period, "deg" if plan.rotary else "mm"),
+            Parameter("amplitude", 1.0, "um", scales=True),
+        ),
+    )
+
+
+def eccentricity(plan: Plan, rng: np.random.Generator) -> StaticError:
+    """Return the angle that one head reads on a disc that turns off centre and has become oval.
+
+    The head sees the disc from another side at each angle. Seen from the disc's own centre it stands in a direction
+    of its own, and there, on a disc pulled out along one diameter, is the line of yet another angle.
+    """
+    turned = np.radians(grid_of(plan))
+    centre = rng.uniform(0.02, 0.15) * np.exp(2j * np.pi * rng.uniform())  # in radii of the head
+    oval, along = abs(centre) * rng.uniform(0.5, 1.5), np.exp(1j * np.pi * rng.uniform())
+    head = (np.exp(-1j * turned) - centre) / along
+    line = (head.real / (1.0 + oval) + 1j * head.imag / (1.0 - oval)) * along
+    # where the head reads too much, the axis stands too low
+    curve = np.degrees(np.angle(line * np.exp(1j * turned)))
+    curve -= curve.mean()
+    curve *= 1e-3 / np.std(curve)
+    return StaticError(
+        forward_mm=curve,
+        reverse_mm=curve,
+        description="a disc that turns off centre and is oval, read by one head",
+        parameters=(
+            Parameter("period", 360.0, "deg"),
+            Parameter("peak_to_peak", 3600.0 * float(np.ptp(curve)), "arcsec", scales=True),
+        ),
     )
 
 
@@ -255,9 +289,11 @@ def chirped_cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
 STATIC: Mapping[str, Callable[[Plan, np.random.Generator], StaticError]] = MappingProxyType(
     {
         draw.__name__: draw
-        for draw in (scale, pitch_map, cyclic, interpolation, backlash, backlash_map, chirped_cyclic)
+        for draw in (
+            scale, pitch_map, cyclic, eccentricity, interpolation, backlash, backlash_map, chirped_cyclic,
+        )
     }
-)
+)  # fmt: skip
 """What draws each static error, by name; the last lies outside the library."""
 
 

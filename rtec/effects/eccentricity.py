@@ -1,33 +1,45 @@
-"""An error that comes back once a turn of a rotary encoder: its disc turns about another point than the shaft."""
+"""An error that comes back every turn of a rotary encoder: its disc turns about another point than the shaft."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects._periodic import LEAST_FUNDAMENTAL, WAVES_A_TARGET
 from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.frequency_grid import resolved_harmonics
 from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 
 LEAST_TURN = 0.5
 FEWEST_PLACES = 4
+MOST_HARMONICS = 4
+"""A disc off centre, oval, and products of the two; the third harmonic of a magnet's field comes four times a turn.
+Richer errors are a matter of gears and screws: ``cyclic``."""
 
 
 @dataclass(frozen=True, slots=True)
 class EccentricityShape(Shape):
-    """A turn of the encoder."""
+    """A turn of the encoder, and how many waves of it there are: a second for an oval or tilted disc."""
 
     period: float = field(default=360.0, metadata=parameter(Quantity.POSITION, "a turn of the encoder"))
+    harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
 
 
 class Eccentricity(Effect):
-    """A single wave with the period of a turn.
+    """A wave with the period of a turn, and up to three harmonics of it.
 
     Notes
     -----
-    ``deviation = sin_1 sin(2 pi x / period) + cos_1 cos(2 pi x / period)``. A disc off centre by e, read at the
-    radius r, gives the amplitude e / r in radians.
+    ``deviation = sum over k of sin_k sin(2 pi k x / period) + cos_k cos(2 pi k x / period)``, k up to 4. A disc off
+    centre by e, read by one head at the radius r, gives ``arctan((e/r) sin a / (1 + (e/r) cos a))``: the amplitude
+    e / r in radians, and half of its square twice a turn. A disc whose diameters differ by the share q, or that is
+    tilted, adds a second wave of q / 2 radians. Because a turn closes, one turn is enough for all of them, where for
+    a period that nobody stated five cycles are asked for. The first wave has to take part: two waves a turn alone
+    are no disc off centre, and ``cyclic``.
 
     Examples
     --------
@@ -41,18 +53,28 @@ class Eccentricity(Effect):
     name = "eccentricity"
     needs = "a rotary axis, half a turn of it at least"
     shape_type = EccentricityShape
-    rivals = (Rival("cyclic", experiments.SEVERAL_TURNS),)
+    rivals = (
+        Rival("cyclic", experiments.SEVERAL_TURNS),
+        Rival("pitch_map", experiments.PAST_A_TURN),
+    )
     card = Card(
         title="Eccentricity of a rotary encoder",
-        plot="One single wave a turn against angle; no higher harmonics.",
+        plot=(
+            "One wave a turn against angle that closes after the turn, often with a second one, and little of a "
+            "third and fourth; no higher harmonics."
+        ),
         cause=(
             "The graduated disc turns about another centre than the shaft: e off centre at the radius r gives e/r "
-            "radians, 4.1 arcsec for 1 um at 50 mm."
+            "radians, 4.1 arcsec for 1 um at 50 mm. An oval or tilted disc, or a magnet off the axis of its sensor, "
+            "gives two waves a turn besides."
         ),
         consequence=(
             "Angles are wrong by a sine of the angle; an axis behind a screw gets a cyclic error with its pitch."
         ),
-        action="Centre the disc, or read it with two opposite heads.",
+        action=(
+            "Centre the disc or the magnet, or read it with two opposite heads; four heads take out the second wave, "
+            "too."
+        ),
         invariant_to="whole turns, direction, speed and time.",
         source=(
             "Geometry of a disc off centre; NISTIR 4832, position feedback signals (rotary encoders on ball-screws)."
@@ -70,19 +92,40 @@ class Eccentricity(Effect):
         return f"{conditions.span / conditions.revolution:.2g} turns only: at least {LEAST_TURN:g} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the wave of one turn."""
+        """Return the richest form that the data can show, in which the others lie."""
         turn = conditions.revolution
-        return [] if turn is None else [EccentricityShape(turn)]
+        return [] if turn is None else self.variants(conditions, EccentricityShape(turn))[-1:]
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the number of forms."""
+        return float(len(self.variants(conditions, shape)))
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return one wave a turn, and with as many more as the places resolve: fewer where the turn is not full."""
+        turn = own_shape(shape, EccentricityShape).period
+        whole = round(MOST_HARMONICS * min(conditions.span / turn, 1.0))  # over a part more waves draw any curve
+        few = int(WAVES_A_TARGET * conditions.places.size) // 2
+        most = max(1, min(whole, few, resolved_harmonics(conditions, turn)))
+        return [EccentricityShape(turn, harmonics) for harmonics in range(1, most + 1)]
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why a fit is no eccentricity: the wave that a disc off centre gives hardly takes part."""
+        size = np.hypot(amplitudes[::2], amplitudes[1::2])
+        if size[0] >= LEAST_FUNDAMENTAL * size.max():
+            return None
+        return "a disc off centre gives one wave a turn first, and two are stronger here"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return sine and cosine, shape (rows, 2)."""
-        return harmonic_columns(conditions.position, own_shape(shape, EccentricityShape).period, 1)
+        """Return sine and cosine of each harmonic, shape (rows, 2 harmonics)."""
+        own = own_shape(shape, EccentricityShape)
+        return harmonic_columns(conditions.position, own.period, own.harmonics)
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1 and cos_1."""
-        return harmonic_names(1, units)
+        """Return sin_1, cos_1, ..."""
+        return harmonic_names(own_shape(shape, EccentricityShape).harmonics, units)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return the turn, amplitude and phase, and peak to peak."""
+        """Return the turn, harmonics, amplitude and phase of each, and peak to peak."""
         own = own_shape(shape, EccentricityShape)
-        return (("period", own.period, units.position), *harmonic_summary(amplitudes, units))
+        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
+        return head + harmonic_summary(amplitudes, units)

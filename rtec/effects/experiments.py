@@ -85,6 +85,10 @@ SEVERAL_TURNS = (
     "measure several turns in steps of a fraction of a turn, then move the encoder by half a turn against the shaft "
     "and repeat: eccentricity stays with the encoder, the error of gear or screw with the shaft"
 )
+PAST_A_TURN = (
+    "measure a whole turn and go on into the next, in steps of a twentieth of a turn: what the encoder's disc does "
+    "comes back there, a smooth error of the drive goes on"
+)
 MANY_REVERSALS = (
     "turn round at many positions along the axis, and after each reversal take readings close together: a map "
     "depends on where the axis is, wind-up on how far it has come since it turned"

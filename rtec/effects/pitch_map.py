@@ -51,8 +51,11 @@ class PitchMap(Effect):
     needs = "positions dense enough: three at least"
     shape_type = MapShape
     is_map = True
-    contains = frozenset({"offset", "scale", "cosine", "cyclic", "eccentricity", "interpolation"})
-    rivals: ClassVar[tuple[Rival, ...]] = (Rival("thermal_growth", experiments.COLD_AND_HOT),)
+    contains = frozenset({"offset", "scale", "cosine", "cyclic", "interpolation"})
+    rivals: ClassVar[tuple[Rival, ...]] = (
+        Rival("thermal_growth", experiments.COLD_AND_HOT),
+        Rival("eccentricity", experiments.PAST_A_TURN),
+    )
     card = Card(
         title="Pitch map",
         plot="A smooth curve against position, the same forward and backward and in every run.",

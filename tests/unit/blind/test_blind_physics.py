@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from encoder_disc_oracle import deviations
 
 from rtec.blind import PLANS, Scenario, play
 from rtec.blind.circumstances import first_order
@@ -197,6 +198,29 @@ def test_a_periodic_error_comes_back_after_its_period(name, seed):
     size = np.ptp(error.forward_mm)
     assert size > 0
     assert later[inside] == pytest.approx(error.forward_mm[inside], abs=0.003 * size)
+
+
+def test_an_encoder_reads_the_line_that_lies_under_its_head():
+    plan = PLANS["turn"]
+    error = STATIC["eccentricity"](plan, stream(1, Draw.EFFECT, "eccentricity"))
+    rng = stream(1, Draw.EFFECT, "eccentricity")
+    off, at = rng.uniform(0.02, 0.15), rng.uniform()
+    oval = off * rng.uniform(0.5, 1.5)
+    x = grid_of(plan)[::400]
+    expected = deviations(np.radians(x), off * np.exp(2j * np.pi * at), oval, np.pi * rng.uniform())
+    curve = error.forward_mm[::400]
+    slope, level = np.polyfit(expected, curve, 1)
+    assert curve == pytest.approx(slope * expected + level, abs=1e-9 * np.ptp(curve))
+    assert slope > 0.0
+    assert np.array_equal(error.forward_mm, error.reverse_mm)
+
+
+def test_a_gear_of_a_rotary_axis_turns_whole_times_in_a_turn():
+    for seed in range(5):
+        error = STATIC["cyclic"](PLANS["turn"], stream(seed, Draw.EFFECT, "cyclic"))
+        (period,) = [p for p in error.parameters if p.name == "period"]
+        assert period.unit == "deg"
+        assert 360.0 / period.value == pytest.approx(round(360.0 / period.value))
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -54,6 +54,9 @@ def test_the_same_seed_draws_the_same_scenario():
         ("gib_dents", "base", "more targets"),
         ("room_wave", "one_heating", "both directions"),
         ("viscous", "base", "force of a drive"),
+        ("eccentricity", "base", "rotary axis"),
+        ("interpolation", "turn", "linear axis"),
+        ("pitch_map", "turn", "a turn closes"),
     ],
 )
 def test_an_effect_that_a_plan_cannot_show_is_refused_with_the_reason(name, plan, why):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from encoder_disc_oracle import deviations
 
 from rtec.effects import (
     Cogging,
@@ -407,7 +408,7 @@ def test_a_disc_off_centre():
     read = np.unwrap(turned - np.arctan2(head[:, 1], head[:, 0]))
     deviation = np.degrees(read - turned)
     c = at(np.degrees(turned), unit="deg", revolution=360.0)
-    (shape,) = Eccentricity().shapes(c)
+    shape = EccentricityShape(360.0)
     columns = Eccentricity().columns(c, shape)
     fit, *_ = np.linalg.lstsq(columns, deviation, rcond=None)
     assert np.hypot(*fit) == pytest.approx(np.degrees(off / radius), rel=1e-3)
@@ -415,6 +416,46 @@ def test_a_disc_off_centre():
     lines = {n: (v, u) for n, v, u in Eccentricity().summary(shape, fit, Units("deg", "deg", "s"))}
     assert lines["amplitude_1"] == (pytest.approx(82.5, rel=1e-2), "arcsec")
     assert lines["period"] == (360.0, "deg")
+
+
+def test_an_oval_disc_off_centre_has_a_second_wave():
+    turned = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
+    off, oval = 4e-3, 3e-3
+    c = at(np.degrees(turned), unit="deg", revolution=360.0)
+    (shape,) = Eccentricity().shapes(c)
+    assert shape == EccentricityShape(360.0, 4)
+    columns = Eccentricity().columns(c, shape)
+    deviation = np.degrees(deviations(turned, off * np.exp(0.4j), oval, 1.1))
+    fit, *_ = np.linalg.lstsq(columns, deviation, rcond=None)
+    assert np.std(deviation - columns @ fit) < np.degrees((off + oval) ** 3)  # five waves a turn are of third order
+    lines = {n: v for n, v, _ in Eccentricity().summary(shape, fit, Units("deg", "deg", "s"))}
+    arcsec = 3600.0 * np.degrees(1.0)
+    assert lines["harmonics"] == 4.0
+    assert lines["amplitude_1"] == pytest.approx(arcsec * off, rel=1e-2)
+    assert lines["amplitude_2"] == pytest.approx(arcsec * oval, rel=1e-2)
+    assert lines["amplitude_3"] < arcsec * 3.0 * off * oval
+    assert lines["amplitude_4"] < arcsec * oval**2
+    assert Eccentricity().implausible(c, shape, fit) is None
+
+
+def test_two_waves_a_turn_alone_are_no_disc_off_centre():
+    c = at(np.linspace(0.0, 350.0, 36), unit="deg", revolution=360.0)
+    for first, plausible in ((0.49, False), (0.51, True)):
+        why = Eccentricity().implausible(c, EccentricityShape(360.0, 2), np.array([first, 0.0, 0.6, 0.8]))
+        assert why is None if plausible else "two are stronger" in why
+    assert Eccentricity().implausible(c, EccentricityShape(), np.array([0.1, 0.0])) is None
+
+
+@pytest.mark.parametrize(
+    ("turned", "places", "most"),
+    [(180.0, 60, 2), (270.0, 60, 3), (359.0, 60, 4), (720.0, 60, 4), (359.0, 18, 3), (359.0, 8, 1), (359.0, 4, 1)],
+)
+def test_a_turn_that_is_full_shows_more_waves(turned, places, most):
+    c = at(np.linspace(0.0, turned, places), unit="deg", revolution=360.0)
+    forms = Eccentricity().variants(c, EccentricityShape(360.0))
+    assert [form.harmonics for form in forms] == list(range(1, most + 1))
+    assert Eccentricity().shapes(c) == [forms[-1]]
+    assert Eccentricity().tried(c, forms[0]) == most
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,49 @@
+"""Forms of effects that no published line plays: hidden as physics, named where a plan shows them, else tied."""
+
+from dataclasses import replace
+
+import pytest
+
+from rtec.blind import PLANS, Scenario, play
+from rtec.blind.plan import Passes
+from rtec.dataset.load import load_dataset
+from rtec.inference.diagnose import diagnose
+from rtec.inference.results import Verdict
+
+TURN = PLANS["turn"]
+SURE = (Verdict.NAMED, Verdict.LIKELY)
+
+
+def games(names, plan, seeds, strength=3.0):
+    """Return what is said of the games of these seeds."""
+    scenario = Scenario(names=names, plan=plan, strength_sigma=strength)
+    return [diagnose(load_dataset(play(scenario, seed)[0])) for seed in seeds]
+
+
+def right(results, *names):
+    """Return in how many of the results exactly these effects are sure."""
+    return sum(set(result.effects) == set(names) and result.verdict in SURE for result in results)
+
+
+@pytest.mark.parametrize("plan", [TURN, replace(TURN, name="one turn", runs=1)], ids=lambda plan: plan.name)
+def test_a_disc_off_centre_and_oval_is_named_from_a_turn(plan):
+    results = games(("eccentricity",), plan, range(8))
+    assert right(results, "eccentricity") == 8
+    assert all(result.model.terms[0].shape.harmonics >= 2 for result in results)
+
+
+def test_what_a_gear_does_in_a_turn_is_cyclic():
+    assert right(games(("cyclic",), TURN, range(8)), "cyclic") >= 7
+
+
+def test_over_half_a_turn_a_disc_is_tied_with_a_smooth_error():
+    half = replace(TURN, name="half a turn", span_mm=200.0)
+    for result in games(("eccentricity",), half, range(8)):
+        assert result.verdict is Verdict.TIED
+        tied = {name for one in result.candidates if one.accepted for name in (one.effect, *one.tied_with)}
+        assert tied == {"eccentricity", "pitch_map"}
+
+
+def test_a_turn_without_an_error_has_no_name():
+    for plan in (TURN, replace(TURN, name="one way", runs=1, passes=Passes.FORWARD)):
+        assert not any(result.effects for result in games((), plan, range(6)))
