@@ -19,15 +19,13 @@ from rtec.blind.draws import Draw, Occasion, stream
 from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
 from rtec.blind.in_motion import SAMPLE_S, moves_of, sampled
 from rtec.blind.noise import Readings, noise_of
-from rtec.blind.plan import Floats, Ints, Plan
+from rtec.blind.plan import RIGID_MM, Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
 from rtec.blind.static_errors import wandering
 from rtec.metrology import Column
 
 FORCE_STEP_N = 0.01
 """Resolution of the drive's force."""
-PRESLIDING_MM = 1e-6
-"""Over which the bristles bend before the surfaces slip: gone within a reading; softer ones are another effect."""
 _FINE = 20
 """Steps of the friction's state from reading to reading."""
 _STRIBECK_MM_S = (3.0, 8.0)
@@ -38,7 +36,13 @@ class _Motion:
     """What the axis does at each reading: position, velocity, acceleration, bent bristles, and the load on it."""
 
     def __init__(
-        self, motion: MotionSegments, time_s: Floats, load_kg: Floats, run: Ints, first: _Motion | None = None
+        self,
+        motion: MotionSegments,
+        time_s: Floats,
+        load_kg: Floats,
+        run: Ints,
+        presliding_mm: float,
+        first: _Motion | None = None,
     ) -> None:
         self.time_s, self.load_kg, self.run = time_s, load_kg, run
         time_ps = np.round(time_s * 1e12).astype(np.int64)
@@ -48,12 +52,15 @@ class _Motion:
         self.velocity_mm_s = motion.velocity_at(time_ps)
         self.acceleration_mm_s2 = motion.acceleration_at(time_ps)
         fine_s = np.arange(round(time_s[-1] / SAMPLE_S) * _FINE + 1) * (SAMPLE_S / _FINE)
-        bent = bent_bristles(motion.velocity_at(np.round(fine_s * 1e12).astype(np.int64)), SAMPLE_S / _FINE)
+        velocity = motion.velocity_at(np.round(fine_s * 1e12).astype(np.int64))
+        bent = bent_bristles(velocity, SAMPLE_S / _FINE, presliding_mm)
         self.bent = bent[np.round(time_s / SAMPLE_S).astype(np.int64) * _FINE]
 
 
-def bent_bristles(velocity_mm_s: Floats, step_s: float) -> Floats:
+def bent_bristles(velocity_mm_s: Floats, step_s: float, presliding_mm: float = RIGID_MM) -> Floats:
     """Return how far bristles between two surfaces are bent, from -1 to 1 where they slip, shape (n,).
+
+    They bend over ``presliding_mm`` before the surfaces slip.
 
     Notes
     -----
@@ -73,7 +80,7 @@ def bent_bristles(velocity_mm_s: Floats, step_s: float) -> Floats:
     state = 0.0
     for i, velocity in enumerate(velocity_mm_s.tolist()):
         way = math.copysign(1.0, velocity)
-        state = way + (state - way) * math.exp(-abs(velocity) * step_s / PRESLIDING_MM)
+        state = way + (state - way) * math.exp(-abs(velocity) * step_s / presliding_mm)
         bent[i] = state
     return bent
 
@@ -98,7 +105,14 @@ def _viscous(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
 
 
 def _coulomb(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
-    return m.bent.copy(), "guides and seals that rub", (Parameter("friction", 1.0, _force(plan), scales=True),)
+    numbers = (Parameter("friction", 1.0, _force(plan), scales=True),)
+    if plan.presliding_mm > RIGID_MM:
+        return (
+            m.bent.copy(),
+            "seals that bend and rub",
+            (*numbers, Parameter("over", plan.presliding_mm, _length(plan))),
+        )
+    return m.bent.copy(), "guides and seals that rub", numbers
 
 
 def _stribeck(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
@@ -223,7 +237,7 @@ def _moved(plan: Plan, occasion: Occasion, first: _Motion | None = None) -> _Mot
     """Let the axis carry a plan out."""
     motion, begin_s, repeat_s = moves_of(plan, occasion.stream(Draw.COURSE))
     time_s, run = sampled(plan, motion, begin_s, repeat_s)
-    return _Motion(motion, time_s, _loads_kg(plan, run, occasion), run, first)
+    return _Motion(motion, time_s, _loads_kg(plan, run, occasion), run, plan.presliding_mm, first)
 
 
 def _counted(added: Floats) -> Floats:

@@ -27,6 +27,8 @@ TARGET_ROOM_MM = 0.5 * PITCH_MM
 """By which a target may lie beside its place, so that no period of the screw hides."""
 RECORDED = tuple(name for name in COLUMNS if name not in ("current", "voltage"))
 """What the emulated axis records of it."""
+RIGID_MM = 1e-6
+"""Over which what rubs bends before it slips, in a drive of which nothing is soft: gone within a reading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +39,8 @@ class Plan(ExperimentPlan):
     ----------
     name
         In `PLANS`, or what was drawn.
+    presliding_mm
+        Over which what rubs in a drive bends before it slips.
     sigma_um
         Standard deviation of the repeat noise.
     sigma_n
@@ -58,6 +62,7 @@ class Plan(ExperimentPlan):
     """
 
     name: str
+    presliding_mm: float = RIGID_MM
     sigma_um: float = 2.0
     sigma_n: float = 2.0
     wave_shares: tuple[float, float] = (0.14, 0.4)
@@ -68,6 +73,7 @@ class Plan(ExperimentPlan):
         ExperimentPlan.__post_init__(self)
         number_within("start_mm", self.start_mm, 5.0, 1e4, unit="mm")
         number_within("span_mm", self.span_mm, 10.0, 1e4, unit="mm")
+        number_within("presliding_mm", self.presliding_mm, RIGID_MM, 10.0, unit="mm")
         number_within("overshoot_mm", self.overshoot_mm, 0.5, self.start_mm / 2.0, unit="mm")
         for feed in self.feeds_mm_s:
             number_within("feeds_mm_s", feed, 0.05, 90.0, unit="mm/s")
@@ -107,6 +113,17 @@ _ALL = (
     Plan(
         name="drive",
         reading=Reading.DRIVE,
+        runs=2,
+        targets=60,
+        span_mm=100.0,
+        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
+        columns=("time", "velocity", "force"),
+        wave_shares=(0.08, 0.2),
+    ),
+    Plan(
+        name="soft_drive",
+        reading=Reading.DRIVE,
+        presliding_mm=0.5,
         runs=2,
         targets=60,
         span_mm=100.0,

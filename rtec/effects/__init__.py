@@ -4,6 +4,7 @@ An effect explains data (its columns are fitted) and produces them (its contribu
 write a file like ``backlash.py`` and put the effect in ``library.py``.
 """
 
+from rtec.effects._build_up import BuildUpShape
 from rtec.effects._heat import HeatShape, SensorShape
 from rtec.effects.acceleration_lag import AccelerationLag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
@@ -65,6 +66,7 @@ __all__ = [
     "AsymmetricFriction",
     "Backlash",
     "BacklashMap",
+    "BuildUpShape",
     "Card",
     "Cogging",
     "CoggingShape",

@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import ClassVar
+
 from rtec.effects import experiments
+from rtec.effects._build_up import (
+    BuildUpShape,
+    build_up_room,
+    build_up_shapes,
+    build_up_tried,
+    build_up_variants,
+    built_up,
+)
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Tunable, Units
 
 
 class Coulomb(Effect):
-    """Friction with the sign of the motion.
+    """Friction with the sign of the motion, at once or built up over a distance after each reversal.
 
     Notes
     -----
-    ``force = coulomb * direction``, and 0 at rest, where friction is whatever holds the axis.
+    ``force = coulomb * direction``, and 0 at rest, where friction is whatever holds the axis. With a distance the
+    share ``1 - exp(-since_reversal / distance)`` of it: near standstill the force lies anywhere below breakaway, and
+    rises with the way, not with the sign of a velocity that is noise. Carried over a reversal, it starts from the
+    friction of the motion before.
 
     References
     ----------
-    Erwinski et al. (2019), section 3: the constant component, independent of velocity.
+    Erwinski et al. (2019), section 3: the constant component, independent of velocity. P. R. Dahl, A solid friction
+    model, Aerospace Corporation, 1968: friction as a first-order element over distance.
 
     Examples
     --------
     >>> import numpy as np
     >>> way = np.array([1.0, 0.0, -1.0])
     >>> c = Conditions(position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way)
-    >>> Coulomb().contribution(c, Shape(), [20.0]).tolist()
+    >>> Coulomb().contribution(c, BuildUpShape(), [20.0]).tolist()
     [20.0, 0.0, -20.0]
     """
 
@@ -31,8 +46,9 @@ class Coulomb(Effect):
     over = Over.VELOCITY
     observable = Observable.DRIVE
     needs = "motion in both directions"
+    shape_type = BuildUpShape
     not_negative = True
-    rivals = (
+    rivals: ClassVar[tuple[Rival, ...]] = (
         Rival("viscous", experiments.SEVERAL_SPEEDS),
         Rival("stribeck", experiments.CREEP),
         Rival("gravity", experiments.SPEEDS_OVER_ANGLES),
@@ -42,7 +58,7 @@ class Coulomb(Effect):
         title="Coulomb friction",
         plot=(
             "The force jumps from one level to another where the motion turns round, and stays on the level at every "
-            "speed."
+            "speed; where guides, seals or gears bend before they slip, it builds up over a distance."
         ),
         cause="Dry friction of guideways, seals, wipers and preloaded nuts.",
         consequence="Quadrant glitches on circles, stick-slip, wind-up of an elastic drive after each reversal.",
@@ -59,10 +75,36 @@ class Coulomb(Effect):
             return "no directions: moving data or a direction column needed"
         return None if conditions.both_directions else "one direction only"
 
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return friction that is there at once, then distances over which it builds up."""
+        return build_up_shapes(conditions)
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return 1 for friction that is there at once, else the number of shapes."""
+        return build_up_tried(conditions, shape)
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return a build-up and friction that is there at once; of that every build-up."""
+        return build_up_variants(conditions, shape)
+
+    def plainer(self, shape: Shape) -> Shape | None:
+        """Return friction that is there at once."""
+        return None if shape == BuildUpShape() else BuildUpShape()
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the distance of build-up, where there is one."""
+        return build_up_room(shape)
+
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the sign of the motion, shape (rows, 1)."""
-        return self._needed(conditions.direction, "directions of motion")[:, None].astype(float)
+        """Return the sign of the motion, times the share built up; shape (rows, 1)."""
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several distances, shape (shapes, 1, rows)."""
+        way = self._needed(conditions.direction, "directions of motion")
+        return built_up(conditions, way, shapes)[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the size of the friction."""
+        """Return the size of the friction, once it is built up."""
         return (Amplitude("coulomb", *units.shown),)

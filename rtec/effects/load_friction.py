@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
+from rtec.effects.coulomb import Coulomb
+from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
 
 LEAST_CHANGE = 0.05
 """Share of the largest load by which it has to change."""
 
 
-class LoadFriction(Effect):
-    """Dry friction in proportion to a load.
+class LoadFriction(Coulomb):
+    """Dry friction in proportion to a load, at once or built up over a distance after each reversal.
 
     Notes
     -----
-    ``force = load_friction * load * sign(velocity)``, and nothing at rest.
+    ``force = load_friction * load * direction``, and nothing at rest; times the share built up, as of ``coulomb``.
 
     References
     ----------
@@ -30,15 +33,13 @@ class LoadFriction(Effect):
     >>> c = Conditions(
     ...     position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), direction=way, load=load
     ... )
-    >>> LoadFriction().contribution(c, Shape(), [0.1]).tolist()
+    >>> from rtec.effects import BuildUpShape
+    >>> LoadFriction().contribution(c, BuildUpShape(), [0.1]).tolist()
     [1.0, -2.0]
     """
 
     name = "load_friction"
-    over = Over.VELOCITY
-    observable = Observable.DRIVE
     needs = "a load column that changes, and both directions of motion"
-    not_negative = True
     rivals = (Rival("coulomb", experiments.SEVERAL_LOADS),)
     card = Card(
         title="Load-dependent friction",
@@ -60,12 +61,10 @@ class LoadFriction(Effect):
         change, largest = float(np.ptp(load)), float(np.abs(load).max())
         return None if change > LEAST_CHANGE * largest else f"the load changes by {change:.3g} of {largest:.3g} only"
 
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the load with the sign of the motion, shape (rows, 1)."""
-        load = self._needed(conditions.load, "a load column")
-        way = self._needed(conditions.direction, "directions of motion")
-        added: Floats = (load * np.sign(way))[:, None]
-        return added
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several distances, shape (shapes, 1, rows)."""
+        pressed: Floats = super().scan(conditions, shapes) * self._needed(conditions.load, "a load column")
+        return pressed
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the friction for each unit of load."""

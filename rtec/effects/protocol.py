@@ -253,6 +253,10 @@ class Effect(abc.ABC):
         """Return the same change spread over a while, which a sudden one has to outdo; none where none is."""
         return ()
 
+    def plainer(self, shape: Shape) -> Shape | None:
+        """Return the form without what a shape adds, which it has to outdo on readings held out; None as a rule."""
+        return None
+
     def regrouped(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return shapes that hold a part of this one, in other company: single harmonics of a family, and theirs."""
         return ()

@@ -180,6 +180,8 @@ class Search:
                 yield "noise that wanders explains as much"
         if self.size(model, k, fit) < MATTERS:
             yield f"below {MATTERS:g} of what is left"
+        if self.plainer(model, k) is not model:
+            yield "a simpler form foretells as well what was held out"
         for softer in effect.softer(conditions, shape):
             instead = self.judge.score(replaced(model, k, (effect, softer)), model)
             if instead.score > model.score - SHARPER:
@@ -259,7 +261,20 @@ class Search:
             trial = self.judge.score(replaced(best, k, moved), best)
             if trial.score > best.score:
                 best = trial
+            best = self.plainer(best, k)
         return best
+
+    def plainer(self, model: Scored, k: int) -> Scored:
+        """Return a model with the plainer form of effect ``k`` unless what was held out asks for its own.
+
+        Where little is repeated, the score follows each start and stop of a log.
+        """
+        effect, shape = model.choices[k]
+        form = effect.plainer(shape) if model.choices[k] not in self.given else None
+        if form is None:
+            return model
+        instead = self.judge.score(replaced(model, k, (effect, form)), model)
+        return model if self.gain(instead, model).passes else instead
 
     def run(self, tell: Progress) -> Scored:
         """Return the best model in which every effect has earned its place.

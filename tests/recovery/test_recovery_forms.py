@@ -47,3 +47,18 @@ def test_over_half_a_turn_a_disc_is_tied_with_a_smooth_error():
 def test_a_turn_without_an_error_has_no_name():
     for plan in (TURN, replace(TURN, name="one way", runs=1, passes=Passes.FORWARD)):
         assert not any(result.effects for result in games((), plan, range(6)))
+
+
+def test_friction_that_builds_up_over_a_distance_is_coulomb_with_that_distance():
+    results = games(("coulomb",), PLANS["soft_drive"], range(8))
+    assert right(results, "coulomb") == 8
+    for result in results:
+        (term,) = result.model.terms
+        assert term.shape.carried
+        assert term.shape.distance == pytest.approx(0.5, rel=0.25)
+
+
+def test_friction_that_is_there_at_once_has_no_distance():
+    results = games(("coulomb", "viscous"), PLANS["drive"], range(8))
+    assert right(results, "coulomb", "viscous") == 8
+    assert all(term.shape.distance == 0.0 for r in results for term in r.model.terms if term.name == "coulomb")

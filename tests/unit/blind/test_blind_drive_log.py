@@ -1,5 +1,7 @@
 """A drive's log: its force is that of a mass, friction, magnets and weight, in the units of physics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,19 @@ def test_bristles_bend_before_they_slip():
     # first order over the distance gone, in units of the presliding distance of 1 nm
     assert bent[:50] == pytest.approx(1.0 - np.exp(-np.arange(1, 51)), abs=1e-9)
     assert bent[50:] == pytest.approx(-1.0 + (1.0 + bent[49]) * np.exp(-np.arange(1, 51)), abs=1e-9)
+
+
+def test_soft_bristles_bend_over_the_distance_of_the_plan():
+    plan = replace(PLANS["soft_drive"], presliding_mm=1.5, runs=1, targets=10, sigma_n=0.1)
+    measurement, secret = play(Scenario(names=("coulomb",), strength_sigma=30.0, plan=plan), 2)
+    numbers = {p.name: (p.value, p.unit) for p in secret.effects[0].parameters}
+    assert numbers["over"] == (1.5, "mm")
+    x = measurement.columns["actual"].values
+    force = measurement.columns["force"].values / numbers["friction"][0]
+    share = force[0]
+    for step, seen in zip(np.diff(x), force[1:], strict=True):
+        share = np.sign(step) - (np.sign(step) - share) * np.exp(-abs(step) / 1.5)
+        assert share == pytest.approx(seen, abs=0.25)
 
 
 def test_a_drive_log_loads_as_one():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from rtec.effects import Conditions, ForceMap, Gravity, GravityShape, LoadFriction, MapShape, Shape, Units
+from rtec.effects import BuildUpShape, Conditions, ForceMap, Gravity, GravityShape, LoadFriction, MapShape, Units
 
 
 def at(position, unit="mm", **more):
@@ -64,8 +64,8 @@ def test_over_one_turn_a_smooth_force_comes_back():
 def test_friction_is_a_share_of_the_load_that_presses():
     load, way = np.array([10.0, 10.0, 40.0, 40.0, 40.0]), np.array([1.0, -1.0, 1.0, -1.0, 0.0])
     c = at(np.zeros(5), load=load, direction=way)
-    assert LoadFriction().contribution(c, Shape(), [0.2]).tolist() == [2.0, -2.0, 8.0, -8.0, 0.0]
-    assert LoadFriction().amplitudes(Shape(), Units("n", "mm", "s", "kg"))[0].unit == "N/kg"
+    assert LoadFriction().contribution(c, BuildUpShape(), [0.2]).tolist() == [2.0, -2.0, 8.0, -8.0, 0.0]
+    assert LoadFriction().amplitudes(BuildUpShape(), Units("n", "mm", "s", "kg"))[0].unit == "N/kg"
     assert LoadFriction().untestable(c) is None
     assert LoadFriction().untestable(at(np.zeros(5), direction=way)) == "no load column"
     assert LoadFriction().untestable(at(np.zeros(5), load=load, direction=np.ones(5))) == "one direction only"

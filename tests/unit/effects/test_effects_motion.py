@@ -6,6 +6,7 @@ import pytest
 from rtec.effects import (
     AccelerationLag,
     AsymmetricFriction,
+    BuildUpShape,
     Cogging,
     CoggingShape,
     Conditions,
@@ -88,7 +89,7 @@ def test_the_forces_of_a_drive_move_the_slide():
     parts = [
         (Inertia(), Shape(), [mass]),
         (Viscous(), Shape(), [viscous]),
-        (Coulomb(), Shape(), [coulomb]),
+        (Coulomb(), BuildUpShape(), [coulomb]),
         (AsymmetricFriction(), Shape(), [asymmetry]),
         (Stribeck(), StribeckShape(slow), [peak]),
         (ForceOffset(), Shape(), [weight]),
@@ -103,7 +104,7 @@ def test_friction_is_silent_at_rest(log):
     c = log()
     rest = c.direction == 0
     assert rest.any()
-    assert not Coulomb().columns(c, Shape())[rest].any()
+    assert not Coulomb().columns(c, BuildUpShape())[rest].any()
     assert not Stribeck().columns(c, StribeckShape(10.0))[rest].any()
 
 

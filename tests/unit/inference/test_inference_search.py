@@ -7,7 +7,9 @@ import pytest
 from inference_oracle import SIGMA, measured
 from scipy.special import logsumexp
 
-from rtec.effects import Observable, Shape, effect_named
+from rtec.blind import PLANS, Scenario, play
+from rtec.dataset.load import load_dataset
+from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities
 from rtec.inference.scored import Judge
 from rtec.inference.search import MATTERS, WORTH, Search
@@ -202,6 +204,24 @@ def test_models_with_waves_one_by_one_are_kept_apart_from_those_with_families():
         most.append(max(shape.harmonics for shape in waves))
     assert most[1] == 1
     assert most[0] == most[2] > 1
+
+
+@pytest.mark.parametrize(("plan", "gives_way"), [("drive", True), ("soft_drive", False)])
+def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
+    data = load_dataset(play(Scenario(names=("coulomb",), plan=PLANS[plan]), 1)[0])
+    soft = effect_named("coulomb"), BuildUpShape(0.5, carried=True)
+    search = search_of(data)
+    model = search.judge.score([soft])
+    instead = search.plainer(model, 0)
+    assert (instead is not model) is gives_way
+    why = search.why_not(model, 0)
+    assert "simpler form foretells as well" in why if gives_way else why is None
+    if gives_way:
+        assert instead.choices == ((soft[0], BuildUpShape()),)
+        assert search.plainer(instead, 0) is instead
+        assert search.reshaped(model).choices == instead.choices
+    given = search_of(data, [soft])
+    assert given.plainer(given.judge.score([soft]), 0).choices == (soft,)
 
 
 def test_progress_grows():

@@ -1,0 +1,107 @@
+"""Friction that builds up over a distance after a reversal: asperities, seals and gears bend before they slip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects._ladders import ladder
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+
+LONGEST = 1 / 30
+"""Of the span: what builds up over a longer way looks like a force that depends on position."""
+FEWEST_READINGS = 8
+"""Within the shortest distance that is tried: with fewer, the build-up is over before it shows."""
+STEP = 1.5
+"""Of the ladder of distances: two neighbours have a cosine of 0.99 and more over any way."""
+
+
+@dataclass(frozen=True, slots=True)
+class BuildUpShape(Shape):
+    """Over which distance friction builds up, 0 for at once; and from where.
+
+    From nothing, as where the drive lets go before it turns; or carried over the reversal, from the friction of the
+    motion before.
+    """
+
+    distance: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "distance of build-up"))
+    carried: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "carried over the reversal"))
+
+
+def build_up_shapes(conditions: Conditions) -> list[BuildUpShape]:
+    """Return friction that is there at once, and distances over which it may build up, from nothing and carried."""
+    gone = conditions.since_reversal
+    if gone is None or conditions.direction is None:
+        return [BuildUpShape()]
+    near = np.sort(gone[(gone > 0.0) & (conditions.direction != 0.0)])
+    longest = LONGEST * conditions.span
+    if near.size < FEWEST_READINGS or near[FEWEST_READINGS - 1] >= longest:
+        return [BuildUpShape()]
+    shortest = max(float(near[FEWEST_READINGS - 1]), 1e-3 * longest)
+    scanned = ladder(shortest, longest, STEP)
+    return [BuildUpShape(), *(BuildUpShape(way, carried) for carried in (False, True) for way in scanned)]
+
+
+def build_up_tried(conditions: Conditions, shape: Shape) -> float:
+    """Return the number of shapes for a build-up, 1 for friction that is there at once: it is no matter of choice."""
+    return float(len(build_up_shapes(conditions))) if own_shape(shape, BuildUpShape).distance > 0.0 else 1.0
+
+
+def build_up_variants(conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+    """Return a build-up and none of it; of none every build-up, as beside other effects another may show."""
+    if own_shape(shape, BuildUpShape).distance > 0.0:
+        return [BuildUpShape(), shape]
+    return build_up_shapes(conditions)
+
+
+def build_up_room(shape: Shape) -> tuple[Tunable, ...]:
+    """Return a distance that there is as a number that a refit may move."""
+    distance = own_shape(shape, BuildUpShape).distance
+    return (Tunable("distance", distance / STEP, distance * STEP),) if distance > 0.0 else ()
+
+
+def built_up(conditions: Conditions, direction: Floats, shapes: Sequence[Shape]) -> Floats:
+    """Return the share of dry friction at each reading with the sign of the motion, shape (shapes, rows).
+
+    Notes
+    -----
+    Over the way r since the reversal ``direction * (1 - exp(-r / distance))``; carried over, the solution of
+    ``d(share) / d(way) = (direction - share) / distance`` along all strokes, from nothing where a run begins. The way
+    is that since the reversal, which noise of the position does not turn round: along every reading, noise to and fro
+    would wear the build-up down.
+    """
+    own = [own_shape(shape, BuildUpShape) for shape in shapes]
+    found = np.tile(direction.astype(np.float64), (len(own), 1))
+    soft = [k for k, shape in enumerate(own) if shape.distance > 0.0]
+    gone = conditions.since_reversal
+    if not soft or gone is None:
+        return found
+    fresh = [k for k in soft if not own[k].carried]
+    if fresh:
+        distance = np.array([own[k].distance for k in fresh])[:, None]
+        found[fresh] *= -np.expm1(-gone / distance)
+    if carried := [k for k in soft if own[k].carried]:
+        found[carried] = np.abs(direction) * _carried(conditions, [own[k].distance for k in carried])
+    return found
+
+
+def _carried(conditions: Conditions, distances: Sequence[float]) -> Floats:
+    """Return the share of friction that remembers the strokes before, -1 to 1; shape (distances, rows)."""
+    from rtec.effects._windup_kernels import wind_up  # noqa: PLC0415 - loads numba, for forces only
+
+    whole, rows = conditions.path
+    gone, direction = whole.since_reversal, whole.direction
+    if gone is None or direction is None:
+        return np.zeros((len(distances), conditions.rows))
+    new_run = np.concatenate([[True], np.diff(whole.run) != 0])
+    begins = new_run | (gone == 0.0)
+    stroke = np.cumsum(begins) * (float(gone.max()) + 1.0)
+    farthest = np.maximum.accumulate(gone + stroke) - stroke
+    way = np.where(begins, farthest, np.diff(farthest, prepend=0.0)) * np.sign(direction)
+    found = np.empty((len(distances), whole.rows))
+    wind_up(np.cumsum(way), new_run, np.zeros_like(found), np.array(distances), found)
+    remembered: Floats = found[:, rows]
+    return remembered
