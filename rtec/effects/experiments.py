@@ -141,6 +141,11 @@ WHOLE_TURN = (
     "turn the axis slowly through a whole turn, or from stop to stop, in both directions: a weight gives one wave a "
     "turn, a constant force is the same everywhere, and what a cable or a spring does is no sine"
 )
+OTHER_WEIGHT = (
+    "turn a rotary axis slowly through a whole turn: a weight gives one wave a turn, a constant force is the same "
+    "everywhere; measure a linear axis again with another load, or inclined: a weight changes with it, the zero of "
+    "the amplifier stays"
+)
 SPEEDS_OVER_ANGLES = (
     "turn over a wide range of angles at several speeds in both directions: a weight depends on the angle alone, "
     "friction on the speed and the direction alone"

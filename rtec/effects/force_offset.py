@@ -33,7 +33,7 @@ class ForceOffset(Effect):
     rivals = (
         Rival("asymmetric_friction", experiments.SPEEDS_EACH_WAY),
         Rival("cogging", experiments.OVER_A_PERIOD),
-        Rival("gravity", experiments.WHOLE_TURN),
+        Rival("gravity", experiments.OTHER_WEIGHT, on_lengths=True),
         Rival("viscous", experiments.SPEEDS_EACH_WAY),
     )
     card = Card(

@@ -1,9 +1,11 @@
-"""A weight on an arm: the torque that a rotary axis needs to hold it goes once up and down in a turn."""
+"""A weight: constant on a linear axis; on a rotary one the torque goes once up and down in a turn."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
@@ -36,14 +38,14 @@ class GravityShape(Shape):
 
 
 class Gravity(Effect):
-    """Sine and cosine of the angle of a rotary axis, and of twice the angle where another joint turns along.
+    """Sine and cosine of the angle of a rotary axis, and of twice that where another joint turns along; a constant.
 
     Notes
     -----
     ``torque = sin_1 sin(angle) + cos_1 cos(angle)``, which is ``m g r sin(angle + phase)`` of a mass m at a distance
     r from an axis of rotation that lies horizontally; the phase says where the arm hangs. An arm on a second joint
-    that is moved by the same angle adds the same of twice the angle. On a linear axis a weight is a constant:
-    ``force_offset``.
+    that is moved by the same angle adds the same of twice the angle. On a linear axis a weight is a constant,
+    ``force = weight``: its column is that of ``force_offset``, beside which it is listed and not ranked.
 
     References
     ----------
@@ -63,10 +65,10 @@ class Gravity(Effect):
     name = "gravity"
     observable = Observable.DRIVE
     shape_type = GravityShape
-    needs = f"a rotary axis that turns by {LEAST_SPAN_DEG:g} deg at least"
+    needs = f"a rotary axis that turns by {LEAST_SPAN_DEG:g} deg at least, or a linear one, where it is a constant"
     rivals = (
         Rival("force_map", experiments.WHOLE_TURN),
-        Rival("force_offset", experiments.WHOLE_TURN),
+        Rival("force_offset", experiments.OTHER_WEIGHT, on_lengths=True),
         Rival("viscous", experiments.SPEEDS_OVER_ANGLES),
         Rival("coulomb", experiments.SPEEDS_OVER_ANGLES),
         Rival("inertia", experiments.TWO_STROKES),
@@ -75,7 +77,7 @@ class Gravity(Effect):
         title="Gravity",
         plot=(
             "Torque or current against the angle is one wave a turn, the same in both directions and at every speed, "
-            "largest where the arm is horizontal and zero where it hangs or stands."
+            "largest where the arm is horizontal and zero where it hangs or stands; on a linear axis a constant."
         ),
         cause="The weight of arm, tool and load at a distance from the axis of rotation.",
         consequence="The drive holds against it at rest, and one and the same move takes more torque up than down.",
@@ -90,11 +92,15 @@ class Gravity(Effect):
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a weight on an arm, or None."""
         if conditions.position_unit == "mm":
-            return "on a linear axis a weight is a constant: force_offset"
+            return None
         if conditions.position_unit != "deg":
             return "no angles"
         span = conditions.span
         return None if span >= LEAST_SPAN_DEG else f"the axis turns by {span:.3g} deg only: {LEAST_SPAN_DEG:g} needed"
+
+    def ranked(self, conditions: Conditions) -> bool:
+        """Return whether it can be told from a constant force."""
+        return conditions.position_unit != "mm"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the richest form that the data can show, in which the other lies."""
@@ -109,13 +115,20 @@ class Gravity(Effect):
         return [GravityShape(harmonics) for harmonics in ((1, 2) if conditions.span >= WIDE_DEG else (1,))]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return sine and cosine of the angle and its multiples, shape (rows, 2 harmonics)."""
-        return harmonic_columns(conditions.position, TURN_DEG, own_shape(shape, GravityShape).harmonics)
+        """Return sine and cosine of the angle and its multiples, shape (rows, 2 harmonics); ones on a linear axis."""
+        own = own_shape(shape, GravityShape)
+        if conditions.position_unit == "mm":
+            return np.ones((conditions.rows, 1))
+        return harmonic_columns(conditions.position, TURN_DEG, own.harmonics)
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1, cos_1, ..."""
+        """Return sin_1, cos_1, ...; on a linear axis the weight."""
+        if units.position == "mm":
+            return (Amplitude("weight", *units.shown),)
         return harmonic_names(own_shape(shape, GravityShape).harmonics, units)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return amplitude and phase of each wave, ``amplitude_k sin(k angle + phase_k)``."""
+        """Return amplitude and phase of each wave, ``amplitude_k sin(k angle + phase_k)``, or the weight."""
+        if units.position == "mm":
+            return super().summary(shape, amplitudes, units)
         return harmonic_summary(amplitudes, units)[:-1]

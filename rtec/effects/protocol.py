@@ -92,9 +92,22 @@ class Rival:
     experiment: str
     permanent: bool = False
     """No experiment with the same instrument can tell them apart."""
+    on_lengths: bool = False
+    """Permanent on a linear axis, where the columns of the two are the same."""
     limit: bool = False
     """The effect is a limit of this rival, which therefore explains as much: where it explains hardly more, it is not
     preferred."""
+
+    def lasts(self, conditions: Conditions) -> bool:
+        """Return whether no other measurement of this kind can tell the two apart.
+
+        Examples
+        --------
+        >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64))
+        >>> Rival("gravity", "tilt the axis", on_lengths=True).lasts(c)
+        True
+        """
+        return self.permanent or (self.on_lengths and conditions.position_unit == "mm")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -214,6 +227,10 @@ class Effect(abc.ABC):
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""
         return None
+
+    def ranked(self, conditions: Conditions) -> bool:
+        """Return whether a search over these data ranks it; an effect that is not is listed beside its look-alike."""
+        return not self.never_ranked
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the scan grid: shapes close enough together that none between them is missed."""

@@ -202,7 +202,7 @@ def rivalries(search: Search, model: Scored, k: int) -> list[Rivalry]:
     found += [
         Rivalry(effect=effect.name, rival=rival.name, cosine=1.0, permanent=True)
         for rival in effect.rivals
-        if rival.permanent
+        if rival.lasts(search.space.dataset.conditions)
     ]
     return sorted(found, key=lambda r: -r.cosine)
 

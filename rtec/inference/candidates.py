@@ -33,6 +33,7 @@ def accepted(found: Finding, step: Step, rivals: Sequence[Rivalry]) -> Candidate
         p_adjusted=step.p_adjusted,
         params=step.params,
         tied_with=tuple(r.rival for r in rivals),
+        for_ever=tuple(r.rival for r in rivals if r.permanent),
         cosine=max((r.cosine for r in rivals if not r.permanent), default=None),
         reason="; ".join(words),
         probability=found.probability.get(step.effect, 0.0),
@@ -141,6 +142,7 @@ def _permanent(found: Finding, name: str, other: str, rivalry: Rivalry) -> Candi
         predicted_rms=found.dataset.rms(found.left(found.model)),
         p_adjusted=1.0,
         tied_with=(other,),
+        for_ever=(other,),
         cosine=rivalry.cosine,
         reason=f"looks exactly like {other} to the same instrument",
     )

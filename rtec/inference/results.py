@@ -74,6 +74,8 @@ class Candidate:
     """Training RMS after it was added; None where it was not."""
     params: tuple[Value, ...] = ()
     tied_with: tuple[str, ...] = ()
+    for_ever: tuple[str, ...] = ()
+    """Those of ``tied_with`` that no measurement of this kind tells from it: they are no tie."""
     cosine: float | None = None
     """With the nearest rival, after projection off the rest of the model."""
     probability: float = 0.0

@@ -168,7 +168,7 @@ class Space:
             effect
             for effect in LIBRARY
             if self.reasons.get(effect.name, "") is None
-            and not effect.never_ranked
+            and effect.ranked(self.dataset.conditions)
             and not (effect.is_datum and self.has_datum)
         ) + probes_of(self.dataset)
 

@@ -62,3 +62,20 @@ def test_friction_that_is_there_at_once_has_no_distance():
     results = games(("coulomb", "viscous"), PLANS["drive"], range(8))
     assert right(results, "coulomb", "viscous") == 8
     assert all(term.shape.distance == 0.0 for r in results for term in r.model.terms if term.name == "coulomb")
+
+
+def test_the_weight_of_an_inclined_axis_is_listed_beside_the_constant_force_it_looks_like():
+    results = games(("force_offset",), PLANS["drive"], range(8), 5.0)
+    assert right(results, "force_offset") == 8
+    for result in results:
+        assert result.verdict is Verdict.NAMED
+        (constant,) = [one for one in result.candidates if one.accepted]
+        (weight,) = [one for one in result.candidates if one.effect == "gravity"]
+        assert constant.tied_with == constant.for_ever == ("gravity",)
+        assert weight.tied_with == ("force_offset",)
+        assert "gravity" not in dict(result.not_testable)
+
+
+def test_without_a_constant_force_a_linear_axis_speaks_of_no_weight():
+    for result in games(("viscous",), PLANS["drive"], range(3)):
+        assert "gravity" not in {one.effect for one in result.candidates}

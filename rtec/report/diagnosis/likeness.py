@@ -70,7 +70,7 @@ def tied_groups(candidates: tuple[Candidate, ...]) -> list[tuple[str, ...]]:
     """
     groups: dict[frozenset[str], tuple[str, ...]] = {}
     for candidate in candidates:
-        others = [other for other in candidate.tied_with if not _permanent(candidate.effect, other)]
+        others = [other for other in candidate.tied_with if other not in candidate.for_ever]
         if others:
             group = (candidate.effect, *others)
             groups.setdefault(frozenset(group), group)
@@ -80,14 +80,5 @@ def tied_groups(candidates: tuple[Candidate, ...]) -> list[tuple[str, ...]]:
 def permanent_look_alikes(candidates: tuple[Candidate, ...]) -> list[tuple[str, str]]:
     """Return accepted effects, each with one that mimics it for ever."""
     return [
-        (candidate.effect, other)
-        for candidate in candidates
-        if candidate.accepted
-        for other in candidate.tied_with
-        if _permanent(candidate.effect, other)
+        (candidate.effect, other) for candidate in candidates if candidate.accepted for other in candidate.for_ever
     ]
-
-
-def _permanent(name: str, other: str) -> bool:
-    found = rival(name, other)
-    return found is not None and found.permanent

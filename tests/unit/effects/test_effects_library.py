@@ -134,9 +134,18 @@ def test_the_experiment_that_separates(one, other, words):
     assert words in rival.experiment
 
 
-def test_only_cosine_is_a_look_alike_for_ever():
+def test_cosine_is_a_look_alike_for_ever_and_a_weight_on_a_linear_axis():
     permanent = {(effect.name, rival.name) for effect in LIBRARY for rival in effect.rivals if rival.permanent}
     assert permanent == {("scale", "cosine"), ("cosine", "scale")}
+    lengths = {(effect.name, rival.name) for effect in LIBRARY for rival in effect.rivals if rival.on_lengths}
+    assert lengths == {("force_offset", "gravity"), ("gravity", "force_offset")}
+    for unit, ranked in (("mm", False), ("deg", True)):
+        c = Conditions(position=np.linspace(0.0, 90.0, 9), position_unit=unit, run=np.ones(9, dtype=np.int64))
+        assert effect_named("gravity").ranked(c) is ranked
+        weight, constant = effect_named("gravity"), effect_named("force_offset")
+        for one, other in ((weight, constant), (constant, weight)):
+            (found,) = [rival for rival in one.rivals if rival.name == other.name]
+            assert found.lasts(c) is not ranked
     assert {effect.name for effect in LIBRARY if effect.never_ranked} == {"cosine", "quantisation"}
 
 
@@ -194,8 +203,11 @@ def test_columns_scan_and_contribution_agree(effect, everything):
     if effect.name == "hysteresis":  # of a log
         ways = np.sin(np.arange(210) / 8.0) * np.where(np.arange(210) < 100, 20.0, 150.0)
         everything = replace(everything, moving=True, position=ways, direction=np.sign(np.gradient(ways)))
-    fit = {"revolution": None} if effect.is_map else {"position_unit": "deg"} if effect.name == "gravity" else {}
+    fit = {"revolution": None} if effect.is_map else {}
     assert effect.untestable(replace(everything, **fit)) is None
+    turning = effect.name == "gravity"  # another effect on a linear axis
+    if turning:
+        everything = replace(everything, position_unit="deg")
     shapes = list(effect.shapes(everything))
     assert shapes
     for shape in shapes[:: max(1, len(shapes) // 7)]:
@@ -205,7 +217,7 @@ def test_columns_scan_and_contribution_agree(effect, everything):
         assert columns.shape[0] == everything.rows
         assert np.isfinite(columns).all()
         assert np.abs(columns).max() > 0
-        for units in UNITS:
+        for units in (one for one in UNITS if not turning or one.position == "deg"):
             assert len(effect.amplitudes(shape, units)) == columns.shape[1]
         values = np.linspace(-1.0, 2.0, columns.shape[1])
         by_hand = sum(value * column for value, column in zip(values, columns.T, strict=True))

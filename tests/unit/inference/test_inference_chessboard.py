@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, covariance, left_out_residual, measured, one_chain, whitened
 
-from rtec.effects import Observable, Shape, effect_named
+from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.chessboard import FOLDS, Board, HeldOutGain, board_of, gain_between, held_out_residual, passes_of
 from rtec.inference.evidence import SCALES
 from rtec.inference.scored import Judge
@@ -93,7 +93,7 @@ def test_held_out_residuals_are_those_of_literal_refits(rho, drive):
     if drive:
         moving = replace(data.conditions, velocity=20.0 * data.conditions.direction)
         data = replace(data, observable=Observable.DRIVE, conditions=moving)
-    choices = [(effect_named("viscous"), Shape()), (effect_named("coulomb"), Shape())] if drive else BOTH
+    choices = [(effect_named("viscous"), Shape()), (effect_named("coulomb"), BuildUpShape())] if drive else BOTH
     judge, board = judge_of(data), board_of(data)
     model = judge.score(choices)
     parts = judge.space.parts_of(choices)

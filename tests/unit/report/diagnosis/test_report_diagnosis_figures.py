@@ -11,7 +11,17 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from rtec.effects import Backlash, Conditions, Coulomb, Observable, Shape, Units, Viscous, distance_since_reversal
+from rtec.effects import (
+    Backlash,
+    BuildUpShape,
+    Conditions,
+    Coulomb,
+    Observable,
+    Shape,
+    Units,
+    Viscous,
+    distance_since_reversal,
+)
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures
@@ -45,7 +55,7 @@ def _log(rows: int = 4000) -> Conditions:
 
 def _drive(make_dataset, rows: int = 4000):
     terms = (
-        Term(effect=Coulomb(), shape=Shape(), amplitudes=(20.0,)),
+        Term(effect=Coulomb(), shape=BuildUpShape(), amplitudes=(20.0,)),
         Term(effect=Viscous(), shape=Shape(), amplitudes=(0.2,)),
     )
     c = _log(rows)

@@ -74,10 +74,10 @@ def test_every_verdict_has_a_sentence_of_one_line_even_with_nothing_found(make_d
 
 
 def test_what_mimics_for_ever_is_no_tie(make_candidate):
-    scale = make_candidate("scale", accepted=True, tied_with=("cosine",))
+    scale = make_candidate("scale", accepted=True, tied_with=("cosine",), for_ever=("cosine",))
     assert tied_groups((scale,)) == []
     assert permanent_look_alikes((scale,)) == [("scale", "cosine")]
-    both = make_candidate("scale", accepted=True, tied_with=("cosine", "drift"))
+    both = make_candidate("scale", accepted=True, tied_with=("cosine", "drift"), for_ever=("cosine",))
     assert tied_groups((both, make_candidate("drift", tied_with=("scale",)))) == [("scale", "drift")]
 
 
