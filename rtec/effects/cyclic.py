@@ -177,10 +177,6 @@ class Cyclic(Periodic):
         periods = super().tried(conditions, replace(own, step_at=0.0))
         return periods if own.step_at == 0.0 else periods * STRETCHES
 
-    def freedom(self, shape: Shape) -> int:
-        """Return 1 for the period, and 1 for the place of a step."""
-        return 1 + (own_shape(shape, CyclicShape).step_at > 0.0)
-
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why the waves are no family of their period; a step says nothing of that."""
         own = own_shape(shape, CyclicShape)

@@ -568,7 +568,6 @@ def test_the_peak_to_peak_value_holds_the_step():
     assert (values["step_at"], values["step"]) == (2.0, 20.0)
     plain = dict((name, value) for name, value, _ in Cyclic().summary(CyclicShape(6.0, 1), [0.01, 0.0], units))
     assert "step" not in plain and "step_at" not in plain
-    assert Cyclic().freedom(shape) == 2 and Cyclic().freedom(CyclicShape(6.0)) == 1
 
 
 def test_steps_are_looked_for_in_a_stated_turn_with_many_phases_only():
