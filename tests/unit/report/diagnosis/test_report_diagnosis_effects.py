@@ -9,6 +9,7 @@ import pytest
 
 from rtec.effects import (
     Backlash,
+    BuildUpShape,
     Conditions,
     Cyclic,
     CyclicShape,
@@ -135,7 +136,7 @@ def test_what_a_curve_cannot_show_is_drawn_as_the_mean_of_neighbours(make_datase
 def test_friction_is_one_curve_of_force_against_speed(make_dataset, make_noise):
     c = log()
     c = replace(c, velocity=np.gradient(c.position, c.time_s))
-    terms = (term("coulomb", None, 20.0), term("viscous", None, 0.2), term("force_offset", None, 7.0))
+    terms = (term("coulomb", BuildUpShape(), 20.0), term("viscous", None, 0.2), term("force_offset", None, 7.0))
     dataset = make_dataset(conditions=c, terms=terms, observe="force", observable=Observable.DRIVE,
                            units=Units("n", "mm", "s"), cell=np.full(c.rows, -1))  # fmt: skip
     model = Model(observe="force", units=dataset.units, terms=terms)
