@@ -25,6 +25,7 @@ class Ask(enum.Enum):
     FINE_STEPS = "targets in steps of a twentieth of the shortest stated period"
     MORE_TARGETS = "twice as many targets"
     SHIFTED_TARGETS = "targets shifted from run to run"
+    TEMPERATURES = "temperatures recorded"
     ZERO_KEPT = "the zero kept between two runs"
 
 

@@ -62,7 +62,7 @@ _WAYS: Mapping[str, tuple[str, frozenset[Ask]]] = MappingProxyType(
         ),
         "time": (
             "measure one target for an hour with time and temperatures recorded",
-            frozenset((Ask.THREE_HOURS, Ask.FIVE_RUNS)),
+            frozenset((Ask.THREE_HOURS, Ask.TEMPERATURES)),
         ),
         "velocity": ("measure at several feeds", frozenset((Ask.SPEEDS,))),
     }

@@ -37,7 +37,8 @@ _STEPS_A_PERIOD, _MOST_FINE, _FINE_PERIODS = 20, 401, 2.0
 _FEED, _FEED_SPANS_S = 40.0, 2.5
 _SHORTEST_DWELL_S, _LONGEST_DWELL_S, _USUAL_DWELL_S = 2.0, 100.0, 6.0
 _CHANGES_HPA = 3.0
-_PLATEAU_SHARE, _MOST_FEEDS = 0.02, 6
+_PLATEAU_SHARE, _MOST_FEEDS, _APART = 0.02, 6, 0.8
+"""Speeds that a log holds: the least share of its readings at each, how many, and how far apart."""
 _MOVES = 60
 _MANY_TURNS = 10
 """Reversals in a run from which on a log goes by short strokes."""
@@ -70,7 +71,7 @@ def suggested_plan(diagnosis: Diagnosis) -> Suggested:
     try:
         measured = measured_plan(diagnosis.dataset)
         if measured is None:
-            return Suggested(None, "the measurement has no targets or way in mm or degrees that a plan could repeat")
+            return Suggested(None, "the measurement has no targets in mm or degrees, or way in motion, for a plan")
         return Suggested(changed(measured, asks, diagnosis.dataset))
     except ArgumentError as error:
         return Suggested(None, f"the experiment does not fit into one plan: {error}")
@@ -87,9 +88,10 @@ def measured_plan(dataset: Dataset) -> ExperimentPlan | None:
     c = dataset.coordinates
     if c.position_unit not in ("mm", "deg") or c.places.size < 2 or dataset.coordinate == "velocity":
         return None
-    reading = Reading.DRIVE if dataset.observable is Observable.DRIVE else Reading.MOVING
-    if reading is Reading.MOVING and not c.moving:
-        reading = Reading.AT_REST
+    of_drive = dataset.observable is Observable.DRIVE
+    if of_drive and not c.moving:  # forces that hold positions, or a table of speeds
+        return None
+    reading = Reading.DRIVE if of_drive else Reading.MOVING if c.moving else Reading.AT_REST
     start, end = _ends(dataset.conditions)
     runs = int(np.unique(c.run).size)
     passes = Passes.BOTH if c.both_directions else Passes.FORWARD
@@ -212,6 +214,8 @@ def _surroundings(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) 
     if Ask.LOADS in asks:
         loads = plan.loads_kg if len(plan.loads_kg) > 1 else LOADS_KG
         plan = replace(plan, loads_kg=loads, columns=_with(plan.columns, "load"), runs=max(plan.runs, len(loads)))
+    if Ask.TEMPERATURES in asks:
+        plan = replace(plan, columns=_with(plan.columns, "time", "temperature"))
     if Ask.ZERO_KEPT in asks:
         plan = replace(plan, zero=Zero.KEPT)
     return plan
@@ -236,7 +240,7 @@ def _length(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) -> Exp
     if Ask.THREE_HOURS not in asks or plan.in_motion or lacking_s <= 0.0:
         return plan
     dwell = min(plan.dwell_s + lacking_s / plan.readings, _LONGEST_DWELL_S)
-    plan = replace(plan, dwell_s=math.ceil(dwell))
+    plan = replace(plan, dwell_s=math.ceil(dwell), columns=_with(plan.columns, "time"))
     again = math.ceil(THREE_HOURS_S * plan.runs / plan.duration_s)
     return replace(plan, runs=min(max(plan.runs, again), _MOST_RUNS))
 
@@ -278,7 +282,10 @@ def _plateaus(c: Conditions) -> tuple[float, ...]:
     held = values[(counts >= _PLATEAU_SHARE * speeds.size) & (values > 0.0)]
     if held.size == 0:
         held = np.array([_rounded(float(np.quantile(speeds, 0.95)))])
-    found = sorted((float(speed) for speed in held if speed > 0.0), reverse=True)
+    found: list[float] = []
+    for speed in sorted((float(speed) for speed in held if speed > 0.0), reverse=True):
+        if not found or speed < _APART * found[-1]:
+            found.append(speed)
     return tuple(found[:_MOST_FEEDS])
 
 

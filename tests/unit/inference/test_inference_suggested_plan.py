@@ -62,6 +62,16 @@ def test_a_plan_in_motion_is_known_from_its_log(name):
     assert found.span_mm <= plan.span_mm
 
 
+def test_speeds_of_a_log_are_those_it_holds():
+    log = game("moving")
+    c = log.conditions
+    noisy = replace(log, conditions=replace(c, velocity=c.velocity * (1.0 + 0.05 * np.sin(np.arange(c.rows)))))
+    assert len(measured_plan(noisy).feeds_mm_s) == 3
+    held = game("drive")
+    assert measured_plan(held) is not None
+    assert measured_plan(replace(held, conditions=replace(held.conditions, moving=False))) is None
+
+
 def test_both_directions_and_five_runs():
     plan = after(POOR, Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)
     assert (plan.passes, plan.runs) == (Passes.BOTH, 5)
@@ -110,6 +120,7 @@ def test_it_lasts_three_hours_where_that_is_asked():
     plan = after(POOR, Ask.THREE_HOURS, Ask.FIVE_RUNS)
     assert plan.duration_s >= THREE_HOURS_S
     assert plan.dwell_s <= 100.0
+    assert after(replace(POOR, columns=()), Ask.THREE_HOURS, Ask.TEMPERATURES).columns == ("time", "temperature")
     assert after(LOG, Ask.THREE_HOURS) == LOG
 
 
