@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
-from rtec.blind import PLANS, Scenario, play
+from rtec.blind import PLANS, Scenario, again, play
 from rtec.dataset.load import load_dataset
 from rtec.effects import LIBRARY, Observable, experiments
 from rtec.effects.experiments import ASKS, Ask
@@ -166,6 +166,22 @@ def test_a_weight_is_asked_for_where_a_joint_hardly_turned():
     assert diagnosis.dataset.observable is Observable.DRIVE
     assert {Ask.WHOLE_TURN, Ask.SPEEDS} <= diagnosis.experiment.asks
     assert suggested_plan(diagnosis).plan.span_mm == 360.0
+    # over a wider angle a weight could be tested, but does all that one speed's friction does
+    assert Ask.WHOLE_TURN in diagnose(game("one_speed", ("viscous",), strength_sigma=5.0)).experiment.asks
+
+
+def test_cogging_once_a_turn_is_no_rival_of_a_weight():
+    turn = ExperimentPlan(
+        reading=Reading.DRIVE,
+        rotary=True,
+        runs=2,
+        span_mm=360.0,
+        strokes=Strokes.FULL,
+        feeds_mm_s=(40.0, 20.0),
+        columns=("time", "velocity", "torque"),
+    )
+    diagnosis = diagnose(load_dataset(again(Scenario(names=("gravity",), plan=PLANS["joint"]), 3, turn)[0]))
+    assert (diagnosis.verdict.value, diagnosis.effects) == ("NAMED", ("gravity",))
 
 
 def test_what_was_recorded_and_came_once_is_varied_without_repeats():
