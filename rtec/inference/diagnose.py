@@ -135,7 +135,9 @@ def _on_all(found: Finding, dataset: Dataset) -> Finding:
     library = {effect.name: effect for effect in whole.space.library}
     choices = [(library.get(effect.name, effect), shape) for effect, shape in scouted.choices]
     lasting = [c for c in choices if not isinstance(c[0], Probe) or c[0].name in library]
-    model = whole.earned(whole.reshaped(whole.judge.score(lasting), maps=True, waves=True))
+    # more readings at rest show more harmonics; in a log, whose form is never exact, they would follow its hairs
+    still = not dataset.conditions.moving
+    model = whole.earned(whole.reshaped(whole.judge.score(lasting), maps=True, waves=still))
     # how an effect changes is asked of all rows anew: the probe for it was made of those drawn
     return replace(found, search=whole, model=model if len(lasting) == len(choices) else whole.changing(model))
 
