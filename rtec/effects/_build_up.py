@@ -10,6 +10,7 @@ import numpy as np
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.viscous import one_speed_each_way
 
 LONGEST = 1 / 30
 """Of the span: what builds up over a longer way looks like a force that depends on position."""
@@ -32,9 +33,12 @@ class BuildUpShape(Shape):
 
 
 def build_up_shapes(conditions: Conditions) -> list[BuildUpShape]:
-    """Return friction that is there at once, and distances over which it may build up, from nothing and carried."""
+    """Return friction that is there at once, and distances over which it may build up, from nothing and carried.
+
+    None of these at one speed each way: what grows while the axis gets up to speed may as well be viscous friction.
+    """
     gone = conditions.since_reversal
-    if gone is None or conditions.direction is None:
+    if gone is None or conditions.direction is None or one_speed_each_way(conditions):
         return [BuildUpShape()]
     near = np.sort(gone[(gone > 0.0) & (conditions.direction != 0.0)])
     longest = LONGEST * conditions.span

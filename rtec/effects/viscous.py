@@ -64,7 +64,7 @@ class Viscous(Effect):
             return "no velocity or feed column"
         if not np.any(conditions.velocity):
             return "the velocity is zero throughout"
-        return "one speed each way: it cannot be told from dry friction" if _one_speed_each_way(conditions) else None
+        return "one speed each way: it cannot be told from dry friction" if one_speed_each_way(conditions) else None
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, shape (rows, 1)."""
@@ -75,7 +75,7 @@ class Viscous(Effect):
         return (Amplitude("viscous", *per_speed(units)),)
 
 
-def _one_speed_each_way(conditions: Conditions) -> bool:
+def one_speed_each_way(conditions: Conditions) -> bool:
     """Return whether the axis moves at a single speed in each of two directions, but for starts, stops and noise."""
     if conditions.velocity is None or conditions.direction is None or not conditions.both_directions:
         return False

@@ -24,7 +24,7 @@ def path(turns=TURNS, noise=0.0):
         position_unit="mm",
         run=run,
         direction=way,
-        velocity=way,
+        velocity=way * np.linspace(1.0, 9.0, way.size),
         since_reversal=distance_since_reversal(read, way, run),
         moving=True,
     )
@@ -113,6 +113,11 @@ def test_without_a_way_since_the_reversal_friction_is_there_at_once():
     c, _ = path()
     assert Coulomb().shapes(replace(c, since_reversal=None)) == [BuildUpShape()]
     assert Coulomb().shapes(replace(c, since_reversal=np.zeros(c.rows))) == [BuildUpShape()]
+
+
+def test_at_one_speed_each_way_a_build_up_cannot_be_told_from_viscous_friction():
+    c, _ = path()
+    assert Coulomb().shapes(replace(c, velocity=5.0 * c.direction)) == [BuildUpShape()]
 
 
 def test_friction_by_load_builds_up_alike():
