@@ -220,7 +220,7 @@ def rows(results: Sequence[tuple[Pair, Sequence[Rounds]]]) -> list[str]:
         "games",
         "TIED, right experiment",
         "open, right experiment",
-        "told apart after it",
+        "told apart",
         "both rounds",
     )
     found = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]

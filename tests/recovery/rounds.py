@@ -33,6 +33,10 @@ effect and no other. "Both rounds": open with the right experiment, then told ap
 interval. The plans stand in `rtec/blind/plan.py` (`one_heating`, `one_pose`, `sparse`, `one_day`, `two_runs`), the
 pairs in `rtec/blind/rounds.py`.
 
+Spike and wind-up are never tied. With few readings after the reversals neither can be tested, and the verdict is
+INCONCLUSIVE; with enough of them the two differ by a backlash and are told apart at once. Growth and shift,
+refraction and drift, and a weight that hardly shows are sometimes INCONCLUSIVE, too, and the experiment is the same.
+
 """
 
 
