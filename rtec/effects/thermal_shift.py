@@ -44,6 +44,7 @@ class ThermalShift(Effect):
         Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
         Rival("scale", experiments.COLD_AND_HOT),
         Rival("warm_up", experiments.OTHER_HEAT),
+        Rival("warm_up_growth", experiments.OTHER_HEAT),
         Rival("drift", experiments.COOL_AGAIN),
         Rival("lost_counts", experiments.COOL_AGAIN),
         Rival("dead_path", experiments.OTHER_WEATHER),

@@ -39,6 +39,7 @@ class WarmUpGrowth(WarmUp):
     rivals = (
         Rival("warm_up", experiments.FAR_AND_WARM),
         Rival("thermal_growth", experiments.OTHER_HEAT),
+        Rival("thermal_shift", experiments.OTHER_HEAT),
         Rival("scale", experiments.INTERLEAVE),
         Rival("drift", experiments.LONGER),
         Rival("refraction", experiments.OTHER_WEATHER),
