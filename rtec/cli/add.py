@@ -48,9 +48,12 @@ def add(
     by_direction: Annotated[
         bool, typer.Option("--by-direction", help="A cyclic error for each direction.", rich_help_panel=_SHAPE)
     ] = False,
+    step_at: Annotated[_Text, _option("'2 mm'", "Where in its period a cyclic error steps.")] = None,
     nodes: Annotated[_Text, _option("N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")] = None,
     runs: Annotated[_Text, _option("'1, 2, 3'", "With a zero of their own, from that of the first.")] = None,
-    distance: Annotated[_Text, _option("'0.5 mm'", "Over which wind-up builds up, or a spike dies away.")] = None,
+    distance: Annotated[
+        _Text, _option("'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
+    ] = None,
     carried: Annotated[
         bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)
     ] = False,
@@ -86,6 +89,7 @@ def add(
         "period": period,
         "harmonics": None if harmonics is None else whole(harmonics, name="--harmonics"),
         "by_direction": by_direction or None,
+        "step_at": step_at,
         "nodes": nodes,
         "runs": runs,
         "distance": distance,
