@@ -160,6 +160,8 @@ def parameter_texts(values: tuple[Value, ...], most: int) -> list[str]:
     --------
     >>> parameter_texts((Value("lag", 1.5, None, "ms"),), 3), parameter_texts((Value("a", 1.0, None, "um"),) * 3, 2)
     (['lag 1.5 ms'], ['a 1 µm', 'and 2 more'])
+    >>> parameter_texts((Value("amplitude_1", 6.22, 0.11, "um"),), 1)  # a number beside a number
+    ['amplitude 1: 6.22 ± 0.11 µm']
     """
-    texts = [f"{name} {text}" for name, text in named_texts(values)]
+    texts = [f"{name}{':' if name[-1:].isdigit() else ''} {text}" for name, text in named_texts(values)]
     return texts if len(texts) <= most else [*texts[: most - 1], f"and {len(texts) - most + 1} more"]
