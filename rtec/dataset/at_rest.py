@@ -106,7 +106,8 @@ def run_clocks(rows: Rows) -> None:
         allowed = "times that do not decrease within a run (a column 'run' where each run has a clock of its own)"
         raise FileFormatError(rows.measurement.source, rows.measurement.line_of(row), problem, allowed)
     rows.time_s = time_s - time_s[0]
-    if (steps < 0).any():
+    rows.pauses_unknown = bool((steps < 0).any())
+    if rows.pauses_unknown:
         interval = float(np.median(steps[same_run])) if same_run.any() else 1.0
         rows.time_s = np.append(0.0, np.cumsum(np.where(same_run, steps, interval)))
         rows.notes.append(

@@ -31,6 +31,7 @@ from rtec.dataset.standstill import (
     rest_stretches,
     starts_of_groups,
     stretches_of,
+    unbroken,
 )
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError
@@ -75,6 +76,8 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
     """Give a log velocity, acceleration and direction, by the filters of the log that it is compared with.
 
     Its decimation comes back (None without), and the cut-off of the low pass in Hz (None where nothing was filtered).
+    Runs between which the log goes on are one motion to the filters: its turning points stay in it.
+
     An unevenly sampled log is differentiated by local parabolas at its actual times, and neither filtered nor
     decimated: resampling to an even grid would mix neighbouring readings, and what depends on position alone
     (cogging) needs no derivative. A deviation is not decimated either: nothing differentiates it.
@@ -82,7 +85,8 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
     resample, used = None, None
     _find_rests(rows)  # before any filter, whose ringing looks like turning round
     if rows.time_s is not None:
-        stretches = stretches_of(rows.time_s, rows.run)
+        run = rows.run if rows.pauses_unknown else unbroken(rows.time_s, rows.position, rows.run)
+        stretches = stretches_of(rows.time_s, run)
         rate = even_rate(rows.time_s, stretches) if like is None or like.cutoff_hz is not None else None
         if rate is None:
             _differentiate_unevenly(rows)

@@ -23,7 +23,7 @@ class Rows:
     They are of shape (rows,), with the names and units of the data set; None is what the file does not tell.
     ``held_direction`` is that of the last motion, also at rest, ``rest`` the number of the standstill that a row of a
     log belongs to, −1 in motion; ``turn`` is a whole turn of a rotary axis; ``smoothed_off`` how much of a velocity
-    column the low pass took away.
+    column the low pass took away; ``pauses_unknown`` says that the clock of the file starts again with each run.
     """
 
     measurement: Measurement
@@ -37,6 +37,7 @@ class Rows:
     observed: Floats
     run: Ints
     time_s: Floats | None = None
+    pauses_unknown: bool = False
     direction: Floats | None = None
     held_direction: Floats | None = None
     rest: Ints | None = None

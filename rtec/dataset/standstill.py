@@ -18,6 +18,7 @@ Stretch = tuple[int, int]
 
 _TURNED = 1e-5  # share of the span that an axis has to go back to have turned
 _GAP = 5.0  # median intervals after which a log begins again
+_ONE = 1.5  # usual intervals after which a reading between two would be missing
 _STEPS, _SIGMAS = 2.0, 6.0  # width of the band at rest: steps of the resolution, standard deviations of the noise
 _QUARTER = 0.78  # first quartile of the size of second differences of white noise, in standard deviations
 _FEWEST_ROWS = 5  # fewer rows within the band are a hesitation, or a slow sample on the way
@@ -45,6 +46,25 @@ def stretches_of(time_s: Floats | None, run: Ints) -> list[Stretch]:
         passed = steps[~new & (steps > 0)]
         new = new | (steps > _GAP * (float(np.median(passed)) if passed.size else 0.0))
     return list(itertools.pairwise([0, *(np.flatnonzero(new) + 1).tolist(), run.size]))
+
+
+def unbroken(time_s: Floats, position: Floats, run: Ints) -> Ints:
+    """Return runs numbered anew, those as one of which a log goes on from the last reading of one to the next.
+
+    It does where no more time passes between the two than usual, and the axis goes no farther than elsewhere from one
+    reading to the next: then the number of the run is the writer's, and the motion is one.
+
+    Examples
+    --------
+    >>> run = np.array([1, 1, 1, 2, 2, 2, 3, 3, 3])
+    >>> unbroken(np.arange(9.0), np.array([0.0, 1, 1, 0, 1, 1, 9, 9, 9]), run).tolist()
+    [0, 0, 0, 0, 0, 0, 1, 1, 1]
+    """
+    new, passed, way = run[1:] != run[:-1], np.diff(time_s), np.abs(np.diff(position))
+    if new.all():
+        return np.cumsum(np.append(False, new))
+    usual, farthest = float(np.median(passed[~new])), float(way[~new].max())
+    return np.cumsum(np.append(False, new & ((passed > _ONE * usual) | (way > farthest))))
 
 
 def group_means(values: Floats, starts: Ints) -> Floats:

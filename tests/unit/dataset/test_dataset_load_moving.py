@@ -286,6 +286,33 @@ def test_gaps_and_runs_are_differentiated_each_for_itself():
     assert any("starts again" in note for note in data.notes)
 
 
+def test_a_run_that_goes_on_where_the_last_ended_is_no_gap():
+    """What remembers needs the whole way, and the way is known where the log never stopped."""
+    time, position, force, velocity, _ = a_drive()
+    run = np.repeat([1, 2], 3000)
+    columns = {"time": ("s", time), "actual": ("mm", position), "force": ("n", force)}
+    data = load_dataset(measured(run=("", run), **columns))
+    assert data.resample.stretches == ((0, 5600),)
+    np.testing.assert_allclose(data.conditions.velocity, velocity[200:5800], atol=0.5)
+    assert np.unique(data.conditions.run).tolist() == [1, 2], "the runs stay what they are"
+
+
+@pytest.mark.parametrize(("late_s", "away_mm"), [(0.002, 0.0), (0.0, 5.0)])
+def test_a_run_after_a_pause_or_elsewhere_is_a_new_beginning(late_s, away_mm):
+    time, position, force, *_ = a_drive()
+    run = np.repeat([1, 2], 3000)
+    columns = {"actual": ("mm", position + away_mm * (run == 2)), "force": ("n", force)}
+    data = load_dataset(measured(run=("", run), time=("s", time + late_s * (run == 2)), **columns))
+    assert data.resample.stretches == ((0, 2600), (2600, 5200))
+
+
+def test_between_runs_with_clocks_of_their_own_nothing_is_known():
+    time, position, force, *_ = a_drive()
+    columns = {"actual": ("mm", position), "force": ("n", force), "run": ("", np.repeat([1, 2], 3000))}
+    data = load_dataset(measured(time=("s", np.tile(time[:3000], 2)), **columns))
+    assert data.resample.stretches == ((0, 2600), (2600, 5200))
+
+
 def test_short_stretches_are_left_out_or_refused():
     time, position, force, *_ = a_drive()
     gap = time + 50.0 * (np.arange(time.size) >= 5800)
