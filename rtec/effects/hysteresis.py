@@ -26,7 +26,7 @@ from rtec.effects.protocol import (
 )
 
 ELEMENTS = 24
-"""Springs that slip one after the other: their curve is an exponential within 2 %."""
+"""Springs that slip one after the other, each at the same force: their curve is an exponential within 0.4 %."""
 FEWEST_STROKES = 4
 DIFFERENT = 2.0
 """How many times as long as a short stroke a long one has to be: of equal strokes each loop is the same."""
@@ -50,8 +50,9 @@ class Hysteresis(Effect):
     Notes
     -----
     ``deviation = hysteresis / 2 * h``, where h is the mean of elements that follow the way until they slip, from -1
-    to 1 where all of them do; limits are spread so that from nothing ``h = 1 - exp(-way / distance)``. A reversal
-    within a loop makes a smaller loop that closes where it began (Masing's rules), which ``windup`` does not.
+    to 1 where all of them do; the ways to slip are spread (a gamma distribution of order 2 over force) so that from
+    nothing ``h = 1 - exp(-way / distance)``. A reversal within a loop makes a smaller loop that closes where it began
+    (Masing's rules), which ``windup`` does not.
 
     References
     ----------
@@ -128,17 +129,20 @@ class Hysteresis(Effect):
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""
+        from scipy.special import gammaincinv  # noqa: PLC0415 - as the next, for logs only
+
         from rtec.effects._hysteresis_kernels import bend  # noqa: PLC0415 - loads numba, for logs only
 
         own = [own_shape(shape, HysteresisShape) for shape in shapes]
-        share = -np.log1p(-(np.arange(ELEMENTS) + 0.5) / ELEMENTS)
-        limits = np.array([shape.distance for shape in own])[:, None] * share / share.mean()
+        # springs with the share (1 + w) exp(-w) of the force slip beyond w distances: the curve is 1 - exp(-w)
+        slips = gammaincinv(2.0, (np.arange(ELEMENTS) + 0.5) / ELEMENTS)
+        ways_to_slip = np.array([shape.distance for shape in own])[:, None] * slips
         whole, rows = conditions.path
         ways = np.diff(whole.position)
         first = float(np.sign(ways[np.flatnonzero(ways)[:1]]).sum())
         begin = np.array([first if shape.settled else 0.0 for shape in own])
         found = np.empty((len(own), whole.rows))
-        bend(whole.position, _begins(whole), begin, limits, np.empty(ELEMENTS), found)
+        bend(whole.position, _begins(whole), begin, ways_to_slip, np.empty(ELEMENTS), found)
         half: Floats = found[:, None, rows] / 2.0
         return half
 

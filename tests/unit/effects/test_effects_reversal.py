@@ -110,7 +110,7 @@ def leaf(conditions, distance=6.0, **more):
 
 def test_from_nothing_the_springs_bend_as_an_exponential():
     x = path(0.0, 60.0)
-    assert leaf(log(x)) == pytest.approx(1.0 - np.exp(-x / 6.0), abs=0.02)
+    assert leaf(log(x)) == pytest.approx(1.0 - np.exp(-x / 6.0), abs=0.005)
 
 
 def test_a_way_back_is_twice_as_long_as_the_first():
@@ -119,7 +119,7 @@ def test_a_way_back_is_twice_as_long_as_the_first():
     turn = int(np.argmax(x))
     h = leaf(log(x))
     back = 100.0 - x[turn:]
-    assert h[turn:] == pytest.approx(1.0 - 2.0 * (1.0 - np.exp(-back / 12.0)), abs=0.045)
+    assert h[turn:] == pytest.approx(1.0 - 2.0 * (1.0 - np.exp(-back / 12.0)), abs=0.01)
 
 
 def test_a_small_loop_closes_where_it_began_and_is_forgotten():
