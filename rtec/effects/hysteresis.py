@@ -24,6 +24,7 @@ from rtec.effects.protocol import (
     own_shape,
     parameter,
 )
+from rtec.effects.windup import shortest
 
 ELEMENTS = 24
 """Springs that slip one after the other, each at the same force: their curve is an exponential within 0.4 %."""
@@ -110,13 +111,14 @@ class Hysteresis(Effect):
         ways = strokes(conditions)
         if not ways.size:
             return []
-        scanned = ladder(float(np.quantile(ways, 0.1)) / LONGEST, float(ways.max()) / 2)
+        least = max(float(np.quantile(ways, 0.1)) / LONGEST, shortest(conditions))
+        scanned = ladder(least, max(float(ways.max()) / 2, least))
         return [HysteresisShape(distance, settled) for distance in scanned for settled in (False, True)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the distance, free by a half."""
         distance = own_shape(shape, HysteresisShape).distance
-        return (Tunable("distance", distance / 1.5, distance * 1.5),)
+        return (Tunable("distance", min(max(distance / 1.5, shortest(conditions)), distance), distance * 1.5),)
 
     def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
         """Return that beside a wind-up it is one of two names for the same springs."""

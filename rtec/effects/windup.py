@@ -116,7 +116,8 @@ class Windup(Effect):
         gone = distances(conditions)
         if gone.size < FEWEST_DISTANCES:
             return []
-        here = [WindupShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
+        least = shortest(conditions)
+        here = [WindupShape(distance) for distance in ladder(least, max(conditions.span / 5, least))]
         if not conditions.moving:
             return here
         remembered = [replace(shape, carried=True) for shape in here]
@@ -138,7 +139,8 @@ class Windup(Effect):
         """
         own = own_shape(shape, WindupShape)
         top = max(conditions.span / 5, own.distance)
-        found = (Tunable("distance", own.distance / 1.5, min(own.distance * 1.5, top)),)
+        least = min(max(own.distance / 1.5, shortest(conditions)), own.distance)
+        found = (Tunable("distance", least, min(own.distance * 1.5, top)),)
         return (
             (*found, Tunable("overshoot", 0.0, max(own.overshoot, FARTHEST * own.distance)))
             if own.overshoot > 0.0
@@ -202,6 +204,22 @@ def too_sparse(conditions: Conditions) -> str | None:
         return None
     unit = conditions.position_unit
     return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
+
+
+def shortest(conditions: Conditions) -> float:
+    """Return the shortest distance over which something after a reversal can be seen to change.
+
+    Half the shortest distance of a reading at rest. Of a log the way that it goes, as a rule, in its first two
+    readings after a reversal: what changes over less is over between two readings, and looks like play.
+    """
+    gone = distances(conditions)
+    least = float(gone[0]) / 2.0 if gone.size else 0.0
+    since = conditions.since_reversal
+    if not conditions.moving or since is None:
+        return least
+    first = np.flatnonzero(np.diff(since) < 0.0) + 1
+    first = first[first + 2 < since.size]
+    return max(least, float(np.median(since[first + 2]))) if first.size else least
 
 
 def distances(conditions: Conditions) -> Floats:
