@@ -147,8 +147,11 @@ def measure(
     """
     sealed = opened(data)
     experiment = read_experiment(plan)
-    if Path(output).exists() and Path(output).samefile(data):
-        raise ArgumentError("output", output, "another file than the data", "the first measurement is still needed")
+    for needed in (Path(data), sealed_path(data), Path(plan)):
+        for new_file in (Path(output), sealed_path(output)):
+            if new_file.exists() and new_file.samefile(needed):
+                allowed = "another file than the data, its seal and the plan"
+                raise ArgumentError("output", output, allowed, f"{needed} is still needed")
     _check_new(output, force=force)
     number = sealed.number + 1 if seed is None else seed
     with naming_keys(plan):

@@ -89,7 +89,8 @@ def measure(
         Path, typer.Option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
     ],
     seed: Annotated[
-        int | None, typer.Option(min=1, max=1 << 62, help="Of noise and surroundings; another one each time.")
+        int | None,
+        typer.Option(min=1, max=1 << 62, help="Of noise and surroundings; one seed, one set of readings."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,

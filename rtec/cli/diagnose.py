@@ -9,6 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.inference.results import Diagnosis
@@ -55,6 +56,8 @@ def diagnose(
         _measured.check_new_file("--save", save, force=force)
     if suggest is not None:
         _measured.check_new_file("--suggest", suggest, force=force)
+    if save is not None and suggest is not None and save.resolve() == suggest.resolve():
+        raise ArgumentError("--suggest", suggest, "another file than that of --save")
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     written = {}
     with progress(f"diagnosing {data.name}") as show:

@@ -168,6 +168,7 @@ ASKS: Mapping[str, frozenset[Ask]] = MappingProxyType(
         HOT_AT_BOTH_ENDS: frozenset((Ask.COLD_AND_HOT, Ask.FIVE_RUNS)),
         COOL_AGAIN: frozenset((Ask.COLD_AND_HOT, Ask.FIVE_RUNS)),
         SEVERAL_TURNS: frozenset(),
+        PAST_A_TURN: frozenset((Ask.WHOLE_TURN,)),
         MANY_REVERSALS: frozenset((Ask.AFTER_REVERSALS, Ask.BOTH_DIRECTIONS, Ask.FIVE_RUNS)),
         TWO_STROKES: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
         SEVERAL_SPEEDS: frozenset((Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
@@ -181,6 +182,7 @@ ASKS: Mapping[str, frozenset[Ask]] = MappingProxyType(
         SHORT_AND_LONG: frozenset((Ask.IN_MOTION, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
         ZERO_AGAIN: frozenset((Ask.FIVE_RUNS, Ask.BOTH_DIRECTIONS, Ask.ZERO_KEPT)),
         WHOLE_TURN: frozenset((Ask.WHOLE_TURN, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        OTHER_WEIGHT: frozenset((Ask.WHOLE_TURN, Ask.BOTH_DIRECTIONS)),
         SPEEDS_OVER_ANGLES: frozenset((Ask.WHOLE_TURN, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
     }
 )

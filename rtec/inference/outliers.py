@@ -12,6 +12,8 @@ FAR = 8.0
 """Robust standard deviations from its neighbours, or from what the model says: no noise goes so far."""
 MOST = 0.02
 """Share of the readings, at most: more of them are heavy tails, and these belong to the noise."""
+ENOUGH = 50
+"""Readings of a kind from which on they have a spread of their own: that of a few may be near zero by chance."""
 _TO_SIGMA = 1.4826
 """Standard deviation of normal noise over its median absolute deviation."""
 
@@ -20,8 +22,9 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
     """Return which readings lie far from those of the same conditions, or from those before and after; shape (rows,).
 
     Readings that repeat are compared with the median of their cell where that holds four readings at least, all
-    others with the median of the two before and the two after; each kind against its own spread, since neighbours
-    differ by more than noise. A step is no outlier: on one side its neighbours are like it.
+    others with the median of the two before and the two after; each kind against its own spread where it is large
+    enough to have one, since neighbours differ by more than noise. A step is no outlier: on one side its neighbours
+    are like it.
     """
     y = dataset.observed
     away = np.zeros(dataset.rows)
@@ -39,10 +42,11 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
             rows = np.flatnonzero(cells == cell)
             away[rows] = y[rows] - np.median(y[rows])
             repeated[rows] = True
+    if min(repeated.sum(), (~repeated).sum()) < ENOUGH:
+        return far(away)
     found = np.zeros(dataset.rows, dtype=np.bool_)
     for kind in (repeated, ~repeated):
-        if kind.any():
-            found[kind] = far(away[kind])
+        found[kind] = far(away[kind])
     return found
 
 

@@ -40,6 +40,7 @@ _CHANGES_HPA = 3.0
 _PLATEAU_SHARE, _MOST_FEEDS, _APART = 0.02, 6, 0.8
 """Speeds that a log holds: the least share of its readings at each, how many, and how far apart."""
 _MOVES = 60
+_ROUNDING = 1e-9
 _MANY_TURNS = 10
 """Reversals in a run from which on a log goes by short strokes."""
 
@@ -180,7 +181,9 @@ def _targets(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) -> Ex
         plan = replace(plan, targets=steps + 1, span_mm=steps * step)
     elif Ask.SHIFTED_TARGETS in asks and (once := target_shift(dataset.coordinates)) is not None:
         once = float(f"{once:.4g}")
-        plan = replace(plan, shifts_mm=(0.0, once, 2.0 * once), span_mm=plan.span_mm - 2.0 * once)
+        apart = plan.span_mm / max(plan.targets - 1, 1)
+        steps = max(math.floor((plan.span_mm - 2.0 * once) / apart + _ROUNDING), 1)
+        plan = replace(plan, shifts_mm=(0.0, once, 2.0 * once), targets=steps + 1, span_mm=steps * apart)
     c = dataset.coordinates
     stated = [period for period in (c.screw_pitch, c.signal_period, c.revolution) if period is not None]
     if Ask.FINE_STEPS in asks and stated:
@@ -230,7 +233,7 @@ def _runs(plan: ExperimentPlan, asks: frozenset[Ask], dataset: Dataset) -> Exper
     # what takes turns from run to run comes twice, so that it is repeated
     in_turn = max(len(plan.shifts_mm), 1 if plan.in_motion else len(plan.feeds_mm_s))
     fewest = max(fewest, 2 * in_turn if in_turn > 1 else 1)
-    if plan.in_motion and plan.passes is Passes.BOTH:
+    if plan.in_motion and plan.passes is Passes.BOTH and Ask.MORE_RUNS not in asks:
         fewest = max(min(fewest, plan.runs), 2)  # a log passes its places many times in each run
     return replace(plan, runs=max(plan.runs, fewest))
 

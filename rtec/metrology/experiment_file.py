@@ -154,7 +154,9 @@ def experiment_of(tables: dict[str, Any], path: str | Path) -> ExperimentPlan:
     def quantity(section: Section, key: str, unit: str) -> float:
         return parse_in(section.raw(key), unit, name=section.where(key))
 
-    start = quantity(targets, "start", length)
+    start, end = quantity(targets, "start", length), quantity(targets, "end", length)
+    if end <= start:
+        raise ArgumentError(f"{path}: targets.end", f"{end:g} {length}", f"beyond targets.start, {start:g} {length}")
     rests = quantities(runs, "rests_before_reversals", "s")
     with naming_keys(path):
         if len(rests) != 2:
@@ -164,7 +166,7 @@ def experiment_of(tables: dict[str, Any], path: str | Path) -> ExperimentPlan:
             columns=tuple(top.texts("columns")),
             rotary=rotary,
             start_mm=start,
-            span_mm=quantity(targets, "end", length) - start,
+            span_mm=end - start,
             targets=targets.whole("number", 2, 2000),
             spacing=targets.choice("spacing", Spacing),
             shifts_mm=quantities(targets, "shifts", length),

@@ -24,7 +24,7 @@ MOST_IN_TURN = 20
 LONGEST_S = {"at rest": 5 * 86_400.0, "in motion": 7200.0}
 """Of a whole experiment; a reading in motion comes many times a second."""
 _FARTHEST_MM = 1e5
-_SLOWEST_MM_S, _FASTEST_MM_S = 0.01, 5e3
+_SLOWEST_MM_S, _FASTEST_MM_S = 1e-6, 5e3
 _LONGEST_REST_S = 86_400.0
 _HEAVIEST_KG = 1e5
 

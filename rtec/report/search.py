@@ -143,10 +143,11 @@ def rounds_sentence(learned: Learned) -> str:
     hidden = joined(printable(period) for period in first.diagnosis.unseen_periods)
     cost = sum(one.machine_s for one in learned.rounds[1:]) / 3600.0
     apart = last.plan.increment_inch * MM_PER_INCH
+    went = "fell" if last.score.rms_mm < first.score.rms_mm else "went"
     return (
         f"The targets of the first round cannot show errors with a period of {hidden}, and so the axis was measured "
         f"again, with targets every {apart:.4g} mm. That cost {cost:.1f} h of machine time, and what the model is "
-        f"off the true error all along the travel fell from {shown.with_unit(first.score.rms_mm)} to "
+        f"off the true error all along the travel {went} from {shown.with_unit(first.score.rms_mm)} to "
         f"{shown.with_unit(last.score.rms_mm)} RMS."
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.inference.model import Model
+from rtec.inference.model import Model, Term
 from rtec.predictors import FORWARD, REVERSE
 from rtec.report.results import LeftOut
 from rtec.study.model_predictor import Floats, predictor_of_model, static_part
@@ -17,6 +17,8 @@ LINUXCNC_TRIPLETS = 256
 MOST_NODES = 5_000
 _INSIDE_MM = 1e-6
 """Steps of the numbers that are written: a nanometre."""
+_BESIDE_MM = 1e-6
+"""Of a step, where a table has its nodes before and behind it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,9 +79,8 @@ def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: f
     table, left_out = predictor_of_model(model, low_mm, high_mm)
     grid = table.forward_positions_mm
     kept = model.with_terms(t for t in model.terms if t.name not in {one.effect for one in left_out})
-    fine = np.unique(
-        np.concatenate([grid, *([np.linspace(low_mm, high_mm, 4 * grid.size)] * (grid.size < MOST_NODES))])
-    )
+    finer = [np.linspace(low_mm, high_mm, 4 * grid.size)] if grid.size < MOST_NODES else []
+    fine = np.unique(np.concatenate([grid, *finer, *(_beside_steps(term, low_mm, high_mm) for term in kept.terms)]))
     true = np.stack([static_part(kept, fine, way).error_mm for way in (FORWARD, REVERSE)])
     nodes = _nodes(fine, true, within_mm, most)
     position = np.round(fine[nodes] / _INSIDE_MM) * _INSIDE_MM
@@ -92,6 +93,16 @@ def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: f
         interpolation_mm=float(np.abs(drawn - true).max()),
         left_out=left_out,
     )
+
+
+def _beside_steps(term: Term, low_mm: float, high_mm: float) -> Floats:
+    """Return the places just before and just behind each step of an effect: a table steps between two nodes there."""
+    at, period = getattr(term.shape, "step_at", 0.0), getattr(term.shape, "period", 0.0)
+    if at == 0.0:
+        return np.empty(0)
+    steps = at + period * np.arange(np.ceil((low_mm - at) / period), np.floor((high_mm - at) / period) + 1.0)
+    found: Floats = np.clip(np.concatenate([steps - _BESIDE_MM, steps + _BESIDE_MM]), low_mm, high_mm)
+    return found
 
 
 def _nodes(position: Floats, curves: Floats, within: float, most: int) -> list[int]:

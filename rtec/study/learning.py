@@ -178,6 +178,8 @@ def _asked_for(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | Non
     if step is None:
         return None
     increment = round(step / MM_PER_INCH, POSITION_DECIMALS)
+    if increment <= round(plan.increment_inch, POSITION_DECIMALS):
+        return None  # the program cannot write a distance that is so little larger
     intervals = math.floor((plan.end_inch - plan.start_inch) / increment)
     return replace(plan, end_inch=plan.start_inch + intervals * increment, increment_inch=increment, runs=1)
 

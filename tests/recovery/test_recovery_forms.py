@@ -49,6 +49,11 @@ def test_a_turn_without_an_error_has_no_name():
         assert not any(result.effects for result in games((), plan, range(6)))
 
 
+def test_play_in_motion_is_play():
+    for result in games(("backlash",), PLANS["moving"], range(4)):
+        assert result.effects == ("backlash",)
+
+
 def test_friction_that_builds_up_over_a_distance_is_coulomb_with_that_distance():
     results = games(("coulomb",), PLANS["soft_drive"], range(8))
     assert right(results, "coulomb") == 8

@@ -261,7 +261,7 @@ def test_variants_hold_the_shape_or_its_wave_and_refits_stay_near_it(effect, eve
     for variant in variants:
         for tunable in effect.tunables(everything, variant):
             least = getattr(effect.shape_type(), tunable.name)  # 0 of what may be nothing, as an overshoot
-            assert min(0.0, least) <= tunable.low < getattr(variant, tunable.name) < tunable.high
+            assert min(0.0, least) <= tunable.low <= getattr(variant, tunable.name) < tunable.high
             assert tunable.low > 0.0 or least == 0.0
 
 

@@ -124,3 +124,12 @@ def test_readings_without_repeats_are_compared_with_their_own_kind():
     assert not far_from_neighbours(data).any()
     row = int(np.flatnonzero(cell < 0)[7])
     assert np.flatnonzero(far_from_neighbours(spoilt(data, row, by=0.5))).tolist() == [row]
+
+
+@pytest.mark.parametrize("alone", [3, 6, 10])
+def test_a_few_readings_without_repeats_have_no_spread_of_their_own(alone):
+    for seed in range(40):
+        data = measured(runs=5, targets=11, seed=seed)
+        cell = data.cell.copy()
+        cell[np.random.default_rng(seed).choice(data.rows, alone, replace=False)] = -1
+        assert not far_from_neighbours(replace(data, cell=cell)).any(), seed

@@ -128,7 +128,7 @@ def test_targets_are_shifted_by_what_hides():
     grid = measured(at=np.arange(0.0, 101.0, 5.0))
     plan = after(measured_plan(grid), Ask.SHIFTED_TARGETS, data=grid)
     assert plan.shifts_mm == (0.0, 1.5, 3.0)
-    assert (plan.end_mm, plan.runs) == (97.0, 6)
+    assert (plan.end_mm, plan.targets, plan.runs) == (95.0, 20, 6), "as far apart as they were"
     assert after(POOR, Ask.MORE_TARGETS).targets == 42
 
 

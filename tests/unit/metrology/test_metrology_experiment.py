@@ -88,7 +88,10 @@ def test_units_are_those_of_people(file):
         ('[runs]\nfeeds = ["0 mm/s"]\n', "plan.toml: runs.feeds: 0.0 is not allowed"),
         (MANY, "21 values"),
         ('[runs]\nrests_before_reversals = ["2 s"]\n', "runs.rests_before_reversals: 1 times"),
-        ('[targets]\nstart = "20 mm"\nend = "10 mm"\n', "plan.toml: targets.end: -10.0 is not allowed"),
+        (
+            '[targets]\nstart = "20 mm"\nend = "10 mm"\n',
+            "plan.toml: targets.end: 10 mm is not allowed; allowed: beyond targets.start, 20 mm",
+        ),
         ('[targets]\nstart = "20 deg"\nend = "100 mm"\n', "targets.end: '100 mm'"),
         ("[targets]\nstart = 20\n", "targets.start: 20"),
         ('columns = ["tmie"]\n', "plan.toml: columns: 'tmie'.*did you mean 'time'"),

@@ -104,3 +104,15 @@ def test_a_compiler_takes_the_function_and_it_says_the_same(tmp_path):
     found = np.array([[float(x) for x in line.split()] for line in said.splitlines()])
     x = np.clip(np.arange(-20, 321) + 0.25, 0.0, 300.0)  # beyond the ends the error of the nearest end
     assert found == pytest.approx(np.stack([truth(x, 1), truth(x, -1)], axis=1), abs=1.1e-4)
+
+
+def test_a_step_is_a_step_in_the_table_and_its_error_says_so():
+    step = model(term("cyclic", [0.006, 0.0, 0.005], period=25.0, step_at=7.0))
+    table = compensation_of(step, 0.0, 300.0, within_mm=1e-4, most=MOST_NODES)
+    x = np.setdiff1d(np.round(np.linspace(0.0, 300.0, 200_001), 6), np.arange(7.0, 300.0, 25.0))
+    turns = (x - 7.0) / 25.0
+    true = 0.006 * np.sin(2.0 * np.pi * x / 25.0) + 0.005 * (0.5 - (turns - np.floor(turns)))
+    off = np.abs(np.interp(x, table.position_mm, table.forward_mm) - true).max()
+    assert off <= 1.05 * table.interpolation_mm + 1e-6 < 2e-4
+    jump = np.interp([7.00001, 6.99999], table.position_mm, table.forward_mm)
+    assert jump[0] - jump[1] == pytest.approx(0.005, abs=1e-5)

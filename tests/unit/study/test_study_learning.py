@@ -1,11 +1,13 @@
 """Learning an axis from a calibration, scored against errors that are written out here or printed in the thesis."""
 
+import types
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rtec.dataset.load import load_dataset
+from rtec.effects import Conditions
 from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.injector import Design
@@ -14,10 +16,15 @@ from rtec.metrology import MeasuringPlan, read_measurement, write_measurement
 from rtec.predictors import BidirectionalTable, LatheNetwork
 from rtec.report import study_document
 from rtec.study import builtin_study, run_study
-from rtec.study.learning import calibration_measurement, learn
+from rtec.study.learning import _asked_for, calibration_measurement, learn
 from rtec.study.run import _machine
 
 INCH = 25.4
+
+
+def at(places):
+    """Return the conditions of readings at some places, forward."""
+    return Conditions(position=places, position_unit="mm", run=np.ones(places.size, dtype=np.int64))
 
 
 def rms(values):
@@ -84,6 +91,15 @@ def test_one_round_is_enough_where_the_study_says_so():
     again = run_study(short(calibration=replace(short().calibration, increment_inch=0.01)))
     assert len(again.learned.rounds) == 2
     assert np.unique(again.learned.rounds[1].plan.targets_inch)[:3] == pytest.approx([1.0, 1.0104, 1.0208])
+
+
+def test_a_distance_that_the_program_cannot_write_is_no_second_round():
+    plan = replace(short().calibration, end_inch=1.3, increment_inch=0.001)
+    hidden = types.SimpleNamespace(dataset=types.SimpleNamespace(coordinates=at(plan.targets_inch * 25.4)))
+    assert _asked_for(plan, hidden) is None
+    wide = replace(plan, end_inch=4.0, increment_inch=0.01)
+    hidden = types.SimpleNamespace(dataset=types.SimpleNamespace(coordinates=at(wide.targets_inch * 25.4)))
+    assert _asked_for(wide, hidden).increment_inch == 0.0104
 
 
 def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
