@@ -65,7 +65,7 @@ class Hysteresis(Effect):
     >>> x = np.concatenate([np.linspace(0.0, 20.0, 81), np.linspace(20.0, 0.0, 81)])
     >>> c = Conditions(position=x, position_unit="mm", run=np.ones(162, dtype=np.int64), moving=True)
     >>> Hysteresis().contribution(c, HysteresisShape(2.0), [-0.02])[[0, 8, 80, 161]].round(4).tolist()
-    [0.0, -0.0064, -0.01, 0.01]
+    [0.0, -0.0063, -0.01, 0.0099]
     """
 
     name = "hysteresis"

@@ -50,7 +50,17 @@ def test_the_document_holds_every_card(capsys):
     ("name", "parameters"),
     [
         ("backlash", [("backlash", "um")]),
-        ("cyclic", [("period", "mm"), ("harmonics", ""), ("by_direction", ""), ("sin_1", "um"), ("cos_1", "um")]),
+        (
+            "cyclic",
+            [
+                ("period", "mm"),
+                ("harmonics", ""),
+                ("by_direction", ""),
+                ("step_at", "mm"),
+                ("sin_1", "um"),
+                ("cos_1", "um"),
+            ],
+        ),
         ("pitch_map", [("nodes", "mm"), ("at_...", "um")]),
         ("drift", [("rate", "um/h")]),
         ("inertia", [("inertia", "kg")]),
