@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -96,6 +96,26 @@ class Plan(ExperimentPlan):
 
 
 _BASE = Plan(name="base")
+_DRIVE = Plan(
+    name="drive",
+    reading=Reading.DRIVE,
+    runs=2,
+    targets=60,
+    span_mm=100.0,
+    feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
+    columns=("time", "velocity", "force"),
+    wave_shares=(0.08, 0.2),
+)
+_ONE_SPEED = Plan(
+    name="one_speed",
+    reading=Reading.DRIVE,
+    rotary=True,
+    runs=1,
+    passes=Passes.FORWARD,
+    span_mm=25.0,
+    feeds_mm_s=(5.0,),
+    columns=("time", "velocity", "torque"),
+)
 _ALL = (
     _BASE,
     Plan(name="dwell", columns=("direction", "time", "dwell")),
@@ -110,27 +130,8 @@ _ALL = (
         feeds_mm_s=(5.0, 20.0, 60.0),
         columns=("time", "velocity"),
     ),
-    Plan(
-        name="drive",
-        reading=Reading.DRIVE,
-        runs=2,
-        targets=60,
-        span_mm=100.0,
-        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
-        columns=("time", "velocity", "force"),
-        wave_shares=(0.08, 0.2),
-    ),
-    Plan(
-        name="soft_drive",
-        reading=Reading.DRIVE,
-        presliding_mm=0.5,
-        runs=2,
-        targets=60,
-        span_mm=100.0,
-        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
-        columns=("time", "velocity", "force"),
-        wave_shares=(0.08, 0.2),
-    ),
+    _DRIVE,
+    replace(_DRIVE, name="soft_drive", presliding_mm=0.5),
     Plan(
         name="joint",
         reading=Reading.DRIVE,
@@ -142,16 +143,7 @@ _ALL = (
         columns=("time", "velocity", "torque"),
         wave_shares=(0.05, 0.12),
     ),
-    Plan(
-        name="one_speed",
-        reading=Reading.DRIVE,
-        rotary=True,
-        runs=1,
-        passes=Passes.FORWARD,
-        span_mm=25.0,
-        feeds_mm_s=(5.0,),
-        columns=("time", "velocity", "torque"),
-    ),
+    _ONE_SPEED,
     Plan(
         name="loads",
         reading=Reading.DRIVE,
@@ -176,16 +168,7 @@ _ALL = (
     Plan(name="turned_once", runs=1),
     Plan(name="two_runs", runs=2, passes=Passes.FORWARD, lost_share=0.5),
     Plan(name="sparse", runs=1, targets=7),
-    Plan(
-        name="one_pose",
-        reading=Reading.DRIVE,
-        rotary=True,
-        runs=1,
-        passes=Passes.FORWARD,
-        span_mm=10.0,
-        feeds_mm_s=(5.0,),
-        columns=("time", "velocity", "torque"),
-    ),
+    replace(_ONE_SPEED, name="one_pose", span_mm=10.0),
     Plan(
         name="one_heating",
         runs=1,

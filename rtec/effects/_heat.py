@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Effect, Quantity, Shape, Tunable, own_shape, parameter
 from rtec.errors import ArgumentError, nearest
 
 LEAST_CHANGE_K = 0.5
@@ -116,3 +116,27 @@ def _behind(time_s: Floats, heat: Floats, lag: float) -> Floats:
     for i, (kept, came, step, begin) in enumerate(zip(fade, arrived, steps, heat[:-1], strict=True), start=1):
         found[i] = state = begin + step * came + (state - begin) * kept
     return found
+
+
+class FollowsHeat(Effect):
+    """Base of what grows with a temperature: it may lag behind its sensor, and several parts follow a sensor each."""
+
+    in_time = True
+    at_most = 3
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the sensors; times the forms of each where it is not the plain one."""
+        own = own_shape(shape, HeatShape)
+        plain: Any = self.shape_type
+        forms = 1 if own == plain(own.sensor) else len(self.variants(conditions, shape))
+        return float(len(self.shapes(conditions)) * forms)
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the lag, where there is one."""
+        return lag_room(conditions, own_shape(shape, HeatShape))
+
+    def crowded(
+        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
+    ) -> str | None:
+        """Return why a second part cannot follow the same sensor."""
+        return another_sensor(own_shape(shape, HeatShape), others)

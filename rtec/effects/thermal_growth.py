@@ -8,17 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._heat import HeatShape, another_sensor, changing_sensors, lag_room, rise_of, unchanging, with_lags
+from rtec.effects._heat import FollowsHeat, HeatShape, changing_sensors, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Amplitude,
     Card,
-    Effect,
     Over,
     Quantity,
     Rival,
     Shape,
-    Tunable,
     Units,
     own_shape,
     parameter,
@@ -35,7 +33,7 @@ class GrowthShape(HeatShape):
     elsewhere: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "fixed point is not at zero"))
 
 
-class ThermalGrowth(Effect):
+class ThermalGrowth(FollowsHeat):
     """Expansion between position zero and the slide.
 
     Notes
@@ -62,8 +60,6 @@ class ThermalGrowth(Effect):
     over = Over.TEMPERATURE
     needs = "a temperature column that changes by 0.5 K at least"
     shape_type = GrowthShape
-    in_time = True
-    at_most = 3
     rivals = (
         Rival("pitch_map", experiments.COLD_AND_HOT),
         Rival("scale", experiments.COLD_AND_HOT),
@@ -105,26 +101,10 @@ class ThermalGrowth(Effect):
         """Return the sensors whose temperature changes."""
         return [GrowthShape(shape.sensor) for shape in changing_sensors(conditions)]
 
-    def tried(self, conditions: Conditions, shape: Shape) -> float:
-        """Return the sensors; times the forms of each where it is not the plain one."""
-        own = own_shape(shape, HeatShape)
-        forms = 1 if own == GrowthShape(own.sensor) else len(self.variants(conditions, shape))
-        return float(len(self.shapes(conditions)) * forms)
-
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape at once and with lags, fixed at zero and elsewhere."""
         own = GrowthShape(own_shape(shape, HeatShape).sensor)
         return [replace(one, elsewhere=away) for one in with_lags(conditions, own) for away in (False, True)]
-
-    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the lag, where there is one."""
-        return lag_room(conditions, own_shape(shape, HeatShape))
-
-    def crowded(
-        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
-    ) -> str | None:
-        """Return why a second part cannot follow the same sensor."""
-        return another_sensor(own_shape(shape, HeatShape), others)
 
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a fit is no growth: a fixed point far from the axis is that of a shift."""

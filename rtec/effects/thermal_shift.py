@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from rtec.effects import experiments
-from rtec.effects._heat import HeatShape, another_sensor, changing_sensors, lag_room, rise_of, unchanging, with_lags
+from rtec.effects._heat import FollowsHeat, HeatShape, changing_sensors, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Tunable, Units, own_shape
+from rtec.effects.protocol import Amplitude, Card, Over, Rival, Shape, Units, own_shape
 
 
-class ThermalShift(Effect):
+class ThermalShift(FollowsHeat):
     """Expansion of what carries the spindle, the table or the scale: the same at every position.
 
     Notes
@@ -38,8 +36,6 @@ class ThermalShift(Effect):
     over = Over.TEMPERATURE
     needs = "a temperature column that changes by 0.5 K at least"
     shape_type = HeatShape
-    in_time = True
-    at_most = 3
     rivals = (
         Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
         Rival("scale", experiments.COLD_AND_HOT),
@@ -80,25 +76,9 @@ class ThermalShift(Effect):
         """Return the sensors whose temperature changes."""
         return changing_sensors(conditions)
 
-    def tried(self, conditions: Conditions, shape: Shape) -> float:
-        """Return the sensors; times the forms of each where it is not the plain one."""
-        own = own_shape(shape, HeatShape)
-        forms = 1 if own == HeatShape(own.sensor) else len(self.variants(conditions, shape))
-        return float(len(self.shapes(conditions)) * forms)
-
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape at once and with lags."""
         return with_lags(conditions, HeatShape(own_shape(shape, HeatShape).sensor))
-
-    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the lag, where there is one."""
-        return lag_room(conditions, own_shape(shape, HeatShape))
-
-    def crowded(
-        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
-    ) -> str | None:
-        """Return why a second part cannot follow the same sensor."""
-        return another_sensor(own_shape(shape, HeatShape), others)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the rise of temperature, shape (rows, 1)."""

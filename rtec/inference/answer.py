@@ -171,16 +171,10 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
         if special or limit is not limits or isinstance(rival, Probe) or apart > EQUAL:
             continue
         k = other.choices.index(newly(other, model, rival.name))
-        if rival.name in found or search.is_idle(other, k) or _is_implausible(search.judge, other, k):
+        if rival.name in found or search.is_idle(other, k) or search.implausible(other, k):
             continue
         found[rival.name] = rival, other
     return list(found.values())
-
-
-def _is_implausible(judge: Judge, model: Scored, k: int) -> bool:
-    """Return whether a fit is no such effect, whatever it explains: cogging does not come once a turn."""
-    (effect, shape), fit = model.choices[k], judge.fit(model)
-    return effect.implausible(judge.space.dataset.conditions, shape, fit.mean[fit.rows(k)]) is not None
 
 
 def _spoken(judge: Judge, model: Scored) -> float:

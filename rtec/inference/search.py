@@ -167,7 +167,7 @@ class Search:
         for why in (
             effect.crowded(conditions, shape, others, finest),
             "it would have to be below zero" if effect.name in model.wrong_sign else None,
-            effect.implausible(conditions, shape, fit.mean[fit.rows(k)]),
+            self.implausible(model, k),
             self.misnamed(model, k),
         ):
             if why is not None:
@@ -188,6 +188,11 @@ class Search:
                 yield "a gradual change explains as much"
         if not self.gain(rest, model).passes:
             yield "the held-out error does not fall"
+
+    def implausible(self, model: Scored, k: int) -> str | None:
+        """Return why the fit of an effect of a model is no such effect, whatever it explains, or None."""
+        (effect, shape), fit = model.choices[k], self.judge.fit(model)
+        return effect.implausible(self.space.dataset.conditions, shape, fit.mean[fit.rows(k)])
 
     def misnamed(self, model: Scored, k: int) -> str | None:
         """Return why an effect of a model has another name beside the others, or None."""

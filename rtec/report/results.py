@@ -154,14 +154,17 @@ class Round:
 class Learned:
     """What the calibration of an unknown axis showed, in one round or several."""
 
-    plan: MeasuringPlan
-    """Of the first round."""
     rounds: tuple[Round, ...]
     points: int
     """Of the predictor's table, in each direction."""
     scores: tuple[TruthScore, ...]
     """At the calibration's targets: of the perfect axis that the search began with, and after each of its steps."""
     wall_s: float
+
+    @property
+    def plan(self) -> MeasuringPlan:
+        """Of the first round."""
+        return self.rounds[0].plan
 
     @property
     def readings(self) -> Readings:

@@ -129,7 +129,6 @@ def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
     predictor, left_out = _predictor(study, diagnosis.model)
     models = [diagnosis.start, *(step.model for step in diagnosis.steps)]
     learned = Learned(
-        plan=study.calibration,
         rounds=tuple(rounds),
         points=predictor.forward_positions_mm.size,
         scores=tuple(_score_of_model(study, model) for model in models),

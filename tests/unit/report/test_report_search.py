@@ -54,7 +54,7 @@ def learned():
         plan=PLAN, readings=readings, machine_s=7200.0, missed_mm=deviation, left_mm=deviation - deviation.mean(),
         diagnosis=diagnosis, score=TruthScore(rms_mm=0.0012, worst_mm=0.0031),
     )  # fmt: skip
-    return Learned(plan=PLAN, rounds=(first,), points=5001, scores=scores, wall_s=1.0)
+    return Learned(rounds=(first,), points=5001, scores=scores, wall_s=1.0)
 
 
 @pytest.fixture(scope="module")
