@@ -79,10 +79,10 @@ def main(arguments: list[str] | None = None) -> int:
         (score,) = confusion([line_of(name)], given.games, judged, workers=given.workers).scores
         rows.append(row_of(name, score))
         reached &= score.share >= BAR
-        print(rows[-1], file=sys.stderr, flush=True)  # noqa: T201 - this is a command
+        sys.stderr.write(rows[-1] + "\n")
     page = HEAD.format(games=given.games) + "\n".join(rows) + "\n"
     if given.output is None:
-        print(page, end="")  # noqa: T201
+        sys.stdout.write(page)
     else:
         given.output.write_text(page, encoding="utf-8")
     return 0 if reached else _BELOW

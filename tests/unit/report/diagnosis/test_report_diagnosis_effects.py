@@ -35,7 +35,7 @@ def drawn(dataset, model, noise):
     return figure.axes
 
 
-class Twin(type(effect_named("acceleration_lag"))):  # type: ignore[misc]
+class Twin(type(effect_named("acceleration_lag"))):  # type: ignore[misc]  # its class is known at run time only
     """One that is looked at over speed."""
 
     over = Over.VELOCITY
