@@ -41,6 +41,8 @@ class Plan(ExperimentPlan):
         In `PLANS`, or what was drawn.
     presliding_mm
         Over which what rubs in a drive bends before it slips.
+    right_forward
+        Whether the control's own table keeps what is approached forward right: play is left to the other approach.
     sigma_um
         Standard deviation of the repeat noise.
     sigma_n
@@ -63,6 +65,7 @@ class Plan(ExperimentPlan):
 
     name: str
     presliding_mm: float = RIGID_MM
+    right_forward: bool = False
     sigma_um: float = 2.0
     sigma_n: float = 2.0
     wave_shares: tuple[float, float] = (0.14, 0.4)
@@ -120,6 +123,7 @@ _ALL = (
     _BASE,
     Plan(name="dwell", columns=("direction", "time", "dwell")),
     Plan(name="temperature", heating=Heating.COLD_AND_HOT, columns=("direction", "time", "temperature")),
+    Plan(name="right_forward", right_forward=True),
     Plan(name="dense", spacing=Spacing.DENSE_AT_ENDS),
     Plan(
         name="moving",

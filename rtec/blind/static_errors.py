@@ -252,9 +252,10 @@ def backlash_map(plan: Plan, rng: np.random.Generator) -> StaticError:
         if 0.45 < np.std(play) / np.sqrt(np.mean(play**2)) and sinusoid_share(x, play) < 0.9:
             break
     play *= 1e-3
+    forward = 0.0 if plan.right_forward else 0.5
     return StaticError(
-        forward_mm=-0.5 * play,
-        reverse_mm=0.5 * play,
+        forward_mm=-forward * play,
+        reverse_mm=(1.0 - forward) * play,
         description="play of a worn screw, different along the axis",
         parameters=(
             Parameter("least_play", float(play.min()) * 1e3, "um", scales=True),

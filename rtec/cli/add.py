@@ -50,6 +50,15 @@ def add(
     ] = False,
     step_at: Annotated[_Text, _option("'2 mm'", "Where in its period a cyclic error steps.")] = None,
     nodes: Annotated[_Text, _option("N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")] = None,
+    forward_right: Annotated[
+        bool,
+        typer.Option(
+            "--forward-right", help="A reversal map leaves forward approaches right.", rich_help_panel=_SHAPE
+        ),
+    ] = False,
+    backward_right: Annotated[
+        bool, typer.Option("--backward-right", help="The same of backward ones.", rich_help_panel=_SHAPE)
+    ] = False,
     runs: Annotated[_Text, _option("'1, 2, 3'", "With a zero of their own, from that of the first.")] = None,
     distance: Annotated[
         _Text, _option("'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
@@ -91,6 +100,8 @@ def add(
         "by_direction": by_direction or None,
         "step_at": step_at,
         "nodes": nodes,
+        "forward_right": forward_right or None,
+        "backward_right": backward_right or None,
         "runs": runs,
         "distance": distance,
         "carried": carried or None,

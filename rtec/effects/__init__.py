@@ -9,7 +9,7 @@ from rtec.effects._heat import HeatShape, SensorShape
 from rtec.effects.acceleration_lag import AccelerationLag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
 from rtec.effects.backlash import Backlash
-from rtec.effects.backlash_map import BacklashMap
+from rtec.effects.backlash_map import BacklashMap, ReversalMapShape
 from rtec.effects.cogging import Cogging, CoggingShape
 from rtec.effects.conditions import SAME, Conditions, Floats, distance_since_reversal
 from rtec.effects.cosine import Cosine
@@ -103,6 +103,7 @@ __all__ = [
     "QuantisationShape",
     "Quantity",
     "Refraction",
+    "ReversalMapShape",
     "ReversalSpike",
     "Rival",
     "RunOffset",

@@ -28,6 +28,11 @@ class SensorShape(Shape):
 
     sensor: str = field(default="temperature", metadata=parameter(Quantity.TEXT, "sensor"))
 
+    @property
+    def said_of_it(self) -> str:
+        """The name of the sensor where it is one of several."""
+        return self.sensor.removeprefix("temperature").removeprefix("_")
+
 
 @dataclass(frozen=True, slots=True)
 class HeatShape(SensorShape):

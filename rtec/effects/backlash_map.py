@@ -2,11 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
 from rtec.effects import experiments
-from rtec.effects._smooth import smooth_columns
+from rtec.effects._smooth import node_ladder, smooth_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.pitch_map import MapShape, PitchMap
-from rtec.effects.protocol import Card, Rival, Shape, own_shape
+from rtec.effects.protocol import Card, Quantity, Rival, Shape, own_shape, parameter
+from rtec.errors import ArgumentError
+
+
+@dataclass(frozen=True, slots=True)
+class ReversalMapShape(MapShape):
+    """Where the nodes stand, and whether one approach is right: else either is off by half of the reversal error.
+
+    Raises
+    ------
+    ArgumentError
+        Both of them.
+    """
+
+    forward_right: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "right if approached forward"))
+    backward_right: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "right if approached backward"))
+
+    def __post_init__(self) -> None:
+        """Check that one of them is off."""
+        if self.forward_right and self.backward_right:
+            raise ArgumentError("backward_right", "true beside forward_right", "one of the two: the other is off")
+
+    @property
+    def said_of_it(self) -> str:
+        """Which approach is right."""
+        return {1: "backward right", -1: "forward right"}.get(self.side, "")
+
+    @property
+    def side(self) -> int:
+        """1 or -1 where only what is approached forward or backward is off, 0 where either is.
+
+        Examples
+        --------
+        >>> ReversalMapShape(backward_right=True).side, ReversalMapShape().side
+        (1, 0)
+        """
+        return int(self.backward_right) - int(self.forward_right)
 
 
 class BacklashMap(PitchMap):
@@ -14,7 +53,9 @@ class BacklashMap(PitchMap):
 
     Notes
     -----
-    ``deviation = s(position) / 2 * direction``; the amplitudes are the reversal errors at the nodes.
+    ``deviation = s(position) / 2 * direction``; the amplitudes are the reversal errors at the nodes. One-sided, the
+    other approach is right everywhere: ``s(position) / 2 * (direction + side)``. Beside a ``pitch_map``, which may
+    have half of any ``s``, the side says nothing.
 
     References
     ----------
@@ -25,13 +66,19 @@ class BacklashMap(PitchMap):
     >>> import numpy as np
     >>> x, way = np.array([0.0, 50.0, 100.0]), np.array([1.0, 1.0, -1.0])
     >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64), direction=way)
-    >>> BacklashMap().contribution(c, MapShape((0.0, 50.0, 100.0)), [0.02, 0.03, 0.05]).round(9).tolist()
+    >>> both = ReversalMapShape((0.0, 50.0, 100.0))
+    >>> BacklashMap().contribution(c, both, [0.02, 0.03, 0.05]).round(9).tolist()
     [0.01, 0.015, -0.025]
+    >>> back = ReversalMapShape((0.0, 50.0, 100.0), forward_right=True)
+    >>> BacklashMap().contribution(c, back, [0.02, 0.03, 0.05]).round(9).tolist()
+    [0.0, 0.0, -0.05]
     """
 
     name = "backlash_map"
+    shape_type = ReversalMapShape
     needs = "both directions, at three positions at least"
     contains = frozenset({"backlash", "windup"})
+    joins = frozenset({"pitch_map"})
     rivals = (
         Rival("windup", experiments.MANY_REVERSALS),
         Rival("reversal_spike", experiments.MANY_REVERSALS),
@@ -61,7 +108,26 @@ class BacklashMap(PitchMap):
         """Return why the data cannot show a map of the reversal error, or None."""
         return super().untestable(conditions) or (None if conditions.both_directions else "one direction only")
 
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the number of maps of both approaches, and three times that of a one-sided one: of each side."""
+        own = own_shape(shape, ReversalMapShape)
+        return super().tried(conditions, shape) * (3.0 if own.side else 1.0)
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return maps of few to many nodes, of both approaches."""
+        return [ReversalMapShape(nodes) for nodes in node_ladder(conditions)]
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return maps of few to many nodes of the same approaches."""
+        return [replace(own_shape(shape, ReversalMapShape), nodes=nodes) for nodes in node_ladder(conditions)]
+
+    def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
+        """Return the one-sided maps: where one approach is right, a map of the axis had half of the other's error."""
+        own = own_shape(shape, ReversalMapShape)
+        return [replace(own, forward_right=right, backward_right=not right) for right in (True, False)]
+
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the splines times half of the direction, shape (rows, nodes)."""
+        own = own_shape(shape, ReversalMapShape)
         way = self._needed(conditions.direction, "directions of approach")
-        return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes) * (way / 2)[:, None]
+        return smooth_columns(conditions.position, own.nodes) * ((way + own.side) / 2)[:, None]

@@ -95,6 +95,10 @@ class PitchMap(Effect):
         """Return maps of few to many nodes."""
         return [MapShape(nodes) for nodes in node_ladder(conditions)]
 
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return maps of few to many nodes."""
+        return self.shapes(conditions)
+
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the splines that are 1 at one node, shape (rows, nodes)."""
         return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes)

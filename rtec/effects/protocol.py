@@ -54,6 +54,11 @@ class Quantity(enum.Enum):
 class Shape:
     """What an effect's columns depend on beyond the conditions; an effect without such parameters has no field."""
 
+    @property
+    def said_of_it(self) -> str:
+        """What is said behind the effect's name, such as its sensor; empty as a rule."""
+        return ""
+
 
 def parameter(quantity: Quantity, meaning: str) -> Mapping[str, object]:
     """Return the metadata of a shape's field: what it is and what it means.
@@ -221,6 +226,8 @@ class Effect(abc.ABC):
     """Periodic in position: a decimated log shows it at its rows as well as at every sample."""
     builds_on: ClassVar[frozenset[str]] = frozenset()
     """Effects to which this one is an addition: it is looked for beside them only."""
+    joins: ClassVar[frozenset[str]] = frozenset()
+    """Other effects with which it may be one: each has a part of what one cause does."""
     never_ranked: ClassVar[bool] = False
     """No score test ranks it: it looks like another effect for ever, or is found by other means than columns."""
 
@@ -283,7 +290,10 @@ class Effect(abc.ABC):
         return ()
 
     def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
-        """Return shapes that hold both of two, which one cause may have; none as a rule."""
+        """Return shapes that hold both of two, which one cause may have; none as a rule.
+
+        The other is of the same effect, or of one in ``joins``.
+        """
         return ()
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:

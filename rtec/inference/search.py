@@ -253,7 +253,7 @@ class Search:
                 continue
             moved = effect, shape
             if maps if effect.is_map else waves:
-                forms = self.space.shapes(effect)[0] if effect.is_map else effect.variants(conditions, shape)
+                forms = effect.variants(conditions, shape)
                 others = [s for i, (e, s) in enumerate(best.choices) if i != k and e is effect]
                 sound = [(effect, s) for s in forms if bearable(conditions, effect, s, others)]
                 moved = max([moved, *sound], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
@@ -493,17 +493,26 @@ class Search:
         return [self.reshaped(self.reshaped(m)) for m in best if m.score > model.score - HOPELESS]
 
     def joined(self, model: Scored, k: int) -> list[Scored]:
-        """Return the likeliest model in which a family and a later one of its effect are one family of both."""
+        """Return the likeliest model in which an effect and another, or a later one of the same, are one of both.
+
+        What else the other did is left to whatever the scan proposes.
+        """
         effect, shape = model.choices[k]
         trials = [
             [*(c for j, c in enumerate(model.choices) if j not in (k, i)), (effect, form)]
             for i, (other, theirs) in enumerate(model.choices)
-            if i > k and other is effect and model.choices[i] not in self.given
+            if (other.name in effect.joins or (i > k and other is effect)) and model.choices[i] not in self.given
             for form in effect.joined(self.space.dataset.conditions, shape, theirs)
         ]
         if not trials:
             return []
-        return [self.judge.score(max(trials, key=lambda trial: self.judge.quickly(trial, model)), model)]
+        found = []
+        for trial in trials:
+            one = self.judge.score(trial, model)
+            lost = set(model.names) - set(one.names)
+            more = self._proposed(one, [e for e in self.effects_for(one) if e.name not in lost]) if lost else []
+            found += [one, *more]
+        return [max(found, key=lambda m: m.score)]
 
 
 def generic(model: Scored) -> bool:

@@ -23,6 +23,7 @@ SUITED = {
     "thermal_shift": "temperature",
     "warm_up_growth": "base",
     "run_offset": "base",
+    "backlash_map": "right_forward",
     "reversal_spike": "dense",
     "windup": "dense",
     "hysteresis": "moving",

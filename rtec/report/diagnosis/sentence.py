@@ -60,7 +60,7 @@ def spoken(name: str) -> str:
 
 
 def term_words(term: Term) -> str:
-    """Return the name of an effect, with that of its sensor where it has one of several.
+    """Return the name of an effect, with what is said of it: its sensor where it has one of several.
 
     Examples
     --------
@@ -68,8 +68,8 @@ def term_words(term: Term) -> str:
     >>> term_words(Term(effect=effect_named("thermal_shift"), shape=HeatShape("temperature_bed")))
     'thermal shift, bed'
     """
-    sensor = getattr(term.shape, "sensor", "temperature").removeprefix("temperature")
-    return spoken(term.name) + (f", {printable(sensor.removeprefix('_'))}" if sensor else "")
+    said = "" if term.shape is None else term.shape.said_of_it
+    return spoken(term.name) + (f", {printable(said)}" if said else "")
 
 
 def noun(name: str) -> str:

@@ -252,6 +252,9 @@ def test_maps_are_what_they_claim(seed):
     assert play_mm.min() >= 0.0
     assert np.std(play_mm) > 0.4 * np.sqrt(np.mean(play_mm**2))
     assert worn.reverse_mm + worn.forward_mm == pytest.approx(0.0, abs=1e-12)
+    tabled = STATIC["backlash_map"](PLANS["right_forward"], stream(seed, Draw.EFFECT, "backlash_map"))
+    assert not tabled.forward_mm.any()
+    assert tabled.reverse_mm == pytest.approx(play_mm)
 
 
 def lags(names, seed=2):

@@ -14,6 +14,7 @@ from rtec.effects import (
     MapShape,
     Offset,
     PitchMap,
+    ReversalMapShape,
     Scale,
     Shape,
     Units,
@@ -183,9 +184,28 @@ def test_few_targets_get_a_node_each_and_many_get_a_ladder(bidirectional):
 
 def test_a_map_of_the_reversal_error_is_the_distance_of_the_two_curves(bidirectional):
     c = bidirectional(np.array([0.0, 10.0, 20.0, 40.0]), runs=1)
-    shape = MapShape((0.0, 10.0, 20.0, 40.0))
+    shape = ReversalMapShape((0.0, 10.0, 20.0, 40.0))
     added = BacklashMap().contribution(c, shape, [0.01, 0.02, 0.04, 0.03])
     assert added[:4] - added[:3:-1] == pytest.approx([0.01, 0.02, 0.04, 0.03])
+
+
+@pytest.mark.parametrize(("approach", "right"), [("forward_right", 1.0), ("backward_right", -1.0)])
+def test_a_one_sided_map_leaves_the_other_approach_right(bidirectional, approach, right):
+    c = bidirectional(np.array([0.0, 10.0, 20.0, 40.0]), runs=1)
+    shape = ReversalMapShape((0.0, 10.0, 20.0, 40.0), **{approach: True})
+    added = BacklashMap().contribution(c, shape, [0.01, 0.02, 0.04, 0.03])
+    assert not added[c.direction == right].any()
+    assert added[:4] - added[:3:-1] == pytest.approx([0.01, 0.02, 0.04, 0.03])
+
+
+def test_a_one_sided_map_is_one_of_three_forms(bidirectional):
+    c = bidirectional(np.linspace(0.0, 300.0, 31), runs=1)
+    count = len(BacklashMap().shapes(c))
+    both, back = BacklashMap().shapes(c)[2], replace(BacklashMap().shapes(c)[2], forward_right=True)
+    assert (BacklashMap().tried(c, both), BacklashMap().tried(c, back)) == (count, 3 * count)
+    assert {shape.side for shape in BacklashMap().variants(c, back)} == {-1}
+    assert [shape.nodes for shape in BacklashMap().variants(c, back)] == [s.nodes for s in BacklashMap().shapes(c)]
+    assert {shape.side for shape in BacklashMap().joined(c, both, MapShape())} == {1, -1}
 
 
 def along(share, cycles, grows):

@@ -172,6 +172,8 @@ def shapes(draw, effect):
             values[item.name] = draw(st.floats(1e-9, 1e9))
     if "step_at" in values:  # within the period
         values["step_at"] = min(values["step_at"], values["period"])
+    if "backward_right" in values:  # one of the two approaches at least is off
+        values["backward_right"] &= not values["forward_right"]
     return effect.shape_type(**values)
 
 
@@ -351,6 +353,10 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         (
             HEAD + 'name = "pitch_map"\nnodes = ["0 mm", "5 mm", "5 mm", "9 mm"]',
             ["nodes", "5 mm behind 5 mm", "ascend"],
+        ),
+        (
+            HEAD + 'name = "backlash_map"\nnodes = ["0 mm", "5 mm"]\nforward_right = true\nbackward_right = true',
+            ["effect 1 (backlash_map): backward_right", "one of the two"],
         ),
         (HEAD + 'name = "thermal_growth"\nsensor = 3', ["sensor"]),
         (HEAD + 'name = "thermal_growth"\nsensor = "a\\nb"', ["sensor", "printable"]),

@@ -52,6 +52,16 @@ def test_a_search_finds_what_was_planted(error, expected):
     assert set(model.names) == expected
 
 
+@pytest.mark.parametrize("tilt", [0.0, 1e-4])
+@pytest.mark.parametrize("off", [1, -1])
+def test_where_one_approach_is_right_no_map_of_the_axis_is_named(off, tilt):
+    """Half of a one-sided error is in both curves: a map of the axis and one of reversals would explain it, too."""
+    wear = lambda x: 0.012 * np.exp(-(((x - 220) / 50) ** 2)) + 0.006 * np.exp(-(((x - 60) / 30) ** 2))
+    _, model = found_in(measured(lambda x, way, t, run: tilt * x + wear(x) * (way == off)))
+    assert set(model.names) == ({"backlash_map", "scale"} if tilt else {"backlash_map"})
+    assert next(shape for effect, shape in model.choices if effect.is_map).side == off
+
+
 def test_the_search_finds_the_likeliest_of_all_subsets_of_simple_effects():
     """Exhaustively, over effects without shape parameters."""
     import itertools
