@@ -123,7 +123,7 @@ def _slow(
             slow = _drawn(name, c, rng)
         factor = wanted[name] * sigma_mm / rms(first.added_mm)
         total_mm += factor * slow.added_mm
-        hidden[name] = hidden_of(name, slow.description, slow.parameters, factor, slow.added_mm, sigma_mm)
+        hidden[name] = hidden_of(name, slow.description, slow.parameters, factor, rms(slow.added_mm), sigma_mm)
     return total_mm
 
 

@@ -126,7 +126,7 @@ def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generato
         return np.full(time_s.size, room)
     rise, span_s = rng.uniform(7.0, 11.0), float(time_s[-1])
     if course.plan.heating is Heating.ONE_RISE:
-        return first_order(time_s, span_s * rng.uniform(0.8, 1.5), lambda _: room + rise, room)
+        return first_order(time_s, span_s * rng.uniform(2.0, 4.0), lambda _: room + rise, room)
     runs = int(course.run[-1])
     hot = np.arange(runs) % 2 == rng.integers(2)
     ends = np.array([time_s[course.run == run][-1] for run in range(1, runs + 1)])

@@ -16,7 +16,7 @@ import numpy as np
 
 from rtec.axis import MotionSegments
 from rtec.blind.draws import Draw, Occasion, stream
-from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
+from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of
 from rtec.blind.in_motion import SAMPLE_S, moves_of, sampled
 from rtec.blind.noise import Readings, noise_of
 from rtec.blind.plan import RIGID_MM, Floats, Ints, Plan
@@ -85,6 +85,9 @@ def bent_bristles(velocity_mm_s: Floats, step_s: float, presliding_mm: float = R
     return bent
 
 
+ABOUT_LEVEL = np.radians(30.0)
+"""As far as people see it."""
+
 _Part = tuple[Floats, str, tuple[Parameter, ...]]
 
 
@@ -145,6 +148,9 @@ def _force_offset(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
 def _gravity(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
     # a plumb line from the axis to the centre of mass, turned by the angle; its horizontal part is the lever
     hangs_at = np.radians(rng.uniform(0.0, 360.0))
+    if plan.arm_level:
+        quarter = rng.choice([-1.0, 1.0]) * np.pi / 2.0
+        hangs_at = np.radians(m.first_mm.mean()) + quarter + rng.uniform(-1.0, 1.0) * ABOUT_LEVEL
     turned = np.radians(m.position_mm)
     lever = np.imag(np.exp(1j * (turned - hangs_at)))
     numbers = (
@@ -197,7 +203,7 @@ def measure_drive(scenario: Scenario, seed: int, plan: Plan, number: int) -> Rec
 
     Notes
     -----
-    The strength of a constant force is its size, not its RMS about its mean, which is zero.
+    The strength of a force is its RMS, and not that about its mean: a drive at rest without a load has the force 0.
 
     Examples
     --------
@@ -217,10 +223,10 @@ def measure_drive(scenario: Scenario, seed: int, plan: Plan, number: int) -> Rec
     hidden: dict[str, Hidden] = {}
     for name, strength in scenario.wanted.items():
         unit, _, _ = _PARTS[name](first, plan, stream(seed, Draw.EFFECT, name))
-        factor = strength * sigma_n / rms(_counted(unit))
+        factor = strength * sigma_n / _size(unit)
         added, description, parameters = _PARTS[name](m, plan, stream(seed, Draw.EFFECT, name))
         force_n += factor * added
-        hidden[name] = hidden_of(name, description, parameters, factor, _counted(added), sigma_n)
+        hidden[name] = hidden_of(name, description, parameters, factor, _size(added), sigma_n)
     length, force = ("deg", Column("torque", "nm", force_n)) if plan.rotary else ("mm", Column("force", "n", force_n))
     columns = [
         Column("run", "", m.run.astype(np.float64)),
@@ -240,11 +246,8 @@ def _moved(plan: Plan, occasion: Occasion, first: _Motion | None = None) -> _Mot
     return _Motion(motion, time_s, _loads_kg(plan, run, occasion), run, plan.presliding_mm, first)
 
 
-def _counted(added: Floats) -> Floats:
-    """Return what of a force counts as its strength: a constant has no RMS about its mean, its size counts."""
-    varies = rms(added) > 0.0
-    counted: Floats = added - added.mean() if varies else np.where(np.arange(added.size) % 2, 1.0, -1.0)
-    return counted
+def _size(added: Floats) -> float:
+    return float(np.sqrt(np.mean(added**2)))
 
 
 def _loads_kg(plan: Plan, run: Ints, occasion: Occasion) -> Floats:

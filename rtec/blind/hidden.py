@@ -78,18 +78,18 @@ def scaled(parameters: tuple[Parameter, ...], factor: float) -> tuple[Parameter,
 
 
 def hidden_of(
-    name: str, description: str, parameters: tuple[Parameter, ...], factor: float, added_mm: Floats, sigma_mm: float
+    name: str, description: str, parameters: tuple[Parameter, ...], factor: float, rms_mm: float, sigma_mm: float
 ) -> Hidden:
-    """Return what was hidden: an effect ``factor`` times as strong as the one that adds ``added_mm``.
+    """Return what was hidden: an effect ``factor`` times as strong as the one that adds ``rms_mm``.
 
     Examples
     --------
-    >>> hidden_of("backlash", "play", (), 3.0, np.array([0.001, -0.001]), 0.002).rms_sigma
+    >>> hidden_of("backlash", "play", (), 3.0, 0.001, 0.002).rms_sigma
     1.5
     """
     return Hidden(
         name=name,
         description=description,
         parameters=scaled(parameters, factor),
-        rms_sigma=factor * rms(added_mm) / sigma_mm,
+        rms_sigma=factor * rms_mm / sigma_mm,
     )

@@ -103,7 +103,7 @@ def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) ->
         )
         factor = scenario.wanted["hysteresis"] * sigma_mm / rms(told.added_mm)
         deviation_mm += factor * bent.added_mm
-        what = bent.description, bent.parameters, factor, bent.added_mm, sigma_mm
+        what = bent.description, bent.parameters, factor, rms(bent.added_mm), sigma_mm
         hidden["hysteresis"] = hidden_of("hysteresis", *what)
     readings = Readings(time_s=log.time_s, position_mm=rows[:, _COMMAND_MM], direction=way, run=log.run)
     deviation_mm += noise_of(scenario.noise, readings, sigma_mm, occasion.stream(Draw.NOISE))
@@ -247,13 +247,13 @@ class _Lags(NamedTuple):
                 "the drive stays behind in proportion to velocity: not all of it is fed forward",
                 (Parameter("delay", self.delay_s * 1e3, "ms"),),
                 1.0,
-                self.delay_s * speed,
+                rms(self.delay_s * speed),
             ),
             "acceleration_lag": (
                 "the drive stays behind in proportion to acceleration: its velocity loop lags",
                 (Parameter("lag", self.square_s2 * 1e6, "ms^2"),),
                 1.0,
-                self.square_s2 * gain,
+                rms(self.square_s2 * gain),
             ),
         }
         return {name: hidden_of(name, *what, sigma_mm) for name, what in both.items() if name in scenario.names}

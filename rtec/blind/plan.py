@@ -43,6 +43,8 @@ class Plan(ExperimentPlan):
         Over which what rubs in a drive bends before it slips.
     right_forward
         Whether the control's own table keeps what is approached forward right: play is left to the other approach.
+    arm_level
+        Whether a rotary axis is first measured where its arm lies about level, and its weight pulls.
     sigma_um
         Standard deviation of the repeat noise.
     sigma_n
@@ -66,6 +68,7 @@ class Plan(ExperimentPlan):
     name: str
     presliding_mm: float = RIGID_MM
     right_forward: bool = False
+    arm_level: bool = False
     sigma_um: float = 2.0
     sigma_n: float = 2.0
     wave_shares: tuple[float, float] = (0.14, 0.4)
@@ -162,6 +165,7 @@ _ALL = (
     Plan(
         name="one_day",
         runs=1,
+        targets=41,
         passes=Passes.FORWARD,
         weather=Weather.ONE_DAY,
         columns=("direction", "time", "pressure", "humidity"),
@@ -172,10 +176,19 @@ _ALL = (
     Plan(name="turned_once", runs=1),
     Plan(name="two_runs", runs=2, passes=Passes.FORWARD, lost_share=0.5),
     Plan(name="sparse", runs=1, targets=7),
-    replace(_ONE_SPEED, name="one_pose", span_mm=10.0),
+    Plan(
+        name="one_way",
+        runs=5,
+        passes=Passes.FORWARD,
+        spacing=Spacing.DENSE_AT_ENDS,
+        span_mm=200.0,
+        shifts_mm=(0.0, 50.0, 25.0, 100.0, 75.0),
+    ),
+    replace(_ONE_SPEED, name="one_pose", span_mm=10.0, arm_level=True),
     Plan(
         name="one_heating",
         runs=1,
+        targets=41,
         passes=Passes.FORWARD,
         heating=Heating.ONE_RISE,
         columns=("direction", "time", "temperature"),

@@ -23,8 +23,6 @@ from rtec.jobs import Crew
 from rtec.metrology import Measurement, read_experiment, write_experiment
 
 STRENGTH = 5.0
-WEIGHT = 0.25
-"""Of a weight on an arm that hardly turns, by how much it changes there: the force is some twenty times as large."""
 OPEN = ("TIED", "INCONCLUSIVE", "LIKELY")
 """Verdicts that ask for another measurement."""
 
@@ -100,7 +98,6 @@ def the_pairs() -> tuple[Pair, ...]:
     >>> [pair.title for pair in the_pairs()][0]
     'growth and shift'
     """
-    weight = Scenario(names=("gravity",), strength_sigma=WEIGHT, plan=PLANS["one_pose"])
     return (
         Pair(
             title="growth and shift",
@@ -109,12 +106,12 @@ def the_pairs() -> tuple[Pair, ...]:
         ),
         Pair(
             title="gravity and viscous friction at one speed",
-            games=(weight, *_on("one_pose", "viscous")),
+            games=_on("one_pose", "gravity", "viscous"),
             right=frozenset((Ask.SPEEDS, Ask.WHOLE_TURN)),
         ),
         Pair(
             title="spike and wind-up",
-            games=_on("sparse", "reversal_spike", "windup"),
+            games=_on("one_way", "reversal_spike", "windup"),
             right=frozenset((Ask.AFTER_REVERSALS,)),
         ),
         Pair(

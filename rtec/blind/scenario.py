@@ -69,7 +69,8 @@ LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
 """Pairs that the game does not hide together: one contains the other, or they are too alike for most plans."""
 _OPEN_DEG = 270.0
 """Up to which the end of a turn is not its beginning."""
-_TWO_WAYS = ("backlash", "backlash_map", "windup", "reversal_spike", *OUTSIDE)
+_TWO_WAYS = ("backlash", "backlash_map", *OUTSIDE)
+_AFTER_REVERSALS = ("windup", "reversal_spike")
 _KNOWN = INSIDE + OUTSIDE + OF_DRIVE
 
 
@@ -82,7 +83,8 @@ class Scenario:
     names
         Effects, of `INSIDE` and `OUTSIDE`, in a drive's log of `OF_DRIVE`; none hides nothing.
     strength_sigma
-        RMS contribution over the readings, mean removed, in units of the repeat noise: one for all, or one each.
+        RMS contribution over the readings, the mean removed unless it is a force, in units of the repeat noise: one
+        for all, or one each.
     noise
         Its family.
     plan
@@ -159,6 +161,7 @@ def unfit(name: str, plan: Plan) -> str | None:
         (name in OF_HEAT and plan.heating is Heating.NONE, "the temperature does not change"),
         (name == "run_offset" and plan.runs < 2, "it needs several runs"),
         (one_way and name in _TWO_WAYS, "it needs both directions"),
+        (one_way and name in _AFTER_REVERSALS and len(plan.shifts_mm) < 3, "it needs reversals at several places"),
         (plan.runs < runs, "it needs several runs"),
         (plan.targets < targets, "it needs more targets"),
     )

@@ -27,7 +27,7 @@ from rtec.metrology.experiment_file import naming_keys
 from rtec.metrology.text_file import read_text, write_lines
 
 SUFFIX = ".sealed"
-FORMAT = "rtec blind 2"
+FORMAT = "rtec blind 3"
 _ALLOWED = "the file that 'rtec blind new' wrote beside the data"
 
 

@@ -56,8 +56,9 @@ def grid_of(plan: Plan) -> Floats:
     >>> float(grid_of(PLANS["base"])[0])
     14.0
     """
-    low = plan.start_mm - plan.overshoot_mm - _MARGIN_MM
-    high = plan.end_mm + plan.overshoot_mm + _MARGIN_MM
+    beyond_mm = plan.overshoot_mm + _MARGIN_MM
+    low = plan.start_mm + min(0.0, *plan.shifts_mm) - beyond_mm
+    high = plan.end_mm + max(0.0, *plan.shifts_mm) + beyond_mm
     return np.linspace(low, high, round((high - low) / GRID_MM) + 1)
 
 

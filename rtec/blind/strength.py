@@ -54,5 +54,5 @@ def hidden_static(
     found = {}
     for name, (error, factor) in parts.items():
         added = at_readings(scenario.plan, error, position_mm, direction)
-        found[name] = hidden_of(name, error.description, error.parameters, factor, added, sigma_mm)
+        found[name] = hidden_of(name, error.description, error.parameters, factor, rms(added), sigma_mm)
     return found

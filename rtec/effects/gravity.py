@@ -26,8 +26,8 @@ from rtec.effects.protocol import (
 TURN_DEG = 360.0
 WIDE_DEG = 270.0
 """Of angles, from which on a second wave can be told from a constant beside the first."""
-LEAST_SPAN_DEG = 20.0
-"""Below, sine and cosine are a straight line and a constant to 0.4 % of the amplitude."""
+LEAST_SPAN_DEG = 5.0
+"""Below, sine and cosine are a straight line and a constant to 0.1 % of the amplitude."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,10 @@ class ReversalSpike(Effect):
 
     name = "reversal_spike"
     over = Over.REVERSAL
-    needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
+    needs = (
+        "both directions, or runs in one that begin at several places, with readings at four distances at least in "
+        "the first quarter after a reversal"
+    )
     shape_type = SpikeShape
     rivals = (
         Rival("windup", experiments.AFTER_REVERSAL),

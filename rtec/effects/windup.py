@@ -27,6 +27,8 @@ from rtec.effects.protocol import (
 FEWEST_DISTANCES = 4
 CLOSE = 0.27
 """Share of the span within which these distances have to lie: a quarter, and a little for irregular targets."""
+BEGUN_APART = 3
+"""Places from which runs in one direction have to begin, so that what happens after a reversal is no map."""
 FARTHEST = 0.15
 """Overshoot that is looked for, in distances: with a longer one the drive is wound up before the first reading, and
 what is left of its course looks like backlash."""
@@ -74,7 +76,10 @@ class Windup(Effect):
 
     name = "windup"
     over = Over.REVERSAL
-    needs = "both directions, with readings at four distances at least in the first quarter after a reversal"
+    needs = (
+        "both directions, or runs in one that begin at several places, with readings at four distances at least in "
+        "the first quarter after a reversal"
+    )
     shape_type = WindupShape
     rivals = (
         Rival("backlash", experiments.AFTER_REVERSAL),
@@ -196,14 +201,21 @@ def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats
 
 def too_sparse(conditions: Conditions) -> str | None:
     """Return why data cannot show what happens after a reversal, or None."""
-    if not conditions.both_directions:
-        return "one direction only"
+    if not conditions.both_directions and not _begun_apart(conditions):
+        return f"one direction only, and not from {BEGUN_APART} places far apart"
     near = CLOSE * conditions.span
     count = int((distances(conditions) <= near).sum())
     if count >= FEWEST_DISTANCES:
         return None
     unit = conditions.position_unit
     return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
+
+
+def _begun_apart(conditions: Conditions) -> bool:
+    """Return whether runs begin at places far apart: what follows the way since then is no function of position."""
+    begins = np.concatenate([[True], np.diff(conditions.run) != 0])
+    places = np.unique(conditions.position[begins])
+    return not conditions.moving and places.size >= BEGUN_APART and np.ptp(places) >= CLOSE * conditions.span
 
 
 def shortest(conditions: Conditions) -> float:

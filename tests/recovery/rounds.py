@@ -24,18 +24,18 @@ HEAD = """\
 Written by `python -m tests.recovery.rounds --games {games}{seed} -o docs/rounds.md`. Each game hides one of two
 look-alikes in the emulated axis and measures it by a plan too poor to tell them apart. `rtec diagnose --suggest`
 writes the plan of the next experiment, `rtec blind measure` carries it out on the same axis, and the diagnosis is
-asked again. The hidden effect has five times the noise; a weight on an arm that hardly turns changes by a quarter of
-the noise, its force is some twenty times that.
+asked again. The hidden effect has five times the noise.
 
 "TIED, right experiment": the first verdict is TIED, and the plan asks for what tells the two apart. "Open, right
 experiment": so for TIED, INCONCLUSIVE and LIKELY together. "Told apart": the second verdict is NAMED, with the hidden
 effect and no other. "Both rounds": open with the right experiment, then told apart. Shares with Wilson's 95 %
-interval. The plans stand in `rtec/blind/plan.py` (`one_heating`, `one_pose`, `sparse`, `one_day`, `two_runs`), the
+interval. The plans stand in `rtec/blind/plan.py` (`one_heating`, `one_pose`, `one_way`, `one_day`, `two_runs`), the
 pairs in `rtec/blind/rounds.py`.
 
-Spike and wind-up are never tied. With few readings after the reversals neither can be tested, and the verdict is
-INCONCLUSIVE; with enough of them the two differ by a backlash and are told apart at once. Growth and shift,
-refraction and drift, and a weight that hardly shows are sometimes INCONCLUSIVE, too, and the experiment is the same.
+A poor plan has readings enough, of the wrong kind: one pass while the machine warms up evenly or on one day, an arm
+moved at one speed where it lies level, or runs in one direction only. Spike and wind-up differ by a constant there
+(by a backlash, where there are both directions); on too few readings after reversals neither is tested, the verdict
+is INCONCLUSIVE, and the experiment is the same.
 
 """
 

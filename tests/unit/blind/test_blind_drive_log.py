@@ -33,8 +33,7 @@ def added(name, seed=2):
 @pytest.mark.parametrize("name", OF_DRIVE)
 def test_a_part_is_as_strong_as_its_secret_says(name):
     what, _, _, secret = added(name)
-    size = np.sqrt(np.mean(what**2)) if name == "force_offset" else np.std(what)
-    assert size / DRIVE.sigma_n == pytest.approx(3.0, rel=0.01)
+    assert np.sqrt(np.mean(what**2)) / DRIVE.sigma_n == pytest.approx(3.0, rel=0.01)
     assert secret.effects[0].rms_sigma == pytest.approx(3.0)
 
 
@@ -63,6 +62,14 @@ def test_an_arm_has_the_torque_of_its_lever():
     reach_m = numbers["largest"] / (mass_kg * g)
     held = mass_kg * g * reach_m * np.sin(turned)  # force times the horizontal distance of the mass
     assert what == pytest.approx(held, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_an_arm_that_is_level_hangs_a_quarter_of_a_turn_away(seed):
+    what, numbers, _ = columns(("gravity",), seed, PLANS["one_pose"])
+    away = (what["actual"] - numbers["gravity", "hangs_at"] + 180.0) % 360.0 - 180.0
+    assert 90.0 - 36.0 < np.abs(away).min()
+    assert np.abs(away).max() < 90.0 + 36.0
 
 
 def test_a_load_presses_on_its_guide():

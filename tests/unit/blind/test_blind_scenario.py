@@ -49,7 +49,7 @@ def test_the_same_seed_draws_the_same_scenario():
         ("drift", "moving", "too short"),
         ("lost_counts", "moving", "too short"),
         ("thermal_growth", "base", "does not change"),
-        ("windup", "one_heating", "both directions"),
+        ("windup", "one_heating", "reversals at several places"),
         ("moving_bump", "turned_once", "several runs"),
         ("gib_dents", "base", "more targets"),
         ("room_wave", "one_heating", "both directions"),

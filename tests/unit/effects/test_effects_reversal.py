@@ -49,6 +49,26 @@ def test_a_spike_dies_away_along_the_way():
     assert found == pytest.approx(-0.01 * expected, abs=2e-5)
 
 
+def one_way(begins, steps=20, span=100.0):
+    position = np.concatenate([np.linspace(begin, begin + span, steps) for begin in begins])
+    run = np.repeat(np.arange(1, len(begins) + 1), steps)
+    direction = np.ones(position.size)
+    return Conditions(
+        position=position,
+        position_unit="mm",
+        run=run,
+        direction=direction,
+        since_reversal=distance_since_reversal(position, direction, run),
+    )
+
+
+@pytest.mark.parametrize("effect", [ReversalSpike(), Windup()])
+def test_runs_in_one_direction_show_what_follows_a_reversal_where_they_begin_at_several_places(effect):
+    assert effect.untestable(one_way([0.0, 20.0, 60.0])) is None
+    for begins in ([0.0, 0.0, 0.0], [0.0, 60.0], [0.0, 2.0, 4.0]):  # a map of the axis would do as well
+        assert effect.untestable(one_way(begins)) == "one direction only, and not from 3 places far apart"
+
+
 def test_a_spike_is_a_backlash_less_a_wind_up():
     c = out_and_back()
     whole = ReversalSpike().columns(c, SpikeShape(15.0)) + Windup().columns(c, WindupShape(15.0))
