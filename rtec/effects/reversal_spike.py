@@ -23,7 +23,7 @@ from rtec.effects.protocol import (
     own_shape,
     parameter,
 )
-from rtec.effects.windup import FEWEST_DISTANCES, distances, opposed, too_sparse
+from rtec.effects.windup import FEWEST_DISTANCES, distances, opposed, too_sparse, unseen_distances
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +92,14 @@ class ReversalSpike(Effect):
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show how a reversal error dies away, or None."""
         return too_sparse(conditions)
+
+    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
+        """Return that too few readings after reversals show how it dies away, or None."""
+        return None if conditions.moving else too_sparse(conditions)
+
+    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return what may lie between too few readings after reversals."""
+        return [SpikeShape(distance) for distance in unseen_distances(conditions)]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""

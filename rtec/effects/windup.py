@@ -29,6 +29,8 @@ CLOSE = 0.27
 """Share of the span within which these distances have to lie: a quarter, and a little for irregular targets."""
 BEGUN_APART = 3
 """Places from which runs in one direction have to begin, so that what happens after a reversal is no map."""
+HIDDEN = 8.0
+"""Of the first distance: what changes over less is over before it, and looks like any other that is."""
 FARTHEST = 0.15
 """Overshoot that is looked for, in distances: with a longer one the drive is wound up before the first reading, and
 what is left of its course looks like backlash."""
@@ -115,6 +117,14 @@ class Windup(Effect):
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show how a reversal error builds up, or None."""
         return too_sparse(conditions)
+
+    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
+        """Return that too few readings after reversals show how it builds up, or None."""
+        return None if conditions.moving else too_sparse(conditions)
+
+    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return what may lie between too few readings after reversals."""
+        return [WindupShape(d, carried) for d in unseen_distances(conditions) for carried in (False, True)]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""
@@ -209,6 +219,14 @@ def too_sparse(conditions: Conditions) -> str | None:
         return None
     unit = conditions.position_unit
     return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
+
+
+def unseen_distances(conditions: Conditions) -> Sequence[float]:
+    """Return distances over which something may change after a reversal where readings are too far apart to tell."""
+    gone = distances(conditions)
+    if conditions.moving or not conditions.both_directions or not gone.size or too_sparse(conditions) is None:
+        return ()
+    return ladder(gone[0] / HIDDEN, max(conditions.span / 5, gone[0]))
 
 
 def _begun_apart(conditions: Conditions) -> bool:

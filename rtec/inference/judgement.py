@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.unseen import shifted_targets, unseen_periods
+from rtec.effects import effect_named
 from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared
 from rtec.inference.candidates import absent_from, accepted, cosines_of, doubts_of, proposed_beside, settling
 from rtec.inference.chessboard import HELD_OUT_BY
@@ -16,6 +17,7 @@ from rtec.inference.experiment import (
     experiment_for_more,
     experiment_for_rivals,
     experiment_for_unknown,
+    experiment_of,
 )
 from rtec.inference.finding import OFFSET, Finding
 from rtec.inference.fit import residual_of
@@ -79,6 +81,7 @@ def judged(found: Finding) -> Diagnosis:
         minimum_detectable=tuple(minimum.items()),
         lack_of_fit=() if p_means is None else ((_COMPARED[dataset.has_repeats], p_means),),
         unknown=unknown,
+        suspected=tuple(doubts_of(found)),
         cosines=cosines_of(found, proposed),
         experiment=_experiment(found, unknown, tied, not_testable, minimum, _likely(absent) if not named else ()),
         notes=notes_of(found, floor),
@@ -139,6 +142,8 @@ def _experiment(
     if tied:
         return experiment_for_rivals(found.scout.judge, found.scouted, tied[0], tied[1:])
     for name in doubts_of(found):
+        if name in not_testable:  # no reading here shows it: the experiment that tells it from its look-alikes does
+            return experiment_of([rival.experiment for rival in effect_named(name).rivals[:1]])
         return Experiment(text=f"{name}: {settling(found, name)}")
     if unknown is not None:
         return experiment_for_unknown(unknown)

@@ -180,6 +180,8 @@ class Diagnosis:
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     """Of each effect that competed, by name: accepted or not."""
     outliers: tuple[Outlier, ...] = ()
+    suspected: tuple[str, ...] = ()
+    """Effects that may well be there, and that these data cannot bear out."""
     unseen_periods: tuple[str, ...] = ()
     """Periods that these targets cannot show."""
 

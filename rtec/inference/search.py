@@ -310,10 +310,11 @@ class Search:
             found = self.exchanged(better)
 
     def _suspect(self, model: Scored) -> None:
-        """Score what the data suggest but cannot bear out in the place of each effect of a model."""
-        for k, choice in enumerate(model.choices):
-            rest = self.without(model, k) if choice not in self.given else model
-            for effect in self.effects_for(rest):
+        """Score what the data suggest but cannot bear out in the place of each effect of a model, and of all."""
+        start = self.judge.score(self.given)
+        rests = [self.without(model, k) for k, choice in enumerate(model.choices) if choice not in self.given]
+        for rest in {m.key: m for m in (*rests, start)}.values():
+            for effect in (*self.effects_for(rest), *self.space.suspected):
                 trials = [[*rest.choices, (effect, s)] for s in effect.suspects(self.space.dataset.conditions)]
                 if trials:
                     best = max(trials, key=lambda choices: self.judge.quickly(choices, rest))

@@ -173,6 +173,12 @@ class Space:
         ) + probes_of(self.dataset)
 
     @cached_property
+    def suspected(self) -> tuple[Effect, ...]:
+        """The effects that the data cannot show, and that may be what they show of others."""
+        c = self.dataset.conditions
+        return tuple(e for e in LIBRARY if self.reasons.get(e.name) is not None and e.suspects(c))
+
+    @cached_property
     def _at_rows(self) -> Dataset:
         return replace(self.dataset, conditions=self.dataset.coordinates, resample=None)
 

@@ -198,8 +198,10 @@ def _tied(diagnosis: Diagnosis, shown: Shown) -> str:
 def _unknown(diagnosis: Diagnosis, shown: Shown) -> str:
     found = explanation_names(diagnosis)
     before = f" after {joined(found)}" if found else ""
+    may_be = " or ".join(noun(name) for name in diagnosis.suspected)
+    explained = f"may be {may_be}, which this plan cannot show" if may_be else "nothing in the library explains"
     return (
-        f"Structure is left{before} that repeats and that nothing in the library explains"
+        f"Structure is left{before} that repeats and that {explained}"
         f"{unknown_words(diagnosis.unknown, diagnosis.dataset.units.position)}: {_quantity(diagnosis)} falls "
         f"{_fall(diagnosis, shown)}; {floor_words(diagnosis.noise, shown)}."
     )

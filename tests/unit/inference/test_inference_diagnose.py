@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, measured
 
+from rtec.blind import PLANS, Scenario, play
 from rtec.dataset.load import load_dataset
 from rtec.effects import LIBRARY, Conditions, Shape, effect_named
+from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError, RtecError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.fit import values_of
@@ -136,6 +138,17 @@ def test_unknown_reversal_error_that_changes_from_run_to_run():
     result = diagnose(measured(lambda x, way, t, run: sizes[run - 1] * way))
     assert result.verdict is Verdict.UNKNOWN
     assert {"direction", "run"} <= set(result.unknown.depends_on)
+
+
+@pytest.mark.parametrize("name", ["reversal_spike", "windup"])
+def test_what_too_few_readings_after_reversals_suggest_has_no_other_name(name):
+    """Maps with a node at each of six targets explain it, too; a spike or a wind-up needs fewer numbers."""
+    plan = replace(PLANS["base"], targets=6)
+    result = diagnose(load_dataset(play(Scenario(names=(name,), strength_sigma=4.0, plan=plan), 5)[0]))
+    assert result.verdict is Verdict.UNKNOWN
+    assert name in result.suspected and name in dict(result.not_testable)
+    assert not {"backlash_map", "pitch_map", "cyclic"} & set(result.effects)
+    assert Ask.AFTER_REVERSALS in result.experiment.asks
 
 
 def test_unknown_errors_of_single_targets():

@@ -52,6 +52,14 @@ def test_unknown_says_what_it_depends_on(make_diagnosis):
     assert "after backlash and cyclic error" in text
 
 
+def test_unknown_says_what_it_may_be(make_diagnosis):
+    unknown = Unknown(depends_on=("position",), period=None, frequency_hz=None, description="")
+    suspected = ("reversal_spike", "windup")
+    text = verdict_sentence(make_diagnosis(verdict=Verdict.UNKNOWN, unknown=unknown, suspected=suspected))
+    assert "that may be reversal spike or windup, which this plan cannot show; it depends on position:" in text
+    assert "nothing in the library" not in text
+
+
 def test_inconclusive_gives_the_smallest_effects_that_would_show(make_diagnosis):
     detectable = (("drift", 0.002), ("backlash", 0.0003), ("windup", float("nan")))
     text = verdict_sentence(make_diagnosis(verdict=Verdict.INCONCLUSIVE, minimum_detectable=detectable))
