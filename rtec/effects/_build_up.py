@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Effect, Observable, Over, Quantity, Shape, Tunable, own_shape, parameter
 from rtec.effects.viscous import one_speed_each_way
 
 LONGEST = 1 / 30
@@ -32,42 +33,73 @@ class BuildUpShape(Shape):
     carried: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "carried over the reversal"))
 
 
-def build_up_shapes(conditions: Conditions) -> list[BuildUpShape]:
-    """Return friction that is there at once, and distances over which it may build up, from nothing and carried.
+_B = TypeVar("_B", bound=BuildUpShape)
+
+
+class BuildsUp(Effect):
+    """Friction that is there at once, or builds up over a distance after each reversal."""
+
+    over = Over.VELOCITY
+    observable = Observable.DRIVE
+    not_negative = True
+
+    def at_once(self, conditions: Conditions) -> Sequence[BuildUpShape]:
+        """Return the shapes that are there at once."""
+        return (BuildUpShape(),)
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return friction that is there at once, then distances over which it builds up."""
+        return [form for shape in self.at_once(conditions) for form in _build_ups(conditions, shape)]
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the number of shapes, of those alone that are there at once for one of them: it is no choice."""
+        soft = own_shape(shape, BuildUpShape).distance > 0.0
+        return float(len(self.shapes(conditions) if soft else self.at_once(conditions)))
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return a build-up and none of it; of none every build-up, as beside other effects another may show."""
+        plain = self.plainer(shape)
+        return _build_ups(conditions, own_shape(shape, BuildUpShape)) if plain is None else [plain, shape]
+
+    def plainer(self, shape: Shape) -> Shape | None:
+        """Return friction that is there at once."""
+        own = own_shape(shape, BuildUpShape)
+        return replace(own, distance=0.0, carried=False) if own.distance > 0.0 else None
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return the distance of build-up, where there is one."""
+        distance = own_shape(shape, BuildUpShape).distance
+        return (Tunable("distance", distance / STEP, distance * STEP),) if distance > 0.0 else ()
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the sign of the motion, times the share built up and what else it depends on; shape (rows, 1)."""
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
+
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of several shapes, shape (shapes, 1, rows)."""
+        way = self._needed(conditions.direction, "directions of motion")
+        return _built_up(conditions, way, [own_shape(shape, BuildUpShape) for shape in shapes])[:, None, :]
+
+
+def _build_ups(conditions: Conditions, shape: _B) -> list[_B]:
+    """Return a shape that is there at once, and over distances, from nothing and carried.
 
     None of these at one speed each way: what grows while the axis gets up to speed may as well be viscous friction.
     """
     gone = conditions.since_reversal
     if gone is None or conditions.direction is None or one_speed_each_way(conditions):
-        return [BuildUpShape()]
+        return [shape]
     near = np.sort(gone[(gone > 0.0) & (conditions.direction != 0.0)])
     longest = LONGEST * conditions.span
     if near.size < FEWEST_READINGS or near[FEWEST_READINGS - 1] >= longest:
-        return [BuildUpShape()]
+        return [shape]
     shortest = max(float(near[FEWEST_READINGS - 1]), 1e-3 * longest)
     scanned = ladder(shortest, longest, STEP)
-    return [BuildUpShape(), *(BuildUpShape(way, carried) for carried in (False, True) for way in scanned)]
+    return [shape, *(replace(shape, distance=way, carried=carried) for carried in (False, True) for way in scanned)]
 
 
-def build_up_tried(conditions: Conditions, shape: Shape) -> float:
-    """Return the number of shapes for a build-up, 1 for friction that is there at once: it is no matter of choice."""
-    return float(len(build_up_shapes(conditions))) if own_shape(shape, BuildUpShape).distance > 0.0 else 1.0
-
-
-def build_up_variants(conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-    """Return a build-up and none of it; of none every build-up, as beside other effects another may show."""
-    if own_shape(shape, BuildUpShape).distance > 0.0:
-        return [BuildUpShape(), shape]
-    return build_up_shapes(conditions)
-
-
-def build_up_room(shape: Shape) -> tuple[Tunable, ...]:
-    """Return a distance that there is as a number that a refit may move."""
-    distance = own_shape(shape, BuildUpShape).distance
-    return (Tunable("distance", distance / STEP, distance * STEP),) if distance > 0.0 else ()
-
-
-def built_up(conditions: Conditions, direction: Floats, shapes: Sequence[Shape]) -> Floats:
+def _built_up(conditions: Conditions, direction: Floats, shapes: Sequence[BuildUpShape]) -> Floats:
     """Return the share of dry friction at each reading with the sign of the motion, shape (shapes, rows).
 
     Notes
@@ -77,18 +109,17 @@ def built_up(conditions: Conditions, direction: Floats, shapes: Sequence[Shape])
     is that since the reversal, which noise of the position does not turn round: along every reading, noise to and fro
     would wear the build-up down.
     """
-    own = [own_shape(shape, BuildUpShape) for shape in shapes]
-    found = np.tile(direction.astype(np.float64), (len(own), 1))
-    soft = [k for k, shape in enumerate(own) if shape.distance > 0.0]
+    found = np.tile(direction.astype(np.float64), (len(shapes), 1))
+    soft = [k for k, shape in enumerate(shapes) if shape.distance > 0.0]
     gone = conditions.since_reversal
     if not soft or gone is None:
         return found
-    fresh = [k for k in soft if not own[k].carried]
+    fresh = [k for k in soft if not shapes[k].carried]
     if fresh:
-        distance = np.array([own[k].distance for k in fresh])[:, None]
+        distance = np.array([shapes[k].distance for k in fresh])[:, None]
         found[fresh] *= -np.expm1(-gone / distance)
-    if carried := [k for k in soft if own[k].carried]:
-        found[carried] = np.abs(direction) * _carried(conditions, [own[k].distance for k in carried])
+    if carried := [k for k in soft if shapes[k].carried]:
+        found[carried] = np.abs(direction) * _carried(conditions, [shapes[k].distance for k in carried])
     return found
 
 

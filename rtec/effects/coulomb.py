@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import ClassVar
 
 from rtec.effects import experiments
-from rtec.effects._build_up import (
-    BuildUpShape,
-    build_up_room,
-    build_up_shapes,
-    build_up_tried,
-    build_up_variants,
-    built_up,
-)
-from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Tunable, Units
+from rtec.effects._build_up import BuildsUp, BuildUpShape
+from rtec.effects.conditions import Conditions
+from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
 
 
-class Coulomb(Effect):
+class Coulomb(BuildsUp):
     """Friction with the sign of the motion, at once or built up over a distance after each reversal.
 
     Notes
@@ -43,11 +35,8 @@ class Coulomb(Effect):
     """
 
     name = "coulomb"
-    over = Over.VELOCITY
-    observable = Observable.DRIVE
     needs = "motion in both directions"
     shape_type = BuildUpShape
-    not_negative = True
     rivals: ClassVar[tuple[Rival, ...]] = (
         Rival("viscous", experiments.SEVERAL_SPEEDS),
         Rival("stribeck", experiments.CREEP),
@@ -74,36 +63,6 @@ class Coulomb(Effect):
         if conditions.direction is None:
             return "no directions: moving data or a direction column needed"
         return None if conditions.both_directions else "one direction only"
-
-    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return friction that is there at once, then distances over which it builds up."""
-        return build_up_shapes(conditions)
-
-    def tried(self, conditions: Conditions, shape: Shape) -> float:
-        """Return 1 for friction that is there at once, else the number of shapes."""
-        return build_up_tried(conditions, shape)
-
-    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return a build-up and friction that is there at once; of that every build-up."""
-        return build_up_variants(conditions, shape)
-
-    def plainer(self, shape: Shape) -> Shape | None:
-        """Return friction that is there at once."""
-        return None if shape == BuildUpShape() else BuildUpShape()
-
-    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance of build-up, where there is one."""
-        return build_up_room(shape)
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the sign of the motion, times the share built up; shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
-
-    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several distances, shape (shapes, 1, rows)."""
-        way = self._needed(conditions.direction, "directions of motion")
-        return built_up(conditions, way, shapes)[:, None, :]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the size of the friction, once it is built up."""

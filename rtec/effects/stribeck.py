@@ -8,22 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.effects import experiments
+from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import (
-    Amplitude,
-    Card,
-    Effect,
-    Observable,
-    Over,
-    Quantity,
-    Rival,
-    Shape,
-    Tunable,
-    Units,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Tunable, Units, own_shape, parameter
 
 FEWEST_SPEEDS = 4
 SLOWEST = 1 / 300
@@ -31,18 +19,19 @@ SLOWEST = 1 / 300
 
 
 @dataclass(frozen=True, slots=True)
-class StribeckShape(Shape):
-    """At which speed the surfaces have parted."""
+class StribeckShape(BuildUpShape):
+    """Also, at which speed the surfaces have parted."""
 
     speed: float = field(default=1.0, metadata=parameter(Quantity.SPEED, "Stribeck speed"))
 
 
-class Stribeck(Effect):
+class Stribeck(BuildsUp):
     """Friction on top of dry friction that is gone beyond a speed.
 
     Notes
     -----
-    ``force = stribeck * direction * exp(-(velocity / speed)**2)``, 0 at rest.
+    ``force = stribeck * direction * exp(-(velocity / speed)**2)``, 0 at rest; times the share built up, as of
+    ``coulomb``: the same asperities bend before they slip.
 
     References
     ----------
@@ -55,17 +44,14 @@ class Stribeck(Effect):
     >>> c = Conditions(
     ...     position=np.zeros(3), position_unit="mm", run=np.ones(3, dtype=np.int64), velocity=v, direction=np.sign(v)
     ... )
-    >>> Stribeck().contribution(c, StribeckShape(1.0), [10.0]).round(3).tolist()
+    >>> Stribeck().contribution(c, StribeckShape(speed=1.0), [10.0]).round(3).tolist()
     [0.0, 3.679, 0.0]
     """
 
     name = "stribeck"
-    over = Over.VELOCITY
-    observable = Observable.DRIVE
     builds_on = frozenset({"coulomb"})
     needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
-    not_negative = True
     rivals = (Rival("coulomb", experiments.CREEP),)
     card = Card(
         title="Stribeck friction",
@@ -98,34 +84,27 @@ class Stribeck(Effect):
         speeds = _speeds(conditions).size
         return None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
 
-    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+    def at_once(self, conditions: Conditions) -> Sequence[StribeckShape]:
         """Return speeds from the slowest motion to a third of the fastest; higher ones look like Coulomb's."""
         speeds = _speeds(conditions)
         if speeds.size < 2:
             return []
-        return [
-            StribeckShape(speed) for speed in ladder(float(speeds[0]), max(float(speeds[-1]) / 3, float(speeds[0])))
-        ]
+        slowest, fastest = float(speeds[0]), float(speeds[-1])
+        return [StribeckShape(speed=speed) for speed in ladder(slowest, max(fastest / 3, slowest))]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the Stribeck speed, free by a half more or less."""
+        """Return the Stribeck speed, free by a half more or less, and a distance of build-up."""
         speed = own_shape(shape, StribeckShape).speed
         speeds = _speeds(conditions)
         top = max(float(speeds[-1]) / 3, speed) if speeds.size else speed * 1.5
-        return (Tunable("speed", speed / 1.5, min(speed * 1.5, top)),)
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return what is left of the friction at each speed, with the sign of the motion, shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
+        return (Tunable("speed", speed / 1.5, min(speed * 1.5, top)), *super().tunables(conditions, shape))
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several speeds, shape (shapes, 1, rows)."""
+        """Return the columns of several speeds and build-ups, shape (shapes, 1, rows)."""
         velocity = self._needed(conditions.velocity, "a velocity or feed column")
-        way = self._needed(conditions.direction, "directions of motion")
         speeds = np.array([own_shape(shape, StribeckShape).speed for shape in shapes])
-        left: Floats = np.exp(-((velocity / speeds[:, None]) ** 2)) * way
-        return left[:, None, :]
+        left: Floats = np.exp(-((velocity / speeds[:, None]) ** 2))[:, None, :] * super().scan(conditions, shapes)
+        return left
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the friction that is gone at speed."""

@@ -43,7 +43,7 @@ SHAPES = {
     "load_friction": BuildUpShape(7.0),
     "hysteresis": HysteresisShape(7.0),
     "lost_counts": StepShape(250.0),
-    "stribeck": StribeckShape(4.0),
+    "stribeck": StribeckShape(7.0, speed=4.0),
     "cyclic": CyclicShape(6.35, 3, by_direction=True),
 }
 SIMPLE = (
@@ -78,7 +78,7 @@ DEPENDS = {
     "asymmetric_friction": {"velocity"},
     "acceleration_lag": {"acceleration"},
     "inertia": {"acceleration"},
-    "stribeck": {"velocity", "direction"},
+    "stribeck": {"velocity", "direction", "since_reversal"},
     "cyclic": {"position", "direction"},
 }
 COLUMNS = (

@@ -63,6 +63,15 @@ def test_friction_that_builds_up_over_a_distance_is_coulomb_with_that_distance()
         assert term.shape.distance == pytest.approx(0.5, rel=0.25)
 
 
+def test_friction_that_falls_with_speed_builds_up_over_the_same_distance():
+    results = games(("coulomb", "stribeck"), PLANS["soft_drive"], range(8))
+    assert right(results, "coulomb", "stribeck") == 8
+    for result in results:
+        for term in result.model.terms:
+            assert term.shape.carried
+            assert term.shape.distance == pytest.approx(0.5, rel=0.25)
+
+
 def test_friction_that_is_there_at_once_has_no_distance():
     results = games(("coulomb", "viscous"), PLANS["drive"], range(8))
     assert right(results, "coulomb", "viscous") == 8

@@ -64,7 +64,7 @@ def test_the_document_holds_every_card(capsys):
         ("pitch_map", [("nodes", "mm"), ("at_...", "um")]),
         ("drift", [("rate", "um/h")]),
         ("inertia", [("inertia", "kg")]),
-        ("stribeck", [("speed", "mm/s"), ("stribeck", "N")]),
+        ("stribeck", [("distance", "mm"), ("carried", ""), ("speed", "mm/s"), ("stribeck", "N")]),
     ],
 )
 def test_parameters_have_names_and_units(capsys, name, parameters):

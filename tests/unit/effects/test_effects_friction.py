@@ -6,7 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import BuildUpShape, Conditions, Coulomb, LoadFriction, distance_since_reversal
+from rtec.effects import (
+    BuildUpShape,
+    Conditions,
+    Coulomb,
+    LoadFriction,
+    Stribeck,
+    StribeckShape,
+    distance_since_reversal,
+)
 
 TURNS = (0.0, 40.0, 35.0, 60.0, 59.0, 62.0, 10.0)
 STEP = 0.01
@@ -126,3 +134,27 @@ def test_friction_by_load_builds_up_alike():
     shape = BuildUpShape(2.0, carried=True)
     expected = load[:, None] * Coulomb().columns(c, shape)
     assert LoadFriction().columns(replace(c, load=load), shape) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("carried", [False, True])
+def test_friction_that_falls_with_speed_builds_up_alike(carried):
+    c, _ = path()
+    over, left = BuildUpShape(2.0, carried), np.exp(-((c.velocity / 3.0) ** 2))
+    found = Stribeck().columns(c, StribeckShape(2.0, carried, speed=3.0))[:, 0]
+    assert found == pytest.approx(left * Coulomb().columns(c, over)[:, 0])
+
+
+def test_every_speed_is_scanned_with_every_distance():
+    c, _ = path()
+    shapes, at_once = Stribeck().shapes(c), Stribeck().at_once(c)
+    assert len(shapes) == len(set(shapes)) == len(at_once) * len(Coulomb().shapes(c))
+    assert {shape.speed for shape in shapes} == {shape.speed for shape in at_once}
+    assert Stribeck().tried(c, at_once[2]) == len(at_once)
+    soft = StribeckShape(0.5, True, speed=at_once[2].speed)
+    assert Stribeck().tried(c, soft) == len(shapes)
+    assert Stribeck().plainer(soft) == at_once[2]
+    assert Stribeck().plainer(at_once[2]) is None
+    assert Stribeck().variants(c, soft) == [at_once[2], soft]
+    assert Stribeck().variants(c, at_once[2]) == [s for s in shapes if s.speed == at_once[2].speed]
+    assert [t.name for t in Stribeck().tunables(c, soft)] == ["speed", "distance"]
+    assert [t.name for t in Stribeck().tunables(c, at_once[2])] == ["speed"]

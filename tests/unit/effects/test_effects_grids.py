@@ -90,4 +90,4 @@ def test_stribeck_speeds(log, rows):
     assert shapes[0].speed < 1.0
     assert shapes[-1].speed == pytest.approx(np.abs(c.velocity).max() / 3, rel=0.02)
     for speed in between([shape.speed for shape in shapes], 30, np.random.default_rng(6)):
-        assert best_cosine(Stribeck(), c, StribeckShape(speed), Stribeck().scan(c, shapes), False) >= ENOUGH
+        assert best_cosine(Stribeck(), c, StribeckShape(speed=speed), Stribeck().scan(c, shapes), False) >= ENOUGH

@@ -91,7 +91,7 @@ def test_the_forces_of_a_drive_move_the_slide():
         (Viscous(), Shape(), [viscous]),
         (Coulomb(), BuildUpShape(), [coulomb]),
         (AsymmetricFriction(), Shape(), [asymmetry]),
-        (Stribeck(), StribeckShape(slow), [peak]),
+        (Stribeck(), StribeckShape(speed=slow), [peak]),
         (ForceOffset(), Shape(), [weight]),
         (Cogging(), CoggingShape(pitch), [cog, 0.0]),
     ]
@@ -105,7 +105,7 @@ def test_friction_is_silent_at_rest(log):
     rest = c.direction == 0
     assert rest.any()
     assert not Coulomb().columns(c, BuildUpShape())[rest].any()
-    assert not Stribeck().columns(c, StribeckShape(10.0))[rest].any()
+    assert not Stribeck().columns(c, StribeckShape(speed=10.0))[rest].any()
 
 
 def test_the_viscous_coefficient_by_direction():

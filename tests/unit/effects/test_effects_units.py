@@ -93,9 +93,15 @@ def test_units_of_an_amplitude(effect, shape, units, unit, factor):
         ),
         (
             Stribeck(),
-            StribeckShape(5.0),
+            StribeckShape(speed=5.0),
             Units("n", "mm", "s"),
             (("speed", 5.0, "mm/s"), ("stribeck", pytest.approx(20e-6), "N")),
+        ),
+        (
+            Stribeck(),
+            StribeckShape(0.3, speed=5.0),
+            Units("n", "mm", "s"),
+            (("distance", 0.3, "mm"), ("speed", 5.0, "mm/s"), ("stribeck", pytest.approx(20e-6), "N")),
         ),
         (ThermalGrowth(), GrowthShape(), LINEAR, (("expansion", pytest.approx(20.0), "um/m/K"),)),
     ],

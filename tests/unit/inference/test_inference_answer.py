@@ -256,7 +256,7 @@ def test_a_friction_that_is_there_says_that_the_sign_is_right():
     answer, _ = settled(search, model)
     start = search.judge.score(())
     for held in (answer, start):
-        falling = (effect_named("stribeck"), effect_named("stribeck").shape_type(0.1))
+        falling = (effect_named("stribeck"), effect_named("stribeck").shape_type(speed=0.1))
         odd = replace(held, choices=(*held.choices, falling), wrong_sign=("stribeck",), score=answer.score + 50.0)
         search.judge.seen[odd.key] = odd
     assert wrong_signs(search, answer) == ()
