@@ -105,9 +105,9 @@ def _built_up(conditions: Conditions, direction: Floats, shapes: Sequence[BuildU
     Notes
     -----
     Over the way r since the reversal ``direction * (1 - exp(-r / distance))``; carried over, the solution of
-    ``d(share) / d(way) = (direction - share) / distance`` along all strokes, from nothing where a run begins. The way
-    is that since the reversal, which noise of the position does not turn round: along every reading, noise to and fro
-    would wear the build-up down.
+    ``d(share) / d(way) = (direction - share) / distance`` along all strokes, from nothing where motion begins. The
+    way is that since the reversal, which noise of the position does not turn round: along every reading, noise to and
+    fro would wear the build-up down.
     """
     found = np.tile(direction.astype(np.float64), (len(shapes), 1))
     soft = [k for k, shape in enumerate(shapes) if shape.distance > 0.0]
@@ -131,12 +131,11 @@ def _carried(conditions: Conditions, distances: Sequence[float]) -> Floats:
     gone, direction = whole.since_reversal, whole.direction
     if gone is None or direction is None:
         return np.zeros((len(distances), conditions.rows))
-    new_run = np.concatenate([[True], np.diff(whole.run) != 0])
-    begins = new_run | (gone == 0.0)
-    stroke = np.cumsum(begins) * (float(gone.max()) + 1.0)
+    turned = whole.motion_begins | (gone == 0.0)
+    stroke = np.cumsum(turned) * (float(gone.max()) + 1.0)
     farthest = np.maximum.accumulate(gone + stroke) - stroke
-    way = np.where(begins, farthest, np.diff(farthest, prepend=0.0)) * np.sign(direction)
+    way = np.where(turned, farthest, np.diff(farthest, prepend=0.0)) * np.sign(direction)
     found = np.empty((len(distances), whole.rows))
-    wind_up(np.cumsum(way), new_run, np.zeros_like(found), np.array(distances), found)
+    wind_up(np.cumsum(way), whole.motion_begins, np.zeros_like(found), np.array(distances), found)
     remembered: Floats = found[:, rows]
     return remembered

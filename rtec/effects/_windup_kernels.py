@@ -13,20 +13,20 @@ from rtec._jit import kernel
 @kernel
 def wind_up(
     position: NDArray[np.float64],
-    new_run: NDArray[np.bool_],
+    begins: NDArray[np.bool_],
     first: NDArray[np.float64],
     distance: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
     """Fill ``out`` (distances, rows) with the share that is wound up, from -1 to 1.
 
-    ``first`` is the share with which each run begins, one number for each distance times the direction of its first
-    motion, shape (distances, rows); only its values where ``new_run`` is true are read.
+    ``first`` is the share with which each motion begins, one number for each distance times the direction at first,
+    shape (distances, rows); only its values where ``begins`` is true are read.
     """
     for k in range(distance.size):
         share = 0.0
         for i in range(position.size):
-            if new_run[i]:
+            if begins[i]:
                 share = first[k, i]
             else:
                 way = position[i] - position[i - 1]

@@ -15,6 +15,8 @@ from rtec.errors import ArgumentError
 Floats = NDArray[np.float64]
 SAME = 1e-6
 """Positions nearer than this share of the span are one position: a file's rounding would decide otherwise."""
+GAP = 10.0
+"""Times the usual interval between readings, after which nothing is known of the motion between two runs."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -153,6 +155,23 @@ class Conditions:
     def both_directions(self) -> bool:
         """Whether positions were approached from both sides."""
         return self.direction is not None and bool((self.direction > 0).any() and (self.direction < 0).any())
+
+    @cached_property
+    def motion_begins(self) -> NDArray[np.bool_]:
+        """Where nothing is known of the way to a reading: at a run that does not go on where the last one ended.
+
+        Examples
+        --------
+        >>> run, time_s = np.array([1, 1, 2, 2, 3, 3]), np.array([0.0, 1.0, 2.0, 3.0, 60.0, 61.0])
+        >>> Conditions(position=np.zeros(6), position_unit="mm", run=run, time_s=time_s).motion_begins.tolist()
+        [True, False, False, False, True, False]
+        """
+        new = np.concatenate([[True], np.diff(self.run) != 0])
+        if self.time_s is None:
+            return new
+        passed = np.concatenate([[np.inf], np.diff(self.time_s)])
+        usual = float(np.median(passed[~new])) if (~new).any() else 0.0
+        return new & ((passed > GAP * usual) | (passed < 0.0))
 
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Conditions:
         """Return the conditions of some of the readings, which keep their time and row order.

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
@@ -33,8 +32,6 @@ DIFFERENT = 2.0
 """How many times as long as a short stroke a long one has to be: of equal strokes each loop is the same."""
 LONGEST = 10.0
 """Of the distance, beyond which a stroke has forgotten all before it."""
-GAP = 10.0
-"""Times the usual interval between readings, after which nothing is known of the motion between two runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +141,7 @@ class Hysteresis(Effect):
         first = float(np.sign(ways[np.flatnonzero(ways)[:1]]).sum())
         begin = np.array([first if shape.settled else 0.0 for shape in own])
         found = np.empty((len(own), whole.rows))
-        bend(whole.position, _begins(whole), begin, ways_to_slip, np.empty(ELEMENTS), found)
+        bend(whole.position, whole.motion_begins, begin, ways_to_slip, np.empty(ELEMENTS), found)
         half: Floats = found[:, None, rows] / 2.0
         return half
 
@@ -159,18 +156,8 @@ def strokes(conditions: Conditions) -> Floats:
     if conditions.direction is None:
         return np.empty(0)
     way = conditions.direction
-    turned = np.flatnonzero((np.diff(way) != 0.0) | (np.diff(conditions.run) != 0))
+    turned = np.flatnonzero((np.diff(way) != 0.0) | conditions.motion_begins[1:])
     ends = conditions.position[np.concatenate([[0], turned, [conditions.rows - 1]])]
     gone = np.abs(np.diff(ends))
     found: Floats = gone[gone > 0.0]
     return found
-
-
-def _begins(conditions: Conditions) -> NDArray[np.bool_]:
-    """Return where nothing is known of the way to a reading: at a run that does not go on where the last ended."""
-    new = np.concatenate([[True], np.diff(conditions.run) != 0])
-    if conditions.time_s is None:
-        return new
-    passed = np.concatenate([[np.inf], np.diff(conditions.time_s)])
-    usual = float(np.median(passed[~new])) if (~new).any() else 0.0
-    return new & ((passed > GAP * usual) | (passed < 0.0))

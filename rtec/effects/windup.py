@@ -41,14 +41,14 @@ class WindupShape(Shape):
     """Over which distance the drive winds up, whether it starts from the wind-up of the motion before, and where.
 
     ``overshoot`` is the way from the reversal back to the last reading before it, which a table of targets does not
-    hold: a measuring program goes past its last target before it turns. ``settled`` says that a run in motion begins
-    wound up, as where the last motion before it went the same way.
+    hold: a measuring program goes past its last target before it turns. ``settled`` says that a log in motion
+    begins wound up, as where the last motion before it went the same way.
     """
 
     distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
     carried: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "carried over the reversal"))
     overshoot: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "overshoot"))
-    settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "wound up before the run began"))
+    settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "wound up before the log began"))
 
 
 class Windup(Effect):
@@ -200,11 +200,11 @@ def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats
     from rtec.effects._windup_kernels import wind_up  # noqa: PLC0415 - loads numba, for logs only
 
     conditions, rows = conditions.path
-    new_run = np.concatenate([[True], np.diff(conditions.run) != 0])
     way = np.zeros(conditions.rows) if conditions.direction is None else np.sign(conditions.direction)
     first = np.array([float(shape.settled) for shape in shapes])[:, None] * way
+    distances = np.array([shape.distance for shape in shapes])
     found = np.empty((len(shapes), conditions.rows))
-    wind_up(conditions.position, new_run, first, np.array([shape.distance for shape in shapes]), found)
+    wind_up(conditions.position, conditions.motion_begins, first, distances, found)
     remembered: Floats = found[:, rows]
     return remembered
 

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from rtec.effects import (
+    BuildUpShape,
     Conditions,
+    Coulomb,
     Hysteresis,
     HysteresisShape,
     ReversalSpike,
     SpikeShape,
+    Stribeck,
+    StribeckShape,
     Windup,
     WindupShape,
     distance_since_reversal,
@@ -161,6 +165,29 @@ def test_a_run_that_goes_on_remembers_and_one_after_a_pause_does_not():
     begun = leaf(log(x, run=run, time_s=pause))
     assert begun[half] == 0.0
     assert leaf(log(x, run=run, time_s=pause), settled=True)[half] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("effect", "shape"),
+    [
+        (Windup(), WindupShape(6.0, carried=True)),
+        (Windup(), WindupShape(6.0, carried=True, settled=True)),
+        (Coulomb(), BuildUpShape(6.0, carried=True)),
+        (Stribeck(), StribeckShape(6.0, carried=True, speed=3.0)),
+        (Hysteresis(), HysteresisShape(6.0)),
+    ],
+)
+def test_the_number_of_a_run_changes_nothing_in_a_motion_that_goes_on(effect, shape):
+    """A run begins where the axis turns round: the other way is no beginning."""
+    x = path(0.0, 30.0, 25.0, 30.0, 10.0)
+    one = log(x)
+    one = replace(one, velocity=2.0 * one.direction)
+    second = np.arange(x.size) >= np.argmax(one.direction < 0)
+    runs = replace(one, run=1 + second)
+    whole = effect.columns(one, shape)[:, 0]
+    assert effect.columns(runs, shape)[:, 0] == pytest.approx(whole)
+    pause = replace(runs, time_s=one.time_s + 100.0 * second)
+    assert np.abs(effect.columns(pause, shape)[:, 0] - whole).max() > 0.2
 
 
 @pytest.mark.parametrize(
