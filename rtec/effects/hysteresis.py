@@ -108,14 +108,14 @@ class Hysteresis(Effect):
         ways = strokes(conditions)
         if not ways.size:
             return []
-        least = max(float(np.quantile(ways, 0.1)) / LONGEST, shortest(conditions))
+        least = max(float(np.quantile(ways, 0.1)) / LONGEST, _least(conditions))
         scanned = ladder(least, max(float(ways.max()) / 2, least))
         return [HysteresisShape(distance, settled) for distance in scanned for settled in (False, True)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the distance, free by a half."""
         distance = own_shape(shape, HysteresisShape).distance
-        return (Tunable("distance", min(max(distance / 1.5, shortest(conditions)), distance), distance * 1.5),)
+        return (Tunable("distance", min(max(distance / 1.5, _least(conditions)), distance), distance * 1.5),)
 
     def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
         """Return that beside a wind-up it is one of two names for the same springs."""
@@ -148,6 +148,11 @@ class Hysteresis(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the width of the whole leaf."""
         return (Amplitude("hysteresis", *units.shown),)
+
+
+def _least(conditions: Conditions) -> float:
+    """Return the shortest distance that readings show: after a reversal the springs bend over twice the distance."""
+    return shortest(conditions) / 2.0
 
 
 def strokes(conditions: Conditions) -> Floats:
