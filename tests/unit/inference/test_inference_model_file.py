@@ -143,6 +143,11 @@ def test_the_clock_of_the_measurement_counts(tmp_path):
     assert "such as '1.5 reading'" in refused(tmp_path, timed, units)
 
 
+def test_a_step_beyond_its_period_is_refused_with_units(tmp_path):
+    text = 'observe = "deviation"\n[[effect]]\nname = "cyclic"\nperiod = "6 mm"\nstep_at = "7000 um"\n'
+    assert "step_at: '7000 um' is not allowed; allowed: 0 (no step) to the period, 6 mm" in refused(tmp_path, text)
+
+
 # what is written
 
 
