@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import base64
 import binascii
+import contextlib
 import hashlib
 import json
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,10 +97,10 @@ def new(seed: int, data: str | Path, *, scenario: Scenario | None = None, force:
     >>> new(3, file).name, reveal(file).seed
     ('data.csv.sealed', 3)
     """
-    _check_new(data, force=force)
-    hidden = scenario_of(seed) if scenario is None else scenario
-    measurement, secret = play(hidden, seed)
-    return _write(data, measurement, Sealed(secret=secret, scenario=hidden, number=0))
+    with _reserved(data, force=force):
+        hidden = scenario_of(seed) if scenario is None else scenario
+        measurement, secret = play(hidden, seed)
+        return _write(data, measurement, Sealed(secret=secret, scenario=hidden, number=0))
 
 
 def measure(
@@ -152,20 +154,41 @@ def measure(
             if new_file.exists() and new_file.samefile(needed):
                 allowed = "another file than the data, its seal and the plan"
                 raise ArgumentError("output", output, allowed, f"{needed} is still needed")
-    _check_new(output, force=force)
-    number = sealed.number + 1 if seed is None else seed
-    with naming_keys(plan):
-        measurement, secret = again(sealed.scenario, sealed.secret.seed, experiment, number)
-    return _write(output, measurement, Sealed(secret=secret, scenario=sealed.scenario, number=number))
+    with _reserved(output, force=force):
+        number = sealed.number + 1 if seed is None else seed
+        with naming_keys(plan):
+            measurement, secret = again(sealed.scenario, sealed.secret.seed, experiment, number)
+        return _write(output, measurement, Sealed(secret=secret, scenario=sealed.scenario, number=number))
 
 
-def _check_new(data: str | Path, *, force: bool) -> None:
-    """Refuse to write over files."""
-    for place in (Path(data), sealed_path(data)):
+@contextlib.contextmanager
+def _reserved(data: str | Path, *, force: bool) -> Iterator[None]:
+    """Refuse to write over files; keep the name of the seal meanwhile, so that no other game takes it as well."""
+    seal = sealed_path(data)
+    for place in (Path(data), seal):
         if place.exists() and not place.is_file():
             raise ArgumentError("data", place, "a regular file", "a seal belongs to a file that stays")
         if os.path.lexists(place) and not force:
-            raise OutputError(f"{place}: exists; choose another name, or overwrite it with --force")
+            raise _existing(place)
+    if force:
+        yield
+        return
+    try:
+        seal.touch(exist_ok=False)
+    except FileExistsError:
+        raise _existing(seal) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise OutputError(f"{seal}: cannot be written: {reason}; choose another folder") from None
+    try:
+        yield
+    except BaseException:
+        seal.unlink(missing_ok=True)
+        raise
+
+
+def _existing(place: Path) -> OutputError:
+    return OutputError(f"{place}: exists; choose another name, or overwrite it with --force")
 
 
 def _write(data: str | Path, measurement: Measurement, sealed: Sealed) -> Path:

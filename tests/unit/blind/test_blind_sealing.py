@@ -66,6 +66,37 @@ def test_nothing_is_overwritten_unasked(data):
     assert data.read_bytes() != before[0]
 
 
+def test_of_two_games_of_one_name_at_once_the_second_is_refused(tmp_path, monkeypatch):
+    """The second begins while the first is played, and has seen the name free as the first did."""
+    data, refused = tmp_path / "data.csv", []
+
+    def played(scenario, seed):
+        monkeypatch.setattr("os.path.lexists", lambda _: False)
+        with pytest.raises(OutputError, match=r"data\.csv\.sealed: exists; choose another name"):
+            new(6, data, scenario=QUICK)
+        refused.append(seed)
+        return play(scenario, seed)
+
+    monkeypatch.setattr("rtec.blind.sealing.play", played)
+    new(5, data, scenario=QUICK)
+    assert refused == [5]
+    assert reveal(data).seed == 5
+
+
+def test_a_game_that_fails_leaves_its_name_free(tmp_path, monkeypatch):
+    data = tmp_path / "data.csv"
+
+    def fails(scenario, seed):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as here:
+        here.setattr("rtec.blind.sealing.play", fails)
+        with pytest.raises(KeyboardInterrupt):
+            new(5, data, scenario=QUICK)
+    assert not list(tmp_path.iterdir())
+    new(5, data, scenario=QUICK)
+
+
 def test_a_folder_is_no_data_file(tmp_path):
     with pytest.raises(ArgumentError, match="a regular file"):
         new(1, tmp_path, scenario=QUICK, force=True)
