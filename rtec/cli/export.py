@@ -108,15 +108,18 @@ def _error_model(path: Path) -> Model:
     from rtec.effects import Units
     from rtec.errors import FileFormatError
     from rtec.inference.model_file import read_model, read_observe
+    from rtec.study.model_predictor import check_of_positions
 
     observe = read_observe(path)
     if observe != "deviation":
         allowed = "a model of a deviation: a table corrects positions, and no force, torque or current"
         raise ArgumentError(f"{path}: observe", repr(observe)[:60], allowed)
     try:
-        return read_model(path)  # one that was written by rtec states its units
+        model = read_model(path)  # one that was written by rtec states its units
     except FileFormatError:
-        return read_model(path, Units("mm", "mm", "s"))
+        model = read_model(path, Units("mm", "mm", "s"))
+    check_of_positions(model)  # before a range of positions is asked for, which a model over time has not
+    return model
 
 
 def _range(model: Model, start: str | None, end: str | None) -> tuple[float, float]:

@@ -65,7 +65,7 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart
     >>> part.error_mm.round(9).tolist(), part.left_out[0].effect
     ([0.009, 0.009], 'drift')
     """
-    _refuse_other(model)
+    check_of_positions(model)
     conditions = Conditions(
         position=position_mm,
         position_unit="mm",
@@ -84,10 +84,27 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart
     return StaticPart(error_mm=total, left_out=tuple(left_out))
 
 
-def _refuse_other(model: Model) -> None:
+def check_of_positions(model: Model) -> None:
+    """Refuse a model of which no table of positions can be made.
+
+    Raises
+    ------
+    ArgumentError
+        It is none of a deviation in mm over positions in mm, or has an effect without numbers.
+
+    Examples
+    --------
+    >>> from rtec.effects import Units
+    >>> over_time = Model(observe="deviation", units=Units("mm", "s", "s"), terms=())
+    >>> check_of_positions(over_time)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    rtec.errors.ArgumentError: model: deviation in mm over time is not allowed; allowed: a deviation in mm over ...
+    """
     units = model.units
     if (model.observe, units.observed, units.position) != ("deviation", "mm", "mm"):
-        found = f"{model.observe} in {units.observed} over positions in {units.position}"
+        over = "time" if units.position == "s" else f"positions in {units.position}"
+        found = f"{model.observe} in {units.observed} over {over}"
         raise ArgumentError("model", found, "a deviation in mm over positions in mm")
     for term in model.terms:
         if not term.fitted:

@@ -111,6 +111,15 @@ def test_a_model_of_angles_has_no_table_in_mm(here, capsys):
     assert "deviation in deg over positions in deg" in err and "measurement" not in err
 
 
+def test_a_model_over_time_is_asked_for_no_position(here, capsys):
+    lines = [line for line in MODEL.splitlines() if not line.startswith("range")]
+    text = "\n".join(lines).replace('position = "mm"', 'position = "s"').replace("25 mm", "25 s")
+    (here / "time.toml").write_text(text)
+    code, out, err = said(capsys, "time.toml", "--csv", "z.csv")
+    assert (code, out) == (2, "")
+    assert err.startswith("rtec: model: deviation in mm over time is not allowed; allowed: a deviation in mm over p")
+
+
 def test_a_diagnosis_says_where_it_was_measured(here, capsys):
     assert main(["blind", "new", "--seed", "3352", "-o", "my.csv"]) == 0
     assert main(["diagnose", "my.csv", "--save", "found.toml"]) == 0

@@ -94,7 +94,7 @@ def test_an_empty_model_is_its_datum():
         (model(Term(effect=effect_named("backlash"), shape=Shape())), "backlash without numbers"),
         (model(observe="force", units=Units("n", "mm", "s")), "force in n"),
         (model(units=Units("deg", "deg", "s")), "deviation in deg over positions in deg"),
-        (model(units=Units("mm", "s", "s")), "positions in s"),
+        (model(units=Units("mm", "s", "s")), "over time"),
     ],
 )
 def test_models_that_predict_no_deviation_of_a_linear_axis_are_refused(bad, said):
