@@ -99,8 +99,8 @@ TWO_STROKES = (
     "the square of the frequency, what follows the position stays"
 )
 SEVERAL_SPEEDS = (
-    "move at several constant speeds in both directions: dry friction is the same at each, viscous friction grows "
-    "with the speed"
+    "move at several constant speeds in both directions: dry friction is the same at each, and so is the way over "
+    "which it builds up, viscous friction grows with the speed"
 )
 CREEP = (
     "move at constant speeds down to creep (a hundredth of the highest and less) in both directions: friction that "

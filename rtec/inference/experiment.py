@@ -16,11 +16,13 @@ from rtec.effects.experiments import (
     ASKS,
     COLD_AND_HOT,
     OTHER_WEATHER,
+    SEVERAL_SPEEDS,
     SPEEDS_EACH_WAY,
     SPEEDS_OVER_ANGLES,
     Ask,
 )
 from rtec.effects.gravity import LEAST_SPAN_DEG
+from rtec.effects.viscous import one_speed_each_way
 from rtec.inference.answer import Rivalry, alike, newly
 from rtec.inference.fit import fitted_terms
 from rtec.inference.results import Experiment, Unknown
@@ -182,9 +184,10 @@ def separating_plan(space: Space) -> Conditions | None:
     )  # fmt: skip
 
 
-def experiment_for_unknown(unknown: Unknown) -> Experiment:
-    """Return what would tell more about structure that nothing in the library explains."""
-    asked = [_WAYS.get(name, (_OTHERWISE.format(name), frozenset())) for name in unknown.depends_on]
+def experiment_for_unknown(unknown: Unknown, dataset: Dataset) -> Experiment:
+    """Return what would tell more about structure that nothing in the library explains, or cannot at one speed."""
+    asked = [(words, ASKS[words]) for words in _of_one_speed(dataset)]
+    asked += [_WAYS.get(name, (_OTHERWISE.format(name), frozenset())) for name in unknown.depends_on]
     asks = frozenset[Ask]().union(*(asks for _, asks in asked))
     return Experiment(text="; ".join(words for words, _ in asked), asks=asks)
 
@@ -196,11 +199,20 @@ def _of_weight(dataset: Dataset) -> list[str]:
     return [SPEEDS_OVER_ANGLES] if narrow else []
 
 
+def _of_one_speed(dataset: Dataset) -> list[str]:
+    """Return how friction that grows with speed would differ from friction that builds up, where one speed was seen.
+
+    Both rise while the axis gets up to speed, and neither is looked for there.
+    """
+    of_drive = dataset.observable is Observable.DRIVE
+    return [SEVERAL_SPEEDS] if of_drive and one_speed_each_way(dataset.conditions) else []
+
+
 def _varied(dataset: Dataset, not_testable: Mapping[str, str]) -> list[str]:
     """Return how to vary what was recorded and did not come twice, or came in one way only."""
     c = dataset.coordinates
     if dataset.observable is Observable.DRIVE:
-        return [*([] if c.both_directions else [SPEEDS_EACH_WAY]), *_of_weight(dataset)]
+        return [*([] if c.both_directions else [SPEEDS_EACH_WAY]), *_of_one_speed(dataset), *_of_weight(dataset)]
     sparse = c.both_directions and not c.moving and not _AFTER_REVERSALS.isdisjoint(not_testable)
     heated = any(float(np.ptp(heat)) > CHANGES_DEGC for heat in c.temperatures.values())
     asked = ((heated, COLD_AND_HOT), (c.pressure_hpa is not None, OTHER_WEATHER), (sparse, AFTER_REVERSAL))

@@ -146,7 +146,7 @@ def _experiment(
             return experiment_of([rival.experiment for rival in effect_named(name).rivals[:1]])
         return Experiment(text=f"{name}: {settling(found, name)}")
     if unknown is not None:
-        return experiment_for_unknown(unknown)
+        return experiment_for_unknown(unknown, found.dataset)
     if len(likely) > 1 and (between := experiment_for_likely(likely)) is not None:
         return between
     return experiment_for_more(found.dataset, not_testable, minimum, shifted_targets(found.dataset.coordinates))

@@ -6,7 +6,9 @@ import pytest
 
 from rtec.blind import PLANS, Scenario, play
 from rtec.blind.plan import Passes
+from rtec.blind.rounds import two_rounds
 from rtec.dataset.load import load_dataset
+from rtec.effects.experiments import Ask
 from rtec.inference.diagnose import diagnose
 from rtec.inference.results import Verdict
 
@@ -70,6 +72,15 @@ def test_friction_that_falls_with_speed_builds_up_over_the_same_distance():
         for term in result.model.terms:
             assert term.shape.carried
             assert term.shape.distance == pytest.approx(0.5, rel=0.25)
+
+
+def test_at_one_speed_friction_that_builds_up_asks_for_several_and_has_its_name_there():
+    plan = replace(PLANS["soft_drive"], name="soft drive at one speed", feeds_mm_s=(10.0,))
+    for seed in range(3):
+        game = two_rounds(Scenario(names=("coulomb",), plan=plan, strength_sigma=3.0), seed, frozenset((Ask.SPEEDS,)))
+        assert game.first.verdict == "UNKNOWN"
+        assert game.asked
+        assert game.told_apart
 
 
 def test_friction_that_is_there_at_once_has_no_distance():
