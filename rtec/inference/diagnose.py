@@ -18,7 +18,7 @@ from rtec.inference.fit import fit_model, residual_of
 from rtec.inference.judgement import judged
 from rtec.inference.model import Model
 from rtec.inference.noise import noise_floor
-from rtec.inference.outliers import far, far_from_neighbours
+from rtec.inference.outliers import at_turns, far, far_from_neighbours
 from rtec.inference.probes import Probe
 from rtec.inference.results import Diagnosis, Experiment, Outlier, Verdict
 from rtec.inference.scored import Judge, Scored
@@ -74,6 +74,7 @@ def diagnose(
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
+    dataset = _sided(dataset)
     dataset, outliers = _without(dataset, far_from_neighbours(dataset))
     begun = fit_model(dataset, start, all_open=True) if start.terms else start
     given: tuple[Choice, ...] = tuple((term.effect, term.shape) for term in begun.terms if term.shape is not None)
@@ -107,6 +108,15 @@ def diagnose(
     result = judged(found)
     tell(1.0)
     return result
+
+
+def _sided(dataset: Dataset) -> Dataset:
+    """Return the data without the readings that belong to neither direction."""
+    turns = at_turns(dataset)
+    if not turns.any():
+        return dataset
+    note = f"{turns.sum()} readings where the axis turned round are left out: which way it moved there is in doubt"
+    return replace(dataset.take(~turns), notes=(*dataset.notes, note))
 
 
 def _without(dataset: Dataset, out: np.ndarray) -> tuple[Dataset, tuple[Outlier, ...]]:

@@ -1,4 +1,4 @@
-"""Single readings that belong to nothing: found before the search and after it, listed, and left out."""
+"""Readings that belong to nothing, or to neither direction: found before the search and after it, and left out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Floats
+from rtec.effects import Floats, Observable
 
 FAR = 8.0
 """Robust standard deviations from its neighbours, or from what the model says: no noise goes so far."""
@@ -14,8 +14,23 @@ MOST = 0.02
 """Share of the readings, at most: more of them are heavy tails, and these belong to the noise."""
 ENOUGH = 50
 """Readings of a kind from which on they have a spread of their own: that of a few may be near zero by chance."""
+MOST_TURNS = 0.1
+"""Share of the readings at which an axis turns round, at most: where it is more, noise makes the direction."""
 _TO_SIGMA = 1.4826
 """Standard deviation of normal noise over its median absolute deviation."""
+
+
+def at_turns(dataset: Dataset) -> NDArray[np.bool_]:
+    """Return which readings of a position in motion are the first after a reversal; shape (rows,).
+
+    The velocity, from which the direction is known, is a reading early or late there, and play is not yet taken up:
+    on which side the axis is, is in doubt.
+    """
+    since = dataset.conditions.since_reversal
+    if not dataset.conditions.moving or since is None or dataset.observable is not Observable.DEVIATION:
+        return np.zeros(dataset.rows, dtype=np.bool_)
+    found: NDArray[np.bool_] = since == 0.0
+    return found if found.sum() <= MOST_TURNS * dataset.rows else np.zeros_like(found)
 
 
 def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:

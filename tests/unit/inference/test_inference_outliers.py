@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, measured
 
+from rtec.blind import PLANS, Scenario, play
 from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
-from rtec.inference.outliers import FAR, far, far_from_neighbours
+from rtec.inference.outliers import FAR, at_turns, far, far_from_neighbours
+from rtec.inference.results import Verdict
 
 TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
@@ -133,3 +135,21 @@ def test_a_few_readings_without_repeats_have_no_spread_of_their_own(alone):
         cell = data.cell.copy()
         cell[np.random.default_rng(seed).choice(data.rows, alone, replace=False)] = -1
         assert not far_from_neighbours(replace(data, cell=cell)).any(), seed
+
+
+def test_readings_at_which_an_axis_turns_round_belong_to_neither_direction():
+    data = load_dataset(play(Scenario(names=("backlash",), strength_sigma=10.0, plan=PLANS["moving"]), 3)[0])
+    turns = at_turns(data)
+    way = data.conditions.direction
+    assert set(np.flatnonzero(turns)) >= set(np.flatnonzero(way[1:] != way[:-1]) + 1)
+    assert 0 < turns.sum() < 0.05 * data.rows
+    result = diagnose(data)
+    assert result.verdict in (Verdict.NAMED, Verdict.TIED)
+    assert any(f"{turns.sum()} readings where the axis turned round are left out" in note for note in result.notes)
+
+
+def test_where_noise_makes_the_direction_every_reading_stays():
+    data = load_dataset(play(Scenario(plan=PLANS["moving"]), 3)[0])
+    since = np.where(np.arange(data.rows) % 5 == 0, 0.0, data.conditions.since_reversal)
+    assert not at_turns(replace(data, conditions=replace(data.conditions, since_reversal=since))).any()
+    assert not at_turns(measured(TILTED)).any()
