@@ -105,7 +105,7 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     if c.direction is not None and c.both_directions:
         found += _courses("pass", dataset.passage, c)
         numbers, run = np.unique(c.run, return_inverse=True)
-        if FEWEST_RUNS <= numbers.size <= MOST_RUNS:
+        if 1 < numbers.size <= MOST_RUNS:
             each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
             found.append(_probe("any run and direction", ["direction", "run"], (each * c.direction).T))
     return tuple(found)
