@@ -81,16 +81,16 @@ def limits_of(effect: Effect) -> frozenset[str]:
 def stood_for(search: Search, model: Scored, other: Scored) -> Effect | None:
     """Return the effect of a model in whose place another has one that can do all that it does; None without one.
 
-    Everything else is the same in both. A probe stands for another of what depends on the same.
+    Everything else is the same in both. A probe stands for any other: something is missing, whatever it depends on.
     """
     names = replacement(model, other)
     if names is None:
         return None
     own, instead = newly(model, other, names[0]), newly(other, model, names[1])
-    generic = instead[0].depends_on if isinstance(instead[0], Probe) else None
+    generic = isinstance(instead[0], Probe)
     if isinstance(own[0], Probe):
-        return own[0] if own[0].depends_on == generic else None
-    if generic is None:
+        return own[0] if generic else None
+    if not generic:
         covered = own[0].name in instead[0].contains or instead[0].name in limits_of(own[0])
         return own[0] if covered else None
     cosine = _cosine(search.judge, model, model.choices.index(own), search.space.raw(instead))

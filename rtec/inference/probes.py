@@ -22,6 +22,9 @@ from rtec.effects.protocol import Amplitude
 FORCE_MAP, GRAVITY = effect_named("force_map"), effect_named("gravity")
 FORCE_NODES = (5, 9, 17)
 RUN_NODES = (5, 12)
+TIME_NODES = (9, 17, 33)
+READINGS_A_NODE = 3
+"""In time, at least: noise has no fewer."""
 FEWEST_RUNS, MOST_RUNS, MOST_PASSES = 3, 10, 20
 """Runs, or passes, each of which may have a course of its own."""
 FEWEST_PLACES, MOST_PLACES = 12, 64
@@ -68,11 +71,12 @@ class Probe(Effect):
         return tuple(Amplitude(f"part_{k}", *units.shown) for k in range(1, self.table.shape[1] + 1))
 
 
-def _probe(label: str, depends_on: Sequence[str], table: Floats, *of: str) -> Probe:
+def _probe(label: str, depends_on: Sequence[str], table: Floats, *of: str, in_time: bool = False) -> Probe:
     """Return a probe; ``of`` names the effect whose change it is, beside which alone it may stand."""
     probe = Probe(label, tuple(depends_on), table, table.shape[0])
     object.__setattr__(probe, "name", label)
     object.__setattr__(probe, "builds_on", frozenset(of))
+    object.__setattr__(probe, "in_time", in_time)
     return probe
 
 
@@ -80,7 +84,7 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     """Return the probes that a data set has a place for.
 
     Columns of no known quantity; for a force temperatures and the position; for a deviation that was measured in
-    several runs a course of each run along the axis, and a reversal error of each run.
+    several runs a course in time, a course of each run along the axis, and a reversal error of each run.
     """
     c = dataset.coordinates
     found = []
@@ -102,6 +106,8 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
         return tuple(found)
     found += _tables(dataset)
     found += _courses("run", c.run, c)
+    if dataset.has_repeats:  # else time and position are one
+        found += _in_time(c)
     if c.direction is not None and c.both_directions:
         found += _courses("pass", dataset.passage, c)
         numbers, run = np.unique(c.run, return_inverse=True)
@@ -151,6 +157,13 @@ def _courses(what: str, number: NDArray[np.int64], c: Conditions) -> list[Probe]
             table = np.hstack([courses * one[:, None] for one in each])
             found.append(_probe(f"any {what} and position {count}", ["position", "run"], table))
     return found
+
+
+def _in_time(c: Conditions) -> list[Probe]:
+    """Return probes with one smooth course in time through all runs, as of the weather; nodes where readings are."""
+    counts = [count for count in TIME_NODES if READINGS_A_NODE * count <= c.rows and np.ptp(c.clock) > 0.0]
+    nodes = [np.unique(np.quantile(c.clock, np.linspace(0.0, 1.0, count))).tolist() for count in counts]
+    return [_probe(f"any time {len(n)}", ["time"], smooth_columns(c.clock, n), in_time=True) for n in nodes]
 
 
 def changing(dataset: Dataset, effect: Effect, contribution: Floats, columns: Floats) -> tuple[Probe, ...]:

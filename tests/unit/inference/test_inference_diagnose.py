@@ -101,7 +101,7 @@ def test_a_slope_and_a_reversal_error_of_a_single_run_are_no_windup():
 
 def test_what_is_likely_and_not_sure_is_not_called_nothing():
     """Four passes of eleven targets: noise correlated over half a pass is hardly less likely than the play."""
-    result = diagnose(measured(lambda x, way, t, run: 0.003 * way, runs=2, targets=11, timed=False, seed=7))
+    result = diagnose(measured(lambda x, way, t, run: 0.0032 * way, runs=2, targets=11, timed=False, seed=7))
     assert result.effects == ()
     assert "nats, less than the 5" in candidate(result, "backlash").reason
     assert result.verdict is Verdict.INCONCLUSIVE
@@ -581,11 +581,10 @@ def test_two_rows_are_refused(tmp_path):
 
 
 def test_noise_that_wanders_slowly_may_be_something_else():
-    """A room that is heated and cooled comes and goes in time, which no effect of the library does."""
-    cycled = diagnose(measured(lambda x, way, t, run: 0.0085 * np.sin(t / 160.0)))
-    assert cycled.effects == ()
-    assert cycled.verdict is Verdict.INCONCLUSIVE
-    assert any("wanders over some" in note for note in cycled.notes)
+    slow = diagnose(measured(rho=0.98, seed=1))
+    assert slow.effects == ()
+    assert slow.verdict is Verdict.INCONCLUSIVE
+    assert any("wanders over some" in note for note in slow.notes)
     quiet = diagnose(measured(rho=0.9, seed=3))
     assert quiet.verdict is Verdict.NONE
     assert not any("wanders" in note for note in quiet.notes)

@@ -151,6 +151,31 @@ def test_play_that_turns_round_in_the_second_of_two_runs_is_unknown():
     assert {"direction", "run"} <= set(result.unknown.depends_on)
 
 
+def test_a_course_in_time_has_nodes_where_readings_are():
+    data = measured(runs=3)
+    later = replace(data.conditions, time_s=data.conditions.time_s + 1e6 * (data.conditions.run == 3))
+    for one in (data, replace(data, conditions=later)):
+        found = {probe.name: probe for probe in probes_of(one)}
+        assert {"any time 9", "any time 17", "any time 33"} <= set(found)
+        assert found["any time 9"].depends_on == ("time",)
+        assert (np.abs(found["any time 9"].at(one)).max(axis=0) > 0.5).all()
+    assert not any("time" in name for name in names(measured(runs=1))), "there time and position are one"
+    assert not any("33" in name for name in names(measured(runs=2, targets=24))), "three readings to a node at least"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_course_in_time_that_comes_and_goes_is_unknown(seed):
+    """Noise that wanders would leave a zero of each run, or a drift, beside it."""
+    rng = np.random.default_rng(seed)
+    turns = rng.uniform(1.3, 2.7)
+    result = diagnose(
+        measured(lambda x, way, t, run: 0.012 * np.sin(2 * np.pi * turns * t / t.max() + 1.0), runs=3, seed=seed)
+    )
+    assert result.verdict is Verdict.UNKNOWN
+    assert result.effects == ()
+    assert result.unknown.depends_on == ("time",)
+
+
 def test_a_course_of_each_run_is_a_smooth_curve_of_each_run():
     data = measured(runs=4)
     (probe,) = [probe for probe in probes_of(data) if probe.name == "any run and position 5"]
