@@ -13,13 +13,11 @@ from rtec.effects import Effect, Floats
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import beside, falls, orthonormal
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.search import SURE, Search, best_of_names
+from rtec.inference.search import ALIKE, SURE, Search, best_of_names
 from rtec.inference.space import Choice
 
 LEVEL = 0.01
 """Of the adjusted probability below which an effect is accepted."""
-ALIKE = 0.99
-"""Cosine from which on a map holds all that an effect does."""
 EQUAL = 3.0
 """Nats: by less the data do not prefer one of two effects (odds of 20 to 1)."""
 

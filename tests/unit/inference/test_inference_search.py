@@ -11,6 +11,8 @@ from rtec.blind import PLANS, Scenario, play
 from rtec.dataset.load import load_dataset
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities
+from rtec.inference.diagnose import diagnose
+from rtec.inference.results import Verdict
 from rtec.inference.scored import Judge
 from rtec.inference.search import MATTERS, WORTH, Search
 from rtec.inference.space import Space
@@ -114,6 +116,26 @@ def test_why_an_effect_does_not_earn_its_place():
     assert "3.0 cycles" in search.why_not(long, 0) or "2.9 cycles" in search.why_not(long, 0)
     assert not search.is_gated(long)
     assert "cycles" in search.refused["cyclic"]
+
+
+def test_look_alikes_share_what_speaks_for_them():
+    """In a single pass position and time are one: what a scale error explains a drift explains as well."""
+    together = []
+    for slope in np.linspace(4e-5, 1.4e-4, 11):
+        data = measured(lambda x, way, t, run, slope=slope: slope * x, runs=1, bidirectional=False)
+        search = search_of(data)
+        rest, scale, drift = (search.judge.score(choices) for choices in ([], [(SCALE, Shape())], [(DRIFT, Shape())]))
+        worth, alone = search.worth(scale, 0, rest), scale.score - rest.score
+        assert alone <= worth <= alone + np.log1p(len(SCALE.rivals))
+        if alone < WORTH <= worth:
+            assert worth >= logsumexp([scale.score, drift.score]) - rest.score
+            together.append(diagnose(data))
+        else:
+            assert worth == alone or worth < WORTH
+    assert together
+    for result in together:
+        assert result.verdict is Verdict.TIED
+        assert "drift" in {name for one in result.candidates if one.accepted for name in (one.effect, *one.tied_with)}
 
 
 def test_a_hair_beside_much_noise_is_of_no_interest():
