@@ -180,6 +180,18 @@ def _spoken(judge: Judge, model: Scored) -> float:
     return model.score + sum(map(judge.price, model.choices))
 
 
+def unchanging(model: Scored, every: Mapping[str, float]) -> dict[str, float]:
+    """Return the probabilities of effects, each without that of a probe for its change.
+
+    An effect of the library is the same everywhere and always: what changes only resembles it.
+    """
+    found = dict(every)
+    for probe, _ in model.choices:
+        for name in probe.builds_on if isinstance(probe, Probe) else ():
+            found[name] = min(found.get(name, 0.0), 1.0 - every.get(probe.name, 1.0))
+    return found
+
+
 def rivalries(search: Search, model: Scored, k: int) -> list[Rivalry]:
     """Return what could stand in for effect ``k``: what the data do not prefer it to, and what mimics it."""
     effect, _ = model.choices[k]

@@ -25,6 +25,9 @@ def accepted(found: Finding, step: Step, rivals: Sequence[Rivalry]) -> Candidate
     words = [step.reason]
     words += [f"cannot be told from {r.rival} here (cosine {r.cosine:.3f})" for r in rivals if not r.permanent]
     words += [f"looks like {r.rival} for ever, to the same instrument" for r in rivals if r.permanent]
+    probes = (effect for effect, _ in found.model.choices if isinstance(effect, Probe))
+    changes = [what for probe in probes if step.effect in probe.builds_on for what in probe.depends_on]
+    words += [f"changes with {what}, and so only resembles its name" for what in changes]
     return Candidate(
         effect=step.effect,
         accepted=True,

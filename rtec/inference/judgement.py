@@ -8,7 +8,7 @@ from dataclasses import replace
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.effects import effect_named
-from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared
+from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared, unchanging
 from rtec.inference.candidates import absent_from, accepted, cosines_of, doubts_of, proposed_beside, settling
 from rtec.inference.chessboard import HELD_OUT_BY
 from rtec.inference.detectable import minimum_detectable
@@ -51,7 +51,8 @@ def judged(found: Finding) -> Diagnosis:
         if effect.name in model.names and not isinstance(effect, Probe) and (effect, shape) not in search.given
     }
     tied = [r for several in rivals.values() for r in several if not r.permanent]
-    found = replace(found, probability=shared(found.scout, found.scouted, found.probability, rivals))
+    every = shared(found.scout, found.scouted, found.probability, rivals)
+    found = replace(found, probability=unchanging(model, every))
     order, ordered = in_order(found)
     steps = steps_of(found, order, ordered)
     minimum = minimum_detectable(judge, model)

@@ -209,3 +209,15 @@ def test_a_reversal_error_that_fades_in_time_is_more_than_backlash():
     result = diagnose(measured(lambda x, way, t, run: 0.012 * way * np.exp(-t / 800.0)))
     assert result.verdict is Verdict.UNKNOWN
     assert "time" in result.unknown.depends_on or "run" in result.unknown.depends_on
+
+
+def test_an_effect_that_changes_only_resembles_its_name():
+    steady = lambda x, way, t, run: 0.008 * np.sin(2 * np.pi * x / 41.0)
+    growing = lambda x, way, t, run: x / 150.0 * steady(x, way, t, run)
+    for error, sure in ((steady, True), (growing, False)):
+        result = diagnose(measured(error, targets=81, runs=3))
+        (found,) = [one for one in result.candidates if one.accepted and one.effect == "cyclic"]
+        assert (result.verdict is Verdict.NAMED) is sure
+        assert result.probability["cyclic"] == found.probability
+        assert found.probability > 0.95 if sure else found.probability < 0.05
+        assert ("changes with position" in found.reason) is not sure
