@@ -161,7 +161,10 @@ class Search:
         effect, shape = model.choices[k]
         if model.choices[k] in self.given:
             return None
-        return effect.doubtful(self.space.dataset.conditions, shape) or next(self._objections(model, k), None)
+        doubt = effect.doubtful(self.space.dataset.conditions, shape)
+        if isinstance(effect, Probe) and effect.in_time and self.size(model, k) < MATTERS_IN_TIME:
+            doubt = f"below {MATTERS_IN_TIME:g} of what is left, as noise that wanders is"
+        return doubt or next(self._objections(model, k), None)
 
     def _objections(self, model: Scored, k: int) -> Iterator[str]:
         """Yield what speaks against an effect of a model, what is cheap to find out first."""
@@ -184,9 +187,8 @@ class Search:
         if effect.in_time and self.free is not self.judge:
             if self.free.score(model.choices).score - self.free.score(rest.choices).score < WORTH:
                 yield "noise that wanders explains as much"
-        least = MATTERS_IN_TIME if isinstance(effect, Probe) and effect.in_time else MATTERS
-        if self.size(model, k, fit) < least:
-            yield f"below {least:g} of what is left"
+        if self.size(model, k, fit) < MATTERS:
+            yield f"below {MATTERS:g} of what is left"
         if self.plainer(model, k) is not model:
             yield "a simpler form foretells as well what was held out"
         for softer in effect.softer(conditions, shape):
@@ -367,9 +369,9 @@ class Search:
         return self.called(model) != model.names
 
     def competes(self, model: Scored) -> bool:
-        """Return whether nothing but a doubt speaks against any effect of a model."""
+        """Return whether only doubts speak against the effects of a model: that a course in time is small is one."""
         return self.is_gated(model) or (
-            self.in_doubt(model)
+            (self.in_doubt(model) or generic(model))
             and all(c in self.given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
         )
 

@@ -7,10 +7,11 @@ import pytest
 from inference_oracle import SIGMA, measured
 from scipy.special import logsumexp
 
-from rtec.blind import PLANS, Scenario, play
+from rtec.blind import PLANS, Scenario, play, the_lines
+from rtec.blind.confusion import seed_of
 from rtec.dataset.load import load_dataset
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
-from rtec.inference.answer import probabilities
+from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
 from rtec.inference.results import Verdict
 from rtec.inference.scored import Judge
@@ -116,6 +117,19 @@ def test_why_an_effect_does_not_earn_its_place():
     assert "3.0 cycles" in search.why_not(long, 0) or "2.9 cycles" in search.why_not(long, 0)
     assert not search.is_gated(long)
     assert "cycles" in search.refused["cyclic"]
+
+
+def test_beside_a_small_course_in_time_no_effect_is_sure():
+    """Noise correlated by seconds in three one-way runs: a course in time explains more than a zero of each."""
+    (line,) = [one for one in the_lines() if one.title == "nothing, drawn plans, noise: correlated by seconds"]
+    seed = seed_of(0, line.title, 17)
+    search, model = found_in(load_dataset(play(line.scenario(17, seed), seed)[0]))
+    (course,) = [(effect, Shape()) for effect in search.space.library if effect.name == "any time 9"]
+    small = search.judge.score([course])
+    assert small.score > model.score
+    assert "below 2 of what is left" in search.why_not(small, 0)
+    assert search.competes(small)
+    assert settled(search, model)[0].names == ()
 
 
 def test_look_alikes_share_what_speaks_for_them():
