@@ -53,8 +53,9 @@ class BuildsUp(Effect):
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
         """Return the number of shapes, of those alone that are there at once for one of them: it is no choice."""
-        soft = own_shape(shape, BuildUpShape).distance > 0.0
-        return float(len(self.shapes(conditions) if soft else self.at_once(conditions)))
+        own = own_shape(shape, BuildUpShape)
+        build_ups = len(_build_ups(conditions, own)) if own.distance > 0.0 else 1
+        return float(len(self.at_once(conditions)) * build_ups)
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return a build-up and none of it; of none every build-up, as beside other effects another may show."""

@@ -92,6 +92,19 @@ class Stribeck(BuildsUp):
         slowest, fastest = float(speeds[0]), float(speeds[-1])
         return [StribeckShape(speed=speed) for speed in ladder(slowest, max(fastest / 3, slowest))]
 
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the speeds: with every build-up they would take twenty times as long, and peak where they do."""
+        return self.at_once(conditions)
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return a build-up and none of it."""
+        plain = self.plainer(shape)
+        return [shape] if plain is None else [plain, shape]
+
+    def closer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return every build-up: where the friction is found, it is asked how it begins."""
+        return super().variants(conditions, shape)
+
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the Stribeck speed, free by a half more or less, and a distance of build-up."""
         speed = own_shape(shape, StribeckShape).speed

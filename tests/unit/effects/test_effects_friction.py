@@ -144,17 +144,20 @@ def test_friction_that_falls_with_speed_builds_up_alike(carried):
     assert found == pytest.approx(left * Coulomb().columns(c, over)[:, 0])
 
 
-def test_every_speed_is_scanned_with_every_distance():
+def test_speeds_are_scanned_and_each_costs_as_if_every_distance_had_been_tried():
     c, _ = path()
-    shapes, at_once = Stribeck().shapes(c), Stribeck().at_once(c)
-    assert len(shapes) == len(set(shapes)) == len(at_once) * len(Coulomb().shapes(c))
-    assert {shape.speed for shape in shapes} == {shape.speed for shape in at_once}
+    at_once, build_ups = Stribeck().shapes(c), Coulomb().shapes(c)
+    assert len(at_once) == len({shape.speed for shape in at_once}) > 5
+    assert not any(shape.distance for shape in at_once)
     assert Stribeck().tried(c, at_once[2]) == len(at_once)
     soft = StribeckShape(0.5, True, speed=at_once[2].speed)
-    assert Stribeck().tried(c, soft) == len(shapes)
+    assert Stribeck().tried(c, soft) == len(at_once) * len(build_ups)
     assert Stribeck().plainer(soft) == at_once[2]
     assert Stribeck().plainer(at_once[2]) is None
     assert Stribeck().variants(c, soft) == [at_once[2], soft]
-    assert Stribeck().variants(c, at_once[2]) == [s for s in shapes if s.speed == at_once[2].speed]
+    assert Stribeck().variants(c, at_once[2]) == [at_once[2]]
+    found = Stribeck().closer(c, at_once[2])
+    assert [(s.distance, s.carried) for s in found] == [(s.distance, s.carried) for s in build_ups]
+    assert {s.speed for s in found} == {at_once[2].speed}
     assert [t.name for t in Stribeck().tunables(c, soft)] == ["speed", "distance"]
     assert [t.name for t in Stribeck().tunables(c, at_once[2])] == ["speed"]
