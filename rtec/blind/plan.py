@@ -151,16 +151,7 @@ _ALL = (
         wave_shares=(0.05, 0.12),
     ),
     _ONE_SPEED,
-    Plan(
-        name="loads",
-        reading=Reading.DRIVE,
-        runs=3,
-        targets=40,
-        span_mm=100.0,
-        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
-        columns=("time", "velocity", "force", "load"),
-        wave_shares=(0.08, 0.2),
-    ),
+    replace(_DRIVE, name="loads", runs=3, targets=40, columns=("time", "velocity", "force", "load")),
     Plan(name="weather", runs=8, targets=15, weather=Weather.DAYS, columns=("direction", "pressure", "humidity")),
     Plan(
         name="one_day",

@@ -122,7 +122,7 @@ def read_shape(
     except ArgumentError as error:  # a shape knows no units: its range ends with a number in that of the parameter
         unit = {item.name: parameter_unit(item, units) for item in items}[error.name]
         found = repr(given.get(error.name, error.value))[:60]
-        raise ArgumentError(name(error.name), found, f"{error.allowed} {unit}", error.hint) from None
+        raise ArgumentError(name(error.name), found, f"{error.allowed} {unit}".rstrip(), error.hint) from None
 
 
 def _value(item: Parameter, value: object, units: Units, name: Callable[[str], str]) -> object:

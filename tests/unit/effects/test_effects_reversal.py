@@ -23,11 +23,7 @@ from rtec.effects import (
 from rtec.effects.hysteresis import strokes
 
 
-def out_and_back(steps=60, span=300.0, turns=2):
-    one = np.concatenate([np.linspace(0.0, span, steps), np.linspace(span, 0.0, steps)])
-    position = np.tile(one, turns)
-    direction = np.tile(np.repeat([1.0, -1.0], steps), turns)
-    run = np.ones(position.size, dtype=np.int64)
+def at(position, direction, run):
     return Conditions(
         position=position,
         position_unit="mm",
@@ -35,6 +31,14 @@ def out_and_back(steps=60, span=300.0, turns=2):
         direction=direction,
         since_reversal=distance_since_reversal(position, direction, run),
     )
+
+
+def out_and_back(steps=60, span=300.0, turns=2):
+    one = np.concatenate([np.linspace(0.0, span, steps), np.linspace(span, 0.0, steps)])
+    position = np.tile(one, turns)
+    direction = np.tile(np.repeat([1.0, -1.0], steps), turns)
+    run = np.ones(position.size, dtype=np.int64)
+    return at(position, direction, run)
 
 
 def test_a_spike_dies_away_along_the_way():
@@ -57,13 +61,7 @@ def one_way(begins, steps=20, span=100.0):
     position = np.concatenate([np.linspace(begin, begin + span, steps) for begin in begins])
     run = np.repeat(np.arange(1, len(begins) + 1), steps)
     direction = np.ones(position.size)
-    return Conditions(
-        position=position,
-        position_unit="mm",
-        run=run,
-        direction=direction,
-        since_reversal=distance_since_reversal(position, direction, run),
-    )
+    return at(position, direction, run)
 
 
 @pytest.mark.parametrize("effect", [ReversalSpike(), Windup()])
