@@ -2,9 +2,12 @@
 
 from rtec.injector.box import Injector, InjectorSettings, Insertions, PowerLoss, RealEdges
 from rtec.injector.design import Design, DesignRow
+from rtec.injector.protocol import Algorithm, Break, Response, Stimulus, Totals
 from rtec.injector.timing import Processor, Timing
 
 __all__ = [
+    "Algorithm",
+    "Break",
     "Design",
     "DesignRow",
     "Injector",
@@ -13,5 +16,8 @@ __all__ = [
     "PowerLoss",
     "Processor",
     "RealEdges",
+    "Response",
+    "Stimulus",
     "Timing",
+    "Totals",
 ]
