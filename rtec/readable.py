@@ -202,3 +202,33 @@ def symbol(unit: str) -> str:
     ('µm/m/K', 'N·m', 'ms²', 'arcsec', 'µs')
     """
     return re.sub(r"\bu(?=[mAVs]\b)", "µ", unit).replace("*", "·").replace("^2", "²")
+
+
+def time_text(time_ps: int | None) -> str:
+    """Return a time of the signal path for people.
+
+    Examples
+    --------
+    >>> time_text(1_620_500), time_text(60), time_text(None)
+    ('1.6205 us', '60 ps', 'none')
+    """
+    if time_ps is None:
+        return "none"
+    for factor, unit in ((10**12, "s"), (10**9, "ms"), (10**6, "us"), (10**3, "ns")):
+        if abs(time_ps) >= factor:
+            return f"{time_ps / factor:.6g} {unit}"
+    return f"{time_ps} ps"
+
+
+def hertz_text(hertz: float) -> str:
+    """Return a frequency for people.
+
+    Examples
+    --------
+    >>> hertz_text(500e3), hertz_text(27_777.8), hertz_text(400.0)
+    ('500 kHz', '27.7778 kHz', '400 Hz')
+    """
+    for factor, unit in ((1e6, "MHz"), (1e3, "kHz")):
+        if hertz >= factor:
+            return f"{hertz / factor:.6g} {unit}"
+    return f"{hertz:.6g} Hz"

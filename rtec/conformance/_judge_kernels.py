@@ -1,0 +1,106 @@
+"""Compiled judge: both sides of a box and its completed total, taken in the order of time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec._jit import Record, kernel
+from rtec.signal._kernels import ILLEGAL, NEVER, count_delta
+
+SEEN = np.dtype(
+    [
+        ("encoder_counts", np.int64),
+        ("controller_counts", np.int64),
+        ("illegal", np.int64),
+        ("illegal_ps", np.int64),  # the first one
+        ("separation_ps", np.int64),  # shortest time between two changes at the controller
+        ("separation_at_ps", np.int64),
+        ("off_counts", np.int64),  # controller less encoder less completed steps, at the end
+        ("off_since_ps", np.int64),  # when it left zero for the last time
+        ("delay_ps", np.int64),  # longest time that the controller's count was behind what is right
+        ("delay_at_ps", np.int64),
+    ],
+    align=True,
+)
+
+
+@kernel
+def look(
+    s: Record,
+    in_ps: NDArray[np.int64],
+    in_levels: NDArray[np.uint8],
+    in_initial: int,
+    out_ps: NDArray[np.int64],
+    out_levels: NDArray[np.uint8],
+    out_initial: int,
+    done_ps: NDArray[np.int64],
+    done: NDArray[np.int64],
+    step_counts: int,
+    until_ps: int,
+    left_ps: NDArray[np.int64],
+) -> None:
+    """Decode both sides by ideal x4 decoders and compare their counts after each instant.
+
+    ``left_ps`` has room for every count that is right at some time, 0 in its middle, and holds -1. A count of the
+    controller is as late as the time since it was right last; one that was not right yet is as old as the difference.
+    """
+    middle = left_ps.size // 2
+    right = 0
+    i, j, k = 0, 0, 0
+    before_in, before_out = in_initial, out_initial
+    last_ps = -NEVER
+    total = 0
+    s.separation_ps = NEVER
+    s.illegal_ps = -1
+    s.separation_at_ps = -1
+    s.off_since_ps = -1
+    s.delay_at_ps = -1
+    while True:
+        t_ps = until_ps
+        if i < in_ps.size:
+            t_ps = min(t_ps, in_ps[i])
+        if j < out_ps.size:
+            t_ps = min(t_ps, out_ps[j])
+        if k < done_ps.size:
+            t_ps = min(t_ps, done_ps[k])
+        if s.off_counts != 0:
+            at = middle + s.controller_counts
+            since_ps = s.off_since_ps
+            if 0 <= at < left_ps.size and left_ps[at] > since_ps:
+                since_ps = left_ps[at]
+            if t_ps - since_ps > s.delay_ps:
+                s.delay_ps = t_ps - since_ps
+                s.delay_at_ps = since_ps
+        if t_ps >= until_ps:
+            break
+        if i < in_ps.size and in_ps[i] == t_ps:
+            s.encoder_counts += count_delta(before_in, int(in_levels[i]))
+            before_in = int(in_levels[i])
+            i += 1
+        if j < out_ps.size and out_ps[j] == t_ps:
+            delta = count_delta(before_out, int(out_levels[j]))
+            if delta == ILLEGAL:
+                s.illegal += 1
+                if s.illegal_ps < 0:
+                    s.illegal_ps = t_ps
+            else:
+                s.controller_counts += delta
+            before_out = int(out_levels[j])
+            if t_ps - last_ps < s.separation_ps:
+                s.separation_ps = t_ps - last_ps
+                s.separation_at_ps = t_ps
+            last_ps = t_ps
+            j += 1
+        if k < done_ps.size and done_ps[k] == t_ps:
+            total = done[k]
+            k += 1
+        now_right = s.encoder_counts + step_counts * total
+        if now_right != right:
+            if 0 <= middle + right < left_ps.size:
+                left_ps[middle + right] = t_ps
+            right = now_right
+        off = s.controller_counts - right
+        if off != 0 and s.off_counts == 0:
+            s.off_since_ps = t_ps
+        s.off_counts = off

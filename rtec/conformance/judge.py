@@ -1,0 +1,196 @@
+"""One run of an algorithm judged: whether every count is right, and what is the first thing that is not."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec._jit import new_record
+from rtec.conformance._judge_kernels import SEEN, look
+from rtec.conformance.contract import Contract
+from rtec.injector import Response, Stimulus
+from rtec.readable import time_text
+from rtec.signal._kernels import NEVER
+
+_MOST_COUNTS = 1_000_000
+
+
+class Fault(enum.Enum):
+    """What an algorithm did wrong."""
+
+    BROKEN = "broken"
+    """It ended early."""
+    POWER_UP = "power-up"
+    """At power-up the lines behind it are not those before it."""
+    ILLEGAL = "illegal transition"
+    """Both lines changed at once."""
+    SEPARATION = "separation"
+    """Two changes so close that the receiver may see one."""
+    COUNT = "count"
+    """The controller's count is not the encoder's plus the completed steps, and nothing told the controller so."""
+    UNASKED = "unasked"
+    """It completed steps that nobody had asked for."""
+    UNFINISHED = "unfinished"
+    """A request was neither completed nor refused with a reason."""
+    DELAY = "delay"
+    """The controller's count was wrong for too long before it was right again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Violation:
+    """The first point of the contract that a run breaks.
+
+    Parameters
+    ----------
+    fault
+        Which.
+    time_ps
+        When.
+    reason
+        In words, without the time.
+    """
+
+    fault: Fault
+    time_ps: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """What a run has shown.
+
+    Parameters
+    ----------
+    violation
+        What does not hold, or None.
+    completed
+        Steps that the algorithm says it has inserted, at the end.
+    refused
+        Whether it refused what was asked for last.
+    separation_ps
+        Shortest time between two changes at the controller; None where there were fewer than two.
+    delay_ps
+        Longest time for which the controller's count was behind the encoder's plus the completed steps, or ahead.
+    """
+
+    violation: Violation | None
+    completed: int
+    refused: bool
+    separation_ps: int | None
+    delay_ps: int
+
+    @property
+    def right(self) -> bool:
+        """Return whether everything holds."""
+        return self.violation is None
+
+
+def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_finish: bool = True) -> Judgement:
+    """Hold one run to the contract.
+
+    Parameters
+    ----------
+    stimulus, response
+        What went in and what came out.
+    contract
+        What is asked for.
+    must_finish
+        Whether the run ends with a rest in a state in which the algorithm inserts, and long enough for it.
+
+    Returns
+    -------
+    Judgement
+        Times are those of the run.
+
+    Notes
+    -----
+    At the end ``controller = encoder + completed * step_counts`` has to hold, by ideal x4 decoders on both sides
+    (NISTIR 4832, "Altering the Position Signal"). Of several things that do not hold, the first one in the order of
+    `Fault` is told: an illegal transition explains a wrong count, a break everything behind it.
+
+    Examples
+    --------
+    A pair of wires is no corrector: it passes every edge and inserts nothing.
+
+    >>> from rtec.injector import Totals
+    >>> from rtec.signal import EdgeStream
+    >>> edges = EdgeStream.from_states([1_000_000, 2_000_000], [1, 2], 0)
+    >>> asked = Stimulus(edges=edges, requests=Totals([1_500_000], [1]), until_ps=10_000_000)
+    >>> wires = Response(edges=edges, completed=Totals())
+    >>> judge(asked, wires, Contract(step_counts=2)).violation.reason
+    '+1 step asked for, 0 completed and no reason given'
+    """
+    seen = new_record(SEEN)
+    encoder, controller = stimulus.edges, response.edges
+    look(
+        seen, encoder.times_ps, encoder.levels, encoder.initial, controller.times_ps, controller.levels,
+        controller.initial, response.completed.times_ps, response.completed.totals, contract.step_counts,
+        stimulus.until_ps, np.full(2 * (len(encoder) + _room(response, contract)) + 3, -1, np.int64),
+    )  # fmt: skip
+    asked, done = stimulus.requests.final, response.completed.final
+    refused = any(t_ps >= _last_asked_ps(stimulus) for t_ps, _ in response.refusals)
+    violation: Violation | None = None
+    if response.broken is not None:
+        violation = Violation(fault=Fault.BROKEN, time_ps=response.broken.time_ps, reason=response.broken.reason)
+    elif controller.initial != encoder.initial:
+        said = f"levels {_levels(controller.initial)} at power-up, the encoder's are {_levels(encoder.initial)}"
+        violation = Violation(fault=Fault.POWER_UP, time_ps=0, reason=said)
+    elif seen.illegal:
+        reason = "A and B change at once at the controller"
+        violation = Violation(fault=Fault.ILLEGAL, time_ps=int(seen.illegal_ps), reason=reason)
+    elif seen.separation_ps < contract.separation_ps:
+        apart, least = time_text(int(seen.separation_ps)), time_text(contract.separation_ps)
+        reason = f"two changes at the controller {apart} apart; {least} at least"
+        violation = Violation(fault=Fault.SEPARATION, time_ps=int(seen.separation_at_ps), reason=reason)
+    elif seen.off_counts:
+        counted, right = int(seen.controller_counts), int(seen.encoder_counts) + contract.step_counts * done
+        reason = (
+            f"the controller counts {counted:+d} where {right:+d} is right, with no illegal transition to tell it"
+        )
+        violation = Violation(fault=Fault.COUNT, time_ps=int(seen.off_since_ps), reason=reason)
+    else:
+        violation = _unasked(stimulus, response)
+        if violation is None and must_finish and done != asked and not refused:
+            reason = f"{_steps(asked)} asked for, {done:+d} completed and no reason given".replace("+0 ", "0 ")
+            violation = Violation(fault=Fault.UNFINISHED, time_ps=_last_asked_ps(stimulus), reason=reason)
+        elif violation is None and seen.delay_ps > contract.delay_ps:
+            late, most = time_text(int(seen.delay_ps)), time_text(contract.delay_ps)
+            reason = f"the controller's count is {late} behind; {most} at most"
+            violation = Violation(fault=Fault.DELAY, time_ps=int(seen.delay_at_ps), reason=reason)
+    return Judgement(
+        violation=violation,
+        completed=done,
+        refused=refused,
+        separation_ps=None if seen.separation_ps >= NEVER else int(seen.separation_ps),
+        delay_ps=int(seen.delay_ps),
+    )
+
+
+def _room(response: Response, contract: Contract) -> int:
+    """Return the largest count that completed steps make, as far as a sane algorithm gets."""
+    return min(contract.step_counts * int(np.abs(response.completed.totals).max(initial=0)), _MOST_COUNTS)
+
+
+def _last_asked_ps(stimulus: Stimulus) -> int:
+    return int(stimulus.requests.times_ps[-1]) if len(stimulus.requests) else 0
+
+
+def _unasked(stimulus: Stimulus, response: Response) -> Violation | None:
+    """Find a completed total beyond all that was asked for until then."""
+    for t_ps, total in zip(response.completed.times_ps.tolist(), response.completed.totals.tolist(), strict=True):
+        until = stimulus.requests.totals[: int(stimulus.requests.times_ps.searchsorted(t_ps, side="right"))]
+        if not min(0, until.min(initial=0)) <= total <= max(0, until.max(initial=0)):
+            asked = int(until[-1]) if until.size else 0
+            reason = f"{total:+d} steps completed where {asked:+d} were asked for"
+            return Violation(fault=Fault.UNASKED, time_ps=t_ps, reason=reason)
+    return None
+
+
+def _levels(code: int) -> str:
+    return f"{code & 1}{code >> 1}"
+
+
+def _steps(total: int) -> str:
+    return f"{total:+d} step{'s' if abs(total) != 1 else ''}"
