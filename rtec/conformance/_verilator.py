@@ -1,0 +1,139 @@
+"""A Verilog module built by Verilator into a program that plays streams."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.conformance._verilog_runs import BUILD_S, SETTLE_TICKS, SILENT_S, Runs, build_error, most_bytes, stream_rows
+from rtec.conformance._workshop import Workshop
+from rtec.conformance.verilog_pins import Active, Pins, Port
+from rtec.errors import RtecError
+from rtec.injector import Stimulus
+
+_PORT = re.compile(r"\bVL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),(\d+)")
+_CODED = re.compile(r"__0([0-9A-F]{2})")
+_PLAYS = 3
+"""Registers that the design leaves open are all 0 in the first play, all 1 in the second, random in the third."""
+
+
+def installed() -> str | None:
+    """Return the path of the program, or None."""
+    return shutil.which("verilator")
+
+
+class Verilator:
+    """A design as a program, one process for many streams."""
+
+    def __init__(self, shop: Workshop, file: Path, pins: Pins, clock_ps: tuple[int, int]) -> None:
+        self._shop, self._cwd = shop, file.parent
+        build = shop.folder / "build"
+        main = shop.folder / "main.cpp"
+        template = resources.files("rtec.conformance").joinpath("_verilator_main.cpp")
+        main.write_text(template.read_text("utf-8"), "utf-8")
+        self._say_what_is_missing()
+        command = [
+            str(installed()), "--cc", "--exe", "--no-timing", "-Wno-fatal", "-Werror-STMTDLY", "-Werror-ASSIGNDLY",
+            "-O3", "--x-assign", "unique", "--x-initial", "unique", "--prefix", "Vdut", "--top-module", pins.top,
+            "--Mdir", str(build), "-y", str(file.parent), f"-I{file.parent}", "+libext+.v+.sv", str(file), str(main),
+        ]  # fmt: skip
+        code, said = shop.run(command, within_s=BUILD_S)
+        if code != 0:
+            raise build_error(file, pins, said, "Verilator")
+        ports = _ports((build / "Vdut.h").read_text("utf-8"))
+        widths = pins.widths(ports)
+        (build / "rtec_pins.h").write_text(_header(pins, widths, clock_ps), "utf-8")
+        make = ["make", "-C", str(build), "-f", "Vdut.mk", "-j2", "OPT_FAST=-O2", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1"]
+        code, said = shop.run([*make, "Vdut"], within_s=BUILD_S)
+        if code != 0:
+            raise build_error(file, pins, said, "Verilator")
+        self.widths, self._program = widths, build / "Vdut"
+
+    def _say_what_is_missing(self) -> None:
+        missing = [program for program in ("make", "g++") if shutil.which(program) is None]
+        if missing:
+            names = " and ".join(missing)
+            raise RtecError(f"Verilator needs {names}, not found on the path; on Debian: apt install g++ make")
+
+    def play(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
+        """Return the runs of each stream; the process is begun again behind a stream that ended it."""
+        played: list[Runs] = []
+        while len(played) < len(stimuli):
+            played += self._play_until_it_ends(stimuli[len(played) :])
+        return played
+
+    def _play_until_it_ends(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
+        into, out = self._shop.folder / "in", self._shop.folder / "out"
+        np.concatenate([_stream(stimulus) for stimulus in stimuli]).tofile(into)
+        out.unlink(missing_ok=True)
+        code, said = self._shop.watch(
+            [str(self._program), str(into), str(out)], out, silent_s=SILENT_S, most_bytes=most_bytes(stimuli),
+            folder=self._cwd,
+        )  # fmt: skip
+        values = np.fromfile(out, np.int64) if out.exists() else np.empty(0, np.int64)
+        rows = values[: values.size - values.size % 6].reshape(-1, 6)
+        ends = np.flatnonzero((rows[:, 0] == 3) | (rows[:, 0] == 4)) + 1
+        runs = np.split(rows, ends)
+        whole = len(ends) // _PLAYS
+        played = [Runs(runs[_PLAYS * k : _PLAYS * (k + 1)]) for k in range(whole)]
+        if whole < len(stimuli):
+            played.append(Runs([runs[-1]], self._why(code, said)))
+        return played
+
+    @staticmethod
+    def _why(code: int | None, said: str) -> str:
+        if code is None:
+            return ""
+        errors = re.findall(r"^%Error: ?(.*)$", said, re.MULTILINE)
+        if any("converge" in error for error in errors):
+            return "its combinational logic does not settle"
+        return errors[0] if errors else f"the simulation ended with code {code}"
+
+
+def _stream(stimulus: Stimulus) -> NDArray[np.int64]:
+    rows = stream_rows(stimulus)
+    return np.concatenate([[stimulus.until_ps, stimulus.edges.initial, len(rows)], rows.ravel()])
+
+
+def _ports(header: str) -> list[Port]:
+    """Read the ports from the class that Verilator wrote."""
+    found = _PORT.findall(header)
+    plain = [(way, _CODED.sub(lambda code: chr(int(code[1], 16)), name), high, low) for way, name, high, low in found]
+    return [
+        Port(name.removeprefix("__SYM__"), way == "IN", int(high) - int(low) + 1) for way, name, high, low in plain
+    ]
+
+
+def _header(pins: Pins, widths: dict[str, int], clock_ps: tuple[int, int]) -> str:
+    def member(name: str) -> str:
+        return name.replace("__", "___05F").replace("$", "__024")
+
+    refused = f"(static_cast<int64_t>((dut).{member(pins.refused)}))" if pins.refused else "(0)"
+    level = "(on)" if pins.reset_active is Active.HIGH else "!(on)"
+    reset = f"(dut).{member(pins.reset)} = {level}" if pins.reset else "(void)(dut)"
+    return "\n".join(
+        [
+            f"#define RTEC_CLOCK {member(pins.clock)}",
+            f"#define RTEC_A_IN {member(pins.a_in)}",
+            f"#define RTEC_B_IN {member(pins.b_in)}",
+            f"#define RTEC_A_OUT {member(pins.a_out)}",
+            f"#define RTEC_B_OUT {member(pins.b_out)}",
+            f"#define RTEC_REQUESTED {member(pins.requested)}",
+            f"#define RTEC_REQUESTED_BITS {widths[pins.requested]}",
+            f"#define RTEC_COMPLETED {member(pins.completed)}",
+            f"#define RTEC_COMPLETED_BITS {widths[pins.completed]}",
+            f"#define RTEC_REFUSED(dut) {refused}",
+            f"#define RTEC_RESET(dut, on) {reset}",
+            f"#define RTEC_RESET_TICKS {pins.reset_ticks}",
+            f"#define RTEC_TICKS_BEFORE {pins.reset_ticks + SETTLE_TICKS}",
+            f"#define RTEC_PERIOD_NUM INT64_C({clock_ps[0]})",
+            f"#define RTEC_PERIOD_DEN INT64_C({clock_ps[1]})",
+            "",
+        ]
+    )

@@ -1,0 +1,115 @@
+"""A temporary folder and the programs that run in it; neither outlives the work, whatever ends it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+
+from rtec.errors import RtecError
+
+_LOOK_S = 0.02
+_GRACE_S = 1.0
+"""How long a program that was told to end may still write what it knows."""
+
+
+class Workshop:
+    """A temporary folder, open until `close`.
+
+    A program in it is the leader of a group of processes, which ends as a whole: on Ctrl-C, on any other error, on
+    SIGTERM. SIGTERM becomes an ordinary exit with its code 143 as long as the folder is open, so that all is cleared
+    away; where the caller has a handler of its own, or works in another thread, that is the caller's affair.
+    """
+
+    def __init__(self) -> None:
+        self._before: signal.Handlers | None = None
+        if threading.current_thread() is threading.main_thread():
+            before = signal.getsignal(signal.SIGTERM)
+            if before is signal.SIG_DFL:
+                signal.signal(signal.SIGTERM, _leave)
+                self._before = signal.SIG_DFL
+        self.folder = Path(tempfile.mkdtemp(prefix="rtec-"))
+
+    def close(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if self._before is not None and signal.getsignal(signal.SIGTERM) is _leave:
+            signal.signal(signal.SIGTERM, self._before)
+        self._before = None
+
+    def run(self, command: Sequence[str], *, within_s: float, folder: Path | None = None) -> tuple[int, str]:
+        """Run a program and return its exit code and all that it said.
+
+        Raises
+        ------
+        RtecError
+            It took longer than ``within_s`` seconds.
+        """
+        said = self.folder / "said"
+        began = time.monotonic()
+        code = self._run(command, said, folder, lambda: time.monotonic() - began > within_s)
+        if code is None:
+            name = Path(command[0]).name
+            raise RtecError(f"{name}: no end after {within_s:g} s; give it less to build, or look for endless loops")
+        return code, _text(said)
+
+    def watch(
+        self, command: Sequence[str], grows: Path, *, silent_s: float, most_bytes: int, folder: Path
+    ) -> tuple[int | None, str]:
+        """Run a program while a file of its grows, but not without end.
+
+        Returns its exit code, None where it had to be ended, and what it said.
+        """
+        size, since = -1, time.monotonic()
+
+        def stands_still() -> bool:
+            nonlocal size, since
+            with suppress(OSError):
+                if (grown := grows.stat().st_size) != size:
+                    size, since = grown, time.monotonic()
+            return time.monotonic() - since > silent_s or size > most_bytes
+
+        said = self.folder / "said"
+        return self._run(command, said, folder, stands_still), _text(said)
+
+    def _run(
+        self, command: Sequence[str], said: Path, folder: Path | None, too_long: Callable[[], bool]
+    ) -> int | None:
+        with said.open("wb") as file:
+            process = subprocess.Popen(  # noqa: S603 - a simulator, by its full path, without a shell
+                command, stdin=subprocess.DEVNULL, stdout=file, stderr=file, cwd=folder, start_new_session=True
+            )
+        try:
+            while not too_long():
+                with suppress(subprocess.TimeoutExpired):
+                    return process.wait(_LOOK_S)
+            _signal_group(process, signal.SIGTERM)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_GRACE_S)
+            return None
+        finally:
+            _signal_group(process, signal.SIGKILL)
+            process.wait()
+
+
+def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, number)
+
+
+def _leave(_number: int, _frame: FrameType | None) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # clearing away is not broken off by a second one
+    raise SystemExit(128 + signal.SIGTERM)
+
+
+def _text(path: Path) -> str:
+    with path.open("rb") as file:
+        return file.read(1_000_000).decode("utf-8", "replace")

@@ -1,0 +1,171 @@
+"""The door for Verilog: a module clocked by Verilator or Icarus Verilog, whichever is installed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+
+from rtec.conformance import _icarus, _verilator
+from rtec.conformance._icarus import Icarus
+from rtec.conformance._verilator import Verilator
+from rtec.conformance._verilog_runs import response_of
+from rtec.conformance._workshop import Workshop
+from rtec.conformance.verilog_pins import Pins
+from rtec.errors import ArgumentError, FileFormatError, RtecError
+from rtec.injector import Response, Stimulus
+from rtec.units import FREQUENCY, PS_PER_S, parse_quantity
+
+SIMULATORS: dict[str, tuple[Callable[[], str | None], type[Verilator | Icarus]]] = {
+    "verilator": (_verilator.installed, Verilator),
+    "icarus": (_icarus.installed, Icarus),
+}
+"""Whether each is installed, and what it is; the first one installed is taken."""
+_BATCH = 100_000
+"""Changes that one process plays: what comes out of it is held in memory."""
+_NUMBER = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)")
+
+
+def clock_of(text: str) -> tuple[int, int]:
+    """Read the frequency of a clock; return its period in ps as a ratio of whole numbers.
+
+    Raises
+    ------
+    ArgumentError
+        No frequency from 1 kHz to 1 GHz, or one with more digits than can be kept.
+
+    Examples
+    --------
+    Tick k is at ``k * numerator / denominator`` ps, rounded up each for itself, so that nothing drifts:
+
+    >>> clock_of("50MHz"), clock_of("3 MHz"), clock_of("33.333 MHz")
+    ((20000, 1), (1000000, 3), (1000000000, 33333))
+    """
+    hertz = parse_quantity(text, FREQUENCY, name="clock")
+    number = _NUMBER.match(text)
+    if number is not None and 1e3 <= hertz <= 1e9:
+        factor = parse_quantity("1" + text[number.end() :], FREQUENCY, name="clock")
+        period = PS_PER_S / (Fraction(number[1]) * Fraction(factor))
+        if max(period.numerator, period.denominator) < 2**60:
+            return period.numerator, period.denominator
+    raise ArgumentError("clock", repr(text)[:60], "a frequency from 1 kHz to 1 GHz, of at most 12 digits")
+
+
+class VerilogAlgorithm:
+    """A Verilog module as an `rtec.injector.Algorithm`; built once, played in one process for many streams.
+
+    Before time 0 the module is reset, where it has a reset, and clocked on for 100 ticks with A and B at their levels
+    of power-up and nothing requested. A tick of the clock is at time 0. A and B and the requested total change when
+    they change, without regard to the clock; what changes at the instant of a tick is seen by the next one. The
+    module's other files are looked for beside it by their names. Delays (``#5``) are an error with Verilator.
+
+    Outputs that are X or Z behind time 0 (Icarus Verilog), or that differ with what registers hold at power-up that
+    nothing sets (Verilator: all 0, all 1, random), break the run, as do ``$finish``, logic that does not settle, and
+    10 s without progress.
+
+    A Verilog file runs with the user's rights, as a Python file does: ``$fopen``, ``$system`` and the like work.
+
+    Parameters
+    ----------
+    file
+        The module's source, Verilog or SystemVerilog.
+    pins
+        Which port is what.
+    clock_ps
+        Period of its clock in ps, a ratio of whole numbers (`clock_of`).
+    simulator
+        ``"verilator"`` (5 or newer), ``"icarus"``, or None: the first of them that is installed.
+
+    Raises
+    ------
+    RtecError
+        No simulator, a file that does not build (with the line of the first error), ports that are not there.
+
+    Examples
+    --------
+    ::
+
+        pins = Pins.read(Path("design_c.toml"))
+        with VerilogAlgorithm(Path("design_c.v"), pins=pins, clock_ps=clock_of("50MHz")) as mine:
+            response = mine.play([stimulus])[0]
+        judge(stimulus, response, Contract.of(Design.C))
+    """
+
+    def __init__(self, file: Path, *, pins: Pins, clock_ps: tuple[int, int], simulator: str | None = None) -> None:
+        try:
+            with file.open("rb"):
+                pass
+        except OSError as error:
+            raise FileFormatError(file, None, error.strerror or str(error), "a Verilog file") from None
+        self._file, self._pins = file, pins
+        kind = SIMULATORS[_chosen(simulator)][1]
+        self._shop = Workshop()
+        try:
+            self._simulator = kind(self._shop, file.resolve(), pins, clock_ps)
+        except BaseException:
+            self._shop.close()
+            raise
+
+    @property
+    def name(self) -> str:
+        """Return the file's name."""
+        return self._file.name
+
+    def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
+        """Return what comes out for each stimulus.
+
+        Raises
+        ------
+        ArgumentError
+            A total that the bus for requests cannot hold.
+        """
+        for stimulus in stimuli:
+            self._check_totals(stimulus)
+        responses: list[Response] = []
+        while len(responses) < len(stimuli):
+            batch = _batch(stimuli[len(responses) :])
+            runs = self._simulator.play(batch)
+            responses += [response_of(*pair, self._pins) for pair in zip(batch, runs, strict=True)]
+        return responses
+
+    def close(self) -> None:
+        """Remove what was built."""
+        self._shop.close()
+
+    def __enter__(self) -> VerilogAlgorithm:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _check_totals(self, stimulus: Stimulus) -> None:
+        bits = self._simulator.widths[self._pins.requested]
+        top = 2 ** (bits - 1)
+        for total in (stimulus.requests.totals.min(initial=0), stimulus.requests.totals.max(initial=0)):
+            if not -top <= total < top:
+                where = f"{self._pins.where}: requested"
+                raise ArgumentError(where, f"a total of {total} on {bits} bits", f"totals from {-top} to {top - 1}")
+
+
+def _chosen(simulator: str | None) -> str:
+    if simulator is not None and simulator not in SIMULATORS:
+        raise ArgumentError("simulator", repr(simulator)[:60], " or ".join(SIMULATORS))
+    for name, (installed, _) in SIMULATORS.items():
+        if simulator in {None, name} and installed() is not None:
+            return name
+    package = {"verilator": "verilator", "icarus": "iverilog", None: "verilator (or iverilog)"}[simulator]
+    raise RtecError(f"no simulator for Verilog found on the path; on Debian and Ubuntu: apt install {package}")
+
+
+def _batch(stimuli: Sequence[Stimulus]) -> Sequence[Stimulus]:
+    """Return as many of the first ones as one process plays, at least one."""
+    changes = 0
+    for index, stimulus in enumerate(stimuli):
+        changes += len(stimulus.edges) + len(stimulus.requests) + 100
+        if changes > _BATCH and index:
+            return stimuli[:index]
+    return stimuli
