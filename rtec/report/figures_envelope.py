@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
-from rtec.errors import OutputError
 from rtec.injector import Design
 from rtec.report.appearance import look_of
-from rtec.report.figures_style import INK, figure_style, guide, legend_above, new_figure, rendered
+from rtec.report.figures_style import INK, guide, legend_above, new_figure, write_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,19 +27,14 @@ _APART = 0.19
 
 
 def write_envelope_figure(rows: Sequence[EnvelopeRow], file: Path) -> None:
-    """Draw the rows into a file, PNG or SVG by its name.
+    """Draw the rows into a file, PNG, SVG or PDF by its name.
 
     Raises
     ------
     OutputError
         It cannot be written.
     """
-    with figure_style():
-        svg, png = rendered(envelope_figure(rows))
-    try:
-        file.write_bytes(svg if file.suffix.lower() == ".svg" else png)
-    except OSError as error:
-        raise OutputError(f"--figure: {file}: {error.strerror}") from None
+    write_figure(lambda: envelope_figure(rows), file)
 
 
 def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:

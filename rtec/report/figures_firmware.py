@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from rtec.campaign import FirmwareVerdict, Trace
 from rtec.injector import Design
 from rtec.report.appearance import look_of
-from rtec.report.figures_style import ALARM, INK, figure_style, new_figure, rendered
-from rtec.whole_file import WholeFile
+from rtec.report.figures_style import ALARM, INK, new_figure, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,17 +36,14 @@ def write_insertion_figure(verdict: FirmwareVerdict, file: Path) -> None:
     verdict
         Whose ``trace`` is drawn; it must have one.
     file
-        Its name ends in .png or .svg.
+        Its name ends in .png, .svg or .pdf.
 
     Raises
     ------
     OutputError
         It cannot be written.
     """
-    with figure_style():
-        svg, png = rendered(insertion_figure(verdict))
-    with WholeFile(file) as whole:
-        whole.write(svg if file.suffix == ".svg" else png)
+    write_figure(lambda: insertion_figure(verdict), file)
 
 
 def insertion_figure(verdict: FirmwareVerdict) -> Figure:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 from rtec.campaign.safety_matrix import Matrix, Outcome
 from rtec.campaign.safety_phases import Phase
-from rtec.errors import OutputError
 from rtec.injector import Design
-from rtec.report.figures_style import INK, figure_style, new_figure, rendered
+from rtec.report.figures_style import INK, new_figure, write_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,19 +31,14 @@ _LOOKS = {
 
 
 def write_safety_figure(matrix: Matrix, file: Path) -> None:
-    """Draw the matrix into a file, PNG or SVG by its name.
+    """Draw the matrix into a file, PNG, SVG or PDF by its name.
 
     Raises
     ------
     OutputError
         It cannot be written.
     """
-    with figure_style():
-        svg, png = rendered(safety_figure(matrix))
-    try:
-        file.write_bytes(svg if file.suffix.lower() == ".svg" else png)
-    except OSError as error:
-        raise OutputError(f"{file}: {error.strerror}") from None
+    write_figure(lambda: safety_figure(matrix), file)
 
 
 def safety_figure(matrix: Matrix) -> Figure:

@@ -7,9 +7,12 @@ user's own do not reach them, and the same results give the same bytes.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from rtec.whole_file import WholeFile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,7 +78,47 @@ def new_figure(height_inch: float) -> Figure:
 
 def rendered(figure: Figure) -> tuple[bytes, bytes]:
     """Return the figure as SVG and as PNG of 150 dots an inch; the same figure gives the same bytes."""
-    # laid out once for both formats: with an engine left, each of them would be drawn twice
+    _lay_out(figure)
+    return _file_of(figure, ".svg"), _file_of(figure, ".png")
+
+
+def write_figure(draw: Callable[[], Figure], file: Path) -> None:
+    """Draw in the report's style into a file; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    draw
+        Makes the figure.
+    file
+        Its name ends in .png, .svg or .pdf; one that exists is overwritten once the new one is complete.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "empty.pdf"
+    >>> def draw():
+    ...     figure = new_figure(1.0)
+    ...     figure.add_subplot().set_xlabel("time (s)")
+    ...     return figure
+    >>> write_figure(draw, file)
+    >>> file.read_bytes()[:5]
+    b'%PDF-'
+    """
+    with figure_style():
+        figure = draw()
+        _lay_out(figure)
+        made = _file_of(figure, file.suffix.lower())
+    with WholeFile(file) as whole:
+        whole.write(made)
+
+
+def _lay_out(figure: Figure) -> None:
+    """Lay the figure out once for all formats: with an engine left, each of them would be drawn twice."""
     layout = figure.get_layout_engine()
     if layout is not None:
         layout.execute(figure)
@@ -84,10 +127,18 @@ def rendered(figure: Figure) -> tuple[bytes, bytes]:
     for axes in figure.axes:
         left, bottom, width, height = (round(float(edge), 6) for edge in axes.get_position().bounds)
         axes.set_position((left, bottom, width, height))
-    svg, png = io.BytesIO(), io.BytesIO()
-    figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "rtec"})
-    figure.savefig(png, format="png", metadata={"Software": None}, dpi=DPI)
-    return svg.getvalue(), png.getvalue()
+
+
+def _file_of(figure: Figure, suffix: str) -> bytes:
+    """Return the figure as a file, without a date."""
+    nothing: dict[str, dict[str, str | None]] = {
+        ".svg": {"Date": None, "Creator": "rtec"},
+        ".png": {"Software": None},
+        ".pdf": {"CreationDate": None, "Producer": None, "Creator": "rtec"},
+    }
+    made = io.BytesIO()
+    figure.savefig(made, format=suffix[1:], metadata=nothing[suffix], dpi=DPI)
+    return made.getvalue()
 
 
 def legend_above(figure: Figure, axes: Axes, columns: int) -> None:

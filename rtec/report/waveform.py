@@ -1,0 +1,274 @@
+"""A and B on both sides of a box over time: levels, states, counts and totals, for any stretch of any run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.errors import ArgumentError
+from rtec.injector import Totals
+from rtec.report.figures_style import ALARM, INK, new_figure
+from rtec.signal import ILLEGAL, EdgeStream, count_deltas, states_of_levels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+HIGH = 0.62
+"""Of a line's high level; rows stand one unit apart."""
+_ROW_INCH, _FRAME_INCH = 0.33, 1.45
+_GROUP_APART = 0.75
+_BAND = 0.64
+"""Height of a row of numbers."""
+_WORD = 0.6
+"""Height of the word of a mark."""
+_BAND_COLOUR, _BAND_EDGE, _SHADE = "#eef2f6", "#8a99a8", 0.11
+_FONT = 8.5
+_WIDTH_INCH, _LETTER_INCH = 8.4, 0.078
+"""Of the axes, and of a letter in a band: numbers stand only where they have room."""
+_UNITS = (("s", 10**12), ("ms", 10**9), ("µs", 10**6), ("ns", 10**3), ("ps", 1))
+_MOST_TICK_DIGITS = 10**4
+
+_Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""Times of changes, and the values from the start and from each change on: one value more than times."""
+
+
+def waveform(
+    encoder: EdgeStream,
+    controller: EdgeStream,
+    *,
+    requested: Totals,
+    completed: Totals,
+    window_ps: tuple[int, int],
+    title: str,
+    marks: Sequence[tuple[int, str]] = (),
+) -> Figure:
+    """Draw what goes into a box and what comes out of it.
+
+    Encoder above, controller below: A, B, the report's state 1 to 4 (docs/state-tables.md) and the count since the
+    beginning of the streams; then the totals of steps. Insertions are shaded.
+
+    Parameters
+    ----------
+    encoder, controller
+        Both sides of the box from one moment on, the window or more of it.
+    requested, completed
+        Totals of steps since then.
+    window_ps
+        Begin and end of what is shown, ps.
+    title
+        Above the drawing.
+    marks
+        Moments to be pointed at, in ps, each with a word or two.
+
+    Returns
+    -------
+    Figure
+        Of the page's width; `rtec.report.figures_style.write_figure` makes a file of it.
+
+    Raises
+    ------
+    ArgumentError
+        A window that does not end after its begin.
+
+    Examples
+    --------
+    Design C inserts one step of two counts at rest in state 1:
+
+    >>> controller = EdgeStream([2_000_000, 3_000_000], [1, 3], initial=0)
+    >>> figure = waveform(EdgeStream([], [], initial=0), controller, requested=Totals([1_000_000], [1]),
+    ...                   completed=Totals([3_000_000], [1]), window_ps=(0, 5_000_000), title="Design C")
+    >>> figure.axes[0].get_xlabel()
+    'time (µs)'
+    """
+    start_ps, stop_ps = window_ps
+    if start_ps >= stop_ps:
+        raise ArgumentError("window_ps", f"{start_ps} to {stop_ps} ps", "an end after the begin")
+    view = _View(start_ps, stop_ps)
+    groups = [("encoder", _side(encoder, "")), ("controller", _side(controller, "′")), ("steps", [
+        ("requested", _of_totals(requested)), ("completed", _of_totals(completed)),
+    ])]  # fmt: skip
+    height = sum(len(rows) for _, rows in groups) + _GROUP_APART * (len(groups) - 1)
+    figure = new_figure(_ROW_INCH * height + _FRAME_INCH)
+    axes = figure.add_subplot()
+    top, bands = height, {}
+    for group, rows in groups:
+        begin = top
+        for name, steps in rows:
+            top -= 1.0
+            draw = _draw_line if name[0] in "AB" else _draw_numbers
+            draw(axes, view, steps, top)
+            axes.annotate(name, (0.0, top + HIGH / 2), (-8, 0), xycoords=("axes fraction", "data"),
+                          textcoords="offset points", ha="right", va="center")  # fmt: skip
+        bands[group] = (top, begin)
+        axes.annotate(group, (0.0, (begin + top - 0.4) / 2), (-72, 0), xycoords=("axes fraction", "data"),
+                      textcoords="offset points", ha="center", va="center", rotation=90, fontsize=_FONT,
+                      fontweight="bold")  # fmt: skip
+        top -= _GROUP_APART
+    low, high = bands["controller"]
+    axes.set_xlim(view.x(start_ps), view.x(stop_ps))
+    axes.set_ylim(-0.3, height + 0.05 + _WORD * len(marks))
+    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=start_ps):
+        _shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
+    for index, (t_ps, word) in enumerate(marks):
+        _mark(axes, view, t_ps, word, index)
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel(view.label)
+    axes.set_title(title, fontweight="bold", pad=8)
+    return figure
+
+
+def insertions(
+    encoder: EdgeStream, controller: EdgeStream, completed: Totals, *, from_ps: int = 0
+) -> list[tuple[int, int]]:
+    """Return begin and end of each insertion as the lines show it: its first and last change at the controller.
+
+    Parameters
+    ----------
+    encoder, controller
+        Both sides of the box.
+    completed
+        Totals of steps; an insertion ends with the last change up to the moment at which it is booked.
+    from_ps
+        From when on they are looked for.
+
+    Notes
+    -----
+    Lines that pass through a processor come late, so a change that the encoder does not make at the same instant may
+    be a real one. What tells them apart is the difference of both counts: an insertion begins where that leaves, for
+    the last time, the value which it had for the longest time since ``from_ps`` or the last booking.
+
+    Examples
+    --------
+    Design B passes an edge a microsecond late and then adds a count of its own:
+
+    >>> encoder = EdgeStream([10_000_000], [1], initial=0)
+    >>> controller = EdgeStream([11_000_000, 12_000_000], [1, 3], initial=0)
+    >>> insertions(encoder, controller, Totals([12_000_000], [1]))
+    [(12000000, 12000000)]
+    """
+    times = np.union1d(encoder.times_ps, controller.times_ps)
+    ahead = _count_at(controller, times) - _count_at(encoder, times)
+    found = []
+    before_ps = from_ps
+    for booked_ps in completed.times_ps[completed.times_ps > from_ps].tolist():
+        own = controller.times_ps[(controller.times_ps > before_ps) & (controller.times_ps <= booked_ps)]
+        if own.size:
+            first, last = np.searchsorted(times, (before_ps, int(own[-1])), side="right")
+            values = np.concatenate([ahead[first - 1 : first] if first else [0], ahead[first:last]])
+            own = own[own >= _departure(np.concatenate([[before_ps], times[first:last]]), values)]
+            found.append((int(own[0]), int(own[-1])))
+        before_ps = booked_ps
+    return found
+
+
+def _departure(times_ps: NDArray[np.int64], values: NDArray[np.int64]) -> int:
+    """Return when the value that lasted longest was left for the last time; the last time where it never was."""
+    lasted: dict[int, int] = {}
+    for value, time_ps in zip(values[:-1].tolist(), np.diff(times_ps).tolist(), strict=True):
+        lasted[value] = lasted.get(value, 0) + time_ps
+    usual = max(lasted, key=lambda value: lasted[value])
+    left = np.flatnonzero((values[:-1] == usual) & (values[1:] != usual))
+    return int(times_ps[left[-1] + 1] if left.size else times_ps[-1])
+
+
+class _View:
+    """The window, its unit of time, and where time counts from."""
+
+    def __init__(self, start_ps: int, stop_ps: int) -> None:
+        self.start_ps, self.stop_ps = start_ps, stop_ps
+        width_ps = stop_ps - start_ps
+        unit, self._unit_ps = next((unit, size) for unit, size in _UNITS if width_ps >= size)
+        self._zero_ps = 0
+        self.label = f"time ({unit})"
+        if stop_ps > _MOST_TICK_DIGITS * width_ps:  # ticks would differ in their last digits only
+            self._zero_ps = start_ps // self._unit_ps * self._unit_ps
+            seconds = f"{self._zero_ps // 10**12}.{self._zero_ps % 10**12:012d}".rstrip("0")
+            self.label = f"time from {seconds} s on ({unit})"
+
+    def x(self, t_ps: float) -> float:
+        """Return the place of a time on the axis."""
+        return (t_ps - self._zero_ps) / self._unit_ps
+
+    def stretches(self, steps: _Steps) -> list[tuple[int, int, int]]:
+        """Return begin, end and value of each stretch in the window."""
+        times_ps, values = steps
+        first = int(np.searchsorted(times_ps, self.start_ps, side="right"))
+        last = int(np.searchsorted(times_ps, self.stop_ps))
+        inner = times_ps[first:last].tolist()
+        bounds = [self.start_ps, *inner, self.stop_ps]
+        return list(zip(bounds[:-1], bounds[1:], values[first : last + 1].tolist(), strict=True))
+
+    def room_letters(self, begin_ps: int, end_ps: int) -> float:
+        """Return how many letters a stretch has room for."""
+        return (end_ps - begin_ps) / (self.stop_ps - self.start_ps) * _WIDTH_INCH / _LETTER_INCH
+
+
+def _side(stream: EdgeStream, prime: str) -> list[tuple[str, _Steps]]:
+    """Return the rows of one side of the box."""
+    levels = np.concatenate([[stream.initial], stream.levels]).astype(np.int64)
+    counts = np.concatenate([[0], np.cumsum(_deltas(stream))])
+    states = states_of_levels(levels).astype(np.int64) + 1
+    rows = (("A", levels & 1), ("B", levels >> 1), ("state", states), ("count", counts))
+    return [(name + prime if name in "AB" else name, (stream.times_ps, values)) for name, values in rows]
+
+
+def _of_totals(totals: Totals) -> _Steps:
+    return totals.times_ps, np.concatenate([[0], totals.totals])
+
+
+def _deltas(stream: EdgeStream) -> NDArray[np.int64]:
+    """Return the count of each edge; an illegal transition has none."""
+    deltas = count_deltas(stream.levels, stream.initial).astype(np.int64)
+    return np.where(deltas == ILLEGAL, 0, deltas)
+
+
+def _count_at(stream: EdgeStream, times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
+    counts = np.concatenate([[0], np.cumsum(_deltas(stream))])
+    return counts[np.searchsorted(stream.times_ps, times_ps, side="right")]
+
+
+def _draw_line(axes: Axes, view: _View, steps: _Steps, base: float) -> None:
+    """Draw a level over time."""
+    stretches = view.stretches(steps)
+    x = [view.x(begin) for begin, _, _ in stretches] + [view.x(view.stop_ps)]
+    y = [base + HIGH * level for _, _, level in stretches]
+    axes.plot(x, [*y, y[-1]], drawstyle="steps-post", color=INK, linewidth=1.3, solid_joinstyle="miter")
+
+
+def _draw_numbers(axes: Axes, view: _View, steps: _Steps, base: float) -> None:
+    """Draw a band that is cut where the number changes, with the numbers that have room."""
+    stretches = view.stretches(steps)
+    left, right = view.x(view.start_ps), view.x(view.stop_ps)
+    axes.fill_between([left, right], base, base + _BAND, color=_BAND_COLOUR, linewidth=0)
+    cuts = [view.x(begin) for begin, _, _ in stretches[1:]]
+    axes.vlines(cuts, base, base + _BAND, color=_BAND_EDGE, linewidth=0.8)
+    for begin, end, value in stretches:
+        text = str(value).replace("-", "−")
+        if len(text) <= view.room_letters(begin, end):
+            axes.text((view.x(begin) + view.x(end)) / 2, base + _BAND / 2, text, ha="center", va="center",
+                      fontsize=_FONT)  # fmt: skip
+
+
+def _shade(axes: Axes, view: _View, begin_ps: int, end_ps: int, low: float, high: float) -> None:
+    """Colour an insertion, from its first change to its last."""
+    if end_ps < view.start_ps or begin_ps > view.stop_ps:
+        return
+    pad = 0.004 * (view.x(view.stop_ps) - view.x(view.start_ps))
+    span = (view.x(max(begin_ps, view.start_ps)) - pad, view.x(min(end_ps, view.stop_ps)) + pad)
+    axes.fill_between(span, low, high, color=ALARM, alpha=_SHADE, linewidth=0, zorder=3)
+
+
+def _mark(axes: Axes, view: _View, t_ps: int, word: str, index: int) -> None:
+    """Point at a moment; each has a line of its own for its word."""
+    if view.start_ps <= t_ps <= view.stop_ps:
+        in_right_half = 2 * t_ps > view.start_ps + view.stop_ps
+        axes.axvline(view.x(t_ps), color=ALARM, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4)
+        axes.annotate(word, (view.x(t_ps), axes.get_ylim()[1] - _WORD * index),
+                      (-4 if in_right_half else 4, -1), textcoords="offset points", color=ALARM, va="top",
+                      fontweight="bold", ha="right" if in_right_half else "left")  # fmt: skip
