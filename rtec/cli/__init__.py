@@ -1,7 +1,7 @@
 """The command line: one file a verb, no logic.
 
 Exit codes: 0 done, 1 done and the answer is "fails", 2 a bad argument or file, 130 Ctrl-C, 141 nobody reads the
-output any more, 70 a bug in rtec. Whatever is wrong is said in one line on stderr.
+output any more, 143 SIGTERM, 70 a bug in rtec. Whatever is wrong is said in one line on stderr.
 """
 
 from __future__ import annotations

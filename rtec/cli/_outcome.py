@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import sys
+import threading
 import traceback
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
 from typing import Any, TextIO
 
 from rtec.errors import RtecError, nearest
@@ -19,6 +22,12 @@ INTERRUPTED = 130
 """128 + SIGINT, as shells have it."""
 UNREAD = 141
 """128 + SIGPIPE, as shells have it."""
+TERMINATED = 143
+"""128 + SIGTERM, as shells have it."""
+
+
+class _Terminated(SystemExit):
+    """SIGTERM; no error, so nothing takes it for one on its way out."""
 
 
 def exit_code(command: Callable[[], None]) -> int:
@@ -31,10 +40,13 @@ def exit_code(command: Callable[[], None]) -> int:
     """
     _open_streams()
     try:
-        code = _ended(command)
-        sys.stdout.flush()
+        with _unwinding_on_sigterm():
+            code = _ended(command)
+            sys.stdout.flush()
     except KeyboardInterrupt:
         code = _say("interrupted; nothing half-written is left", INTERRUPTED)
+    except _Terminated:
+        code = _say("terminated; nothing half-written is left", TERMINATED)
     except SystemExit as ended:
         # rich answers a broken pipe so
         if not isinstance(ended.__context__, BrokenPipeError):
@@ -45,6 +57,24 @@ def exit_code(command: Callable[[], None]) -> int:
     if code != 0:
         _discard_unwritten(sys.stdout)
     return code
+
+
+@contextmanager
+def _unwinding_on_sigterm() -> Iterator[None]:
+    """Let SIGTERM, of itself a sudden end, leave every ``with`` block as Ctrl-C does; a second one is ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread can say what a signal does
+        return
+
+    def end(number: int, frame: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        raise _Terminated(TERMINATED)
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _open_streams() -> None:

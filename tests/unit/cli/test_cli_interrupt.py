@@ -1,4 +1,4 @@
-"""Ctrl-C and a full disk in the middle of the work: nothing half-written is left."""
+"""Ctrl-C, SIGTERM and a full disk in the middle of the work: nothing half-written is left."""
 
 import os
 import shutil
@@ -18,7 +18,10 @@ RTEC = [sys.executable, "-c", f"{HEEDING}; from rtec.cli import main; sys.exit(m
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
-def test_signal_during_a_long_run(tmp_path):
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+def test_signal_during_a_long_run(tmp_path, number, code, word):
     pipe = tmp_path / "wave.vcd"
     os.mkfifo(pipe)
     process = subprocess.Popen(
@@ -29,35 +32,39 @@ def test_signal_during_a_long_run(tmp_path):
     )
     with open(pipe, "rb") as reader:
         assert reader.read(1 << 20).startswith(b"$version")
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         while reader.read(1 << 20):
             pass
     out, err = process.communicate()
-    assert process.returncode == 130
+    assert process.returncode == code
     assert out == ""
     assert [line for line in err.splitlines() if "compiling" not in line] == [
-        "rtec: interrupted; nothing half-written is left"
+        f"rtec: {word}; nothing half-written is left"
     ]
 
 
-def test_interrupt_leaves_no_file(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+def test_a_signal_leaves_no_file(tmp_path, monkeypatch, capsys, number, code, word):
     begun = []
 
     @contextmanager
     def interrupting(label):
         def show(share):
             begun.extend(path.name for path in tmp_path.iterdir())
-            raise KeyboardInterrupt
+            signal.raise_signal(number)
 
         yield show
 
     monkeypatch.setattr(_console, "progress", interrupting)
-    assert main([*LONG, "--vcd", str(tmp_path / "wave.vcd")]) == 130
+    assert main([*LONG, "--vcd", str(tmp_path / "wave.vcd")]) == code
     assert len(begun) == 1  # the file was being written when the signal came
     assert list(tmp_path.iterdir()) == []
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.splitlines()[-1] == "rtec: interrupted; nothing half-written is left"
+    assert err.splitlines()[-1] == f"rtec: {word}; nothing half-written is left"
 
 
 @pytest.fixture
