@@ -228,7 +228,7 @@ def hertz_text(hertz: float) -> str:
     >>> hertz_text(500e3), hertz_text(27_777.8), hertz_text(400.0)
     ('500 kHz', '27.7778 kHz', '400 Hz')
     """
-    for factor, unit in ((1e6, "MHz"), (1e3, "kHz")):
+    for factor, unit in ((1e12, "THz"), (1e9, "GHz"), (1e6, "MHz"), (1e3, "kHz")):
         if hertz >= factor:
             return f"{hertz / factor:.6g} {unit}"
     return f"{hertz:.6g} Hz"

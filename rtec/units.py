@@ -58,6 +58,7 @@ ACCELERATION = Kind("acceleration", "mm/s^2", "500 mm/s^2, 0.5 m/s^2")
 JERK = Kind("jerk", "mm/s^3", "5000 mm/s^3, 5 m/s^3")
 ANGLE = Kind("angle", "deg", "10deg, 0.1 rad")
 SHARE = Kind("share", "percent", "2 %, 2 percent")
+SWEEP = Kind("change of a frequency", "Hz/s", "100 MHz/s, 5 kHz/s")
 RATE = Kind("rate", "1/s", "16.7 1/s, 1000 1/min")
 
 
@@ -71,6 +72,7 @@ _COMMON = {
     "mm/s^2": {"mm/s^2": 1.0},
     "percent": {"percent": 1.0, "%": 1.0},
     "1/s": {"1/s": 1.0},
+    "Hz/s": {"Hz/s": 1.0, "kHz/s": 1e3, "MHz/s": 1e6, "GHz/s": 1e9},
 }
 """Units that nearly every command meets: read without the unit library, which takes 0.4 s to load."""
 

@@ -16,7 +16,7 @@ from firmware_model.isa import disassemble
 from rtec.board import Board, Microcontroller
 from rtec.board.board import WORDS, Snapshot
 from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, RawWords, Stopped
-from rtec.campaign.firmware_check_motion import Motion
+from rtec.campaign.firmware_check_motion import Motion, Moving
 from rtec.campaign.firmware_check_results import Executed, Moment
 from rtec.controller import Receiver, ReceiverResult, ReceiverSettings
 from rtec.injector import Design
@@ -99,7 +99,7 @@ class Bench:
 
     def begin(self) -> None:
         """Forget what was recorded; the controller counts from zero."""
-        self.motion: Motion | None = None
+        self.motion: Moving | None = None
         self.begun_ps = self.now_ps
         self._encoder: list[EdgeStream] = []
         self._encoder_counts = 0

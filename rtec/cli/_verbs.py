@@ -55,6 +55,7 @@ def application() -> typer.Typer:
     from rtec.cli import blind, firmware
     from rtec.cli.add import add
     from rtec.cli.box import box
+    from rtec.cli.check import check
     from rtec.cli.compare import compare
     from rtec.cli.diagnose import diagnose
     from rtec.cli.effects import effects
@@ -68,7 +69,7 @@ def application() -> typer.Typer:
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
-    for verb in (run, compare, diagnose, add, export, effects, simulate, envelope, safety, iso230, box, pc):
+    for verb in (run, compare, diagnose, add, export, effects, simulate, check, envelope, safety, iso230, box, pc):
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
     app.add_typer(firmware.application(Verbs), name="firmware")

@@ -14,8 +14,9 @@ SEEN = np.dtype(
         ("controller_counts", np.int64),
         ("illegal", np.int64),
         ("illegal_ps", np.int64),  # the first one
-        ("separation_ps", np.int64),  # shortest time between two changes at the controller
+        ("separation_ps", np.int64),  # shortest time from a change of one line at the controller to one of the other
         ("separation_at_ps", np.int64),
+        ("pulse_ps", np.int64),  # shortest time from a change of a line to its next one, the other line quiet
         ("off_counts", np.int64),  # controller less encoder less completed steps, at the end
         ("off_since_ps", np.int64),  # when it left zero for the last time
         ("delay_ps", np.int64),  # longest time that the controller's count was behind what is right
@@ -49,9 +50,10 @@ def look(
     right = 0
     i, j, k = 0, 0, 0
     before_in, before_out = in_initial, out_initial
-    last_ps = -NEVER
+    last_ps, last_changed = -NEVER, 0
     total = 0
     s.separation_ps = NEVER
+    s.pulse_ps = NEVER
     s.illegal_ps = -1
     s.separation_at_ps = -1
     s.off_since_ps = -1
@@ -86,11 +88,14 @@ def look(
                     s.illegal_ps = t_ps
             else:
                 s.controller_counts += delta
+            changed = before_out ^ int(out_levels[j])
             before_out = int(out_levels[j])
-            if t_ps - last_ps < s.separation_ps:
+            if changed == last_changed:
+                s.pulse_ps = min(s.pulse_ps, t_ps - last_ps)
+            elif t_ps - last_ps < s.separation_ps:
                 s.separation_ps = t_ps - last_ps
                 s.separation_at_ps = t_ps
-            last_ps = t_ps
+            last_ps, last_changed = t_ps, changed
             j += 1
         if k < done_ps.size and done_ps[k] == t_ps:
             total = done[k]

@@ -25,13 +25,17 @@ class Contract:
         Angle states 0..3 in which it inserts at rest; in the others it may wait for the axis to move.
     frequency_hz
         Of the encoder's square waves: up to here every count has to be right, whether or not it inserts.
+    acceleration_hz_s
+        How fast that frequency may change. 100 MHz/s is ten times gravity at a signal period of 1 um.
+    jitter
+        By this share of the time between two edges at the highest frequency, two of them may come nearer.
     separation_ps
-        Shortest time between two changes at the controller. Nearer to each other its receiver cannot tell them apart:
-        three samples at 50 MHz by default.
+        Shortest time from a change of A to one of B at the controller, or back. Nearer to each other its receiver
+        cannot tell which came first: three samples at 50 MHz by default.
     delay_ps
         Longest time for which the controller's count may differ from what it has to be.
     turn_ps
-        After a turn of the axis the same line may change back this soon.
+        After a turn of the axis the line that has changed may change back this soon.
 
     Raises
     ------
@@ -50,6 +54,8 @@ class Contract:
     step_counts: int
     states: tuple[int, ...] = (0, 1, 2, 3)
     frequency_hz: float = 500e3
+    acceleration_hz_s: float = 1e8
+    jitter: float = 0.1
     separation_ps: int = 60_000
     delay_ps: int = 50_000_000
     turn_ps: int = 100_000
@@ -60,6 +66,8 @@ class Contract:
         if not self.states or any(state not in range(4) for state in self.states):
             raise ArgumentError("states", self.states, "some of the angle states 0 to 3")
         number_within("frequency", self.frequency_hz, 1.0, 1e8, unit="Hz")
+        number_within("acceleration", self.acceleration_hz_s, 1.0, 1e15, unit="Hz/s")
+        number_within("jitter", self.jitter, 0.0, 0.9)
         whole_within("separation_ps", self.separation_ps, 0, PS_PER_S // 1000, unit="ps")
         whole_within("delay_ps", self.delay_ps, 1, PS_PER_S, unit="ps")
         whole_within("turn_ps", self.turn_ps, 1, PS_PER_S // 1000, unit="ps")

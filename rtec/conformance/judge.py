@@ -27,7 +27,7 @@ class Fault(enum.Enum):
     ILLEGAL = "illegal transition"
     """Both lines changed at once."""
     SEPARATION = "separation"
-    """Two changes so close that the receiver may see one."""
+    """A and B change so close to each other that the receiver may see one change of both."""
     COUNT = "count"
     """The controller's count is not the encoder's plus the completed steps, and nothing told the controller so."""
     UNASKED = "unasked"
@@ -56,6 +56,9 @@ class Violation:
     time_ps: int
     reason: str
 
+    def __str__(self) -> str:
+        return f"{self.reason}, at {time_text(self.time_ps)}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
@@ -70,7 +73,10 @@ class Judgement:
     refused
         Whether it refused what was asked for last.
     separation_ps
-        Shortest time between two changes at the controller; None where there were fewer than two.
+        Shortest time from a change of one line at the controller to one of the other; None where there was none.
+    pulse_ps
+        Shortest time between two changes of one line there, with the other line quiet. A receiver that swallows so
+        short a pulse loses no count, as it takes both changes or neither.
     delay_ps
         Longest time for which the controller's count was behind the encoder's plus the completed steps, or ahead.
     """
@@ -79,6 +85,7 @@ class Judgement:
     completed: int
     refused: bool
     separation_ps: int | None
+    pulse_ps: int | None
     delay_ps: int
 
     @property
@@ -142,7 +149,7 @@ def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_fi
         violation = Violation(fault=Fault.ILLEGAL, time_ps=int(seen.illegal_ps), reason=reason)
     elif seen.separation_ps < contract.separation_ps:
         apart, least = time_text(int(seen.separation_ps)), time_text(contract.separation_ps)
-        reason = f"two changes at the controller {apart} apart; {least} at least"
+        reason = f"A and B change within {apart} of each other at the controller; {least} at least"
         violation = Violation(fault=Fault.SEPARATION, time_ps=int(seen.separation_at_ps), reason=reason)
     elif seen.off_counts:
         counted, right = int(seen.controller_counts), int(seen.encoder_counts) + contract.step_counts * done
@@ -164,6 +171,7 @@ def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_fi
         completed=done,
         refused=refused,
         separation_ps=None if seen.separation_ps >= NEVER else int(seen.separation_ps),
+        pulse_ps=None if seen.pulse_ps >= NEVER else int(seen.pulse_ps),
         delay_ps=int(seen.delay_ps),
     )
 

@@ -125,7 +125,7 @@ class Pins:
         section = Section(path, "", read_toml(path), default, optional=tuple(names))
         given = {name: section.text(name) for name in names if name not in _OPTIONAL or section.has(name)}
         return cls(
-            **given,  # type: ignore[arg-type]  # texts only
+            **given,  # texts only
             reset_active=section.choice("reset_active", Active),
             reset_ticks=section.whole("reset_ticks", 1, 10_000),
             where=str(path),

@@ -1,0 +1,376 @@
+"""The process in which a user's Python algorithm runs: stimuli come in on one pipe, responses go out on another.
+
+It is started with the algorithm's file and class, the file descriptors of the pipes, and a file of three numbers in
+memory that its parent watches: what it is doing, how many calls it has made, and the simulated time of the last one.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import mmap
+import os
+import struct
+import sys
+import traceback
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+LOADING, COMPILING, PLAYING = 0, 1, 2
+WATCHED = struct.Struct("qqq")
+REQUEST = struct.Struct("qqqqqq")
+"""Edges, requests, level at power-up, end of the run in ps, period of the clock in ps as a ratio (0/1: none)."""
+ANSWER = struct.Struct("qqqqqq")
+"""Changes, completed totals, refusals, level at power-up, time of a break or -1, bytes of its reason."""
+MOST_CHANGES = 4_000_000
+_FIRST_ROOM = 4096
+FULL, TWICE, LEVELS, TOTAL, TOO_OFTEN = 1, 2, 3, 4, 5
+"""How a run ends early, in the loop's own words."""
+_MOST_CALLS = 2_000_000
+
+
+def run(  # noqa: PLR0912, PLR0915 - one loop, as in the kernels
+    step: Any,
+    algorithm: Any,
+    edges_ps: NDArray[np.int64],
+    levels: NDArray[np.uint8],
+    asked_ps: NDArray[np.int64],
+    asked: NDArray[np.int64],
+    power_up: int,
+    until_ps: int,
+    clock_num: int,
+    clock_den: int,
+    out_ps: NDArray[np.int64],
+    out_levels: NDArray[np.int64],
+    done_ps: NDArray[np.int64],
+    done: NDArray[np.int64],
+    refused_ps: NDArray[np.int64],
+    refused: NDArray[np.int64],
+    watched: NDArray[np.int64],
+) -> tuple[int, int, int, int, int, int, int]:
+    """Call ``step`` at power-up, at every change of its inputs, and when it has asked for it.
+
+    Returns numbers of changes, totals and refusals, the levels at power-up, how it ended, when, and the value that
+    ended it. Plain Python and compiled code run these same lines.
+    """
+    i, k, made, booked, no = 0, 0, 0, 0, 0
+    t_ps, ab, requested = 0, power_up, 0
+    first, ab_out, total, code = power_up, power_up, 0, 0
+    calls = 0
+    while t_ps < until_ps:
+        watched[1] += 1
+        watched[2] = t_ps
+        calls += 1
+        new_ab, new_total, wake_ps, new_code = step(algorithm, t_ps, ab, requested)
+        if new_ab < 0 or new_ab > 3:
+            return made, booked, no, first, LEVELS, t_ps, new_ab
+        if new_total < -(2**31) or new_total > 2**31:
+            return made, booked, no, first, TOTAL, t_ps, new_total
+        if wake_ps != 0 and wake_ps <= t_ps:
+            return made, booked, no, first, TWICE, t_ps, wake_ps
+        if calls > _MOST_CALLS:
+            return made, booked, no, first, TOO_OFTEN, t_ps, calls
+        if made == len(out_ps) or booked == len(done_ps) or no == len(refused_ps):
+            return made, booked, no, first, FULL, t_ps, 0
+        if t_ps == 0:
+            first = new_ab
+        elif new_ab != ab_out:
+            out_ps[made] = t_ps
+            out_levels[made] = new_ab
+            made += 1
+        ab_out = new_ab
+        if new_total != total:
+            done_ps[booked] = t_ps
+            done[booked] = new_total
+            booked += 1
+            total = new_total
+        if new_code not in (0, code):
+            refused_ps[no] = t_ps
+            refused[no] = new_code
+            no += 1
+        code = new_code
+        # the next moment: an edge, a request, or its own; with a clock, the first tick at or after it
+        next_ps = until_ps
+        if wake_ps != 0:
+            next_ps = min(next_ps, wake_ps)
+        if i < len(edges_ps):
+            next_ps = min(next_ps, edges_ps[i])
+        if k < len(asked_ps):
+            next_ps = min(next_ps, asked_ps[k])
+        if clock_num > 0:
+            tick = -((-next_ps * clock_den) // clock_num)
+            next_ps = -((-tick * clock_num) // clock_den)
+            if next_ps <= t_ps:
+                next_ps = -((-(tick + 1) * clock_num) // clock_den)
+        while i < len(edges_ps) and edges_ps[i] <= next_ps:
+            ab = int(levels[i])
+            i += 1
+        while k < len(asked_ps) and asked_ps[k] <= next_ps:
+            requested = asked[k]
+            k += 1
+        t_ps = next_ps
+    return made, booked, no, first, 0, t_ps, 0
+
+
+class Faulty(Exception):  # noqa: N818 - it is the algorithm's, not this program's
+    """The algorithm did what no algorithm may."""
+
+
+def checked(kind: Any) -> Callable[[Any, int, int, int], tuple[int, int, int, int]]:
+    """Return the class's step with what it returns checked, for plain Python."""
+    step = kind.step
+
+    def call(algorithm: Any, t_ps: int, ab: int, requested: int) -> tuple[int, int, int, int]:
+        given = step(algorithm, t_ps, ab, requested)
+        if not isinstance(given, tuple) or len(given) not in (3, 4):
+            what = "nothing" if given is None else repr(given)[:80]
+            raise Faulty(f"step returned {what}; it has to return (levels, completed, wake_ps)")
+        for name, value in zip(("levels", "completed", "wake_ps", "refused"), given, strict=False):
+            if not isinstance(value, int | np.integer):
+                raise Faulty(f"step returned {value!r} for {name}; a whole number is wanted"[:200])
+        ab_out, total, wake_ps = (int(value) for value in given[:3])
+        return ab_out, total, wake_ps, int(given[3]) if len(given) == 4 else 0
+
+    return call
+
+
+def record_of(algorithm: Any) -> Any:
+    """Return the state of an algorithm as a record: its own attributes and those of its class.
+
+    Raises
+    ------
+    TypeError
+        An attribute that is no number and no array of numbers.
+    """
+    named: dict[str, Any] = {}
+    for kind in reversed(type(algorithm).__mro__[:-1]):
+        named |= {
+            name: value
+            for name, value in vars(kind).items()
+            if not name.startswith("__")
+            and name != "REASONS"
+            and not callable(value)
+            and not isinstance(value, staticmethod | property | str)
+        }
+    named |= vars(algorithm)
+    fields: list[tuple[Any, ...]] = []
+    for name, value in named.items():
+        array = np.asarray(value)
+        if array.dtype.kind not in "biuf" or array.size == 0:
+            raise TypeError(f"attribute {name} is no number and no list of numbers")
+        fields.append((name, np.float64 if array.dtype.kind == "f" else np.int64, array.shape))
+    record = np.zeros(1, np.dtype(fields or [("_", np.int64)], align=True))[0]
+    for name, value in named.items():
+        record[name] = np.asarray(value)
+    return record
+
+
+def compiled_functions(kind: Any, record: Any) -> Any:
+    """Return the class's step, compiled, with the functions of its file that it calls."""
+    import numba as compiler  # noqa: PLC0415 - half a second, for those who want it
+
+    numba: Any = compiler
+    options = {"boundscheck": True, "error_model": "python"}
+    step = kind.step
+    names = dict(step.__globals__)
+    for name, function in step.__globals__.items():
+        if isinstance(function, types.FunctionType) and function.__module__ == kind.__module__:
+            again = types.FunctionType(function.__code__, names, name, function.__defaults__, function.__closure__)
+            names[name] = numba.njit(again, **options)
+    inner = numba.njit(
+        types.FunctionType(step.__code__, names, "step", step.__defaults__, step.__closure__), **options
+    )
+
+    whole = numba.types.int64
+    signature = (numba.typeof(record), whole, whole, whole)
+    inner.compile(signature)
+    given: Any = inner.overloads[signature].signature.return_type
+    kinds = numba.types.Integer, numba.types.Boolean
+    if not isinstance(given, numba.types.BaseTuple) or not all(isinstance(item, kinds) for item in given):
+        raise TypeError(f"step returns {given}")
+
+    def of_three(algorithm: Any, t_ps: int, ab: int, requested: int) -> tuple[int, int, int, int]:
+        ab_out, total, wake_ps = inner(algorithm, t_ps, ab, requested)
+        return int(ab_out), int(total), int(wake_ps), 0
+
+    def of_four(algorithm: Any, t_ps: int, ab: int, requested: int) -> tuple[int, int, int, int]:
+        ab_out, total, wake_ps, refused = inner(algorithm, t_ps, ab, requested)
+        return int(ab_out), int(total), int(wake_ps), int(refused)
+
+    return numba.njit(run), numba.njit(of_three if len(given) == 3 else of_four)
+
+
+class Player:
+    """The user's class, played as compiled code or as plain Python."""
+
+    def __init__(self, kind: Any, watched: NDArray[np.int64]) -> None:
+        self.kind, self.watched = kind, watched
+        self.plain = checked(kind)
+        self.compiled: Any = None
+        reasons = getattr(kind, "REASONS", ())
+        self.reasons = [str(reason)[:200] for reason in reasons] if isinstance(reasons, list | tuple) else []
+
+    def compile(self) -> str:
+        """Compile the class; return why that cannot be, or ""."""
+        self.watched[0] = COMPILING
+        try:
+            record = record_of(self.kind())
+            self.compiled = compiled_functions(self.kind, record)
+            none, bytes_ = np.zeros(0, np.int64), np.zeros(0, np.uint8)
+            some = np.zeros(8, np.int64)
+            loop, step = self.compiled
+            loop(step, record, none, bytes_, none, none, 0, 0, 0, 1, some, some, some, some, some, some, self.watched)
+        except Exception as error:  # whatever a compiler says of a user's code
+            self.compiled = None
+            lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+            return (lines[0] if lines else type(error).__name__)[:160]
+        return ""
+
+    def play(self, stimulus: tuple[Any, ...], *, plainly: bool = False) -> tuple[Any, ...]:
+        """Return changes, totals, refusals, levels at power-up, and time and reason of a break."""
+        self.watched[0] = PLAYING
+        room = _FIRST_ROOM
+        while True:
+            changes = np.zeros((6, room), np.int64)
+            try:
+                if self.compiled is not None and not plainly:
+                    loop, step = self.compiled
+                    ended = loop(step, record_of(self.kind()), *stimulus, *changes, self.watched)
+                else:
+                    # plain Python wants its own integers
+                    given: list[Any] = [*(array.tolist() for array in stimulus[:4]), *stimulus[4:]]
+                    ended = run(self.plain, self.kind(), *given, *changes, self.watched)  # type: ignore[call-arg]
+            except Faulty as error:
+                return self._broken(int(self.watched[2]), str(error))
+            except Exception as error:  # whatever a user's code raises
+                if self.compiled is not None and not plainly:
+                    return self.play(stimulus, plainly=True)  # which knows the line
+                return self._broken(int(self.watched[2]), _where(error, self.kind))
+            made, booked, no, first, how, t_ps, value = (int(number) for number in ended)
+            if how != FULL:
+                break
+            if room >= MOST_CHANGES:
+                return self._broken(t_ps, f"changes its outputs more than {MOST_CHANGES} times in one run")
+            room *= 8
+        reason = {
+            TWICE: f"step returned wake_ps = {value}, which is not after its own time {t_ps} ps; 0 stands for none",
+            LEVELS: f"step returned levels {value}; A + 2 * B is 0 to 3",
+            TOTAL: f"step returned completed = {value}; totals stay below 2^31",
+            TOO_OFTEN: f"asks to be called more than {_MOST_CALLS} times in one run",
+        }.get(how, "")
+        return (
+            changes[0, :made], changes[1, :made].astype(np.uint8), changes[2, :booked], changes[3, :booked],
+            changes[4, :no], changes[5, :no], first, t_ps if how else -1, reason,
+        )  # fmt: skip
+
+    def same_as_plain(self, stimulus: tuple[Any, ...]) -> bool:
+        """Return whether compiled code and Python give the same: compiled integers wrap."""
+        ways = self.play(stimulus), self.play(stimulus, plainly=True)
+        return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b for a, b in zip(*ways, strict=True))
+
+    def _broken(self, t_ps: int, reason: str) -> tuple[Any, ...]:
+        none = np.zeros(0, np.int64)
+        return none, none.astype(np.uint8), none, none, none, none, 0, t_ps, reason
+
+
+def _where(error: BaseException, kind: Any) -> str:
+    """Return what a user's code raised, with file and line."""
+    file = inspect.getfile(kind)
+    rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == file]
+    place = f" in {Path(file).name}, line {rows[-1].lineno}" if rows else ""
+    said = " ".join(str(error).split())[:160]
+    return f"step raised {type(error).__name__}{f': {said}' if said else ''}{place}"
+
+
+def load(file: Path, name: str) -> Any:
+    """Return the class of that name in a file.
+
+    Raises
+    ------
+    ImportError
+        It cannot be loaded, or is not what is wanted, said in one line.
+    """
+    sys.path.insert(0, str(file.parent))
+    spec = importlib.util.spec_from_file_location("algorithm", file)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file.name} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["algorithm"] = module
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        raise ImportError(f"line {error.lineno}: {error.msg}") from None
+    except BaseException as error:  # a file may even end the process when it is loaded
+        rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == str(file)]
+        place = f"line {rows[-1].lineno}: " if rows else ""
+        raise ImportError(f"{place}{type(error).__name__}: {' '.join(str(error).split())[:160]}") from None
+    found: Any = getattr(module, name, None)
+    classes = [n for n, v in vars(module).items() if isinstance(v, type) and callable(getattr(v, "step", None))]
+    if found is None:
+        raise ImportError(f"has no {name}; classes with a step are: {', '.join(classes) or 'none'}")
+    if name not in classes:
+        raise ImportError(f"{name} is no class with a method step(self, t_ps, ab, requested)")
+    wanted = 4
+    try:
+        given = len(inspect.signature(found.step).parameters)
+    except (TypeError, ValueError):
+        given = wanted
+    if given != wanted:
+        raise ImportError(f"{name}.step takes {given - 1} arguments; (self, t_ps, ab, requested) are given")
+    try:
+        found()
+    except Exception as error:
+        raise ImportError(f"{name}() raised {type(error).__name__}: {' '.join(str(error).split())[:160]}") from None
+    return found
+
+
+def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: str) -> None:
+    """Serve stimuli until the parent closes its pipe."""
+    with open(watched_file, "r+b") as memory:
+        watched = np.frombuffer(mmap.mmap(memory.fileno(), WATCHED.size), np.int64)
+    with os.fdopen(from_parent, "rb") as source, os.fdopen(to_parent, "wb") as sink:
+        try:
+            player = Player(load(Path(file), name), watched)
+            note = player.compile()
+        except ImportError as error:
+            _say(sink, b"E", str(error))
+            return
+        _say(sink, b"R", "\n".join(player.reasons))
+        told = False
+        while True:
+            head = source.read(REQUEST.size)
+            if len(head) < REQUEST.size:
+                return
+            edges, requests, power_up, until_ps, num, den = REQUEST.unpack(head)
+            edges_ps = np.frombuffer(source.read(8 * edges), np.int64)
+            levels = np.frombuffer(source.read(edges), np.uint8)
+            asked_ps, asked = (np.frombuffer(source.read(8 * requests), np.int64) for _ in range(2))
+            stimulus = (edges_ps, levels, asked_ps, asked, power_up, until_ps, num, den)
+            if not told:
+                if player.compiled is not None and not player.same_as_plain(stimulus):
+                    player.compiled = None
+                    note = "compiled code does not do the same (its integers have 64 bits)"
+                _say(sink, b"N", note)
+                told = True
+            *answers, first, broken_ps, reason = player.play(stimulus)
+            text = reason.encode()
+            sink.write(ANSWER.pack(answers[0].size, answers[2].size, answers[4].size, first, broken_ps, len(text)))
+            for array in answers:
+                sink.write(np.ascontiguousarray(array).tobytes())
+            sink.write(text)
+            sink.flush()
+
+
+def _say(sink: BinaryIO, kind: bytes, text: str) -> None:
+    coded = text.encode(errors="replace")
+    sink.write(kind + struct.pack("q", len(coded)) + coded)
+    sink.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]), sys.argv[5])

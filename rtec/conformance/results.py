@@ -1,0 +1,137 @@
+"""What the suite gives back: each check, how far the algorithm goes, the worst case."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from rtec.conformance.contract import STATES, Contract
+from rtec.conformance.speeds import Speeds
+from rtec.conformance.trials import Margin, Run
+from rtec.readable import hertz_text, time_text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One point of the contract.
+
+    Parameters
+    ----------
+    name
+        The point, in one or two words.
+    passed
+        None where it could not be tried.
+    reason
+        What was tried, or what is wrong and when.
+    run
+        The run that is wrong, or None.
+    """
+
+    name: str
+    passed: bool | None
+    reason: str
+    run: Run | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """All checks of an algorithm, and what was measured.
+
+    Parameters
+    ----------
+    algorithm
+        Its name.
+    contract
+        What was asked of it.
+    checks
+        Every point, in the order in which they were tried.
+    speeds
+        How far it goes; None where it does not insert.
+    worst
+        The shortest run found that breaks the contract; where none does, the one with the smallest separation.
+    margin
+        The narrowest that was right.
+    settle_ps
+        Within so long a step at rest is completed, with reserve.
+    runs
+        How many were made.
+    seed
+        Of the hunt.
+    """
+
+    algorithm: str
+    contract: Contract
+    checks: tuple[Check, ...]
+    speeds: Speeds | None
+    worst: Run | None
+    margin: Margin
+    settle_ps: int
+    runs: int
+    seed: int
+
+    @property
+    def passed(self) -> bool:
+        """Return whether every point was tried and holds."""
+        return all(check.passed is True for check in self.checks)
+
+    def data_sheet(self) -> list[tuple[str, str]]:
+        """Return what was measured as rows of a data sheet: name and value."""
+        contract, margin, speeds = self.contract, self.margin, self.speeds
+        rows = [
+            ("step", f"{contract.step_counts} counts"),
+            ("inserts at rest in", ", ".join(STATES[state] for state in contract.states)),
+        ]
+        if speeds is not None:
+            rows.append(("frequency", speeds.summary(contract.frequency_hz)))
+            if speeds.max_jitter is not None:
+                distance = time_text(round(speeds.max_jitter * contract.quarter_ps))
+                rows.append(("jitter", f"{speeds.max_jitter:.0%} of the distance of two edges ({distance})"))
+            if speeds.max_acceleration_hz_s is not None:
+                rows.append(("acceleration", _acceleration(speeds)))
+        if margin.separation_ps is not None:
+            least = time_text(contract.separation_ps)
+            rows.append(("from A to B at the controller", f"{time_text(margin.separation_ps)} ({least} at least)"))
+        if margin.pulse_ps is not None:
+            rows.append(("shortest pulse there", time_text(margin.pulse_ps)))
+        rows.append(("longest delay", f"{time_text(margin.delay_ps)} ({time_text(contract.delay_ps)} at most)"))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict as plain data under the names that scripts rely on."""
+        speeds, margin, worst = self.speeds, self.margin, self.worst
+        violation = None if worst is None else worst.judgement.violation
+        return {
+            "algorithm": self.algorithm,
+            "passed": self.passed,
+            "checks": [
+                {
+                    "name": check.name,
+                    "passed": check.passed,
+                    "reason": check.reason,
+                    "stream": None if check.run is None else str(check.run.case.stream),
+                }
+                for check in self.checks
+            ],
+            "max_inserting_hz": None if speeds is None else speeds.max_inserting_hz,
+            "max_passing_hz": None if speeds is None else speeds.max_passing_hz,
+            "frequencies": []
+            if speeds is None
+            else [{"frequency_hz": hertz, "does": what.value} for hertz, what in speeds.rows],
+            "max_jitter": None if speeds is None else speeds.max_jitter,
+            "max_acceleration_hz_s": None if speeds is None else speeds.max_acceleration_hz_s,
+            "min_separation_ps": margin.separation_ps,
+            "min_pulse_ps": margin.pulse_ps,
+            "max_delay_ps": margin.delay_ps,
+            "data_sheet": dict(self.data_sheet()),
+            "worst_stream": None if worst is None else str(worst.case.stream),
+            "worst_reason": None if violation is None else str(violation),
+            "runs": self.runs,
+            "seed": self.seed,
+        }
+
+
+def _acceleration(speeds: Speeds) -> str:
+    most = speeds.max_acceleration_hz_s or 0.0
+    if most >= speeds.instant_hz_s:
+        return "any"
+    return f"up to {hertz_text(float(f'{most:.2g}'))}/s"

@@ -1,0 +1,203 @@
+"""Streams that a run is made of: edges and requests that can be cut, written in one line and read again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.conformance.contract import STATES, Contract
+from rtec.errors import ArgumentError
+from rtec.injector import Stimulus, Totals
+from rtec.signal import EdgeStream
+from rtec.units import PS_PER_S, parse_time_ps
+
+LONGEST_TEXT = 200_000
+"""Characters of a stream that are read."""
+
+_EVENT = re.compile(r"(?P<time>[\d.]+[a-z]+):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stream:
+    """Edges as counts up and down from a state, and requests, from power-up to an end.
+
+    Parameters
+    ----------
+    state
+        Angle state 0..3 of the encoder at power-up.
+    edges_ps, moves
+        Its edges, each a count up (+1) or down (-1); int64 ps and int64, shape (n,).
+    requests_ps, totals
+        Changes of the total that is asked for.
+    until_ps
+        End of the run.
+
+    Examples
+    --------
+    >>> stream = Stream.read("00 1us:+ 1.5us:r1 1.62us:- 3us:end")
+    >>> stream.edges_ps.tolist(), stream.moves.tolist(), stream.final_state
+    ([1000000, 1620000], [1, -1], 0)
+    >>> str(stream)
+    '00 1us:+ 1.5us:r1 1.62us:- 3us:end'
+    """
+
+    state: int
+    edges_ps: NDArray[np.int64]
+    moves: NDArray[np.int64]
+    requests_ps: NDArray[np.int64]
+    totals: NDArray[np.int64]
+    until_ps: int
+
+    @classmethod
+    def of(
+        cls,
+        state: int,
+        edges: Sequence[tuple[int, int]] | NDArray[np.int64],
+        requests: Sequence[tuple[int, int]],
+        until_ps: int,
+    ) -> Stream:
+        """Make a stream of (time, move) and (time, total)."""
+        moved, asked = (np.asarray(pairs, np.int64).reshape(-1, 2) for pairs in (edges, requests))
+        return cls(
+            state=state, edges_ps=moved[:, 0], moves=moved[:, 1], requests_ps=asked[:, 0], totals=asked[:, 1],
+            until_ps=until_ps,
+        )  # fmt: skip
+
+    @classmethod
+    def read(cls, text: str) -> Stream:
+        """Read a stream as `str` writes it.
+
+        Raises
+        ------
+        ArgumentError
+            Words that are none of a stream, times that do not increase, no end.
+        """
+        shape = "a state and events, as in '00 1us:+ 1.5us:r1 1.62us:- 3us:end'"
+        words = text[:LONGEST_TEXT].split()
+        if not words or words[0] not in STATES:
+            raise ArgumentError("stream", repr(" ".join(words[:1])[:40]), f"{shape}; it begins with 00, 10, 11 or 01")
+        edges: list[tuple[int, int]] = []
+        requests: list[tuple[int, int]] = []
+        until_ps, last_ps = None, 0
+        for word in words[1:]:
+            match = _EVENT.fullmatch(word)
+            if match is None:
+                raise ArgumentError("stream", repr(word[:40]), shape)
+            t_ps = parse_time_ps(match["time"], name="stream")
+            if (
+                t_ps < last_ps
+                or until_ps is not None
+                or t_ps < 1
+                or (edges and match["move"] and t_ps == edges[-1][0])
+            ):
+                raise ArgumentError("stream", repr(word[:40]), "times from 1 ps on that increase, and the end last")
+            last_ps = t_ps
+            if match["move"]:
+                edges.append((t_ps, 1 if match["move"] == "+" else -1))
+            elif match["total"]:
+                requests.append((t_ps, int(match["total"])))
+            else:
+                until_ps = t_ps
+        if until_ps is None:
+            raise ArgumentError("stream", repr(words[-1][:40]), "a stream that closes with its end, as in 3us:end")
+        stream = cls.of(STATES.index(words[0]), edges, requests, until_ps)
+        stream.stimulus()
+        return stream
+
+    def __str__(self) -> str:
+        events = [(t, 1, "+" if move > 0 else "-") for t, move in _pairs(self.edges_ps, self.moves)]
+        events += [(t, 0, f"r{total}") for t, total in _pairs(self.requests_ps, self.totals)]
+        said = [f"{_exact(t)}:{what}" for t, _, what in sorted(events)]
+        return " ".join([STATES[self.state], *said, f"{_exact(self.until_ps)}:end"])
+
+    def __len__(self) -> int:
+        return int(self.edges_ps.size + self.requests_ps.size)
+
+    @property
+    def final_state(self) -> int:
+        """Return the state in which the axis stops."""
+        return int(self.state + self.moves.sum()) % 4
+
+    @property
+    def last_ps(self) -> int:
+        """Return the time of the last edge or request."""
+        return int(max(self.edges_ps.max(initial=0), self.requests_ps.max(initial=0)))
+
+    def stimulus(self) -> Stimulus:
+        """Return what goes into an algorithm."""
+        states = (self.state + np.cumsum(self.moves)) % 4
+        return Stimulus(
+            edges=EdgeStream.from_states(self.edges_ps, states, self.state),
+            requests=Totals(self.requests_ps, self.totals),
+            until_ps=self.until_ps,
+        )
+
+    def asking(self, *requests: tuple[int, int]) -> Stream:
+        """Return the same motion with other requests."""
+        asked = np.array(requests, np.int64).reshape(-1, 2)
+        return replace(self, requests_ps=asked[:, 0], totals=asked[:, 1])
+
+    def ending(self, until_ps: int) -> Stream:
+        """Return it with another end."""
+        return replace(self, until_ps=until_ps)
+
+    def later(self, by_ps: int) -> Stream:
+        """Return it with everything so much later after power-up."""
+        return replace(
+            self, edges_ps=self.edges_ps + by_ps, requests_ps=self.requests_ps + by_ps, until_ps=self.until_ps + by_ps
+        )
+
+
+def can_be(stream: Stream, contract: Contract) -> bool:
+    """Return whether an encoder on an axis within the contract can send the edges.
+
+    Notes
+    -----
+    Two edges of one direction are a quarter of a cycle apart at least, less the jitter; after a turn the same line
+    changes back after ``turn_ps`` at least. How fast the axis can be at the end of such an interval follows from the
+    acceleration: somewhere inside it is no faster than its mean, and from there on it has the rest of the time, and
+    not more than one count, to gain speed. With this speed the next count has to be possible in its time; towards a
+    turn the same holds backwards. The time from power-up to the first edge is an interval, too. A halt may come at
+    once: an encoder that sends no more edges is no trial for anybody.
+
+    Examples
+    --------
+    Over an edge and back is possible at rest, and impossible at full speed:
+
+    >>> slow = Stream.read("00 1us:+ 1.2us:- 9us:end")
+    >>> fast = Stream.read("00 1us:+ 1.5us:+ 1.7us:- 9us:end")
+    >>> can_be(slow, Contract(step_counts=2)), can_be(fast, Contract(step_counts=2))
+    (True, False)
+    """
+    if stream.edges_ps.size < 2:
+        return True
+    apart_ps = np.diff(stream.edges_ps)
+    same = stream.moves[1:] == stream.moves[:-1]
+    jitter_ps = contract.jitter * contract.quarter_ps
+    if np.any(apart_ps < np.where(same, round(contract.quarter_ps - jitter_ps), contract.turn_ps)):
+        return False
+    shortest_s = np.maximum(np.r_[stream.edges_ps[0], apart_ps] - jitter_ps, 1.0) / PS_PER_S
+    longest_s = (apart_ps + jitter_ps) / PS_PER_S * (1.0 + 1e-9)
+    gain = contract.acceleration_hz_s
+    mean_hz = np.where(np.r_[True, same], 0.25 / shortest_s, 0.0)
+    fastest_hz = np.minimum(mean_hz + gain * shortest_s / 2.0, np.sqrt(mean_hz**2 + gain / 2.0))
+    # a count within an interval, from the speed at the end of the one before, or up to the begin of a turn
+    onwards = fastest_hz[:-1] * longest_s + gain * longest_s**2 / 2.0 < 0.25
+    backwards = fastest_hz[2:] * longest_s[:-1] + gain * longest_s[:-1] ** 2 / 2.0 < 0.25
+    return not (np.any(onwards & same) or np.any(backwards & same[:-1] & ~same[1:]))
+
+
+def _pairs(times: NDArray[np.int64], values: NDArray[np.int64]) -> list[tuple[int, int]]:
+    return list(zip(times.tolist(), values.tolist(), strict=True))
+
+
+def _exact(t_ps: int) -> str:
+    """Write a time without losing a picosecond."""
+    for unit, digits in (("ms", 9), ("us", 6), ("ns", 3)):
+        if t_ps >= 10**digits:
+            return f"{t_ps / 10**digits:.{digits}f}".rstrip("0").rstrip(".") + unit if t_ps < 2**53 else f"{t_ps}ps"
+    return f"{t_ps}ps"

@@ -1,0 +1,188 @@
+"""The suite of checks: one algorithm held to the contract of a corrector, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+from rtec.conformance import cases
+from rtec.conformance.contract import Contract
+from rtec.conformance.hunt import hunt, shortened
+from rtec.conformance.judge import Fault
+from rtec.conformance.results import Check, Verdict
+from rtec.conformance.speeds import Speeds, measure_speeds
+from rtec.conformance.trials import Case, Run, Trials
+from rtec.injector import Algorithm
+from rtec.readable import time_text
+
+TRIES = 3000
+"""Runs of the hunt where nothing else is said."""
+
+_WITHOUT_REQUESTS: tuple[tuple[str, Callable[[Trials], Iterable[Case]]], ...] = (
+    ("runs", cases.running),
+    ("passes", cases.passing),
+)
+_WITH_REQUESTS: tuple[tuple[str, Callable[[Trials], Iterable[Case]]], ...] = (
+    ("inserts at rest", cases.at_rest),
+    ("inserts in motion", cases.in_motion),
+    ("reversals", cases.reversing),
+    ("dither", cases.dithering),
+    ("changing requests", cases.asking),
+    ("jitter", cases.jittering),
+)
+
+
+def check_algorithm(
+    algorithm: Algorithm,
+    contract: Contract,
+    *,
+    tries: int = TRIES,
+    seed: int = 0,
+    more: Sequence[Case] = (),
+    progress: Callable[[float], None] = lambda share: None,
+) -> Verdict:
+    """Hold an algorithm to the contract of a corrector.
+
+    Parameters
+    ----------
+    algorithm
+        Behind any door.
+    contract
+        What is asked of it.
+    tries
+        Runs that the hunt for the worst case may make.
+    seed
+        Of the hunt.
+    more
+        Cases of the caller's own, tried as the check ``"motion"``.
+    progress
+        Called with the share done.
+
+    Returns
+    -------
+    Verdict
+        Every check, how far the algorithm goes, and the worst case.
+
+    Examples
+    --------
+    Bare wires pass every edge and insert nothing:
+
+    >>> from rtec.injector import Response, Totals
+    >>> class Wires:
+    ...     name = "wires"
+    ...     def play(self, stimuli):
+    ...         return [Response(edges=stimulus.edges, completed=Totals()) for stimulus in stimuli]
+    ...     def close(self):
+    ...         pass
+    >>> verdict = check_algorithm(Wires(), Contract(step_counts=2))
+    >>> verdict.passed, [check.name for check in verdict.checks if check.passed]
+    (False, ['runs', 'passes', 'separation', 'delay'])
+    """
+    return _Suite(Trials(algorithm, contract), tries, seed, more, progress).verdict()
+
+
+@dataclass(slots=True)
+class _Suite:
+    trials: Trials
+    tries: int
+    seed: int
+    more: Sequence[Case]
+    progress: Callable[[float], None]
+    checks: list[Check] = field(default_factory=list)
+    over: str = ""
+    """Why the rest cannot be tried, or ""."""
+
+    def verdict(self) -> Verdict:
+        trials = self.trials
+        own: tuple[tuple[str, Callable[[Trials], Iterable[Case]]], ...] = (("motion", lambda _: self.more),)
+        later = _WITH_REQUESTS + (own if self.more else ())
+        parts = len(_WITHOUT_REQUESTS) + len(later) + 4
+        for name, make in _WITHOUT_REQUESTS:
+            self._try(name, make, parts)
+        if not self.over:
+            self._settle()
+        for name, make in later:
+            self._try(name, make, parts)
+        worst = self._hunt(parts)
+        wrong = [check.run for check in self.checks if check.run is not None]
+        if wrong:
+            shortest = min(wrong, key=lambda run: len(run.case.stream))
+            if worst is None or len(shortest.case.stream) < len(worst.case.stream):
+                shorter, _ = shortened(trials, shortest)
+                worst = shorter if worst is None or len(shorter.case.stream) <= len(worst.case.stream) else worst
+        self._margins(wrong)
+        speeds = self._speeds(parts)
+        return Verdict(
+            algorithm=trials.algorithm.name,
+            contract=trials.contract,
+            checks=tuple(self.checks),
+            speeds=speeds,
+            worst=worst or trials.margin.separation_in,
+            margin=trials.margin,
+            settle_ps=trials.settle_ps,
+            runs=trials.made,
+            seed=self.seed,
+        )
+
+    def _try(self, name: str, make: Callable[[Trials], Iterable[Case]], parts: int) -> None:
+        """Make the runs of one check, up to the first that is wrong."""
+        if any(check.name == name for check in self.checks):
+            return  # it has failed already, when the time to settle was measured
+        if self.over:
+            self.checks.append(Check(name=name, passed=None, reason=f"not tried: {self.over}"))
+            return
+        wrong, made = self.trials.first_wrong(make(self.trials))
+        self._book(name, wrong, f"{made} runs, every count right")
+        self.progress(len(self.checks) / parts)
+
+    def _book(self, name: str, wrong: Run | None, good: str) -> None:
+        self.checks.append(Check(name=name, passed=wrong is None, reason=str(wrong or good), run=wrong))
+        if wrong is not None and _fault(wrong) is Fault.BROKEN:
+            self.over = "it has ended early"
+
+    def _settle(self) -> None:
+        wrong = self.trials.measure_settling()
+        if wrong is None:
+            return
+        self._book("inserts at rest", wrong, "")
+        if _fault(wrong) is Fault.UNFINISHED:
+            self.over = "it inserts nothing at rest"
+
+    def _hunt(self, parts: int) -> Run | None:
+        if self.over:
+            self.checks.append(Check(name="worst case", passed=None, reason=f"not tried: {self.over}"))
+            return None
+        done = len(self.checks) / parts
+        found = hunt(
+            self.trials, tries=self.tries, seed=self.seed, progress=lambda share: self.progress(done + share / parts)
+        )
+        self._book("worst case", found.worst, f"{found.made} streams hunted, every count right")
+        return found.worst
+
+    def _margins(self, wrong: list[Run]) -> None:
+        """Say of separation and delay how near they came, or which run broke them."""
+        margin, contract = self.trials.margin, self.trials.contract
+        apart = "no changes" if margin.separation_ps is None else time_text(margin.separation_ps)
+        for name, fault, seen in (
+            (
+                "separation",
+                Fault.SEPARATION,
+                f"{apart} from A to B at least; {time_text(contract.separation_ps)} asked",
+            ),
+            ("delay", Fault.DELAY, f"{time_text(margin.delay_ps)} at most; {time_text(contract.delay_ps)} allowed"),
+        ):
+            self._book(name, next((run for run in wrong if _fault(run) is fault), None), seen)
+
+    def _speeds(self, parts: int) -> Speeds | None:
+        if self.over:
+            return None
+        done = len(self.checks) / parts
+        beyond = Trials(self.trials.algorithm, self.trials.contract)  # what is narrow there is none of the contract's
+        beyond.settle_ps = self.trials.settle_ps
+        speeds = measure_speeds(beyond, lambda share: self.progress(min(done + share * (1.0 - done), 1.0)))
+        self.trials.made += beyond.made
+        return speeds
+
+
+def _fault(run: Run) -> Fault | None:
+    return None if run.judgement.violation is None else run.judgement.violation.fault
