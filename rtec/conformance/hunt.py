@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rtec.conformance.contract import Contract
 from rtec.conformance.judge import Fault
-from rtec.conformance.streams import Stream, can_be
+from rtec.conformance.streams import Stream, can_be, first_that_cannot_be
 from rtec.conformance.trials import Case, Run, Trials
 from rtec.units import PS_PER_S
 
@@ -22,6 +22,8 @@ _AT_ONCE = 16
 _MOST_EVENTS = 40
 _MOST_STEPS = 1
 """That a request lies from zero: where it changes by more at once, a box may take it for a fault of the PC."""
+_MOST_WAITS = 8
+"""Edges of a stream that are made to wait for the axis; with more of them it is another motion."""
 _ROUND_PS = (1_000_000, 100_000, 10_000, 1_000)
 """Times are cut to multiples of these where the stream still breaks."""
 
@@ -194,18 +196,14 @@ def _drawn(trials: Trials, rng: np.random.Generator) -> Stream:
 
 def _possible(stream: Stream, contract: Contract) -> Stream:
     """Move edges apart until an encoder can send them."""
-    for _ in range(8):
-        if can_be(stream, contract):
+    wait_ps = int(np.sqrt(0.5 / contract.acceleration_hz_s) * PS_PER_S) + contract.quarter_ps
+    for _ in range(_MOST_WAITS):
+        k = first_that_cannot_be(stream, contract)
+        if k == stream.edges_ps.size:
             break
-        # the first edge that comes too early waits, and all behind it
-        for k in range(1, stream.edges_ps.size):
-            part = replace(stream, edges_ps=stream.edges_ps[: k + 1], moves=stream.moves[: k + 1])
-            if not can_be(part, contract):
-                wait = int(np.sqrt(0.5 / contract.acceleration_hz_s) * PS_PER_S) + contract.quarter_ps
-                later = stream.edges_ps.copy()
-                later[k:] += wait
-                stream = replace(stream, edges_ps=later)
-                break
+        later = stream.edges_ps.copy()
+        later[k:] += wait_ps  # the first edge that comes too early waits, and all behind it
+        stream = replace(stream, edges_ps=later)
     return stream
 
 
