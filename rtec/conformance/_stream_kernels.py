@@ -1,4 +1,4 @@
-"""Compiled test of edges: can an encoder on an axis of limited acceleration send them?"""
+"""Compiled test of edges: whether an encoder on an axis of limited acceleration can send them."""
 
 from __future__ import annotations
 
