@@ -182,9 +182,7 @@ def first_that_cannot_be(stream: Stream, contract: Contract) -> int:
     jitter_ps = contract.jitter * contract.quarter_ps
     shortest_ps = round(contract.quarter_ps - jitter_ps)
     gain_hz_s = float(contract.acceleration_hz_s)
-    return int(
-        first_impossible(stream.edges_ps, stream.moves, shortest_ps, contract.turn_ps, gain_hz_s, jitter_ps)
-    )
+    return int(first_impossible(stream.edges_ps, stream.moves, shortest_ps, contract.turn_ps, gain_hz_s, jitter_ps))
 
 
 def _pairs(times: NDArray[np.int64], values: NDArray[np.int64]) -> list[tuple[int, int]]:
