@@ -29,6 +29,8 @@ REQUEST = struct.Struct("qqqqqq")
 ANSWER = struct.Struct("qqqqqq")
 """Changes, completed totals, refusals, level at power-up, time of a break or -1, bytes of its reason."""
 MOST_CHANGES = 4_000_000
+MOST_BYTES = 4 << 30
+"""Of memory that it may ask for, compiler included."""
 _FIRST_ROOM = 4096
 FULL, TWICE, LEVELS, TOTAL, TOO_OFTEN = 1, 2, 3, 4, 5
 """How a run ends early, in the loop's own words."""
@@ -239,7 +241,8 @@ def load(file: Path, name: str) -> Any:
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
-        raise ImportError(f"line {error.lineno}: {error.msg}") from None
+        place = "" if error.lineno is None else f"line {error.lineno}: "
+        raise ImportError(f"{place}{error.msg}") from None
     except BaseException as error:  # a file may even end the process when it is loaded
         rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == str(file)]
         place = f"line {rows[-1].lineno}: " if rows else ""
@@ -266,6 +269,7 @@ def load(file: Path, name: str) -> Any:
 
 def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: str) -> None:
     """Serve stimuli until the parent closes its pipe."""
+    _limit_memory()
     with open(watched_file, "r+b") as memory:
         watched = np.frombuffer(mmap.mmap(memory.fileno(), WATCHED.size), np.int64)
     with os.fdopen(from_parent, "rb") as source, os.fdopen(to_parent, "wb") as sink:
@@ -299,6 +303,17 @@ def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: s
                 sink.write(np.ascontiguousarray(array).tobytes())
             sink.write(text)
             sink.flush()
+
+
+def _limit_memory() -> None:
+    """Let an algorithm that allocates without end meet a MemoryError before the machine has none left."""
+    try:
+        import resource  # noqa: PLC0415 - no such module on Windows
+    except ImportError:
+        return
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = MOST_BYTES if hard == resource.RLIM_INFINITY else min(MOST_BYTES, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 
 
 def _say(sink: BinaryIO, kind: bytes, text: str) -> None:

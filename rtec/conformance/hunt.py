@@ -13,8 +13,6 @@ from rtec.conformance.shorter import shortened
 from rtec.conformance.streams import Stream, can_be
 from rtec.conformance.trials import Run, Trials
 
-AT_RANDOM = 0.3
-"""Share of the tries before the smallest margins lead."""
 _NEW = 0.3
 """Share of streams drawn at random from there on."""
 _KEPT = 24
@@ -41,7 +39,13 @@ class Hunted:
 
 
 def hunt(
-    trials: Trials, *, tries: int = 3000, seed: int = 0, progress: Callable[[float], None] = lambda share: None
+    trials: Trials,
+    *,
+    tries: int = 3000,
+    seed: int = 0,
+    at_random: float = 0.1,
+    cuts: int = 2000,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> Hunted:
     """Look for a stream that breaks an algorithm.
 
@@ -53,15 +57,20 @@ def hunt(
         Runs that may be made.
     seed
         Of the random choices: the same hunt finds the same stream.
+    at_random
+        Share of the tries before the smallest margins lead; 1 for a hunt at random.
+    cuts
+        Runs that may be made to cut what was found short.
     progress
         Called with the share done.
 
     Notes
     -----
-    The first third of the streams is drawn at random: from short motions, a trembling axis, turns and requests at
-    times of all sizes between the shortest distance and the algorithm's own. After it, the streams whose runs came
-    nearest to a fault (smallest separation, longest delay, most changes) are varied, and an event moves to where
-    something has changed at the controller: into the insertion, whenever the algorithm makes it.
+    The first tenth of the streams is drawn at random: runs at one speed up to the highest, turns, pieces of motion
+    with rests between, a trembling axis; requests at times of all sizes before an edge and behind each other. After
+    it, streams whose runs came near to a fault are varied, and an event moves to where something has changed at the
+    controller: into the insertion, whenever the algorithm makes it. Near is what has the smallest separation, the
+    longest delay, the most changes; of runs that differ in the size of these, each kind has a leader of its own.
 
     Examples
     --------
@@ -78,13 +87,13 @@ def hunt(
     near = _Nearest(trials.contract)
     begun, made = trials.made, 0
     while made < tries:
-        guided = made >= AT_RANDOM * tries
+        guided = made >= at_random * tries
         streams = [near.pick(trials, rng) if guided and near.runs else drawn(trials, rng) for _ in range(_AT_ONCE)]
         cases = [trials.case("a stream of the hunt", stream) for stream in streams if can_be(stream, trials.contract)]
         made += _AT_ONCE
         for run in trials.all_of(cases):
             if not run.right:
-                worst, cut = shortened(trials, run)
+                worst, cut = shortened(trials, run, tries=cuts)
                 return Hunted(worst=worst, made=trials.made - begun - cut, cut=cut)
             near.take(run)
         progress(made / tries)

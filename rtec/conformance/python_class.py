@@ -96,7 +96,7 @@ class PythonClass:
         return f"{self.file.name}:{self.class_name}"
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
-        """Return what comes out for each stimulus.
+        """Return what comes out for each stimulus; behind one that ends the process no more are played.
 
         Raises
         ------
@@ -104,18 +104,19 @@ class PythonClass:
             The process behind it cannot be started again.
         """
         responses: list[Response] = []
-        while len(responses) < len(stimuli):
-            if self._process is None:
-                self._start()
-            self._unsent += b"".join(self._packed(stimulus) for stimulus in stimuli[len(responses) :])
-            try:
-                for stimulus in stimuli[len(responses) :]:
-                    responses.append(self._answer(stimulus))
-            except _Silent as silent:  # the others go to a new process
-                broken = Break(time_ps=WATCHED.unpack(self._watched())[2], reason=str(silent))
-                self._end()
-                empty = EdgeStream([], [], initial=stimuli[len(responses)].edges.initial)
-                responses.append(Response(edges=empty, completed=Totals(), broken=broken))
+        if self._process is None:
+            self._start()
+        self._unsent += b"".join(self._packed(stimulus) for stimulus in stimuli)
+        try:
+            for stimulus in stimuli:
+                responses.append(self._answer(stimulus))
+        except _Silent as silent:
+            broken = Break(time_ps=WATCHED.unpack(self._watched())[2], reason=str(silent), ended=True)
+            self._end()
+            responses.append(_nothing_came(stimuli[len(responses)], broken))
+            # each of the others may cost ten seconds, too, and nobody looks behind the first that is broken
+            not_played = Break(time_ps=0, reason="not played: its process ended in the run before", ended=True)
+            responses += [_nothing_came(stimulus, not_played) for stimulus in stimuli[len(responses) :]]
         return responses
 
     def close(self) -> None:
@@ -139,6 +140,7 @@ class PythonClass:
                 stdin=subprocess.DEVNULL,
                 stdout=sys.__stderr__ if sys.__stderr__ is not None else subprocess.DEVNULL,
                 pass_fds=(from_us, to_us),
+                start_new_session=True,  # Ctrl-C is its parent's, which ends it
                 env=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             )
         finally:
@@ -244,3 +246,7 @@ class PythonClass:
                 f"its process was ended by signal {-code}" if code < 0 else f"it ended its process with code {code}"
             )
         return "it closed its pipes"
+
+
+def _nothing_came(stimulus: Stimulus, broken: Break) -> Response:
+    return Response(edges=EdgeStream([], [], initial=stimulus.edges.initial), completed=Totals(), broken=broken)
