@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.conformance._stream_kernels import first_impossible
 from rtec.conformance.contract import STATES, Contract
 from rtec.errors import ArgumentError
 from rtec.injector import Stimulus, Totals
 from rtec.signal import EdgeStream
-from rtec.units import PS_PER_S, parse_time_ps
+from rtec.units import parse_time_ps
 
 LONGEST_TEXT = 200_000
 """Characters of a stream that are read."""
@@ -173,22 +174,15 @@ def can_be(stream: Stream, contract: Contract) -> bool:
     >>> can_be(slow, Contract(step_counts=2)), can_be(fast, Contract(step_counts=2))
     (True, False)
     """
-    if stream.edges_ps.size < 2:
-        return True
-    apart_ps = np.diff(stream.edges_ps)
-    same = stream.moves[1:] == stream.moves[:-1]
+    return first_that_cannot_be(stream, contract) == stream.edges_ps.size
+
+
+def first_that_cannot_be(stream: Stream, contract: Contract) -> int:
+    """Return the place of the first edge that comes too early, or the number of edges; see `can_be`."""
     jitter_ps = contract.jitter * contract.quarter_ps
-    if np.any(apart_ps < np.where(same, round(contract.quarter_ps - jitter_ps), contract.turn_ps)):
-        return False
-    shortest_s = np.maximum(np.r_[stream.edges_ps[0], apart_ps] - jitter_ps, 1.0) / PS_PER_S
-    longest_s = (apart_ps + jitter_ps) / PS_PER_S * (1.0 + 1e-9)
-    gain = contract.acceleration_hz_s
-    mean_hz = np.where(np.r_[True, same], 0.25 / shortest_s, 0.0)
-    fastest_hz = np.minimum(mean_hz + gain * shortest_s / 2.0, np.sqrt(mean_hz**2 + gain / 2.0))
-    # a count within an interval, from the speed at the end of the one before, or up to the begin of a turn
-    onwards = fastest_hz[:-1] * longest_s + gain * longest_s**2 / 2.0 < 0.25
-    backwards = fastest_hz[2:] * longest_s[:-1] + gain * longest_s[:-1] ** 2 / 2.0 < 0.25
-    return not (np.any(onwards & same) or np.any(backwards & same[:-1] & ~same[1:]))
+    shortest_ps = round(contract.quarter_ps - jitter_ps)
+    gain_hz_s = float(contract.acceleration_hz_s)
+    return int(first_impossible(stream.edges_ps, stream.moves, shortest_ps, contract.turn_ps, gain_hz_s, jitter_ps))
 
 
 def _pairs(times: NDArray[np.int64], values: NDArray[np.int64]) -> list[tuple[int, int]]:
