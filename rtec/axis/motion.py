@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rtec.axis._aimed import GOLDEN, LEAST_TRAVEL, Attack, Make, Place, adversary, reversal
 from rtec.axis.profile import Limits, MotionSegments, plan, plan_moves
-from rtec.axis.program import Move, Program
+from rtec.axis.program import Dwell, Move, Program
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError, nearest
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
@@ -28,6 +28,8 @@ ACCELERATION_HZ_S = 1e8
 MOST_ASKED = 100_000
 """Corrections that a motion can ask for."""
 _MOST_MOVES = 1_000_000
+_MOST_SWING = 0.45
+"""Counts to either side of a line."""
 _MOST_COUNTS = 1 << 40
 
 _FloatArray = NDArray[np.float64]
@@ -176,7 +178,7 @@ def motion_of(
     seed
         Of the adversary.
     first
-        Number of the first attack: each depends on nothing but its number (and the seed).
+        Number of the first attack: each depends on nothing but its number (and the seed); of a dither, its phase.
 
     Returns
     -------
@@ -209,7 +211,7 @@ def motion_of(
         segments = _planned(*_moves([sign * counts], [speed]), gain)
         asked = _evenly(segments.total_ps, asks)
     elif kind is MotionKind.DITHER:
-        segments, asked = _dither(counts, speed, gain, asks, sign)
+        segments, asked = _dither(counts, speed, gain, sign, range(first, first + asks))
     elif kind in _ATTACKS:
         if window is None:
             raise ArgumentError("window", None, "an insertion of the box at rest", "what are crossings aimed at?")
@@ -254,9 +256,7 @@ def programme_motion(
     number_within("frequency", frequency_hz, 1e-3, 1e8, unit="Hz")
     number_within("acceleration", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
     whole_within("corrections", asks, 0, MOST_ASKED, unit="with a motion")
-    fastest = max((block.feed_mm_s for block in program.blocks if isinstance(block, Move)), default=0.0)
-    if fastest == 0.0:
-        raise ArgumentError("programme", "no feed move", "moves with a feed, such as G53Z1.0F50.")
+    fastest = _fastest(program)
     per_mm = 4.0 * frequency_hz / fastest
     gain = 4.0 * acceleration_hz_s / per_mm
     limits = Limits(max_speed_mm_s=fastest, max_acceleration_mm_s2=gain, rapid_mm_s=fastest)
@@ -270,6 +270,30 @@ def programme_motion(
     return _within_time(
         Motion(kind=MotionKind.PROGRAMME, segments=segments, asks_ps=asked, acceleration_hz_s=acceleration_hz_s)
     )
+
+
+def programme_counts(program: Program, frequency_hz: float) -> float:
+    """Return the counts that a programme travels, there and back, with its fastest feed at a frequency.
+
+    Examples
+    --------
+    >>> program = Program(blocks=(Move(target_mm=10.0, feed_mm_s=20.0), Move(target_mm=0.0, feed_mm_s=5.0)))
+    >>> programme_counts(program, 100e3)
+    400000.0
+    """
+    at, way_mm = program.start_mm, 0.0
+    for block in program.blocks:
+        if not isinstance(block, Dwell):
+            at, way_mm = block.target_mm, way_mm + abs(block.target_mm - at)
+    return way_mm * 4.0 * frequency_hz / _fastest(program)
+
+
+def _fastest(program: Program) -> float:
+    """Return the fastest feed, mm/s."""
+    fastest = max((block.feed_mm_s for block in program.blocks if isinstance(block, Move)), default=0.0)
+    if fastest == 0.0:
+        raise ArgumentError("programme", "no feed move", "moves with a feed, such as G53Z1.0F50.")
+    return fastest
 
 
 _ATTACKS: dict[MotionKind, Make] = {MotionKind.REVERSAL: reversal, MotionKind.ADVERSARY: adversary}
@@ -312,22 +336,21 @@ def _evenly(total_ps: int, asks: int) -> _IntArray:
     return np.array([(2 * k + 1) * total_ps // (2 * asks) for k in range(asks)], np.int64)
 
 
-def _dither(counts: int, speed: float, gain: float, asks: int, sign: int) -> tuple[MotionSegments, _IntArray]:
+def _dither(counts: int, speed: float, gain: float, sign: int, numbers: range) -> tuple[MotionSegments, _IntArray]:
     """Swing over a line, each swing of another size; a quarter of the swings at each of four lines."""
     if counts > _MOST_MOVES:
         raise ArgumentError("cycles", f"{counts / 4:g}", f"at most {_MOST_MOVES // 4} that dither")
     swing = np.arange(counts)
-    # (depth of both ends, so that a line is crossed every 100 ns at the shortest swing)
+    # from the depth at which the line is crossed twice within the shortest time, to nearly half a count
     least = np.log(Place.depth(_unaimed(speed, gain, sign), 0.0))
-    depth = np.exp(least + (swing * GOLDEN % 1.0) * (np.log(0.45) - least))
-    line = 0.5 + 4 * swing // counts
+    depth = np.exp(least + ((numbers.start + swing) * GOLDEN % 1.0) * (np.log(_MOST_SWING) - least))
     side = np.where(swing % 2 == 0, 1.0, -1.0)
-    target = sign * (line + side * depth)
-    table = _moves(target.tolist(), [speed] * counts)
-    segments = _planned(*table, gain)
+    target = sign * (0.5 + 4 * swing // counts + side * depth)
+    segments = _planned(*_moves(target.tolist(), [speed] * counts), gain)
+    asks = len(numbers)
     at = np.array([(2 * k + 1) * counts // (2 * asks) for k in range(asks)], np.int64)
     ends = np.concatenate([[0], segments.block_end_ps])
-    share = (0.5 + np.arange(asks) * GOLDEN) % 1.0
+    share = (0.5 + np.array(numbers) * GOLDEN) % 1.0
     asked = ends[at] + np.rint(share * (ends[at + 1] - ends[at])).astype(np.int64)
     return segments, np.maximum(asked, 1)
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from rtec.injector import Timing
+from rtec.injector import RealEdges, Timing
 from rtec.machine import OpenPath, OpenPathResult
+
+EDGES = {RealEdges.HOLD: "held back", RealEdges.MERGE: "merged (plain gates)"}
+"""What becomes of them, in words."""
 
 
 def show(path: OpenPath, result: OpenPathResult) -> None:
     """Print the result as a table, and the verdict in words."""
     timing, design = path.injector.timing, path.injector.design
-    forward = "+" if path.direction > 0 else "-"
     insertions, received = result.insertions, result.received
     inside = []
     if insertions.longest_ps is not None and insertions.real_inside is not None:
@@ -21,8 +23,7 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
             ("real edges inside insertions", _whole(insertions.real_inside)),
         ]
     rows = [
-        ("encoder frequency", _hertz(result.frequency_hz)),
-        ("real edges", f"{_whole(result.edges)} in {forward} direction"),
+        *_motion_rows(path, result),
         ("encoder counts", _whole(result.encoder_counts)),
         ("controller counts", _whole(result.controller_counts)),
         ("corrections asked for", f"{_whole(result.corrections_requested)} steps of {result.step_counts} counts"),
@@ -30,6 +31,7 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
         ("corrections left over", f"{_whole(result.pending)} steps"),
         ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
         *inside,
+        ("a real edge inside an insertion", EDGES[path.injector.real_edges]),
         ("illegal transitions", _whole(received.illegal_transitions)),
         ("shortest time between edges", _time(received.min_separation_ps)),
         ("changes swallowed by the filter", _whole(received.filtered)),
@@ -49,6 +51,20 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     console = Console(highlight=False, soft_wrap=False)
     console.print(table)
     console.print(verdict(path, result), style="green" if result.good else "bold red", soft_wrap=True)
+
+
+def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]]:
+    """Return what there is to say of the motion."""
+    forward = "+" if path.direction > 0 else "-"
+    if path.motion is None:
+        edges = f"{_whole(result.edges)} in {forward} direction"
+        return [("encoder frequency", _hertz(result.frequency_hz)), ("real edges", edges)]
+    return [
+        ("motion", path.motion.kind.value),
+        ("highest encoder frequency", _hertz(result.top_hz)),
+        ("acceleration, at most", f"{_hertz(path.motion.acceleration_hz_s)}/s"),
+        ("real edges", f"{_whole(result.edges)} there and back"),
+    ]
 
 
 def verdict(path: OpenPath, result: OpenPathResult) -> str:
