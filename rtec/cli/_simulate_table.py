@@ -8,7 +8,7 @@ from rich.table import Table
 from rtec.injector import RealEdges, Timing
 from rtec.machine import OpenPath, OpenPathResult
 
-EDGES = {RealEdges.HOLD: "held back", RealEdges.MERGE: "merged (plain gates)"}
+EDGES = {RealEdges.HOLD: "held back", RealEdges.MERGE: "merged"}
 """What becomes of them, in words."""
 
 
@@ -16,11 +16,11 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     """Print the result as a table, and the verdict in words."""
     timing, design = path.injector.timing, path.injector.design
     insertions, received = result.insertions, result.received
-    inside = []
+    inside = [("real edges inside insertions", EDGES[path.injector.real_edges])]
     if insertions.longest_ps is not None and insertions.real_inside is not None:
         inside = [
             ("last change after its edge, at most", _time(insertions.longest_ps)),
-            ("real edges inside insertions", _whole(insertions.real_inside)),
+            ("real edges inside insertions", f"{_whole(insertions.real_inside)}, {EDGES[path.injector.real_edges]}"),
         ]
     rows = [
         *_motion_rows(path, result),
@@ -31,7 +31,6 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
         ("corrections left over", f"{_whole(result.pending)} steps"),
         ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
         *inside,
-        ("a real edge inside an insertion", EDGES[path.injector.real_edges]),
         ("illegal transitions", _whole(received.illegal_transitions)),
         ("shortest time between edges", _time(received.min_separation_ps)),
         ("changes swallowed by the filter", _whole(received.filtered)),
