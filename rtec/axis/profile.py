@@ -273,16 +273,52 @@ def plan(program: Program, limits: Limits, shape: ProfileShape = ProfileShape.TR
     """
     start, target, speed, dwell_ps = _table(program, limits)
     jerk = _jerk(limits, shape)
-    distance = np.abs(target - start)
-    ramp = Ramp.of(distance, speed, limits.max_acceleration_mm_s2, jerk)
+    return plan_moves(start, target, speed, dwell_ps, limits.max_acceleration_mm_s2, jerk, at_mm=program.start_mm)
+
+
+def plan_moves(
+    start_mm: FloatArray,
+    target_mm: FloatArray,
+    speed_mm_s: FloatArray,
+    dwell_ps: IntArray,
+    acceleration_mm_s2: float,
+    jerk_mm_s3: float | None = None,
+    *,
+    at_mm: float = 0.0,
+) -> MotionSegments:
+    """Turn moves from rest to rest, each with a dwell after its cruise, into motion.
+
+    Parameters
+    ----------
+    start_mm, target_mm, speed_mm_s, dwell_ps
+        Of each move, shape (n,); a move of no length is a dwell. Where one ends the next one starts.
+    acceleration_mm_s2, jerk_mm_s3
+        Of all of them; without a jerk the acceleration is constant.
+    at_mm
+        Where the axis rests if there is no move.
+
+    Raises
+    ------
+    ArgumentError
+        More than 100 days in all.
+
+    Examples
+    --------
+    >>> there, back = np.array([0.0, 10.0]), np.array([10.0, 0.0])
+    >>> motion = plan_moves(there, back, np.array([20.0, 20.0]), np.zeros(2, np.int64), 100.0)
+    >>> motion.block_end_ps.tolist()
+    [700000000000, 1400000000000]
+    """
+    distance = np.abs(target_mm - start_mm)
+    ramp = Ramp.of(distance, speed_mm_s, acceleration_mm_s2, jerk_mm_s3)
     lengths_s = ramp.lengths_s()
     if not lengths_s.sum() + dwell_ps.sum(dtype=np.float64) / PS_PER_S <= MAX_TIME_S:
         raise ArgumentError("program", "longer than 100 days", "at most 100 days", "split it, or raise its feeds")
     duration_ps = np.rint(lengths_s * PS_PER_S).astype(np.int64)
     duration_ps[:, _CRUISE] += dwell_ps
-    sign = np.sign(target - start)[:, None]
+    sign = np.sign(target_mm - start_mm)[:, None]
     covered = ramp.distances_mm()
-    x0 = np.hstack([start[:, None] + sign * covered[:, :4], target[:, None] - sign * covered[:, 4:]])
+    x0 = np.hstack([start_mm[:, None] + sign * covered[:, :4], target_mm[:, None] - sign * covered[:, 4:]])
     kept = duration_ps > 0
     lengths = duration_ps[kept]
     return MotionSegments(
@@ -294,7 +330,7 @@ def plan(program: Program, limits: Limits, shape: ProfileShape = ProfileShape.TR
         j0_mm_s3=(sign * ramp.jerks_mm_s3())[kept],
         block=np.nonzero(kept)[0].astype(np.int64),
         block_end_ps=np.cumsum(duration_ps.sum(axis=1)),
-        end_mm=float(target[-1]) if target.size else program.start_mm,
+        end_mm=float(target_mm[-1]) if target_mm.size else at_mm,
     )
 
 

@@ -5,24 +5,25 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from rtec.injector import Timing
+from rtec.injector import RealEdges, Timing
 from rtec.machine import OpenPath, OpenPathResult
+
+EDGES = {RealEdges.HOLD: "held back", RealEdges.MERGE: "merged"}
+"""What becomes of them, in words."""
 
 
 def show(path: OpenPath, result: OpenPathResult) -> None:
     """Print the result as a table, and the verdict in words."""
     timing, design = path.injector.timing, path.injector.design
-    forward = "+" if path.direction > 0 else "-"
     insertions, received = result.insertions, result.received
-    inside = []
+    inside = [("real edges inside insertions", EDGES[path.injector.real_edges])]
     if insertions.longest_ps is not None and insertions.real_inside is not None:
         inside = [
             ("last change after its edge, at most", _time(insertions.longest_ps)),
-            ("real edges inside insertions", _whole(insertions.real_inside)),
+            ("real edges inside insertions", f"{_whole(insertions.real_inside)}, {EDGES[path.injector.real_edges]}"),
         ]
     rows = [
-        ("encoder frequency", _hertz(result.frequency_hz)),
-        ("real edges", f"{_whole(result.edges)} in {forward} direction"),
+        *_motion_rows(path, result),
         ("encoder counts", _whole(result.encoder_counts)),
         ("controller counts", _whole(result.controller_counts)),
         ("corrections asked for", f"{_whole(result.corrections_requested)} steps of {result.step_counts} counts"),
@@ -49,6 +50,20 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     console = Console(highlight=False, soft_wrap=False)
     console.print(table)
     console.print(verdict(path, result), style="green" if result.good else "bold red", soft_wrap=True)
+
+
+def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]]:
+    """Return what there is to say of the motion."""
+    forward = "+" if path.direction > 0 else "-"
+    if path.motion is None:
+        edges = f"{_whole(result.edges)} in {forward} direction"
+        return [("encoder frequency", _hertz(result.frequency_hz)), ("real edges", edges)]
+    return [
+        ("motion", path.motion.kind.value),
+        ("highest encoder frequency", _hertz(result.top_hz)),
+        ("acceleration, at most", f"{_hertz(path.motion.acceleration_hz_s)}/s"),
+        ("real edges", f"{_whole(result.edges)} there and back"),
+    ]
 
 
 def verdict(path: OpenPath, result: OpenPathResult) -> str:

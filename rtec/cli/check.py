@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._motion import MOTION_NAMES, read_motion
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -122,8 +123,11 @@ def check(
     real_edges: Annotated[
         str | None, _option("--real-edges", _DOOR, "hold|merge", "What a design of rtec does with them; hold.")
     ] = None,
+    motion: Annotated[
+        str | None, _option("--motion", None, MOTION_NAMES, "One more check: a step in this motion, at each phase.")
+    ] = None,
     tries: Annotated[int, typer.Option(min=16, max=10_000_000, metavar="N", help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt for the worst case.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt and the adversary.")] = 0,
     stream: Annotated[
         str | None, _option("--stream", None, "TEXT", "Play one stream only, as a failed check prints it.")
     ] = None,
@@ -153,6 +157,7 @@ def check(
         jitter=jitter, separation=separation, delay=delay, clock=clock, pins=pins, simulator=simulator,
         processor=processor, part=part, hold_latch=hold_latch, timing=timing, real_edges=real_edges,
     )  # fmt: skip
+    more = None if motion is None else _more(motion, stream, seed)
     with ExitStack() as stack:
         played = None if stream is None else _read(stream)
         chosen = choose(options)
@@ -160,9 +165,19 @@ def check(
         if played is not None:
             passed = _play(options, chosen, played, figure, vcd, json)
         else:
-            passed = _hold(options, chosen, tries, seed, figure, vcd, json)
+            passed = _hold(options, chosen, more, tries, seed, figure, vcd, json)
     if not passed:
         raise typer.Exit(1)
+
+
+def _more(motion: str, stream: str | None, seed: int) -> Any:
+    """Return what makes the cases of a motion."""
+    from rtec.conformance.motions import motion_cases
+
+    if stream is not None:
+        raise ArgumentError("--motion", motion, "nothing with --stream", "a stream has its own motion")
+    kind, program, _ = read_motion(motion)
+    return motion_cases(kind, program=program, seed=seed)
 
 
 def _read(text: str) -> Any:
@@ -175,7 +190,14 @@ def _read(text: str) -> Any:
 
 
 def _hold(
-    options: Options, chosen: Chosen, tries: int, seed: int, figure: Path | None, vcd: Path | None, json: bool
+    options: Options,
+    chosen: Chosen,
+    more: Any,
+    tries: int,
+    seed: int,
+    figure: Path | None,
+    vcd: Path | None,
+    json: bool,
 ) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
     from rtec.cli._check_table import show
@@ -183,7 +205,9 @@ def _hold(
 
     _console.announce_compilation()
     with _console.progress("check") as progress:
-        verdict = check_algorithm(chosen.algorithm, chosen.contract, tries=tries, seed=seed, progress=progress)
+        verdict = check_algorithm(
+            chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress
+        )
     worst = None if verdict.worst is None else options.command(str(verdict.worst.case.stream))
     written = _write(verdict.worst, verdict.algorithm, figure, vcd)
     if json:

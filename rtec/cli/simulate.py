@@ -1,4 +1,4 @@
-"""``rtec simulate``: the open signal path at constant speed."""
+"""``rtec simulate``: the open signal path, at constant speed or in another motion."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ import typer
 
 from rtec.cli import _console
 from rtec.cli._arguments import choice, counts, member, share, what_works, whole
+from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_HELP, MOTION_NAMES, read_motion
 from rtec.errors import ArgumentError, OutputError
 from rtec.units import ANGLE, FREQUENCY, parse_quantity, parse_time_ps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rtec.axis import Program
     from rtec.machine import OpenPath
 
 _BOX, _ENCODER, _CONTROLLER, _OUTPUT = "The box", "The encoder", "The controller's input", "Output"
@@ -48,6 +50,8 @@ _OPTIONS = {
     "glitch_probability": "--glitch-probability",
     "glitch_ps": "--glitch-width",
     "cycles": "--cycles",
+    "acceleration": "--acceleration",
+    "max_acceleration_mm_s2": "--acceleration",
     "corrections": "--corrections",
     "clock_hz": "--filter-clock",
     "design": "--design",
@@ -75,13 +79,21 @@ def _named_as_options() -> Iterator[None]:
 
 def simulate(
     design: Annotated[str, _option("--design", None, "original|a|b|c", "Insertion design.")],
-    frequency: Annotated[str, _option("--frequency", None, "500kHz", "Of the encoder's A (or B) square wave.")],
-    cycles: Annotated[str, _option("--cycles", None, "N", "Length of the motion; a cycle is four counts.")],
-    corrections: Annotated[str, _option("--corrections", None, "N", "Steps asked for, spread evenly.")],
+    frequency: Annotated[
+        str, _option("--frequency", None, "500kHz", "Of the encoder's A (or B) square wave; of a motion the highest.")
+    ],
+    corrections: Annotated[str, _option("--corrections", None, "N", "Steps asked for.")],
+    cycles: Annotated[
+        str | None, _option("--cycles", None, "N", "Travel there and back; a cycle is four counts.")
+    ] = None,
+    motion: Annotated[str, _option("--motion", None, MOTION_NAMES, MOTION_HELP)] = "steady",
+    acceleration: Annotated[
+        str, _option("--acceleration", None, "'100 MHz/s'", "Of the frequency, at most; not for steady.")
+    ] = DEFAULT_ACCELERATION,
     timing: Annotated[str, _option("--timing", None, "8051|fast|firmware", "What works in the box.")] = "fast",
     direction: Annotated[str, _option("--direction", None, "+|-", "Of the motion.")] = "+",
     sign: Annotated[str, _option("--sign", None, "+|-", "- takes counts away instead of adding them.")] = "+",
-    seed: Annotated[str, _option("--seed", None, "N", "Of jitter and glitches.")] = "0",
+    seed: Annotated[str, _option("--seed", None, "N", "Of jitter, glitches and the adversary.")] = "0",
     poll: Annotated[str | None, _option("--poll", _BOX, "TIME", "Interval of its looks at the lines.")] = None,
     poll_offset: Annotated[str | None, _option("--poll-offset", _BOX, "TIME", "Time of one of them.")] = None,
     decide: Annotated[str | None, _option("--decide", _BOX, "TIME", "From the look to the first change.")] = None,
@@ -92,8 +104,8 @@ def simulate(
     gate_margin: Annotated[str | None, _option("--gate-margin", _BOX, "15%", "Reserve of the speed gate.")] = None,
     no_gate: Annotated[bool, typer.Option("--no-gate", help="No speed gate.", rich_help_panel=_BOX)] = False,
     real_edges: Annotated[
-        str, _option("--real-edges", _BOX, "merge|hold", "What becomes of a real edge inside an insertion.")
-    ] = "merge",
+        str, _option("--real-edges", _BOX, "hold|merge", "A real edge inside an insertion waits, or merges with it.")
+    ] = "hold",
     phase_error: Annotated[str, _option("--phase-error", _ENCODER, "10deg", "B lags A by 90deg plus this.")] = "0deg",
     duty_a: Annotated[str, _option("--duty-a", _ENCODER, "2%", "A is high longer by this share of a cycle.")] = "0%",
     duty_b: Annotated[str, _option("--duty-b", _ENCODER, "2%", "B is high longer by this share of a cycle.")] = "0%",
@@ -131,20 +143,26 @@ def simulate(
         bool, typer.Option("--json", help="One JSON document on stdout, nothing else.", rich_help_panel=_OUTPUT)
     ] = False,
 ) -> None:
-    """Send an encoder's edges at constant speed through the box into the controller, and compare the counts.
+    """Send an encoder's edges through the box into the controller, and compare the counts.
 
     Exits with 1 where corrections are left over, a transition is illegal or a count is wrong. Times, frequencies and
     angles carry their units. What is not given of the box is that of the --timing: 8051 is the report's words; with
-    firmware the design's program runs on a 12 MHz 8051, instruction by instruction.
+    firmware the design's program runs on a 12 MHz 8051, instruction by instruction. A --motion other than steady ends
+    at rest, where the box makes what it still owes; reversal and adversary aim a crossing of a line into each
+    insertion. A G-code file has a length of its own: no --cycles; its fastest feed runs at the --frequency.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     """
     from rtec.axis import Encoder, Imperfections
+    from rtec.axis.motion import MotionKind
     from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
     from rtec.injector import Design, InjectorSettings, RealEdges, Timing
-    from rtec.machine import OpenPath
+    from rtec.machine import OpenPath, set_in_motion
 
     with _named_as_options():
+        kind, program, gain = read_motion(motion, acceleration)
+        if kind is MotionKind.STEADY and acceleration != DEFAULT_ACCELERATION:
+            raise ArgumentError("--acceleration", acceleration, "nothing with --motion steady")
         insertion = Design.named(design)
         processor, microcontroller = what_works(timing)
         if microcontroller is not None:
@@ -190,17 +208,32 @@ def simulate(
             policy=member(policy, IllegalPolicy, name="--policy"),
             counter_bits=whole(counter_bits, name="--counter-bits"),
         )
+        hertz = parse_quantity(frequency, FREQUENCY, name="--frequency")
         path = OpenPath(
             injector=box,
             encoder=encoder,
             receiver=receiver,
-            frequency_hz=parse_quantity(frequency, FREQUENCY, name="--frequency"),
-            cycles=whole(cycles, name="--cycles"),
+            frequency_hz=hertz,
+            cycles=_cycles(cycles, program, hertz),
             corrections=_sign(sign, "--sign") * _steps(corrections, "--corrections"),
             direction=_sign(direction, "--direction"),
             microcontroller=microcontroller,
         )
-        _carry_out(path, vcd, force, as_json)
+        whole_path = set_in_motion(path, kind, program=program, acceleration_hz_s=gain, seed=encoder.seed)
+        _carry_out(whole_path, vcd, force, as_json)
+
+
+def _cycles(text: str | None, program: Program | None, frequency_hz: float) -> int:
+    """Return the length that is asked for, or that of a programme."""
+    from rtec.axis.motion import programme_counts
+
+    if program is not None and text is not None:
+        raise ArgumentError("--cycles", text, "nothing with a G-code file", "the programme says how far it goes")
+    if text is not None:
+        return whole(text, name="--cycles")
+    if program is None:
+        raise ArgumentError("--cycles", "missing", "the length of the motion, such as 1000")
+    return max(round(programme_counts(program, frequency_hz) / 4.0), 1)
 
 
 def _refuse_times(given: dict[str, str | None], no_gate: bool) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from rtec.conformance import cases
@@ -39,7 +39,7 @@ def check_algorithm(
     *,
     tries: int = TRIES,
     seed: int = 0,
-    more: Sequence[Case] = (),
+    more: Callable[[Trials], Iterable[Case]] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Verdict:
     """Hold an algorithm to the contract of a corrector.
@@ -55,7 +55,7 @@ def check_algorithm(
     seed
         Of the hunt.
     more
-        Cases of the caller's own, tried as the check ``"motion"``.
+        Makes cases of the caller's own, tried as the check ``"motion"`` (`rtec.conformance.motions.motion_cases`).
     progress
         Called with the share done.
 
@@ -87,7 +87,7 @@ class _Suite:
     trials: Trials
     tries: int
     seed: int
-    more: Sequence[Case]
+    more: Callable[[Trials], Iterable[Case]] | None
     progress: Callable[[float], None]
     checks: list[Check] = field(default_factory=list)
     over: str = ""
@@ -95,8 +95,7 @@ class _Suite:
 
     def verdict(self) -> Verdict:
         trials = self.trials
-        own: tuple[tuple[str, Callable[[Trials], Iterable[Case]]], ...] = (("motion", lambda _: self.more),)
-        later = _WITH_REQUESTS + (own if self.more else ())
+        later = _WITH_REQUESTS if self.more is None else (*_WITH_REQUESTS, ("motion", self.more))
         parts = len(_WITHOUT_REQUESTS) + len(later) + 4
         for name, make in _WITHOUT_REQUESTS:
             self._try(name, make, parts)

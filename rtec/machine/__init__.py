@@ -9,6 +9,7 @@ from rtec.machine.closed_loop import (
     readings_of,
     run_machine,
 )
+from rtec.machine.in_motion import insertion_at_rest, set_in_motion
 from rtec.machine.measuring_run import Laser, MeasuringRun, measuring_run, straight_pass
 from rtec.machine.open_path import OpenPath, OpenPathResult, simulate
 from rtec.machine.thermometers import Thermometer
@@ -24,9 +25,11 @@ __all__ = [
     "OpenPath",
     "OpenPathResult",
     "Thermometer",
+    "insertion_at_rest",
     "measuring_run",
     "readings_of",
     "run_machine",
+    "set_in_motion",
     "simulate",
     "straight_pass",
 ]

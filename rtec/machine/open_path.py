@@ -1,4 +1,4 @@
-"""The open signal path: an encoder at constant speed, the box, and the controller's input."""
+"""The open signal path: an encoder at constant speed or in a motion, the box, and the controller's input."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.axis import Encoder
+from rtec.axis.motion import Motion
 from rtec.board import Board, Microcontroller
 from rtec.board.board import START_UP_READINGS, reading_ps
 from rtec.checks import number_within, whole_within
@@ -21,6 +22,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, Insertions, RealEdges
 from rtec.injector.box import insertions_of
 from rtec.machine import _open_kernels
+from rtec.machine.motion_run import MotionRun
 from rtec.signal import VcdSignal, VcdWriter
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
@@ -52,6 +54,9 @@ class OpenPath:
     microcontroller
         A processor that runs the design's firmware in the box, in place of the behavioural model of it. Design and
         hold latch are those of ``injector``; its times are the firmware's own.
+    motion
+        In place of a constant speed, with times of its own at which it asks for the corrections
+        (`rtec.machine.set_in_motion`).
 
     Raises
     ------
@@ -76,6 +81,7 @@ class OpenPath:
     encoder: Encoder = field(default_factory=Encoder)
     receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
     microcontroller: Microcontroller | None = None
+    motion: Motion | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -91,6 +97,8 @@ class OpenPath:
         if self.microcontroller is not None and word < most:
             most, why = word, "(the total that the firmware's word holds)"
         whole_within("corrections", self.corrections, -most, most, unit=why)
+        if self.motion is not None and self.motion.asks_ps.size != abs(self.corrections):
+            raise ArgumentError("corrections", self.corrections, f"those of the motion, {self.motion.asks_ps.size}")
 
     def state(self) -> Record:
         """Return the kernel's state at the start."""
@@ -143,6 +151,11 @@ class OpenPathResult:
     """Controller counts less encoder counts equal the completed steps, and so says the monitor at the gates."""
     simulated_s: float
     wall_s: float
+    real_edges: str
+    """What became of real edges inside insertions: ``hold`` or ``merge``."""
+    motion: str
+    top_hz: float
+    """Highest frequency that the motion has reached."""
 
     @property
     def pending(self) -> int:
@@ -183,14 +196,17 @@ class OpenPathResult:
             "simulated_s": self.simulated_s,
             "wall_s": self.wall_s,
             "edges_per_s": self.edges / self.wall_s if self.wall_s > 0 else None,
+            "real_edges": self.real_edges,
+            "motion": self.motion,
+            "top_frequency_hz": self.top_hz,
         }
 
 
 class _Tape:
     """Edges of both sides of the box on their way into a waveform file."""
 
-    def __init__(self, path: Path, *levels: int) -> None:
-        room = 8 * _TAPE_EDGES
+    def __init__(self, path: Path, *levels: int, asks: int) -> None:
+        room = 8 * (_TAPE_EDGES + asks)
         self.arrays = (np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64))
         self.levels = list(levels)
         scopes = zip(("encoder", "controller"), levels, strict=True)
@@ -247,22 +263,23 @@ def simulate(
     Notes
     -----
     Memory does not grow with the length of the run. At the end the axis stops: an insertion under way is ended, none
-    is begun at rest.
+    is begun at rest. A motion ends at rest, and there the box makes what it owes.
     """
     state = path.state()
     state.in_blocks = int(in_blocks)
-    total = 4 * path.cycles
+    moves = _Steady(4 * path.cycles) if path.motion is None else MotionRun(path.motion)
     board = path.board()
     box = _box_of(state, board)
-    _open_kernels.run(state, 0, box, None)  # machine code is loaded before the clock starts
+    moves.run(state, 0, box, None)  # machine code is loaded before the clock starts
     if vcd is None:
-        wall_s = _run(state, total, _CHUNK_EDGES, box, None, progress)
-        end_ps = _open_kernels.finish(state, _settle_ps(path), box, None)
+        wall_s = _run(state, moves, _CHUNK_EDGES, box, None, progress)
+        end_ps = moves.finish(state, _settle_ps(path), box, None)
     else:
-        tape = _Tape(vcd, path.encoder.level_at_home, int(state.receiver.raw))
+        asks = 0 if path.motion is None else path.motion.asks_ps.size  # any of them may be carried out at rest
+        tape = _Tape(vcd, path.encoder.level_at_home, int(state.receiver.raw), asks=asks)
         with tape.writer:
-            wall_s = _run(state, total, _TAPE_EDGES, box, tape, progress)
-            end_ps = _open_kernels.finish(state, _settle_ps(path), box, tape.arrays)
+            wall_s = _run(state, moves, _TAPE_EDGES, box, tape, progress)
+            end_ps = moves.finish(state, _settle_ps(path), box, tape.arrays)
             tape.spool()
             tape.writer.finish(int(end_ps))
     return _result(path, state, board, end_ps, wall_s)
@@ -281,20 +298,39 @@ def _settle_ps(path: OpenPath) -> int:
     return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
+class _Steady:
+    """A motion at constant speed on its way through the open path."""
+
+    def __init__(self, edges: int) -> None:
+        self.edges, self.done = edges, 0
+
+    def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
+        part = min(edges, self.edges - self.done)
+        _open_kernels.run(state, part, box, tape)
+        self.done += part
+        return self.done / self.edges
+
+    def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
+        return int(_open_kernels.finish(state, settle_ps, box, tape))
+
+
 def _run(
-    state: Record, total: int, chunk: int, box: Any, tape: _Tape | None, progress: Callable[[float], None] | None
+    state: Record,
+    moves: _Steady | MotionRun,
+    chunk: int,
+    box: Any,
+    tape: _Tape | None,
+    progress: Callable[[float], None] | None,
 ) -> float:
     """Run all edges chunk by chunk; return the wall-clock seconds."""
     begun = time.perf_counter()
-    done = 0
-    while done < total:
-        part = min(chunk, total - done)
-        _open_kernels.run(state, part, box, None if tape is None else tape.arrays)
+    done = 0.0
+    while done < 1.0:
+        done = moves.run(state, chunk, box, None if tape is None else tape.arrays)
         if tape is not None:
             tape.spool()
-        done += part
         if progress is not None:
-            progress(done / total)
+            progress(done)
     return time.perf_counter() - begun
 
 
@@ -310,7 +346,7 @@ def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wal
     return OpenPathResult(
         design=path.injector.design.key,
         frequency_hz=path.frequency_hz,
-        edges=4 * path.cycles,
+        edges=int(state.encoder.serial),
         encoder_counts=encoder_counts,
         controller_counts=path.receiver.wrapped(received.count),
         corrections_requested=insertions.requested,
@@ -322,4 +358,7 @@ def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wal
         audit=off == 0 and insertions.ahead_counts == added,
         simulated_s=end_ps / 1e12,
         wall_s=wall_s,
+        real_edges=path.injector.real_edges.value,
+        motion="steady" if path.motion is None else path.motion.kind.value,
+        top_hz=path.frequency_hz if path.motion is None else path.motion.top_hz,
     )

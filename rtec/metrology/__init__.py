@@ -30,6 +30,7 @@ from rtec.metrology.measuring_program import (
     measuring_program,
     parse_program,
 )
+from rtec.metrology.program_file import read_program
 from rtec.metrology.readings import Readings, RotaryReadings, joined
 
 __all__ = [
@@ -74,6 +75,7 @@ __all__ = [
     "read_laser_file",
     "read_measurement",
     "read_positioning_test",
+    "read_program",
     "write_experiment",
     "write_laser_file",
     "write_measurement",

@@ -64,7 +64,13 @@ def test_audit_knows_what_single_and_double_decoders_count(capsys, multiplicatio
 
 def test_audit_of_a_single_decoder_sees_lost_counts(capsys):
     # the Original merges with the next edge: four counts lost with each insertion, and no illegal transition
-    changes = {"timing": "8051", "frequency": "30kHz", "poll_offset": "1us", "multiplication": "1"}
+    changes = {
+        "timing": "8051",
+        "frequency": "30kHz",
+        "poll_offset": "1us",
+        "multiplication": "1",
+        "real_edges": "merge",
+    }
     code, result = answer(capsys, [*words(design="original", **changes), "--no-gate"])
     assert (code, result["audit"], result["illegal_transitions"]) == (1, False, 0)
 
@@ -104,7 +110,9 @@ def reached(monkeypatch, argv):
 
 def test_defaults_are_those_of_the_fast_profile(monkeypatch):
     assert reached(monkeypatch, words()) == OpenPath(
-        injector=InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST)),
+        injector=InjectorSettings(
+            design=Design.C, timing=Timing.of(Design.C, Processor.FAST), real_edges=RealEdges.HOLD
+        ),
         frequency_hz=100e3,
         cycles=1000,
         corrections=10,
@@ -129,7 +137,7 @@ def test_every_parameter_is_reached(monkeypatch):
         latency="6us",
         rest="2ms",
         gate_margin="25%",
-        real_edges="hold",
+        real_edges="merge",
         phase_error="-10deg",
         duty_a="-2%",
         duty_b="1.5 %",
@@ -160,7 +168,7 @@ def test_every_parameter_is_reached(monkeypatch):
                 rest_ps=2000 * us,
                 gate_margin=0.25,
             ),
-            real_edges=RealEdges.HOLD,
+            real_edges=RealEdges.MERGE,
         ),
         encoder=Encoder(
             counts_per_rev=4000,

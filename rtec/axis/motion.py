@@ -1,0 +1,408 @@
+"""Motions to try an insertion in: steady, ramp, reversal, dither, a programme, a seeded adversary.
+
+A motion is a plan of the axis and the moments at which corrections are asked for. `reversal` and ``adversary`` aim
+crossings of a line into the insertions; the others spread the requests evenly.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.axis._aimed import GOLDEN, LEAST_TRAVEL, Attack, Make, Place, adversary, reversal
+from rtec.axis.profile import Limits, MotionSegments, plan, plan_moves
+from rtec.axis.program import Dwell, Move, Program
+from rtec.checks import number_within, whole_within
+from rtec.errors import ArgumentError, nearest
+from rtec.units import LONGEST_RUN_PS, PS_PER_S
+
+COUNT_MM = 1.0
+"""Motions are planned for an encoder with counts of 1 mm: their millimetres are counts."""
+ACCELERATION_HZ_S = 1e8
+"""Of the encoder's frequency where nothing else is said: 100 MHz/s, ten times gravity at a signal period of 1 um."""
+MOST_ASKED = 100_000
+"""Corrections that a motion can ask for."""
+_MOST_MOVES = 1_000_000
+_MOST_SWING = 0.45
+"""Counts to either side of a line."""
+_MOST_COUNTS = 1 << 40
+
+_FloatArray = NDArray[np.float64]
+_IntArray = NDArray[np.int64]
+_Table = tuple[_FloatArray, _FloatArray, _FloatArray, _IntArray]
+"""Starts, targets, speeds and dwells of moves."""
+
+
+class MotionKind(enum.Enum):
+    """How the axis moves while corrections are asked for."""
+
+    STEADY = "steady"
+    """At constant speed."""
+    RAMP = "ramp"
+    """From rest to the top speed and to rest again."""
+    REVERSAL = "reversal"
+    """Turns, aimed so that edges fall into every phase of an insertion."""
+    DITHER = "dither"
+    """To and fro over one line, then the next, from the shortest swing to nearly a count."""
+    ADVERSARY = "adversary"
+    """Creeping edges, edges over and back, turns and starts, drawn at random and aimed into insertions."""
+    PROGRAMME = "programme"
+    """A G-code programme, its fastest feed at the top speed."""
+
+
+NAMES = tuple(kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME)
+PROGRAMME_ENDINGS = (".nc", ".ngc", ".gcode", ".tap", ".txt")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """An insertion at rest, as a box makes it.
+
+    Parameters
+    ----------
+    begin_ps, end_ps
+        Its first and its last change, after the request.
+    pause_ps
+        Rest that it needs before the request so as to insert at once, and after it to be ready again.
+    every_ps
+        Requests that are multiples of this apart are answered alike: a polling loop, a program's readings.
+    """
+
+    begin_ps: int
+    end_ps: int
+    pause_ps: int
+    every_ps: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the order."""
+        whole_within("begin_ps", self.begin_ps, 0, 1000 * PS_PER_S)
+        whole_within("end_ps", self.end_ps, self.begin_ps, 1000 * PS_PER_S)
+        whole_within("pause_ps", self.pause_ps, 0, 1000 * PS_PER_S)
+        whole_within("every_ps", self.every_ps, 1, PS_PER_S)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Motion:
+    """A motion with its requests.
+
+    Parameters
+    ----------
+    kind
+        What it is.
+    segments
+        Pieces of constant acceleration, for an encoder with counts of `COUNT_MM`.
+    asks_ps
+        When one step more is asked for, ascending; int64 (n,).
+    acceleration_hz_s
+        Of the encoder's frequency, at most.
+    """
+
+    kind: MotionKind
+    segments: MotionSegments
+    asks_ps: _IntArray
+    acceleration_hz_s: float
+
+    @property
+    def top_hz(self) -> float:
+        """Return the highest frequency of the encoder's square waves that it reaches."""
+        return float(np.abs(self.segments.v0_mm_s).max(initial=0.0)) / (4.0 * COUNT_MM)
+
+    @property
+    def total_ps(self) -> int:
+        """Return when it ends, or when the last step is asked for."""
+        return max(self.segments.total_ps, int(self.asks_ps.max(initial=0)))
+
+
+def motion_named(text: str) -> MotionKind | Path:
+    """Return the kind of motion of a name, or the file of a programme.
+
+    Raises
+    ------
+    ArgumentError
+        Neither.
+
+    Examples
+    --------
+    >>> motion_named("dither"), motion_named("part.nc").name
+    (<MotionKind.DITHER: 'dither'>, 'part.nc')
+    >>> motion_named("revresal")
+    Traceback (most recent call last):
+    rtec.errors.ArgumentError: --motion: 'revresal' is not allowed; allowed: steady, ramp, reversal, dither, \
+adversary, or a G-code file (.nc, .ngc, .gcode, .tap, .txt); did you mean 'reversal'?
+    """
+    word = text.strip().lower()
+    if word in NAMES:
+        return MotionKind(word)
+    if word.endswith(PROGRAMME_ENDINGS):
+        return Path(text)
+    allowed = f"{', '.join(NAMES)}, or a G-code file ({', '.join(PROGRAMME_ENDINGS)})"
+    near = nearest(word[:60], NAMES)
+    raise ArgumentError("--motion", repr(text[:60]), allowed, near if near.startswith("did") else "")
+
+
+def motion_of(
+    kind: MotionKind,
+    *,
+    counts: int,
+    frequency_hz: float,
+    asks: int,
+    acceleration_hz_s: float = ACCELERATION_HZ_S,
+    direction: int = 1,
+    window: Window | None = None,
+    seed: int = 0,
+    first: int = 0,
+) -> Motion:
+    """Plan a motion.
+
+    Parameters
+    ----------
+    kind
+        All but a programme.
+    counts
+        Travel there and back, all in all; at most that where crossings are aimed.
+    frequency_hz
+        The top speed, as the frequency of the encoder's square waves.
+    asks
+        Steps asked for, one at a time. Where crossings are aimed each has an attack of its own.
+    acceleration_hz_s
+        Of that frequency, at most.
+    direction
+        +1 or -1.
+    window
+        An insertion of the box at rest; for ``REVERSAL`` and ``ADVERSARY``.
+    seed
+        Of the adversary.
+    first
+        Number of the first attack: each depends on nothing but its number (and the seed); of a dither, its phase.
+
+    Returns
+    -------
+    Motion
+        From rest at count 0 to rest (``STEADY`` is at speed from the beginning to the end).
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range, or too little travel for what is asked for.
+
+    Examples
+    --------
+    Acceleration takes its way: a thousand cycles are too short for 500 kHz.
+
+    >>> ramp = motion_of(MotionKind.RAMP, counts=4_000, frequency_hz=500e3, asks=2)
+    >>> round(ramp.top_hz), ramp.segments.end_mm, ramp.asks_ps.tolist()
+    (316228, 4000.0, [1581138830, 4743416490])
+    """
+    counts = whole_within("cycles", counts, 1, _MOST_COUNTS)
+    number_within("frequency", frequency_hz, 1e-3, 1e8, unit="Hz")
+    number_within("acceleration", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
+    whole_within("corrections", asks, 0, MOST_ASKED, unit="with a motion")
+    speed, gain = 4.0 * frequency_hz, 4.0 * acceleration_hz_s
+    sign = 1 if direction > 0 else -1
+    if kind is MotionKind.STEADY:
+        segments = _steady(sign * speed, counts)
+        asked = _evenly(segments.total_ps, asks)
+    elif kind is MotionKind.RAMP:
+        segments = _planned(*_moves([sign * counts], [speed]), gain)
+        asked = _evenly(segments.total_ps, asks)
+    elif kind is MotionKind.DITHER:
+        segments, asked = _dither(counts, speed, gain, sign, range(first, first + asks))
+    elif kind in _ATTACKS:
+        if window is None:
+            raise ArgumentError("window", None, "an insertion of the box at rest", "what are crossings aimed at?")
+        travel = counts // max(asks, 1)
+        if travel < LEAST_TRAVEL:
+            needed = -(-LEAST_TRAVEL * asks // 4)
+            raise ArgumentError("cycles", f"{counts / 4:g}", f"at least {needed}: two cycles for each correction")
+        place = Place(
+            begin_ps=window.begin_ps, end_ps=window.end_ps, speed=speed, acceleration=gain, travel=travel, sign=sign,
+            seed=seed,
+        )  # fmt: skip
+        segments, asked = _aimed(_ATTACKS[kind], place, window, range(first, first + asks))
+    else:
+        raise ArgumentError("motion", kind.value, "a motion without a file", "see programme_motion")
+    return _within_time(Motion(kind=kind, segments=segments, asks_ps=asked, acceleration_hz_s=acceleration_hz_s))
+
+
+def programme_motion(
+    program: Program, *, frequency_hz: float, asks: int, acceleration_hz_s: float = ACCELERATION_HZ_S
+) -> Motion:
+    """Plan the motion of a programme, its scale such that the fastest feed gives a frequency.
+
+    Parameters
+    ----------
+    program
+        Moves and dwells; rapids run at the fastest feed.
+    frequency_hz, asks, acceleration_hz_s
+        As of `motion_of`.
+
+    Raises
+    ------
+    ArgumentError
+        No feed move, or a value outside its range.
+
+    Examples
+    --------
+    >>> program = Program(blocks=(Move(target_mm=10.0, feed_mm_s=20.0), Move(target_mm=0.0, feed_mm_s=5.0)))
+    >>> motion = programme_motion(program, frequency_hz=100e3, asks=4)
+    >>> round(motion.top_hz), round(motion.segments.extremes().max_mm)
+    (100000, 200000)
+    """
+    number_within("frequency", frequency_hz, 1e-3, 1e8, unit="Hz")
+    number_within("acceleration", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
+    whole_within("corrections", asks, 0, MOST_ASKED, unit="with a motion")
+    fastest = _fastest(program)
+    per_mm = 4.0 * frequency_hz / fastest
+    gain = 4.0 * acceleration_hz_s / per_mm
+    limits = Limits(max_speed_mm_s=fastest, max_acceleration_mm_s2=gain, rapid_mm_s=fastest)
+    moved = plan(program, limits)
+    segments = MotionSegments(
+        start_ps=moved.start_ps, duration_ps=moved.duration_ps, x0_mm=moved.x0_mm * per_mm,
+        v0_mm_s=moved.v0_mm_s * per_mm, a0_mm_s2=moved.a0_mm_s2 * per_mm, j0_mm_s3=moved.j0_mm_s3 * per_mm,
+        block=moved.block, block_end_ps=moved.block_end_ps, end_mm=moved.end_mm * per_mm,
+    )  # fmt: skip
+    asked = _evenly(segments.total_ps, asks)
+    return _within_time(
+        Motion(kind=MotionKind.PROGRAMME, segments=segments, asks_ps=asked, acceleration_hz_s=acceleration_hz_s)
+    )
+
+
+def programme_counts(program: Program, frequency_hz: float) -> float:
+    """Return the counts that a programme travels, there and back, with its fastest feed at a frequency.
+
+    Examples
+    --------
+    >>> program = Program(blocks=(Move(target_mm=10.0, feed_mm_s=20.0), Move(target_mm=0.0, feed_mm_s=5.0)))
+    >>> programme_counts(program, 100e3)
+    400000.0
+    """
+    at, way_mm = program.start_mm, 0.0
+    for block in program.blocks:
+        if not isinstance(block, Dwell):
+            at, way_mm = block.target_mm, way_mm + abs(block.target_mm - at)
+    return way_mm * 4.0 * frequency_hz / _fastest(program)
+
+
+def _fastest(program: Program) -> float:
+    """Return the fastest feed, mm/s."""
+    fastest = max((block.feed_mm_s for block in program.blocks if isinstance(block, Move)), default=0.0)
+    if fastest == 0.0:
+        raise ArgumentError("programme", "no feed move", "moves with a feed, such as G53Z1.0F50.")
+    return fastest
+
+
+_ATTACKS: dict[MotionKind, Make] = {MotionKind.REVERSAL: reversal, MotionKind.ADVERSARY: adversary}
+
+
+def _within_time(motion: Motion) -> Motion:
+    if motion.total_ps > LONGEST_RUN_PS:
+        raise ArgumentError("cycles", f"{motion.total_ps / PS_PER_S / 86400:.3g} days", "50 days at this frequency")
+    return motion
+
+
+def _planned(
+    start: _FloatArray, target: _FloatArray, speed: _FloatArray, dwell_ps: _IntArray, gain: float
+) -> MotionSegments:
+    """Plan moves in counts."""
+    try:
+        return plan_moves(start, target, speed, dwell_ps, gain)
+    except ArgumentError as error:
+        raise ArgumentError("cycles", "a motion longer than 100 days", "fewer, or a higher frequency") from error
+
+
+def _moves(targets: Sequence[float], speeds: Sequence[float]) -> _Table:
+    """Return the table of `plan_moves` for moves from count 0 on, without dwells."""
+    target = np.array(targets, np.float64)
+    start = np.concatenate([[0.0], target[:-1]]) if target.size else target
+    return start, target, np.array(speeds, np.float64), np.zeros(target.size, np.int64)
+
+
+def _steady(speed: float, counts: int) -> MotionSegments:
+    length_ps = np.array([max(round(counts / abs(speed) * PS_PER_S), 1)], np.int64)
+    none, real = np.zeros(1, np.int64), np.zeros(1)
+    return MotionSegments(
+        start_ps=none, duration_ps=length_ps, x0_mm=real, v0_mm_s=np.array([speed]), a0_mm_s2=real, j0_mm_s3=real,
+        block=none, block_end_ps=length_ps, end_mm=speed * int(length_ps[0]) / PS_PER_S,
+    )  # fmt: skip
+
+
+def _evenly(total_ps: int, asks: int) -> _IntArray:
+    """Return times in the middle of equal parts."""
+    return np.array([(2 * k + 1) * total_ps // (2 * asks) for k in range(asks)], np.int64)
+
+
+def _dither(counts: int, speed: float, gain: float, sign: int, numbers: range) -> tuple[MotionSegments, _IntArray]:
+    """Swing over a line, each swing of another size; a quarter of the swings at each of four lines."""
+    if counts > _MOST_MOVES:
+        raise ArgumentError("cycles", f"{counts / 4:g}", f"at most {_MOST_MOVES // 4} that dither")
+    swing = np.arange(counts)
+    # from the depth at which the line is crossed twice within the shortest time, to nearly half a count
+    least = np.log(Place.depth(_unaimed(speed, gain, sign), 0.0))
+    depth = np.exp(least + ((numbers.start + swing) * GOLDEN % 1.0) * (np.log(_MOST_SWING) - least))
+    side = np.where(swing % 2 == 0, 1.0, -1.0)
+    target = sign * (0.5 + 4 * swing // counts + side * depth)
+    segments = _planned(*_moves(target.tolist(), [speed] * counts), gain)
+    asks = len(numbers)
+    at = np.array([(2 * k + 1) * counts // (2 * asks) for k in range(asks)], np.int64)
+    ends = np.concatenate([[0], segments.block_end_ps])
+    share = (0.5 + np.array(numbers) * GOLDEN) % 1.0
+    asked = ends[at] + np.rint(share * (ends[at + 1] - ends[at])).astype(np.int64)
+    return segments, np.maximum(asked, 1)
+
+
+def _unaimed(speed: float, gain: float, sign: int) -> Place:
+    return Place(begin_ps=0, end_ps=0, speed=speed, acceleration=gain, travel=0, sign=sign, seed=0)
+
+
+def _aimed(make: Make, place: Place, window: Window, numbers: range) -> tuple[MotionSegments, _IntArray]:
+    """Lay attacks out one after the other, each after a rest whose length makes the aimed crossing come right."""
+    attacks = [make(i, place) for i in numbers]
+    sizes = np.array([len(attack.targets) for attack in attacks], np.int64)
+    homes = np.concatenate([[0.0], np.cumsum([attack.targets[-1] for attack in attacks])])[:-1]
+    targets = [home + x for home, attack in zip(homes.tolist(), attacks, strict=True) for x in attack.targets]
+    start, target, speed, dwell = _moves(targets, [v for attack in attacks for v in attack.speeds])
+    ends_ps = [0, *_planned(start, target, speed, dwell, place.acceleration).block_end_ps.tolist()]
+    asked, rests, now_ps, row = [], [], 0, 0
+    for attack, size in zip(attacks, sizes.tolist(), strict=True):
+        aimed = row + attack.aimed
+        crossing_ps = ends_ps[aimed] - ends_ps[row] + _into_ps(attack, abs(target[aimed] - start[aimed]), place)
+        least_ps = now_ps + window.pause_ps + max(crossing_ps - attack.lead_ps, 0) + 1
+        asked.append(-(-least_ps // window.every_ps) * window.every_ps)
+        rests.append(asked[-1] + attack.lead_ps - crossing_ps - now_ps)
+        moved_ps = now_ps + rests[-1] + ends_ps[row + size] - ends_ps[row]
+        # an insertion may still be under way when the moves are over: the next rest begins behind it
+        late_ps = max(asked[-1] + window.end_ps - moved_ps, 0)
+        rests.append(late_ps)
+        now_ps = moved_ps + late_ps
+        row += size
+    before, behind = np.cumsum(sizes) - sizes, np.cumsum(sizes)
+    places = np.stack([before, behind], axis=1).ravel()
+    stands = np.stack([homes, homes + [attack.targets[-1] for attack in attacks]], axis=1).ravel()
+    segments = _planned(
+        np.insert(start, places, stands),
+        np.insert(target, places, stands),
+        np.insert(speed, places, place.speed),
+        np.insert(dwell, places, np.array(rests, np.int64)),
+        place.acceleration,
+    )
+    return segments, np.array(asked, np.int64)
+
+
+def _into_ps(attack: Attack, length: float, place: Place) -> int:
+    """Return how long after the start of its move an attack crosses the aimed line."""
+    gain = place.acceleration
+    peak = min(attack.speeds[attack.aimed], float(np.sqrt(gain * length)))
+    ramp = peak**2 / (2.0 * gain)
+    into = attack.into
+    if into < ramp:
+        taken = np.sqrt(2.0 * into / gain)
+    elif into <= length - ramp:
+        taken = peak / gain + (into - ramp) / peak
+    else:
+        taken = 2.0 * peak / gain + (length - 2.0 * ramp) / peak - np.sqrt(2.0 * max(length - into, 0.0) / gain)
+    return round(float(taken) * PS_PER_S)

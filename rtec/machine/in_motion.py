@@ -1,0 +1,148 @@
+"""The open signal path set in motion, its crossings aimed at the insertions that its box makes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rtec.axis import Program
+from rtec.axis.encoder import PERFECT
+from rtec.axis.motion import (
+    ACCELERATION_HZ_S,
+    Motion,
+    MotionKind,
+    Window,
+    motion_of,
+    programme_motion,
+)
+from rtec.axis.profile import plan_moves
+from rtec.board.board import START_UP_READINGS, reading_ps
+from rtec.errors import ArgumentError
+from rtec.machine.motion_run import MotionRun
+from rtec.machine.open_path import OpenPath, _box_of
+
+_TAPE_CHANGES = 4096
+_AIMED = (MotionKind.REVERSAL, MotionKind.ADVERSARY)
+
+
+def insertion_at_rest(path: OpenPath) -> Window:
+    """Measure when the box of a path changes the lines after a request at rest.
+
+    Parameters
+    ----------
+    path
+        Design, timing or program, and the sign of its corrections; the encoder's imperfections are left out.
+
+    Raises
+    ------
+    ArgumentError
+        A box that inserts nothing at rest.
+
+    Examples
+    --------
+    Design C on fast logic decides for 125 ns, and needs as long again for its second change:
+
+    >>> from rtec.injector import Design, InjectorSettings, Processor, Timing
+    >>> from rtec.machine import OpenPath
+    >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST))
+    >>> window = insertion_at_rest(OpenPath(injector=box, frequency_hz=500e3, cycles=100))
+    >>> window.begin_ps, window.end_ps
+    (125000, 250000)
+    """
+    if path.microcontroller is None:
+        every_ps = max(path.injector.timing.poll_ps, 1)
+        pause_ps = 2 * path.injector.timing.rest_ps
+    else:
+        every_ps = reading_ps(path.microcontroller)
+        pause_ps = START_UP_READINGS * every_ps
+    asked_ps = -(-pause_ps // every_ps) * every_ps
+    sign = -1 if path.corrections < 0 else 1
+    # the state 00, in which every design inserts
+    still = replace(
+        path,
+        corrections=sign,
+        motion=_at_rest(asked_ps),
+        encoder=replace(path.encoder, home_state=0, imperfections=PERFECT),
+    )
+    state, board = still.state(), still.board()
+    box = _box_of(state, board)
+    tape = (np.empty((2, _TAPE_CHANGES), np.int64), np.empty((2, _TAPE_CHANGES), np.uint8), np.zeros(2, np.int64))
+    run = MotionRun(_at_rest(asked_ps))
+    run.run(state, 1, box, tape)
+    run.finish(state, 1, box, tape)
+    changes = tape[0][1, : int(tape[2][1])] - asked_ps
+    if state.injector.completed != sign or not changes.size:
+        raise ArgumentError("--motion", "aimed", "a box that inserts at rest", "this one has not made a step at rest")
+    return Window(begin_ps=max(int(changes[0]), 0), end_ps=int(changes[-1]), pause_ps=pause_ps, every_ps=every_ps)
+
+
+def _at_rest(asked_ps: int) -> Motion:
+    """Return a rest with one request at its end."""
+    none = np.zeros(1)
+    segments = plan_moves(none, none, np.ones(1), np.array([asked_ps], np.int64), 1.0)
+    return Motion(
+        kind=MotionKind.STEADY, segments=segments, asks_ps=np.array([asked_ps], np.int64), acceleration_hz_s=1.0
+    )
+
+
+def set_in_motion(
+    path: OpenPath,
+    kind: MotionKind,
+    *,
+    program: Program | None = None,
+    acceleration_hz_s: float = ACCELERATION_HZ_S,
+    seed: int = 0,
+) -> OpenPath:
+    """Return a path that moves in another way than steadily.
+
+    Parameters
+    ----------
+    path
+        Its frequency is the top speed, its cycles are the travel there and back (a programme has its own), its
+        corrections are asked for one at a time.
+    kind
+        How it moves; steady is as it is.
+    program
+        Of a programme.
+    acceleration_hz_s
+        Of the encoder's frequency, at most.
+    seed
+        Of an adversary.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range, too little travel for the corrections, a box that inserts nothing at rest.
+
+    Examples
+    --------
+    >>> from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+    >>> from rtec.machine import OpenPath, simulate
+    >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST), real_edges=RealEdges.HOLD)
+    >>> path = OpenPath(injector=box, frequency_hz=500e3, cycles=200, corrections=100)
+    >>> result = simulate(set_in_motion(path, MotionKind.REVERSAL))
+    >>> result.good, result.corrections_inserted
+    (True, 100)
+    """
+    if kind is MotionKind.STEADY:
+        return path
+    asks = abs(path.corrections)
+    if kind is MotionKind.PROGRAMME:
+        if program is None:
+            raise ArgumentError("program", None, "the programme to run")
+        motion = programme_motion(
+            program, frequency_hz=path.frequency_hz, asks=asks, acceleration_hz_s=acceleration_hz_s
+        )
+    else:
+        motion = motion_of(
+            kind,
+            counts=4 * path.cycles,
+            frequency_hz=path.frequency_hz,
+            asks=asks,
+            acceleration_hz_s=acceleration_hz_s,
+            direction=path.direction,
+            window=insertion_at_rest(path) if kind in _AIMED else None,
+            seed=seed,
+        )
+    return replace(path, motion=motion)

@@ -1,0 +1,40 @@
+"""A motion on its way through the open signal path."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rtec._jit import Record, new_record
+from rtec.axis._kernels import PIECE
+from rtec.axis.motion import COUNT_MM, Motion
+from rtec.machine import _motion_kernels
+from rtec.machine._motion_kernels import PIECE_AT
+
+
+class MotionRun:
+    """A motion that is carried out some edges at a time."""
+
+    def __init__(self, motion: Motion) -> None:
+        segments = motion.segments
+        self.motion = motion
+        self._piece = new_record(PIECE)
+        self._columns = tuple(column / COUNT_MM for column in (segments.x0_mm, segments.v0_mm_s, segments.a0_mm_s2))
+        self._at = np.zeros(2, np.int64)
+
+    def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
+        """Pass at most so many edges; return the share of the pieces that is over."""
+        segments = self.motion.segments
+        x0, v0, a0 = self._columns
+        _motion_kernels.run_pieces(
+            state, self._piece, segments.start_ps, segments.duration_ps, x0, v0, a0, self.motion.asks_ps, self._at,
+            edges, box, tape,
+        )  # fmt: skip
+        pieces = segments.start_ps.size
+        return float(self._at[PIECE_AT]) / pieces if pieces else 1.0
+
+    def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
+        """Let the box make at rest what it owes; return when all is settled."""
+        asks_ps, total_ps = self.motion.asks_ps, self.motion.total_ps
+        return int(_motion_kernels.come_to_rest(state, asks_ps, self._at, total_ps, settle_ps, box, tape))

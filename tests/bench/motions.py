@@ -1,0 +1,162 @@
+"""Each design with and without speed gate and hold latch, in every motion: how its insertions end.
+
+python tests/bench/motions.py -o docs/motions.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import binomtest
+
+from rtec.axis import Dwell, Move, Program
+from rtec.axis.motion import MotionKind
+from rtec.conformance import cases
+from rtec.conformance.built_in import BuiltIn
+from rtec.conformance.contract import Contract
+from rtec.conformance.motions import AIMED, Outcome, insertion_window, motion_for, outcome_of, stream_of
+from rtec.conformance.trials import Case, Trials
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.readable import hertz_text
+
+TOP_HZ = {Processor.FAST: 500e3, Processor.MCS51: 100e3}
+STREAMS = {
+    MotionKind.STEADY: 1000, MotionKind.RAMP: 200, MotionKind.PROGRAMME: 200, MotionKind.REVERSAL: 1500,
+    MotionKind.DITHER: 1000, MotionKind.ADVERSARY: 6000,
+}  # fmt: skip
+SEED = 15
+TEMPLATE = Path(__file__).with_name("motions.md.txt")
+PROGRAM = Program(
+    blocks=tuple(
+        block for x in (1, 2, 3, 4, 5, 6, 7, 7.1, 7, 6, 5, 4, 3, 2, 1, 0.9)
+        for block in (Move(target_mm=25.4 * x, feed_mm_s=25.4 * 50 / 60), Dwell(seconds=2.0))
+    )
+)  # fmt: skip
+"""A run of the thesis's measuring program (Figure 4.3)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """A box and a motion."""
+
+    processor: Processor
+    design: Design
+    gate: bool
+    latch: RealEdges
+    kind: MotionKind
+
+
+def box_of(design: Design, processor: Processor, gate: bool, latch: RealEdges) -> BuiltIn:
+    """Return a design with or without its gate and its latch."""
+    timing = Timing.of(design, processor)
+    timing = timing if gate else replace(timing, gate_margin=None)
+    return BuiltIn(InjectorSettings(design=design, timing=timing, real_edges=latch))
+
+
+def runs_of(kind: MotionKind, trials: Trials, streams: int) -> Iterator[Case]:
+    """Yield runs with one request each: directions, signs and states drawn, speeds or phases swept."""
+    rng = np.random.default_rng(SEED)
+    window = insertion_window(trials) if kind in AIMED else None
+    for i in range(streams):
+        direction, sign = (int(way) for way in rng.choice([1, -1], 2))
+        state = int(rng.integers(4))
+        if kind is MotionKind.STEADY:
+            hertz = trials.contract.frequency_hz * (i + 0.5) / streams
+            yield cases.step_in_motion(trials, hertz, direction, sign, i * cases.GOLDEN % 1.0)
+            continue
+        motion = motion_for(
+            kind, i, trials.contract, direction=direction, window=window, program=PROGRAM, seed=SEED
+        )  # fmt: skip
+        yield trials.case(kind.value, stream_of(motion, state, sign))
+
+
+def counted(share: float) -> dict[Cell, Counter[Outcome]]:
+    """Carry all out, a share of the streams."""
+    found: dict[Cell, Counter[Outcome]] = {}
+    for processor, design, kind in itertools.product(Processor, Design, MotionKind):
+        contract = replace(Contract.of(design), frequency_hz=TOP_HZ[processor])
+        measured = Trials(box_of(design, processor, True, RealEdges.HOLD), contract)
+        if measured.measure_settling() is not None:
+            raise RuntimeError(f"{design.title} does not insert at rest")
+        runs = list(runs_of(kind, measured, max(round(share * STREAMS[kind]), 1)))
+        late_ps = 3 * Timing.of(design, processor).worst_ps(design)
+        for gate, latch in itertools.product((True, False), RealEdges):
+            trials = Trials(box_of(design, processor, gate, latch), contract)
+            trials.settle_ps = measured.settle_ps
+            ends = Counter(outcome_of(run, contract, late_ps=late_ps) for run in trials.all_of(runs))
+            found[Cell(processor=processor, design=design, gate=gate, latch=latch, kind=kind)] = ends
+        sys.stderr.write(f"{processor.value} {design.key} {kind.value}\n")
+    return found
+
+
+def share_text(count: int, of: int) -> str:
+    """Return a share in percent with its 95 % interval (Wilson)."""
+    interval = binomtest(count, of).proportion_ci(0.95, method="wilson")
+    low, high = 100.0 * interval.low, 100.0 * interval.high
+    return f"{100.0 * count / of:.3g} ({max(low, 0.0):.2g} to {high:.3g})"
+
+
+def table(found: dict[Cell, Counter[Outcome]], processor: Processor) -> str:
+    """Return the rows of a processor."""
+    lines = [
+        "| design | gate | latch | motion | streams | correct, % | deferred, % | illegal, % | undetected, % |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for cell, ends in found.items():
+        if cell.processor is processor:
+            total = ends.total()
+            gate, latch = "on" if cell.gate else "off", cell.latch.value
+            shares = " | ".join(share_text(ends[outcome], total) for outcome in Outcome)
+            lines.append(f"| {cell.design.key} | {gate} | {latch} | {cell.kind.value} | {total} | {shares} |")
+    return "\n".join(lines)
+
+
+def summary(found: dict[Cell, Counter[Outcome]]) -> str:
+    """Return the adversarial streams of all designs that lie beside the lines, by gate and latch."""
+    lines = [
+        "| processor | gate | latch | adversarial streams | deferred | illegal | undetected | undetected, % |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for processor, gate, latch in itertools.product(Processor, (True, False), RealEdges):
+        ends = sum(
+            (
+                counts
+                for cell, counts in found.items()
+                if (cell.processor, cell.gate, cell.latch) == (processor, gate, latch)
+                and cell.kind is MotionKind.ADVERSARY
+                and not cell.design.in_path
+            ),
+            Counter(),
+        )
+        counts = " | ".join(str(ends[o]) for o in (Outcome.DEFERRED, Outcome.ILLEGAL, Outcome.UNDETECTED))
+        undetected = share_text(ends[Outcome.UNDETECTED], ends.total())
+        on = "on" if gate else "off"
+        lines.append(f"| {processor.value} | {on} | {latch.value} | {ends.total()} | {counts} | {undetected} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--share", type=float, default=1.0, help="of the streams, to try it")
+    words = parser.parse_args()
+    found = counted(words.share)
+    tops = {f"top_{processor.value}": hertz_text(hertz) for processor, hertz in TOP_HZ.items()}
+    words.output.write_text(
+        TEMPLATE.read_text(encoding="utf-8").format(
+            summary=summary(found), fast=table(found, Processor.FAST), mcs51=table(found, Processor.MCS51), **tops
+        ),
+        encoding="utf-8",
+    )
+
+
+if __name__ == "__main__":
+    main()

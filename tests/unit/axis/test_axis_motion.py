@@ -1,0 +1,169 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from rtec.axis import Dwell, Encoder, Move, Program
+from rtec.axis.motion import MotionKind, Window, motion_named, motion_of, programme_motion
+from rtec.errors import ArgumentError
+
+WINDOW = Window(begin_ps=4_000_000, end_ps=9_000_000, pause_ps=2_000_000_000, every_ps=2_000_000)
+WITHOUT_FILE = [kind for kind in MotionKind if kind is not MotionKind.PROGRAMME]
+MOVING = [kind for kind in WITHOUT_FILE if kind is not MotionKind.STEADY]
+COUNTS = Encoder(count_mm=1.0)
+
+
+def edges_of(motion):
+    """Return (time, +1 or -1) of each crossing, found by bisection of the position between its turning points."""
+    seen = []
+    g = motion.segments
+    last = 0
+    for start, length, x0, v0, a0, x1 in zip(
+        g.start_ps.tolist(), g.duration_ps.tolist(), g.x0_mm.tolist(), g.v0_mm_s.tolist(), g.a0_mm_s2.tolist(),
+        g.x1_mm.tolist(), strict=True,
+    ):  # fmt: skip
+        way = 1 if x1 > x0 else -1
+        while (x1 - (last + way / 2)) * way > 0:
+            goal, low, high = last + way / 2, 0.0, length / 1e12
+            for _ in range(60):
+                middle = (low + high) / 2
+                if (x0 + v0 * middle + a0 * middle**2 / 2 - goal) * way > 0:
+                    high = middle
+                else:
+                    low = middle
+            seen.append((start + high * 1e12, way))
+            last += way
+    return seen
+
+
+@pytest.mark.parametrize("kind", WITHOUT_FILE)
+@pytest.mark.parametrize("direction", [1, -1])
+def test_edges_are_where_the_position_says(kind, direction):
+    motion = motion_of(
+        kind, counts=240, frequency_hz=2e3, asks=30, acceleration_hz_s=1e6, direction=direction, window=WINDOW
+    )
+    stream = COUNTS.edges(motion.segments)
+    expected = edges_of(motion)
+    assert len(stream) == len(expected) > 30
+    assert np.abs(stream.times_ps - [t for t, _ in expected]).max() <= 2_000  # at a turn the position says no more
+    assert stream.counts().net == sum(way for _, way in expected) == round(motion.segments.end_mm)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    kind=st.sampled_from(WITHOUT_FILE),
+    hertz=st.floats(10.0, 1e6),
+    gain=st.floats(1e4, 1e10),
+    asks=st.integers(1, 12),
+    travel=st.integers(8, 40),
+    direction=st.sampled_from([1, -1]),
+    seed=st.integers(0, 9),
+)
+def test_any_motion_keeps_its_limits_and_ends_where_its_edges_say(kind, hertz, gain, asks, travel, direction, seed):
+    motion = motion_of(
+        kind, counts=travel * asks, frequency_hz=hertz, asks=asks, acceleration_hz_s=gain, direction=direction,
+        window=WINDOW, seed=seed,
+    )  # fmt: skip
+    extremes = motion.segments.extremes()
+    assert motion.top_hz <= hertz * (1 + 1e-9)
+    assert extremes.acceleration_mm_s2 <= 4 * gain * (1 + 1e-9)
+    stream = COUNTS.edges(motion.segments)
+    assert stream.counts().illegal == 0
+    assert stream.counts().net == math.floor(motion.segments.end_mm + 0.5)
+    assert motion.asks_ps.size == asks and (np.diff(motion.asks_ps) > 0).all() and motion.asks_ps[0] >= 1
+
+
+def test_a_ramp_takes_the_way_that_acceleration_needs():
+    # v^2 = 2 a s over half the way, in counts: sqrt(4e8 * 4000) / 4
+    assert motion_of(MotionKind.RAMP, counts=4000, frequency_hz=5e5, asks=0).top_hz == pytest.approx(316_227.766)
+    assert motion_of(MotionKind.RAMP, counts=40_000, frequency_hz=5e5, asks=0).top_hz == pytest.approx(5e5)
+
+
+@pytest.mark.parametrize("kind", [MotionKind.REVERSAL, MotionKind.ADVERSARY])
+def test_requests_lie_on_the_grid_and_after_a_rest(kind):
+    motion = motion_of(kind, counts=800, frequency_hz=1e3, asks=40, acceleration_hz_s=1e7, window=WINDOW, seed=4)
+    assert not (motion.asks_ps % WINDOW.every_ps).any()
+    assert np.diff(motion.asks_ps).min() >= WINDOW.pause_ps
+
+
+def test_aimed_crossings_fall_into_every_tenth_of_an_insertion_behind_a_turn():
+    motion = motion_of(MotionKind.REVERSAL, counts=8 * 400, frequency_hz=1e4, asks=400, window=WINDOW)
+    edges = COUNTS.edges(motion.segments).times_ps
+    length = WINDOW.end_ps - WINDOW.begin_ps
+    asked = motion.asks_ps
+    # two of four are aimed by the window after the request ...
+    near = (edges[None, :] - asked[:, None] - WINDOW.begin_ps) / length
+    at_rest = near[(near > 0) & (near < 1)]
+    assert np.histogram(at_rest, bins=10, range=(0, 1))[0].min() > 0
+    # ... two turn so close behind an edge that it comes again within the insertion which this edge begins
+    apart = np.diff(edges)
+    close = apart[apart < WINDOW.end_ps]
+    assert np.histogram(close, bins=10, range=(0, WINDOW.end_ps))[0].min() > 0
+
+
+def test_each_attack_depends_on_its_number_and_seed_alone():
+    def attacks(first, asks, seed):
+        return motion_of(
+            MotionKind.ADVERSARY, counts=8 * asks, frequency_hz=1e5, asks=asks, window=WINDOW, seed=seed, first=first
+        )
+
+    def shape(motion):
+        return np.diff(COUNTS.edges(motion.segments).times_ps).tolist()
+
+    all_three, last = attacks(0, 3, 5), attacks(2, 1, 5)
+    assert len(shape(last)) and np.abs(np.array(shape(all_three)[-len(shape(last)) :]) - shape(last)).max() <= 4_000
+    assert shape(attacks(0, 3, 5)) == shape(all_three) != shape(attacks(0, 3, 6))
+
+
+def test_dither_crosses_four_lines_by_swings_of_all_sizes():
+    motion = motion_of(MotionKind.DITHER, counts=4000, frequency_hz=1e4, asks=0)
+    stream = COUNTS.edges(motion.segments)
+    apart = np.diff(stream.times_ps)
+    assert apart.min() >= 100_000
+    assert np.histogram(np.log10(apart), bins=6)[0].min() > 100
+    assert len(stream) == 4003  # and three lines on the way from one to the next
+
+
+def test_a_programme_runs_its_fastest_feed_at_the_frequency():
+    program = Program(
+        blocks=(Move(target_mm=2.0, feed_mm_s=10.0), Dwell(seconds=0.5), Move(target_mm=1.0, feed_mm_s=5.0))
+    )
+    motion = programme_motion(program, frequency_hz=20e3, asks=3)
+    # 80 000 counts/s are 10 mm/s: 8000 counts a mm
+    assert len(COUNTS.edges(motion.segments)) == 16_000 + 8_000
+    assert motion.segments.end_mm == pytest.approx(8000.0)
+    assert motion.top_hz == pytest.approx(20e3)
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({"counts": 0}, "cycles"),
+        ({"frequency_hz": math.nan}, "frequency"),
+        ({"acceleration_hz_s": 0.0}, "acceleration"),
+        ({"asks": 100_001}, "corrections"),
+        ({"counts": 70, "asks": 10}, "cycles"),
+        ({"window": None}, "window"),
+        ({"kind": MotionKind.DITHER, "counts": 1_000_001}, "cycles"),
+        ({"kind": MotionKind.RAMP, "counts": 1 << 30, "frequency_hz": 0.001}, "cycles"),
+        ({"kind": MotionKind.PROGRAMME}, "motion"),
+    ],
+)
+def test_what_cannot_be_is_refused(change, name):
+    given_ = {"kind": MotionKind.REVERSAL, "counts": 800, "frequency_hz": 1e4, "asks": 10, "window": WINDOW} | change
+    with pytest.raises(ArgumentError) as caught:
+        motion_of(given_.pop("kind"), **given_)
+    assert caught.value.name == name
+
+
+@pytest.mark.parametrize(("text", "hint"), [("revresal", "did you mean 'reversal'?"), ("up", ""), ("", "")])
+def test_an_unknown_motion_is_refused(text, hint):
+    with pytest.raises(ArgumentError, match="steady, ramp, reversal, dither, adversary, or a G-code file") as caught:
+        motion_named(text)
+    assert caught.value.hint == hint
+
+
+def test_a_programme_without_a_feed_is_refused():
+    with pytest.raises(ArgumentError, match="no feed move"):
+        programme_motion(Program(blocks=(Dwell(seconds=1.0),)), frequency_hz=1e3, asks=1)
