@@ -14,9 +14,11 @@ from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
-from rtec.errors import RtecError
+from rtec.conformance._programs import Program
+from rtec.errors import OutputError, RtecError
 
 _LOOK_S = 0.02
+_MOST_AT_ONCE = 1000
 _GRACE_S = 1.0
 """How long a program that was told to end may still write what it knows."""
 
@@ -36,10 +38,18 @@ class Workshop:
             if before is signal.SIG_DFL:
                 signal.signal(signal.SIGTERM, _leave)
                 self._before = signal.SIG_DFL
-        self.folder = Path(tempfile.mkdtemp(prefix="rtec-"))
+        self._programs: list[Program] = []
+        self._begun = 0
+        try:
+            self.folder = Path(tempfile.mkdtemp(prefix="rtec-"))
+        except OSError as error:
+            said = error.strerror or str(error)
+            raise OutputError(f"no temporary folder: {said}; TMPDIR names one that can be written to") from error
 
     def close(self) -> None:
-        """Remove the folder."""
+        """End what runs and remove the folder."""
+        for program in self._programs:
+            program.end()
         shutil.rmtree(self.folder, ignore_errors=True)
         if self._before is not None and signal.getsignal(signal.SIGTERM) is _leave:
             signal.signal(signal.SIGTERM, self._before)
@@ -61,24 +71,21 @@ class Workshop:
             raise RtecError(f"{name}: no end after {within_s:g} s; give it less to build, or look for endless loops")
         return code, _text(said)
 
-    def watch(
-        self, command: Sequence[str], grows: Path, *, silent_s: float, most_bytes: int, folder: Path
-    ) -> tuple[int | None, str]:
-        """Run a program while a file of its grows, but not without end.
+    def begin(self, command: Callable[[int], Sequence[str]], *, folder: Path) -> Program:
+        """Begin a program that answers on a pipe; it ends with this workshop at the latest.
 
-        Returns its exit code, None where it had to be ended, and what it said.
+        Parameters
+        ----------
+        command
+            As for `Program`.
+        folder
+            In which it runs.
         """
-        size, since = -1, time.monotonic()
-
-        def stands_still() -> bool:
-            nonlocal size, since
-            with suppress(OSError):
-                if (grown := grows.stat().st_size) != size:
-                    size, since = grown, time.monotonic()
-            return time.monotonic() - since > silent_s or size > most_bytes
-
-        said = self.folder / "said"
-        return self._run(command, said, folder, stands_still), _text(said)
+        self._programs = [program for program in self._programs if program.running]
+        self._begun += 1
+        program = Program(command, said=self.folder / f"said-{self._begun % _MOST_AT_ONCE}", folder=folder)
+        self._programs.append(program)
+        return program
 
     def _run(
         self, command: Sequence[str], said: Path, folder: Path | None, too_long: Callable[[], bool]
