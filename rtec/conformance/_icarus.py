@@ -24,6 +24,7 @@ from rtec.conformance._verilog_runs import (
 )
 from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Active, Pins, Port
+from rtec.errors import RtecError
 from rtec.injector import Stimulus
 
 _PORT = re.compile(r'^ +\.port_info \d+ /(INPUT|OUTPUT) (\d+) "([^"]+)"', re.MULTILINE)
@@ -64,6 +65,7 @@ class Icarus:
             (shop.folder / "rtec_pins.vh").write_text(_header(pins, self.widths, clock_ps, known), "utf-8")
             code, said = shop.run(command, within_s=BUILD_S)
             if code == 0:
+                self.may_rest = known is not None
                 return
         raise build_error(file, pins, said, "Icarus Verilog")
 
@@ -98,6 +100,8 @@ def _runs(program: Program) -> Runs:
     played = played[played[:, 0] != _FINISH]  # it says so, too, where it was ended from outside
     last_line = next(iter(program.said.strip().splitlines()[-1:]), "")
     code = program.code
+    if code and not played.size:
+        raise RtecError(f"vvp cannot run what iverilog has built: {last_line[:300] or f'code {code}'}")
     return Runs([played], "" if code is None else last_line or f"the simulation ended with code {code}")
 
 

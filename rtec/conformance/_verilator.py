@@ -64,7 +64,8 @@ class Verilator:
             raise build_error(file, pins, said, "Verilator")
         ports = _ports((build / "Vdut.h").read_text("utf-8"))
         widths = pins.widths(ports)
-        (build / "rtec_pins.h").write_text(_header(pins, widths, clock_ps, may_rest=_may_rest(build)), "utf-8")
+        self.may_rest = _may_rest(build)
+        (build / "rtec_pins.h").write_text(_header(pins, widths, clock_ps, may_rest=self.may_rest), "utf-8")
         make = ["make", "-f", "Vdut.mk", "-j2", "OPT_FAST=-O2", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1", "Vdut"]
         code, said = shop.run(make, within_s=BUILD_S, folder=build)
         if code != 0:
@@ -74,6 +75,9 @@ class Verilator:
 
     def _say_what_is_missing(self) -> None:
         missing = [program for program in ("make", "g++") if shutil.which(program) is None]
+        if " " in str(self._shop.folder):
+            folder = self._shop.folder.parent
+            raise RtecError(f"Verilator cannot build in {folder}, a name with a space; TMPDIR names another folder")
         if missing:
             names = " and ".join(missing)
             raise RtecError(f"Verilator needs {names}, not found on the path; on Debian: apt install g++ make")

@@ -19,6 +19,7 @@ from rtec.errors import OutputError, RtecError
 
 _LOOK_S = 0.02
 _MOST_AT_ONCE = 1000
+_ROOM = 65_536
 _GRACE_S = 1.0
 """How long a program that was told to end may still write what it knows."""
 
@@ -61,7 +62,7 @@ class Workshop:
         Raises
         ------
         RtecError
-            It took longer than ``within_s`` seconds.
+            It took longer than ``within_s`` seconds, or the disk is full, which a compiler need not say.
         """
         said = self.folder / "said"
         began = time.monotonic()
@@ -69,6 +70,14 @@ class Workshop:
         if code is None:
             name = Path(command[0]).name
             raise RtecError(f"{name}: no end after {within_s:g} s; give it less to build, or look for endless loops")
+        probe = self.folder / "room"
+        try:
+            probe.write_bytes(bytes(_ROOM))
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise OutputError(f"{self.folder}: {reason}; TMPDIR names a folder with more room") from error
+        finally:
+            probe.unlink(missing_ok=True)
         return code, _text(said)
 
     def begin(self, command: Callable[[int], Sequence[str]], *, folder: Path) -> Program:
@@ -92,7 +101,13 @@ class Workshop:
     ) -> int | None:
         with said.open("wb") as file:
             process = subprocess.Popen(  # noqa: S603 - a simulator, by its full path, without a shell
-                command, stdin=subprocess.DEVNULL, stdout=file, stderr=file, cwd=folder, start_new_session=True
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=file,
+                cwd=folder,
+                env=os.environ | {"TMPDIR": str(self.folder)},  # what a compiler leaves when it is ended goes, too
+                start_new_session=True,
             )
         try:
             while not too_long():

@@ -1,5 +1,6 @@
 """Verilog through the door: both simulators against each other, exact ticks, and everything that can be wrong."""
 
+import os
 import shutil
 import threading
 from fractions import Fraction
@@ -117,6 +118,7 @@ def drawn(seed: int, count: int, closest_ps: int = 120_000) -> list[Stimulus]:
 @NEEDS["icarus"]
 def test_both_simulators_give_the_same(example):
     stimuli = drawn(1, 24)
+    assert [example(simulator).note for simulator in NEEDS] == ["", ""]
     ours, theirs = (example(simulator).play(stimuli) for simulator in NEEDS)
     assert [rows(one) for one in ours] == [rows(other) for other in theirs]
     assert sum(len(response.edges) for response in ours) > 300
@@ -249,6 +251,7 @@ def test_what_is_hidden_from_the_values_is_played(tmp_path, behaviour):
         f"assign qa = a, qb = b; reg [15:0] seen = 0; initial done = 0;\n{behaviour}\nendmodule\n"
     )
     with opened(tmp_path, text, "icarus") as algorithm:
+        assert ("every tick" in algorithm.note) == ("reg [9:0] n" not in behaviour)
         done = algorithm.play([stream("00 1us:r1 30us:end")])[0].completed
     assert len(done)
     assert done.times_ps[-1] > 5_000_000
@@ -256,6 +259,7 @@ def test_what_is_hidden_from_the_values_is_played(tmp_path, behaviour):
 
 @NEEDS["verilator"]
 def test_a_design_that_reads_the_time_is_played_tick_by_tick(modes):
+    assert "every tick" in modes("verilator").note
     done = modes("verilator").play([stream("00 1us:r5 99us:end")])[0].completed
     assert done.times_ps.tolist() == [90_020_000]
 
@@ -451,6 +455,36 @@ def test_no_temporary_folder(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "nowhere"))
     with pytest.raises(OutputError, match=r"no temporary folder: .*TMPDIR"):
         opened(tmp_path, WIRES, "icarus")
+
+
+@NEEDS["icarus"]
+def test_a_full_disk_is_no_verdict(tmp_path, monkeypatch):
+    """A compiler that cannot write all it has to need not say so: here it writes half, and ends with 0."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    real = shutil.which("iverilog")
+    half = programs / "iverilog"
+    half.write_text(
+        f'#!/bin/sh\n{real} "$@"\nfor last in "$@"; do case "$last" in *bench.vvp) cut=$last;; esac; done\n'
+        '[ -z "$cut" ] || { head -c 9000 "$cut" > "$cut.half"; mv "$cut.half" "$cut"; }\n'
+    )
+    half.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}{os.pathsep}{os.environ['PATH']}")
+    with (
+        opened(tmp_path, WIRES, "icarus") as algorithm,
+        pytest.raises(RtecError, match=r"vvp cannot run what iverilog has built: .*bench\.vvp"),
+    ):
+        algorithm.play([stream("00 1us:+ 9us:end")])
+
+
+@NEEDS["verilator"]
+def test_a_temporary_folder_with_a_space(tmp_path, monkeypatch):
+    folder = tmp_path / "a b"
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    with pytest.raises(RtecError, match=r"cannot build in .*a b, a name with a space; TMPDIR"):
+        opened(tmp_path, WIRES, "verilator")
+    assert list(folder.iterdir()) == []
 
 
 @NEEDS["icarus"]
