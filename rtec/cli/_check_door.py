@@ -98,7 +98,7 @@ def _verilog(options: Options) -> Chosen:
     contract, clock = _contract(options), _named("--clock", clock_of, options.clock)
     file, pins = Path(options.algorithm), Pins.read(options.pins)
     algorithm = VerilogAlgorithm(file, pins=pins, clock_ps=clock, simulator=options.simulator)
-    return Chosen(algorithm=algorithm, contract=contract, note=_nothing)
+    return Chosen(algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
 
 
 def _machine_code(options: Options) -> Chosen:

@@ -113,6 +113,16 @@ class VerilogAlgorithm:
         """Return the file's name."""
         return self._file.name
 
+    @property
+    def note(self) -> str:
+        """Return why every tick is simulated, or nothing where a design at rest needs none."""
+        if self._simulator.may_rest:
+            return ""
+        return (
+            "clocked at every tick, which takes longer: it reads the time, files or random numbers, delays something "
+            "or keeps values that cannot be compared; --tries 300 shortens the hunt"
+        )
+
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Return what comes out for each stimulus.
 
