@@ -65,7 +65,7 @@ def late(draw, sent):
     return EdgeStream(sorted(out), [out[t] for t in sorted(out)], initial=sent.initial)
 
 
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=400, deadline=None)
 @given(runs(), st.booleans(), st.booleans())
 def test_it_says_what_the_oracle_says(run, must_finish, may_refuse):
     stimulus, response = run
@@ -82,7 +82,7 @@ def test_it_says_what_the_oracle_says(run, must_finish, may_refuse):
 def test_random_runs_reach_every_fault():
     found = set()
 
-    @settings(max_examples=2000, deadline=None, database=None, derandomize=True)
+    @settings(max_examples=600, deadline=None, database=None, derandomize=True)
     @given(runs())
     def collect(run):
         found.add(judge_oracle.seen(*run, TIGHT).fault)
