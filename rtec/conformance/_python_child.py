@@ -29,12 +29,17 @@ REQUEST = struct.Struct("qqqqqq")
 ANSWER = struct.Struct("qqqqqq")
 """Changes, completed totals, refusals, level at power-up, time of a break or -1, bytes of its reason."""
 MOST_CHANGES = 4_000_000
-MOST_BYTES = 4 << 30
+MOST_BYTES = 3 << 30
 """Of memory that it may ask for, compiler included."""
 _FIRST_ROOM = 4096
 FULL, TWICE, LEVELS, TOTAL, TOO_OFTEN = 1, 2, 3, 4, 5
 """How a run ends early, in the loop's own words."""
 _MOST_CALLS = 2_000_000
+
+
+def mark(watched: NDArray[np.int64], place: int, value: int) -> None:
+    """Write a number for the parent; compiled code has an own way, as its compiler drops what nobody here reads."""
+    watched[place] = value
 
 
 def run(  # noqa: PLR0912, PLR0915 - one loop, as in the kernels
@@ -66,9 +71,9 @@ def run(  # noqa: PLR0912, PLR0915 - one loop, as in the kernels
     first, ab_out, total, code = power_up, power_up, 0, 0
     calls = 0
     while t_ps < until_ps:
-        watched[1] += 1
-        watched[2] = t_ps
         calls += 1
+        mark(watched, 2, t_ps)
+        mark(watched, 1, calls)
         new_ab, new_total, wake_ps, new_code = step(algorithm, t_ps, ab, requested)
         if new_ab < 0 or new_ab > 3:
             return made, booked, no, first, LEVELS, t_ps, new_ab
@@ -158,7 +163,8 @@ class Player:
         try:
             record = record_of(self.kind())
             self.compiled = compiled_functions(self.kind, record, run)
-            none, bytes_ = np.zeros(0, np.int64), np.zeros(0, np.uint8)
+            # read-only, as what comes through the pipe is: other types would be compiled again
+            none, bytes_ = np.frombuffer(b"", np.int64), np.frombuffer(b"", np.uint8)
             some = np.zeros(8, np.int64)
             loop, step = self.compiled
             loop(step, record, none, bytes_, none, none, 0, 0, 0, 1, some, some, some, some, some, some, self.watched)

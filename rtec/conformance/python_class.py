@@ -241,7 +241,7 @@ class PythonClass:
         if self._process is None:
             return "its process is gone"
         with contextlib.suppress(subprocess.TimeoutExpired):
-            code = self._process.wait(timeout=1.0)
+            code = self._process.wait(timeout=5.0)
             return (
                 f"its process was ended by signal {-code}" if code < 0 else f"it ended its process with code {code}"
             )

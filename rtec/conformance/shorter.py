@@ -58,7 +58,7 @@ def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]
     moved = True
     while moved:
         moved = False
-        for way in (_without_edges, _without_requests, _nearer_to_zero, _sooner):
+        for way in (_without_beginning, _without_edges, _without_requests, _nearer_to_zero, _sooner):
             while (found := _first_as_wrong(trials, run, way, fault, begun + tries)) is not None:
                 run, moved = found, True
     while (found := _first_as_wrong(trials, run, _rounder, fault, begun + tries)) is not None:
@@ -103,6 +103,21 @@ def _without_edges(stream: Stream, _: Trials) -> Iterator[Stream]:
     for k in range(size - 1):  # over and back leaves the state as it was
         if stream.moves[k] != stream.moves[k + 1]:
             yield _keeping(stream, np.r_[0:k, k + 2 : size])
+
+
+def _without_beginning(stream: Stream, _: Trials) -> Iterator[Stream]:
+    """Yield streams that begin with a later edge, at the time of the first, or have none and stay where they end."""
+    size = stream.edges_ps.size
+    if size:
+        nothing = np.zeros(0, np.int64)
+        yield replace(stream, state=stream.final_state, edges_ps=nothing, moves=nothing)
+    for k in sorted({size // 2, size // 4, size // 8, 1} - {0}, reverse=True):
+        if k < size:
+            by = int(stream.edges_ps[k] - stream.edges_ps[0])
+            requests_ps = np.maximum(stream.requests_ps - by, 1)
+            if np.all(np.diff(requests_ps) > 0):
+                later = _keeping(stream, np.arange(k, size))
+                yield replace(later, edges_ps=later.edges_ps - by, requests_ps=requests_ps)
 
 
 def _keeping(stream: Stream, places: NDArray[np.int64]) -> Stream:

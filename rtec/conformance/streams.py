@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,16 @@ from rtec.conformance.contract import STATES, Contract
 from rtec.errors import ArgumentError
 from rtec.injector import Stimulus, Totals
 from rtec.signal import EdgeStream
-from rtec.units import parse_time_ps
 
+LONGEST_PS = 2**61
 LONGEST_TEXT = 200_000
 """Characters of a stream that are read."""
 
-_EVENT = re.compile(r"(?P<time>[\d.]+[a-z]+):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))", re.ASCII)
+_UNITS_PS = {"ps": 1, "ns": 10**3, "us": 10**6, "ms": 10**9, "s": 10**12}
+_EVENT = re.compile(
+    r"(?P<time>\d{1,20}(?:\.\d{0,20})?)(?P<unit>ps|ns|us|ms|s):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))",
+    re.ASCII,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,14 +93,19 @@ class Stream:
             match = _EVENT.fullmatch(word)
             if match is None:
                 raise ArgumentError("stream", repr(word[:40]), shape)
-            t_ps = parse_time_ps(match["time"], name="stream")
+            exact_ps = Decimal(match["time"]) * _UNITS_PS[match["unit"]]  # a float would lose a picosecond in an hour
+            t_ps = int(exact_ps)
             if (
-                t_ps < last_ps
+                exact_ps != t_ps
+                or t_ps > LONGEST_PS
+                or t_ps < last_ps
                 or until_ps is not None
                 or t_ps < 1
                 or (edges and match["move"] and t_ps == edges[-1][0])
             ):
-                raise ArgumentError("stream", repr(word[:40]), "times from 1 ps on that increase, and the end last")
+                raise ArgumentError(
+                    "stream", repr(word[:40]), "whole ps from 1 to 2^61 that increase, and the end last"
+                )
             last_ps = t_ps
             if match["move"]:
                 edges.append((t_ps, 1 if match["move"] == "+" else -1))
@@ -193,5 +203,6 @@ def _exact(t_ps: int) -> str:
     """Write a time without losing a picosecond."""
     for unit, digits in (("ms", 9), ("us", 6), ("ns", 3)):
         if t_ps >= 10**digits:
-            return f"{t_ps / 10**digits:.{digits}f}".rstrip("0").rstrip(".") + unit if t_ps < 2**53 else f"{t_ps}ps"
+            whole, rest = divmod(t_ps, 10**digits)
+            return f"{whole}.{rest:0{digits}d}".rstrip("0").rstrip(".") + unit
     return f"{t_ps}ps"
