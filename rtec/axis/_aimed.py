@@ -27,6 +27,12 @@ _DEPTHS = (0.0005, 0.02, 0.3, 0.9)
 _MOST_DEPTH = 0.9
 
 
+def depth_of(apart_ps: float, acceleration: float) -> float:
+    """Return how far behind a line the axis turns to cross it again after this time, or the shortest there is."""
+    apart_s = max(apart_ps, 1.001 * TURN_PS) / PS_PER_S  # times are rounded to picoseconds
+    return min(acceleration * apart_s**2 / 8.0, _MOST_DEPTH)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
     """Where and how an attack is made.
@@ -35,6 +41,8 @@ class Place:
     ----------
     begin_ps, end_ps
         First and last change of an insertion at rest, after the request.
+    pause_ps, every_ps
+        Rest before a request, and the grid on which requests lie.
     speed, acceleration
         The highest, counts/s and counts/s^2.
     travel
@@ -47,6 +55,8 @@ class Place:
 
     begin_ps: int
     end_ps: int
+    pause_ps: int
+    every_ps: int
     speed: float
     acceleration: float
     travel: int
@@ -60,8 +70,7 @@ class Place:
 
     def depth(self, apart_ps: float) -> float:
         """Return how far behind a line the axis turns to cross it again after this time."""
-        apart_s = max(apart_ps, 1.001 * TURN_PS) / PS_PER_S  # times are rounded to picoseconds
-        return min(self.acceleration * apart_s**2 / 8.0, _MOST_DEPTH)
+        return depth_of(apart_ps, self.acceleration)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

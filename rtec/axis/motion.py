@@ -7,15 +7,15 @@ crossings of a line into the insertions; the others spread the requests evenly.
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.axis._aimed import GOLDEN, LEAST_TRAVEL, Attack, Make, Place, adversary, reversal
-from rtec.axis.profile import Limits, MotionSegments, plan, plan_moves
+from rtec.axis._aimed import GOLDEN, LEAST_TRAVEL, Make, Place, adversary, depth_of, reversal
+from rtec.axis._laid_out import laid_out, moves, planned
+from rtec.axis.profile import Limits, MotionSegments, plan
 from rtec.axis.program import Dwell, Move, Program
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError, nearest
@@ -32,10 +32,7 @@ _MOST_SWING = 0.45
 """Counts to either side of a line."""
 _MOST_COUNTS = 1 << 40
 
-_FloatArray = NDArray[np.float64]
 _IntArray = NDArray[np.int64]
-_Table = tuple[_FloatArray, _FloatArray, _FloatArray, _IntArray]
-"""Starts, targets, speeds and dwells of moves."""
 
 
 class MotionKind(enum.Enum):
@@ -208,7 +205,7 @@ def motion_of(
         segments = _steady(sign * speed, counts)
         asked = _evenly(segments.total_ps, asks)
     elif kind is MotionKind.RAMP:
-        segments = _planned(*_moves([sign * counts], [speed]), gain)
+        segments = planned(*moves([sign * counts], [speed]), gain)
         asked = _evenly(segments.total_ps, asks)
     elif kind is MotionKind.DITHER:
         segments, asked = _dither(counts, speed, gain, sign, range(first, first + asks))
@@ -220,10 +217,10 @@ def motion_of(
             needed = -(-LEAST_TRAVEL * asks // 4)
             raise ArgumentError("cycles", f"{counts / 4:g}", f"at least {needed}: two cycles for each correction")
         place = Place(
-            begin_ps=window.begin_ps, end_ps=window.end_ps, speed=speed, acceleration=gain, travel=travel, sign=sign,
-            seed=seed,
+            begin_ps=window.begin_ps, end_ps=window.end_ps, pause_ps=window.pause_ps, every_ps=window.every_ps,
+            speed=speed, acceleration=gain, travel=travel, sign=sign, seed=seed,
         )  # fmt: skip
-        segments, asked = _aimed(_ATTACKS[kind], place, window, range(first, first + asks))
+        segments, asked = laid_out(_ATTACKS[kind], place, range(first, first + asks))
     else:
         raise ArgumentError("motion", kind.value, "a motion without a file", "see programme_motion")
     return _within_time(Motion(kind=kind, segments=segments, asks_ps=asked, acceleration_hz_s=acceleration_hz_s))
@@ -305,23 +302,6 @@ def _within_time(motion: Motion) -> Motion:
     return motion
 
 
-def _planned(
-    start: _FloatArray, target: _FloatArray, speed: _FloatArray, dwell_ps: _IntArray, gain: float
-) -> MotionSegments:
-    """Plan moves in counts."""
-    try:
-        return plan_moves(start, target, speed, dwell_ps, gain)
-    except ArgumentError as error:
-        raise ArgumentError("cycles", "a motion longer than 100 days", "fewer, or a higher frequency") from error
-
-
-def _moves(targets: Sequence[float], speeds: Sequence[float]) -> _Table:
-    """Return the table of `plan_moves` for moves from count 0 on, without dwells."""
-    target = np.array(targets, np.float64)
-    start = np.concatenate([[0.0], target[:-1]]) if target.size else target
-    return start, target, np.array(speeds, np.float64), np.zeros(target.size, np.int64)
-
-
 def _steady(speed: float, counts: int) -> MotionSegments:
     length_ps = np.array([max(round(counts / abs(speed) * PS_PER_S), 1)], np.int64)
     none, real = np.zeros(1, np.int64), np.zeros(1)
@@ -342,67 +322,14 @@ def _dither(counts: int, speed: float, gain: float, sign: int, numbers: range) -
         raise ArgumentError("cycles", f"{counts / 4:g}", f"at most {_MOST_MOVES // 4} that dither")
     swing = np.arange(counts)
     # from the depth at which the line is crossed twice within the shortest time, to nearly half a count
-    least = np.log(Place.depth(_unaimed(speed, gain, sign), 0.0))
+    least = np.log(depth_of(0.0, gain))
     depth = np.exp(least + ((numbers.start + swing) * GOLDEN % 1.0) * (np.log(_MOST_SWING) - least))
     side = np.where(swing % 2 == 0, 1.0, -1.0)
     target = sign * (0.5 + 4 * swing // counts + side * depth)
-    segments = _planned(*_moves(target.tolist(), [speed] * counts), gain)
+    segments = planned(*moves(target.tolist(), [speed] * counts), gain)
     asks = len(numbers)
     at = np.array([(2 * k + 1) * counts // (2 * asks) for k in range(asks)], np.int64)
     ends = np.concatenate([[0], segments.block_end_ps])
     share = (0.5 + np.array(numbers) * GOLDEN) % 1.0
     asked = ends[at] + np.rint(share * (ends[at + 1] - ends[at])).astype(np.int64)
     return segments, np.maximum(asked, 1)
-
-
-def _unaimed(speed: float, gain: float, sign: int) -> Place:
-    return Place(begin_ps=0, end_ps=0, speed=speed, acceleration=gain, travel=0, sign=sign, seed=0)
-
-
-def _aimed(make: Make, place: Place, window: Window, numbers: range) -> tuple[MotionSegments, _IntArray]:
-    """Lay attacks out one after the other, each after a rest whose length makes the aimed crossing come right."""
-    attacks = [make(i, place) for i in numbers]
-    sizes = np.array([len(attack.targets) for attack in attacks], np.int64)
-    homes = np.concatenate([[0.0], np.cumsum([attack.targets[-1] for attack in attacks])])[:-1]
-    targets = [home + x for home, attack in zip(homes.tolist(), attacks, strict=True) for x in attack.targets]
-    start, target, speed, dwell = _moves(targets, [v for attack in attacks for v in attack.speeds])
-    ends_ps = [0, *_planned(start, target, speed, dwell, place.acceleration).block_end_ps.tolist()]
-    asked, rests, now_ps, row = [], [], 0, 0
-    for attack, size in zip(attacks, sizes.tolist(), strict=True):
-        aimed = row + attack.aimed
-        crossing_ps = ends_ps[aimed] - ends_ps[row] + _into_ps(attack, abs(target[aimed] - start[aimed]), place)
-        least_ps = now_ps + window.pause_ps + max(crossing_ps - attack.lead_ps, 0) + 1
-        asked.append(-(-least_ps // window.every_ps) * window.every_ps)
-        rests.append(asked[-1] + attack.lead_ps - crossing_ps - now_ps)
-        moved_ps = now_ps + rests[-1] + ends_ps[row + size] - ends_ps[row]
-        # an insertion may still be under way when the moves are over: the next rest begins behind it
-        late_ps = max(asked[-1] + window.end_ps - moved_ps, 0)
-        rests.append(late_ps)
-        now_ps = moved_ps + late_ps
-        row += size
-    before, behind = np.cumsum(sizes) - sizes, np.cumsum(sizes)
-    places = np.stack([before, behind], axis=1).ravel()
-    stands = np.stack([homes, homes + [attack.targets[-1] for attack in attacks]], axis=1).ravel()
-    segments = _planned(
-        np.insert(start, places, stands),
-        np.insert(target, places, stands),
-        np.insert(speed, places, place.speed),
-        np.insert(dwell, places, np.array(rests, np.int64)),
-        place.acceleration,
-    )
-    return segments, np.array(asked, np.int64)
-
-
-def _into_ps(attack: Attack, length: float, place: Place) -> int:
-    """Return how long after the start of its move an attack crosses the aimed line."""
-    gain = place.acceleration
-    peak = min(attack.speeds[attack.aimed], float(np.sqrt(gain * length)))
-    ramp = peak**2 / (2.0 * gain)
-    into = attack.into
-    if into < ramp:
-        taken = np.sqrt(2.0 * into / gain)
-    elif into <= length - ramp:
-        taken = peak / gain + (into - ramp) / peak
-    else:
-        taken = 2.0 * peak / gain + (length - 2.0 * ramp) / peak - np.sqrt(2.0 * max(length - into, 0.0) / gain)
-    return round(float(taken) * PS_PER_S)

@@ -99,8 +99,9 @@ def counted(share: float) -> dict[Cell, Counter[Outcome]]:
 def share_text(count: int, of: int) -> str:
     """Return a share in percent with its 95 % interval (Wilson)."""
     interval = binomtest(count, of).proportion_ci(0.95, method="wilson")
-    low, high = 100.0 * interval.low, 100.0 * interval.high
-    return f"{100.0 * count / of:.3g} ({max(low, 0.0):.2g} to {high:.3g})"
+    low, high = max(100.0 * interval.low, 0.0), 100.0 * interval.high
+    least = f"{low:.2g}" if low < 99.0 else f"{low:.4g}"
+    return f"{100.0 * count / of:.3g} ({least} to {high:.3g})"
 
 
 def table(found: dict[Cell, Counter[Outcome]], processor: Processor) -> str:

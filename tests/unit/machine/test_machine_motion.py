@@ -32,7 +32,7 @@ def by_stages(path):
     """Run the same job by the faces: the encoder's own edges, the box, the receiver, each on its own."""
     stream = replace(path.encoder, count_mm=1.0).edges(path.motion.segments)
     sign = 1 if path.corrections > 0 else -1
-    box, out, done = Injector(path.injector), [], 0
+    box, out, done = Injector(path.injector, initial=path.encoder.level_at_home), [], 0
     for k, asked in enumerate(path.motion.asks_ps.tolist(), 1):
         upto = int(np.searchsorted(stream.times_ps, asked))
         out.append(box.process(stream.part(done, upto), until_ps=asked))
@@ -40,7 +40,7 @@ def by_stages(path):
         done = upto
     end = path.motion.total_ps + 10**12
     out.append(box.process(stream.part(done, len(stream)), until_ps=end))
-    receiver = Receiver(path.receiver)
+    receiver = Receiver(path.receiver, initial=path.encoder.level_at_home)
     for part in out:
         receiver.process(part)
     return stream, box.insertions, receiver.result(at_ps=end)
