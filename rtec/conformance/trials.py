@@ -165,11 +165,13 @@ class Trials:
                     break
                 # a count that is wrong may be a step that is not booked yet
                 if violation.fault not in (Fault.UNFINISHED, Fault.COUNT) or look_ps >= _LONGEST_LOOK_PS:
-                    return run
+                    break
                 look_ps *= 10
             for times in (run.response.edges.times_ps, run.response.completed.times_ps):
                 longest_ps = max(longest_ps, int(times.max(initial=0)) - asked_ps)
-        self.settle_ps = 2 * longest_ps + 40 * quarter_ps
+            self.settle_ps = 2 * longest_ps + 40 * quarter_ps
+            if violation is not None:
+                return run
         return None
 
     def settled(self, stream: Stream) -> Stream:
