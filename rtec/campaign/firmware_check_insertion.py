@@ -13,6 +13,7 @@ from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import Failed, Stopped
 from rtec.campaign.firmware_check_results import Trace
 from rtec.controller import ReceiverResult
+from rtec.injector import Totals
 from rtec.units import PS_PER_S
 
 GOLDEN = 0.618_033_988_749_895
@@ -75,17 +76,19 @@ class Trial:
                 self.frequency_hz, self.direction, after_ps=round(self.phase * PS_PER_S / (4.0 * self.frequency_hz))
             )
             bench.run_readings(_WARM_UP_READINGS)
+        asked_ps = bench.now_ps
         bench.board.ask(self.sign)
         budget = _BUDGET_READINGS
         if self.frequency_hz:
             budget += round(_BUDGET_PERIODS * PS_PER_S / self.frequency_hz / bench.reading_ps)
         inserted = bench.await_that(lambda: bench.words.completed == self.sign, readings=budget, looks=2)
-        refused = bench.words.refused
+        refused, seen_ps = bench.words.refused, bench.now_ps
+        totals = Totals([asked_ps], [self.sign]), Totals([seen_ps], [self.sign]) if inserted else Totals()
         if self.frequency_hz:
             bench.run_readings(1.0)
         bench.halt()
         bench.run_readings(self.quiet_readings)
-        return Outcome.of(self, bench, inserted=inserted, refused=refused)
+        return Outcome.of(self, bench, inserted=inserted, refused=refused, totals=totals)
 
 
 def hertz(frequency_hz: float) -> str:
@@ -113,7 +116,9 @@ class Outcome:
     trace: Trace
 
     @classmethod
-    def of(cls, trial: Trial, bench: Bench, *, inserted: bool, refused: int) -> Outcome:
+    def of(
+        cls, trial: Trial, bench: Bench, *, inserted: bool, refused: int, totals: tuple[Totals, Totals]
+    ) -> Outcome:
         """Judge what a bench has recorded since the trial began."""
         events = insertions(bench)
         received, completed = bench.received(), bench.words.completed
@@ -138,7 +143,7 @@ class Outcome:
             refused=refused,
             latency_ps=max((e.latency_ps for e in events if e.latency_ps is not None), default=None),
             received=received,
-            trace=_trace(trial, bench, events, wrong, wrong_ps if wrong else None),
+            trace=_trace(trial, bench, events, totals, wrong, wrong_ps if wrong else None),
         )
 
 
@@ -191,7 +196,14 @@ def insertions(bench: Bench) -> list[Insertion]:
     return found
 
 
-def _trace(trial: Trial, bench: Bench, events: list[Insertion], wrong: str, mark_ps: int | None) -> Trace:
+def _trace(
+    trial: Trial,
+    bench: Bench,
+    events: list[Insertion],
+    totals: tuple[Totals, Totals],
+    wrong: str,
+    mark_ps: int | None,
+) -> Trace:
     """Return the lines around the first insertion, or around the moment that failed."""
     near_ps = bench.cycles_ps(200)
     around = next((e for e in events if mark_ps is None or e.last_ps >= mark_ps - near_ps), None)
@@ -208,6 +220,9 @@ def _trace(trial: Trial, bench: Bench, events: list[Insertion], wrong: str, mark
         title=f"{trial}: {wrong}" if wrong else str(trial),
         encoder=bench.encoder,
         controller=bench.controller,
+        requested=totals[0],
+        completed=totals[1],
+        insertions_ps=tuple((event.first_ps, event.last_ps) for event in events),
         pin_times_ps=np.array([t for t, _ in rows], np.int64),
         pin_levels=np.array([level for _, level in rows], np.int64),
         initial_pins=start,

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.injector import Design
+from rtec.injector import Design, Totals
 from rtec.signal import EdgeStream
 
 
@@ -51,6 +51,10 @@ class Trace:
         What is seen.
     encoder, controller
         Edges on both sides of the box.
+    requested, completed
+        Totals of steps; the second as the check has seen it in the words to the PC.
+    insertions_ps
+        First and last change of the drive pins in each insertion.
     pin_times_ps, pin_levels
         Changes of port 1: the time at the pin, the byte from then on.
     initial_pins
@@ -68,6 +72,9 @@ class Trace:
     title: str
     encoder: EdgeStream
     controller: EdgeStream
+    requested: Totals
+    completed: Totals
+    insertions_ps: tuple[tuple[int, int], ...]
     pin_times_ps: NDArray[np.int64]
     pin_levels: NDArray[np.int64]
     initial_pins: int

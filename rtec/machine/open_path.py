@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,11 @@ from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, Insertions, RealEdges
 from rtec.injector.box import insertions_of
 from rtec.machine import _open_kernels
-from rtec.signal import VcdSignal, VcdWriter
+from rtec.machine.tape import Tape, Viewer, WaveFile
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 MAX_EDGES = 1 << 40
 _CHUNK_EDGES = 2_000_000
-_TAPE_EDGES = 100_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,43 +186,11 @@ class OpenPathResult:
         }
 
 
-class _Tape:
-    """Edges of both sides of the box on their way into a waveform file."""
-
-    def __init__(self, path: Path, *levels: int) -> None:
-        room = 8 * _TAPE_EDGES
-        self.arrays = (np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64))
-        self.levels = list(levels)
-        scopes = zip(("encoder", "controller"), levels, strict=True)
-        self.writer = VcdWriter(
-            path,
-            signals=[VcdSignal(scope=s, name=n, initial=at >> b & 1) for s, at in scopes for b, n in enumerate("AB")],
-        )
-
-    def spool(self) -> None:
-        """Write what stands on the tape, in the order of time."""
-        times, levels, used = self.arrays
-        parts_t, parts_s, parts_v = [], [], []
-        for side in range(2):
-            n = int(used[side])
-            after = levels[side, :n]
-            changed = after ^ np.concatenate(([self.levels[side]], after[:-1])).astype(np.uint8)[:n]
-            self.levels[side] = int(after[-1]) if n else self.levels[side]
-            for bit in range(2):
-                here = np.flatnonzero(changed >> bit & 1)
-                parts_t.append(times[side, here])
-                parts_s.append(np.full(here.size, 2 * side + bit, dtype=np.int64))
-                parts_v.append((after[here] >> bit & 1).astype(np.int64))
-        t, s, v = np.concatenate(parts_t), np.concatenate(parts_s), np.concatenate(parts_v)
-        order = np.argsort(t, kind="stable")
-        self.writer.write(t[order], s[order], v[order])
-        used[:] = 0
-
-
 def simulate(
     path: OpenPath,
     *,
     vcd: Path | None = None,
+    seen: Viewer | None = None,
     progress: Callable[[float], None] | None = None,
     in_blocks: bool = True,
 ) -> OpenPathResult:
@@ -234,6 +202,8 @@ def simulate(
         The run.
     vcd
         Waveform file to write both sides of the box to.
+    seen
+        Somebody else who looks at what the box does, such as a `rtec.machine.stretch.Stretch` for a picture.
     progress
         Called with the share done, now and then.
     in_blocks
@@ -255,16 +225,17 @@ def simulate(
     board = path.board()
     box = _box_of(state, board)
     _open_kernels.run(state, 0, box, None)  # machine code is loaded before the clock starts
-    if vcd is None:
-        wall_s = _run(state, total, _CHUNK_EDGES, box, None, progress)
-        end_ps = _open_kernels.finish(state, _settle_ps(path), box, None)
-    else:
-        tape = _Tape(vcd, path.encoder.level_at_home, int(state.receiver.raw))
-        with tape.writer:
-            wall_s = _run(state, total, _TAPE_EDGES, box, tape, progress)
-            end_ps = _open_kernels.finish(state, _settle_ps(path), box, tape.arrays)
-            tape.spool()
-            tape.writer.finish(int(end_ps))
+    initial = path.encoder.level_at_home, int(state.receiver.raw)
+    with ExitStack() as stack:
+        file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial))
+        viewers = [viewer for viewer in (file, seen) if viewer is not None]
+        tape = Tape(viewers, initial) if viewers else None
+        wall_s = _run(state, total, box, tape, progress)
+        end_ps = _open_kernels.finish(state, _settle_ps(path), box, None if tape is None else tape.arrays)
+        if tape is not None:
+            tape.spool(state.injector)
+        if file is not None:
+            file.finish(int(end_ps))
     return _result(path, state, board, end_ps, wall_s)
 
 
@@ -281,18 +252,15 @@ def _settle_ps(path: OpenPath) -> int:
     return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
-def _run(
-    state: Record, total: int, chunk: int, box: Any, tape: _Tape | None, progress: Callable[[float], None] | None
-) -> float:
+def _run(state: Record, total: int, box: Any, tape: Tape | None, progress: Callable[[float], None] | None) -> float:
     """Run all edges chunk by chunk; return the wall-clock seconds."""
     begun = time.perf_counter()
     done = 0
     while done < total:
-        part = min(chunk, total - done)
-        _open_kernels.run(state, part, box, None if tape is None else tape.arrays)
+        part = min(_CHUNK_EDGES, total - done)
+        done += part - _open_kernels.run(state, part, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool()
-        done += part
+            tape.spool(state.injector)
         if progress is not None:
             progress(done / total)
     return time.perf_counter() - begun
