@@ -316,15 +316,12 @@ class _Campaign:
         run = worst if worst is not None and not worst.right else None if self.slowest is None else self.slowest[1]
         if run is None:
             return None
-        stimulus, violation = run.case.stream.stimulus(), run.judgement.violation
-        begun_ps = firmware.begun_ps(stimulus)
+        stimulus = run.case.stream.stimulus()
         try:
             firmware.replay(stimulus)
         except Failed:
             return None
-        mark_ps = None if violation is None else begun_ps + violation.time_ps
-        title = run.case.title if violation is None else violation.reason
-        return trace_of(firmware.bench, title, mark_ps)
+        return trace_of(firmware.bench, run, firmware.begun_ps(stimulus))
 
     def _seen(self, bench: Bench) -> Seen:
         answered = any(check.name == "answers" and check.passed for check in self.checks)

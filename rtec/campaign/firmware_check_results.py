@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.conformance.results import Verdict
-from rtec.injector import Design
+from rtec.injector import Design, Totals
 from rtec.signal import EdgeStream
 
 
@@ -52,6 +52,10 @@ class Trace:
         What is seen.
     encoder, controller
         Edges on both sides of the box.
+    requested, completed
+        Totals of steps; the second as the check has seen it in the words to the PC.
+    insertions_ps
+        First and last change of the drive pins in each insertion.
     pin_times_ps, pin_levels
         Changes of port 1: the time at the pin, the byte from then on.
     initial_pins
@@ -69,6 +73,9 @@ class Trace:
     title: str
     encoder: EdgeStream
     controller: EdgeStream
+    requested: Totals
+    completed: Totals
+    insertions_ps: tuple[tuple[int, int], ...]
     pin_times_ps: NDArray[np.int64]
     pin_levels: NDArray[np.int64]
     initial_pins: int

@@ -10,6 +10,8 @@ import numpy as np
 
 from rtec.campaign.firmware_check_bench import Bench
 from rtec.campaign.firmware_check_results import Trace
+from rtec.conformance.trials import Run
+from rtec.injector import Totals
 
 _SAME_INSERTION_CYCLES = {"12-clock": 30, "one-clock": 60}
 """Changes of drive pins closer than this belong to one insertion; to book it takes longer."""
@@ -67,10 +69,14 @@ def insertions(bench: Bench) -> list[Insertion]:
     return found
 
 
-def trace_of(bench: Bench, title: str, mark_ps: int | None = None) -> Trace:
-    """Return the lines around the first insertion, or around the moment that failed."""
-    near_ps = bench.cycles_ps(200)
-    around = next((e for e in insertions(bench) if mark_ps is None or e.last_ps >= mark_ps - near_ps), None)
+def trace_of(bench: Bench, run: Run, begun_ps: int) -> Trace:
+    """Return the lines around the first insertion of a run that the bench has played, or around its fault."""
+    violation, stimulus, done = run.judgement.violation, run.case.stream.stimulus(), run.response.completed
+    title, mark_ps = run.case.title, None
+    if violation is not None:
+        title, mark_ps = violation.reason, begun_ps + violation.time_ps
+    near_ps, made = bench.cycles_ps(200), insertions(bench)
+    around = next((e for e in made if mark_ps is None or e.last_ps >= mark_ps - near_ps), None)
     first = around.first_ps if around else (bench.now_ps if mark_ps is None else mark_ps)
     last = around.last_ps if around else first
     edge = around.edge_ps if around else None
@@ -84,6 +90,9 @@ def trace_of(bench: Bench, title: str, mark_ps: int | None = None) -> Trace:
         title=title,
         encoder=bench.encoder,
         controller=bench.controller,
+        requested=Totals(stimulus.requests.times_ps + begun_ps, stimulus.requests.totals),
+        completed=Totals(done.times_ps + begun_ps, done.totals),
+        insertions_ps=tuple((each.first_ps, each.last_ps) for each in made),
         pin_times_ps=np.array([t for t, _ in rows], np.int64),
         pin_levels=np.array([level for _, level in rows], np.int64),
         initial_pins=start,

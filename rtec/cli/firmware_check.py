@@ -80,9 +80,7 @@ def check(
 
     for option, file in (("--figure", figure), ("--vcd", vcd)):
         if file is not None:
-            _measured.check_new_file(option, file, force=force)
-    if figure is not None and figure.suffix not in (".png", ".svg"):
-        raise ArgumentError("--figure", figure.name, "a name that ends in .png or .svg")
+            _measured.check_new_file(option, file, force=force, picture=file is figure)
     with as_bad_input():
         plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases, tries, seed)
     _console.announce_compilation()
