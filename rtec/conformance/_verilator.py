@@ -46,7 +46,7 @@ class Verilator:
     def __init__(self, shop: Workshop, file: Path, pins: Pins, clock_ps: tuple[int, int]) -> None:
         self._shop, self._cwd = shop, file.parent
         # Verilator and make cut names at spaces: they see links with plain names, from within the folder of the build
-        build, source = shop.folder / "build", f"design{file.suffix}"
+        build, source = shop.folder / "build", f"design{file.suffix.lower()}"
         build.mkdir()
         (build / source).symlink_to(file)
         (build / "beside").symlink_to(file.parent, target_is_directory=True)

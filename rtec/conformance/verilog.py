@@ -65,6 +65,10 @@ class VerilogAlgorithm:
     nothing sets (Verilator: all 0, all 1, random), break the run, as do ``$finish``, logic that does not settle, and
     10 s without progress.
 
+    A design at rest is not clocked on: where all that it remembers is the same at two ticks in a row, with nothing in
+    or out between them, the ticks up to the next input are left out. Where that cannot be known, every tick is
+    simulated, and `note` says so.
+
     A Verilog file runs with the user's rights, as a Python file does: ``$fopen``, ``$system`` and the like work.
 
     Parameters
