@@ -37,11 +37,6 @@ FULL, TWICE, LEVELS, TOTAL, TOO_OFTEN = 1, 2, 3, 4, 5
 _MOST_CALLS = 2_000_000
 
 
-def mark(watched: NDArray[np.int64], place: int, value: int) -> None:
-    """Write a number for the parent; compiled code has an own way, as its compiler drops what nobody here reads."""
-    watched[place] = value
-
-
 def run(  # noqa: PLR0912, PLR0915 - one loop, as in the kernels
     step: Any,
     algorithm: Any,
@@ -71,9 +66,9 @@ def run(  # noqa: PLR0912, PLR0915 - one loop, as in the kernels
     first, ab_out, total, code = power_up, power_up, 0, 0
     calls = 0
     while t_ps < until_ps:
+        watched[1] += 1
+        watched[2] = t_ps
         calls += 1
-        mark(watched, 2, t_ps)
-        mark(watched, 1, calls)
         new_ab, new_total, wake_ps, new_code = step(algorithm, t_ps, ab, requested)
         if new_ab < 0 or new_ab > 3:
             return made, booked, no, first, LEVELS, t_ps, new_ab

@@ -77,29 +77,7 @@ def compiled_functions(kind: Any, record: Any, loop: Callable[..., Any]) -> Any:
         ab_out, total, wake_ps, refused = inner(algorithm, t_ps, ab, requested)
         return int(ab_out), int(total), int(wake_ps), int(refused)
 
-    names = loop.__globals__ | {"mark": _marked(numba)}
-    ours = types.FunctionType(loop.__code__, names, loop.__name__)
-    return numba.njit(ours), numba.njit(of_three if len(given) == 3 else of_four)
-
-
-def _marked(numba: Any) -> Any:
-    """Return ``mark(array, place, value)``: a store that stays where it is, even before a loop without an end."""
-    from numba.core import cgutils  # noqa: PLC0415 - with the compiler only
-    from numba.extending import intrinsic  # noqa: PLC0415
-
-    tools: Any = cgutils
-
-    def mark(_: Any, array: Any, place: Any, value: Any) -> Any:
-        def written(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            view = context.make_array(signature.args[0])(context, builder, given[0])
-            pointer = tools.get_item_pointer(context, builder, signature.args[0], view, [given[1]], wraparound=False)
-            builder.store_atomic(given[2], pointer, "seq_cst", 8)
-            return context.get_dummy_value()
-
-        whole = numba.types.int64
-        return numba.types.void(array, whole, whole), written
-
-    return intrinsic(mark)
+    return numba.njit(loop), numba.njit(of_three if len(given) == 3 else of_four)
 
 
 class _Functions:

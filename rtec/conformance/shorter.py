@@ -49,7 +49,7 @@ def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]
     >>> trials = Trials(Wires(), Contract(step_counts=2))
     >>> run = trials.one(trials.case("motion", Stream.read("00 1.234us:+ 1.987us:r1 2.5us:+ 9us:end")))
     >>> print(shortened(trials, run)[0].case.stream)
-    00 500ns:r1 400.5us:end
+    11 10us:r1 410us:end
     """
     begun = trials.made
     fault = _fault(run)
