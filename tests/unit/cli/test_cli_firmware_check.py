@@ -65,7 +65,9 @@ def test_a_good_image_passes(image, capsys, tmp_path):
     assert 7 <= found["worst_insertion_us"] <= 9.25
     assert figure.read_bytes().startswith(b"\x89PNG")
     text = vcd.read_text()
-    assert text.count("$var wire 1 ") == 13
+    for group in ("encoder", "controller", "box", "P1", "check"):
+        assert f"$scope module {group} $end" in text
+    assert text.count(" P1_") == 8
     code, out, err = said(capsys, *words)
     assert (code, out) == (2, "")
     assert "exists" in err
