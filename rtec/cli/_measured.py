@@ -148,6 +148,22 @@ def _named_as_options(observe: str) -> Iterator[None]:
         raise ArgumentError(name, error.value, error.allowed, error.hint) from error
 
 
+_FIGURES = (".png", ".svg", ".pdf")
+
+
+def check_new_figure(option: str, file: Path, *, force: bool) -> None:
+    """Refuse a figure of a kind that cannot be drawn, and a file as `check_new_file` does.
+
+    Raises
+    ------
+    RtecError
+        Its name has another ending, or the file cannot be made.
+    """
+    if file.suffix.lower() not in _FIGURES:
+        raise ArgumentError(option, repr(str(file)), f"a file name that ends with {', '.join(_FIGURES)}")
+    check_new_file(option, file, force=force)
+
+
 def check_new_file(option: str, file: Path, *, force: bool) -> None:
     """Refuse a file that exists or has no folder, before long work begins.
 
