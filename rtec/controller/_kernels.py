@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
-from rtec.signal._kernels import NEVER, count_delta, level_of_state, state_of_level
+from rtec.signal._kernels import NEVER, count_delta, count_of_one_line, level_of_state, state_of_level
 
 PS_PER_S = 1_000_000_000_000
 LOG_LENGTH = 64
@@ -133,15 +133,18 @@ def accept(rx: Record, t_ps: int, ab: int) -> None:
 
 
 @helper
+def is_through(rx: Record, changed_ps: int, t_ps: int) -> bool:
+    """Return whether enough ticks before ``t_ps`` have seen a level that stands since ``changed_ps``."""
+    tick = first_tick(rx, t_ps) - rx.samples - rx.reference_tick
+    return tick * rx.tick_num >= (changed_ps - rx.reference_ps) * rx.tick_den
+
+
+@helper
 def settle_closely(rx: Record, t_ps: int) -> None:
-    """Settle by the numbers of the ticks: both lines are under way, or one has changed just before ``t_ps``."""
-    pending = rx.raw ^ rx.accepted
+    """Settle both lines, which are under way, by the numbers of the ticks."""
     tick = first_tick(rx, t_ps)
-    ready_a = ready_b = tick
-    if pending & 1:
-        ready_a = first_tick(rx, rx.changed_a_ps) + rx.samples - 1
-    if pending & 2:
-        ready_b = first_tick(rx, rx.changed_b_ps) + rx.samples - 1
+    ready_a = first_tick(rx, rx.changed_a_ps) + rx.samples - 1
+    ready_b = first_tick(rx, rx.changed_b_ps) + rx.samples - 1
     if ready_a == ready_b < tick:
         accept(rx, time_of_tick(rx, ready_a), rx.accepted ^ 3)
     else:
@@ -157,12 +160,18 @@ def settle_closely(rx: Record, t_ps: int) -> None:
 def settle_before(rx: Record, t_ps: int) -> None:
     """Let the filter take over what its ticks before ``t_ps`` have seen often enough."""
     pending = rx.raw ^ rx.accepted
-    if pending != 0:
-        changed_ps = rx.changed_a_ps if pending == 1 else rx.changed_b_ps
-        if pending != 3 and t_ps - changed_ps > rx.sure_ps:
+    if pending == 3:
+        apart_ps = rx.changed_b_ps - rx.changed_a_ps
+        if t_ps - max(rx.changed_a_ps, rx.changed_b_ps) > rx.sure_ps and abs(apart_ps) >= rx.unseen_ps:
+            first = 1 if apart_ps > 0 else 2  # a tick lies between them
+            accept(rx, t_ps, rx.accepted ^ first)
             accept(rx, t_ps, rx.raw)
         else:
             settle_closely(rx, t_ps)
+    elif pending != 0:
+        changed_ps = rx.changed_a_ps if pending == 1 else rx.changed_b_ps
+        if t_ps - changed_ps > rx.sure_ps or is_through(rx, changed_ps, t_ps):
+            accept(rx, t_ps, rx.raw)
 
 
 @step
@@ -188,8 +197,35 @@ def end_of_dip(rx: Record, t_ps: int, changed_ps: int, dipped_ps: int) -> int:
 
 
 @step
-def receiver_edge(rx: Record, t_ps: int, ab: int) -> None:
-    """Take the levels ``ab`` from ``t_ps`` on; times never decrease, and ``ab`` differs from the levels before."""
+def stood_long(rx: Record, t_ps: int) -> bool:
+    """Return whether one line is on its way through the filter, and surely through it at ``t_ps``, as is the rule."""
+    pending = rx.raw ^ rx.accepted
+    return (pending == 1 or pending == 2) and t_ps - rx.last_ps > rx.sure_ps
+
+
+@step
+def take_over(rx: Record, t_ps: int, ab: int) -> None:
+    """Count the transition of one line that has stood long, and take the levels ``ab`` from ``t_ps`` on.
+
+    What :func:`take_closely` asks is settled then: no line goes back to what the filter holds, none had a dip.
+    """
+    before_ab, raw = rx.accepted, rx.raw
+    delta = count_of_one_line(before_ab, raw)
+    rx.direction = delta
+    count_step(rx, before_ab, raw, delta)
+    rx.accepted = raw
+    rx.raw = ab
+    rx.min_separation_ps = min(rx.min_separation_ps, t_ps - rx.last_ps)
+    rx.last_ps = t_ps
+    if (raw ^ ab) & 1:
+        rx.changed_a_ps = t_ps
+    if (raw ^ ab) & 2:
+        rx.changed_b_ps = t_ps
+
+
+@helper
+def take_closely(rx: Record, t_ps: int, ab: int) -> None:
+    """Take the levels ``ab`` from ``t_ps`` on, however close to the changes before."""
     settle_before(rx, t_ps)
     change = rx.raw ^ ab
     back = change & (rx.raw ^ rx.accepted)
@@ -208,6 +244,15 @@ def receiver_edge(rx: Record, t_ps: int, ab: int) -> None:
         rx.changed_b_ps = end_of_dip(rx, t_ps, rx.changed_b_ps, rx.dipped_b_ps) if soon else t_ps
     if rx.samples == 0:
         accept(rx, t_ps, ab)
+
+
+@step
+def receiver_edge(rx: Record, t_ps: int, ab: int) -> None:
+    """Take the levels ``ab`` from ``t_ps`` on; times never decrease, and ``ab`` differs from the levels before."""
+    if stood_long(rx, t_ps):
+        take_over(rx, t_ps, ab)
+    else:
+        take_closely(rx, t_ps, ab)
 
 
 @step

@@ -69,7 +69,19 @@ def injector_edge(s: Record, t_ps: int, ab: int) -> None:
 def injector_fire(s: Record) -> None:
     """Carry out the box's own event at ``next_ps``."""
     t_ps = s.next_ps
-    if s.phase == SAMPLING:
+    if s.phase == ARMED and s.requested != s.completed:
+        s.phase = INSERTING
+        s.done = 0
+        s.sign = 1 if s.requested > s.completed else -1
+        if s.holds == 1 and s.in_path == 0:
+            hold(s)
+    if s.phase == INSERTING:
+        advance_insertion(s)
+        drive(s)
+        s.next_ps = t_ps + s.step_ps
+        if s.done == s.changes:
+            finish_insertion(s, t_ps)
+    elif s.phase == SAMPLING:
         sample(s, t_ps)
     elif s.phase == WRITING:
         write(s, t_ps)
@@ -78,22 +90,10 @@ def injector_fire(s: Record) -> None:
         cancel(s)
         drive(s)
         arm_at_rest(s, t_ps)
-    elif s.requested == s.completed and s.phase == ARMED:
-        finish_holding(s, t_ps)  # the request went back before the start
+    else:  # the request went back before the start
+        finish_holding(s, t_ps)
         if s.in_path == 1 and s.ab_in != s.sampled:
             begin_sampling(s, t_ps)
-    else:
-        if s.phase == ARMED:
-            s.phase = INSERTING
-            s.done = 0
-            s.sign = 1 if s.requested > s.completed else -1
-            if s.holds == 1 and s.in_path == 0:
-                hold(s)
-        advance_insertion(s)
-        drive(s)
-        s.next_ps = t_ps + s.step_ps
-        if s.done == s.changes:
-            finish_insertion(s, t_ps)
     if s.closing == 1 and s.phase == IDLE:
         injector_power(s, t_ps, 0)
 

@@ -18,7 +18,11 @@ def observe(s: Record) -> bool:
     """
     angle = (state_of_level(s.ab_out) - state_of_level(s.ab_in)) & 3
     if angle != s.angle:
-        count_difference(s)
+        ahead = count_delta(s.seen_out, s.ab_out)
+        if s.seen_in == s.ab_in and ahead != ILLEGAL:  # as when a box inserts
+            s.ahead += ahead
+        else:
+            count_difference(s)
         s.angle = angle
     s.seen_in = s.ab_in
     if s.ab_out == s.seen_out:

@@ -10,25 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, array_kernel, kernel, step
-from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, jitter, steady_crossing
+from rtec._jit import Record, array_kernel, helper, kernel, step
+from rtec.axis._ahead_kernels import AHEAD, cross_ahead, crosses_evenly, shift_lines
+from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, steady_crossing
 from rtec.board._board_kernels import LARGE, board_ask, board_edge, board_fire, board_run, board_switch, read_bus
-from rtec.controller._kernels import RECEIVER, X4, receiver_edge, receiver_reset, receiver_settle
+from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
+from rtec.injector._insertion_kernels import cancel
 from rtec.injector._kernels import (
     injector_edge,
     injector_fire,
     injector_request,
     injector_reset,
-    note_edge,
 )
 from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import IDLE, INJECTOR, WRITING
+from rtec.injector._state_kernels import ARMED, INJECTOR
 from rtec.machine._firmware_kernels import READINGS_TO_END, note_insertions
+from rtec.machine._quiet_kernels import edge_ps, pass_quietly, passes_on
 from rtec.machine._tape_kernels import has_room, keep_board, keep_box
-from rtec.signal._kernels import NEVER, count_delta, level_of_state
-
-BLOCK = 16
-"""Edges that pass together where nothing but counting happens to them: four whole cycles."""
+from rtec.signal._kernels import level_of_state
 
 OPEN_PATH = np.dtype(
     [
@@ -116,7 +115,7 @@ def pass_edge(m: Record, board: Any, t_ps: int, tape: Any) -> None:
         see_box(m, t_ps, tape)
 
 
-@step
+@helper
 def pass_glitch(m: Record, board: Any, tape: Any) -> None:
     """Send an edge of a glitch, the next thing that happens on the lines, through box and receiver."""
     e = m.encoder
@@ -137,93 +136,6 @@ def ask(m: Record, board: Any, t_ps: int) -> None:
         injector_request(s, t_ps, s.requested + m.sign)
 
 
-@step
-def passes_unchanged(m: Record) -> bool:
-    """Return whether the next edges pass all stages unchanged, as long as they are far enough apart.
-
-    So it is while the box owes nothing, no glitch is to be drawn, the filter is at work, and the last edge is the one
-    thing that it has not taken over yet.
-    """
-    e, s, rx = m.encoder, m.injector, m.receiver
-    plain = e.glitch_level == 0 and e.glitch_next_ps == NEVER and e.eccentric_counts == 0.0
-    idle = s.requested == s.completed and s.holding == 0 and s.ready_ps <= e.last_ps
-    if s.in_path == 1:
-        idle = idle and s.phase == WRITING and s.poll_ps == 0  # the last edge is on its way through the processor
-    else:
-        idle = idle and s.phase == IDLE
-    pending = rx.raw ^ rx.accepted
-    filtering = rx.samples > 0 and rx.multiplication == X4 and (pending == 1 or pending == 2)
-    return plain and idle and filtering and count_delta(rx.accepted, rx.raw) == e.step_sign
-
-
-@step
-def pass_quietly(m: Record, edges: int, blocks_ps: NDArray[np.int64], shifts_ps: NDArray[np.int64]) -> None:
-    """Pass up to ``edges`` edges block by block, as long as nothing but counting happens to them.
-
-    The result is what the step functions give: each edge comes later after the one before it than the filter needs,
-    so it makes the one before it count. The edges' times do not depend on each other then, and are computed together.
-    """
-    e, s, rx = m.encoder, m.injector, m.receiver
-    sign, seed, bound_ps, whole_ps = e.step_sign, e.seed, e.jitter_ps, e.quarter_whole_ps
-    for i in range(BLOCK):
-        k = e.count + (i + 1 if sign > 0 else -i)
-        shifts_ps[i] = e.shift_ps[(k + e.home) & 3] + (i + 1) * whole_ps
-    rest, left, den = e.steady_rest, e.quarter_left, e.quarter_den
-    last_ps, least_ps = e.last_ps, rx.min_separation_ps
-    delay_ps = s.latency_ps if s.in_path == 1 else 0
-    sure_ps, steady_ps, serial = max(rx.sure_ps, delay_ps), e.steady_ps, e.serial
-    passed = 0
-    row = 0
-    while passed + BLOCK <= edges:
-        times_ps = blocks_ps[row]
-        for i in range(BLOCK):
-            times_ps[i] = steady_ps + shifts_ps[i] + jitter(seed, serial + 1 + i, bound_ps)
-        more_ps, new_rest = 0, rest
-        if left != 0:  # quarters of no whole number of picoseconds: one more now and then
-            for i in range(BLOCK):
-                new_rest += left
-                if new_rest >= den:
-                    new_rest -= den
-                    more_ps += 1
-                times_ps[i] += more_ps
-        closest_ps = times_ps[0] - last_ps
-        for i in range(1, BLOCK):
-            closest_ps = min(closest_ps, times_ps[i] - times_ps[i - 1])
-        if closest_ps <= sure_ps:
-            break
-        least_ps = min(least_ps, closest_ps)
-        last_ps = times_ps[BLOCK - 1]
-        steady_ps += BLOCK * whole_ps + more_ps
-        rest = new_rest
-        serial += BLOCK
-        passed += BLOCK
-        row ^= 1  # the last whole block stays readable when the next one breaks off
-    if passed == 0:
-        return
-    times_ps = blocks_ps[row ^ 1]
-    e.count += sign * passed
-    e.serial = serial
-    e.steady_ps = steady_ps
-    e.steady_rest = rest
-    if s.in_path == 1:
-        least_ps = min(least_ps, e.last_ps + delay_ps - rx.last_ps)  # what was on its way at the beginning
-    e.last_ps = last_ps
-    # what the stages remember of the edges: a block is whole cycles, so the levels are the same again
-    seen = BLOCK - 1 if s.in_path == 0 else BLOCK - 2
-    rx.count += sign * passed
-    rx.direction = sign
-    rx.min_separation_ps = least_ps
-    rx.last_ps = times_ps[seen] + delay_ps
-    a_is_last = rx.raw ^ rx.accepted == 1
-    rx.changed_a_ps = times_ps[seen if a_is_last else seen - 1] + delay_ps
-    rx.changed_b_ps = times_ps[seen - 1 if a_is_last else seen] + delay_ps
-    if s.in_path == 1:
-        s.next_ps = last_ps + delay_ps
-    for i in range(BLOCK - 8, BLOCK):
-        ab = level_of_state((e.count + e.home - sign * (BLOCK - 1 - i)) & 3)
-        note_edge(s, times_ps[i], ab)
-
-
 @kernel
 def start(m: Record, count: int) -> None:
     """Stand still at ``count``."""
@@ -239,6 +151,48 @@ def switch_on_controller(m: Record, ab: int) -> None:
     receiver_reset(m.receiver, ab)
 
 
+@step
+def quiet_until(m: Record, t_ps: int, i: int, n: int, state: int, closest_ps: int) -> int:
+    """Return up to which of ``n`` edges from ``i`` on the box only passes them on and nothing is asked for.
+
+    ``state`` is the encoder's before edge number 0, ``closest_ps`` the least time between two edges.
+    """
+    s, sign = m.injector, m.encoder.step_sign
+    until = n
+    if s.requested != s.completed:  # it waits for both lines low, or is about to insert
+        until = min(n, i + (-sign * (state + sign * (i + 1)) & 3)) if s.one_state == 1 else i
+    if s.in_path == 1:  # the writing of an edge comes before the next edge
+        until = min(until, n - 1) if closest_ps > s.latency_ps else i
+    if until <= i or not passes_on(s, t_ps):
+        return i
+    return min(until, i + 1 + (m.edges - 1 - m.due) // m.corrections) if m.corrections > 0 else until
+
+
+@step
+def pass_ahead(m: Record, times_ps: NDArray[np.int64], n: int, state: int, closest_ps: int) -> None:
+    """Send ``n`` edges, whose times are known, through box and receiver; ``state`` is the encoder's before them."""
+    s, sign = m.injector, m.encoder.step_sign
+    i = 0
+    while i < n:
+        t_ps = edge_ps(times_ps, i)
+        run_box_until(m, None, t_ps, None)
+        m.due += m.corrections
+        while m.due >= m.edges:
+            m.due -= m.edges
+            ask(m, None, t_ps)
+        if s.phase == ARMED and s.in_path == 0 and t_ps <= s.recognised_ps:
+            cancel(s)  # as it would with the edge: the axis moves
+        until = quiet_until(m, t_ps, i, n, state, closest_ps)
+        if until > i:
+            pass_quietly(m, times_ps, i, until, state, closest_ps)
+            m.due += (until - 1 - i) * m.corrections
+            i = until
+        else:
+            i += 1
+            injector_edge(s, t_ps, level_of_state((state + sign * i) & 3))
+            see_gates(m, s, t_ps)
+
+
 @array_kernel
 def run(m: Record, edges: int, board: Any, tape: Any) -> int:
     """Move over the next ``edges`` lines at constant speed; return how many are left where the tape is full.
@@ -246,22 +200,20 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> int:
     ``board`` is None, or the box's circuits, processor, memory, hidden state, log and an empty queue.
     """
     e = m.encoder
-    blocks_ps = np.empty((2, BLOCK), np.int64)
-    shifts_ps = np.empty(BLOCK, np.int64)
     left = edges
+    if board is None and tape is None and crosses_evenly(e):
+        times_ps = np.empty(AHEAD, np.int64)
+        shifts_ps = np.empty(AHEAD, np.int64)
+        shift_lines(e, shifts_ps)
+        while left > 0:
+            state = e.count + e.home
+            n = min(left, AHEAD)
+            closest_ps = cross_ahead(e, n, shifts_ps, times_ps)
+            pass_ahead(m, times_ps, n, state, closest_ps)
+            left -= n
     while left > 0:
-        if tape is not None:
-            if not has_room(tape, m.injector):
-                return left
-        elif board is None and m.in_blocks == 1 and passes_unchanged(m):
-            before = e.serial
-            # up to the edge before the next request
-            until_due = (m.edges - 1 - m.due) // m.corrections if m.corrections > 0 else left
-            pass_quietly(m, min(left, until_due), blocks_ps, shifts_ps)
-            m.due += (e.serial - before) * m.corrections
-            left -= e.serial - before
-            if left == 0:
-                return 0
+        if tape is not None and not has_room(tape, m.injector):
+            return left
         left -= 1
         crossing_ps = steady_crossing(e)
         while e.glitch_next_ps < crossing_ps:

@@ -51,6 +51,15 @@ def count_delta(before_ab: int, after_ab: int) -> int:
     return ((int(state_of_level(after_ab)) - int(state_of_level(before_ab)) + 1) & 3) - 1
 
 
+@step
+def count_of_one_line(before_ab: int, after_ab: int) -> int:
+    """Return +1 or -1 for the transition between two level codes that differ in one line.
+
+    A changes forwards where A and B are the same, B where they differ: where B after it is A before it.
+    """
+    return 1 - 2 * ((before_ab ^ (after_ab >> 1)) & 1)
+
+
 @kernel
 def merge(
     times_a_ps: NDArray[np.int64],

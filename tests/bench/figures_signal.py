@@ -60,9 +60,13 @@ def open_path(setting: Setting) -> Iterator[Figure]:
             what=f"Open path at 500 kHz, design {design.value}",
             measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
             value=edges / spread.best / REAL_TIME_EDGES_S,
-            bar=Bar(value=50.0 if design is Design.C else 30.0, unit="x real time"),
+            bar=Bar(value=100.0 if design is Design.ORIGINAL else 150.0, unit="x real time"),
             command=_SIMULATE.format(design.value),
         )
+
+
+STEP_BARS = {Design.C: 60.0, Design.ORIGINAL: 50.0, Design.A: 50.0, Design.B: 40.0}
+"""Times real time that the step functions alone are to reach, with a correction every 8 edges."""
 
 
 def steps(setting: Setting) -> Iterator[Figure]:
@@ -78,15 +82,15 @@ def steps(setting: Setting) -> Iterator[Figure]:
                 what=f"Step functions alone, {how}, design {design.value}",
                 measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
                 value=edges / spread.best / REAL_TIME_EDGES_S,
-                bar=Bar(value=50.0 if design is Design.C else 30.0, unit="x real time") if spacing == 100 else None,
-                binding=False,
+                bar=Bar(value=STEP_BARS[design], unit="x real time"),
+                binding=spacing == 8,
                 command=f"{THIS} steps",
             )
 
 
 def verilator(setting: Setting) -> Iterator[Figure]:
     """Measure design C beside Verilator on the same job, by turns, both in processor time."""
-    bar, command = Bar(value=100.0, unit="x Verilator"), f"{THIS} verilator"
+    bar, command = Bar(value=110.0, unit="x Verilator"), f"{THIS} verilator"
     ours, theirs = setting.of(100_000_000, 20_000_000), setting.of(1_000_000, 300_000)
     ways: dict[str, Callable[[], float]] = {
         "rtec": functools.partial(_processor_time, job(Design.C, ours)),

@@ -38,15 +38,15 @@ edges, filter of 60 ns (three samples at 50 MHz), x4 decoder.
     "steps": (
         "The same without the blocks",
         """\
-The open path passes edges in blocks of sixteen while nothing but counting happens to them: the box owes nothing, no
-glitch is to be drawn, and neighbouring edges are farther apart than the filter needs. The times of a block do not
-depend on each other, so the compiler computes several at once. Everything else, and every edge around a correction,
-goes through the step functions that the closed loop calls, too. `tests/differential/test_open_path_blocks.py` holds
-the two ways to the same final state, field by field.
+In the open path no edge's time depends on the one before it, so the times of 128 edges are made ahead in every row
+here, and the compiler computes several at once. With blocks, edges between two corrections are counted together while
+nothing but counting happens to them: the box owes nothing and neighbouring edges are farther apart than the filter
+needs ([decision 3](decisions/0003-edge-blocks.md)). `tests/differential/test_open_path_blocks.py` holds both ways and
+the step functions without edges made ahead to the same final state, field by field.
 
-Here all edges take the step functions (`rtec.machine.simulate(path, in_blocks=False)`). This is the speed to reckon
-with where the blocks do not apply, as with a correction every 8 edges, where there is no room for one.
-The bars in brackets are those of the table above, for comparison.
+Here box and receiver take all edges one by one (`rtec.machine.simulate(path, in_blocks=False)`). While the box only
+passes edges on, whether it owes anything is asked once for a run of them, not at each. The bars are those of a
+correction every 8 edges; for one every 100 edges they stand in brackets, for comparison.
 """,
     ),
     "verilator": (

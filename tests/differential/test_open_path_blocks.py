@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from rtec.axis import Encoder, Imperfections
-from rtec.controller import ReceiverSettings
+from rtec.axis._ahead_kernels import AHEAD, cross_ahead, crosses_evenly, shift_lines
+from rtec.axis._kernels import steady_edges
+from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import OpenPath, _open_kernels as kernels, simulate
@@ -110,7 +112,49 @@ def test_the_blocks_are_used(design, frequency_hz):
     path = open_path(design, Processor.FAST, frequency_hz, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
     state = path.state()
     kernels.run(state, 8, None, None)
-    assert kernels.passes_unchanged(state)
+    soon_ps = int(state.encoder.last_ps) + 300_000  # before the next edge
+    kernels.run_box_until(state, None, soon_ps, None)
+    assert crosses_evenly(state.encoder)
+    assert kernels.quiet_until(state, soon_ps, 0, 40, 0, 400_000) in (40, 40 - state.injector.in_path)
+
+
+def test_edges_made_ahead_are_those_made_one_by_one():
+    shifts, times = np.empty(AHEAD, np.int64), np.empty(AHEAD, np.int64)
+    made, levels = np.empty(AHEAD + 2, np.int64), np.empty(AHEAD + 2, np.uint8)
+    overtaken = 0
+    for frequency_hz, phase_deg, jitter_ps, direction in itertools.product(
+        (500e3, 499_999.0, 123_456.789), (0.0, 10.0, -85.0), (0, 5_000, 60_000, 900_000), (1, -1)
+    ):
+        path = open_path(Design.C, Processor.FAST, frequency_hz, phase_deg, 0, direction, 0, 3, RealEdges.MERGE)
+        ahead, single = path.state().encoder, path.state().encoder
+        ahead.jitter_ps = single.jitter_ps = jitter_ps  # more than the face allows, too
+        shift_lines(ahead, shifts)
+        for n in (AHEAD, 4, 124, 7):
+            before_ps = int(ahead.last_ps)
+            closest_ps = cross_ahead(ahead, n, shifts, times)
+            assert steady_edges(single, made[: n + 2], levels[: n + 2]) == n
+            assert times[:n].tolist() == made[:n].tolist()
+            assert closest_ps == np.diff(np.concatenate(([before_ps], made[:n]))).min()
+            assert ahead.tobytes() == single.tobytes()
+            overtaken += closest_ps == 1
+    assert overtaken > 0  # else the order of edges was never at stake
+
+
+def test_an_illegal_transition_is_noted_at_its_time_by_the_blocks_too():
+    """A change of the box that falls on an edge is an illegal transition, once noted a block of edges too late."""
+    timing = Timing(decide_ps=100_000, step_ps=100_000, recover_ps=3_000_000, latency_ps=100_000, gate_margin=None)
+    path = OpenPath(
+        injector=InjectorSettings(design=Design.B, timing=timing),
+        frequency_hz=500e3,
+        cycles=403,
+        corrections=16,
+        encoder=Encoder(imperfections=Imperfections(phase_error_deg=-40.0, duty_error_b=0.05), seed=3),
+        receiver=ReceiverSettings(policy=IllegalPolicy.GUESS),
+    )
+    edges = (4 * path.cycles,)
+    stepped, passed = end_state(path, blank_tape(), edges), end_state(path, None, edges)
+    assert stepped["receiver.simultaneous"] > 0
+    assert stepped == passed
 
 
 def test_the_steps_are_taken_where_they_are_asked_for():

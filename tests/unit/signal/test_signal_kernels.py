@@ -3,7 +3,7 @@ import pytest
 from signal_oracle import FORWARD, decode_step, text
 
 from rtec.signal import ILLEGAL, NEVER
-from rtec.signal._kernels import DELTA, count_delta, level_of_state, merge, state_of_level
+from rtec.signal._kernels import DELTA, count_delta, count_of_one_line, level_of_state, merge, state_of_level
 
 
 @pytest.mark.parametrize("state", range(4))
@@ -19,6 +19,8 @@ def test_count_delta_agrees_with_decoder(before, after):
     expected = ILLEGAL if expected == "illegal" else expected
     assert count_delta(before, after) == expected
     assert count_delta(np.uint8(before), np.uint8(after)) == expected
+    if before ^ after in (1, 2):
+        assert count_of_one_line(before, after) == expected
     assert DELTA[before * 4 + after] == expected
 
 
