@@ -152,7 +152,7 @@ def check_firmware(
     >>> cpu = Microcontroller.named("8051-12mhz")
     >>> verdict = check_firmware(FirmwareCheckPlan(image=wait, design=Design.C, microcontroller=cpu))
     >>> [(check.name, check.passed) for check in verdict.checks]
-    [('starts', True), ('answers', False), ('home', None)]
+    [('starts', True), ('answers', False), ('home', None), ('all else', None)]
     """
     return _Campaign(plan, progress).verdict()
 
