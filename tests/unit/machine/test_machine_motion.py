@@ -165,3 +165,12 @@ def test_a_whole_stream_of_nothing_stays_at_rest():
     result = simulate(set_in_motion(path_of(Design.C, corrections=0), MotionKind.REVERSAL))
     assert (result.edges, result.controller_counts, result.good) == (0, 0, True)
     assert EdgeStream([], [], initial=0).counts().net == 0
+
+
+def test_progress_is_a_share_of_the_time():
+    seen = []
+    long = path_of(Design.C, cycles=1_500_000, corrections=3, frequency_hz=500e3)
+    simulate(set_in_motion(long, MotionKind.RAMP), progress=seen.append)
+    assert seen == sorted(seen) and seen[-1] == 1.0
+    # three chunks of 2 000 000 edges, evenly in time at nearly constant speed
+    assert seen[:2] == pytest.approx([1 / 3, 2 / 3], abs=0.01)
