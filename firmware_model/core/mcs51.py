@@ -326,9 +326,9 @@ class Mcs51:
             raise FirmwareError("byte", byte, "one frame at a time", "run until RI before the next")
         start_reception(self._memory, self._hidden, byte | (ninth_bit << 8), self.cycles)
 
-    def record(self) -> None:
-        """Keep from now on every change of a port's latch and every byte sent."""
-        self._hidden[at.LOG_ROOM] = LOG_ROWS
+    def record(self, *, on: bool = True) -> None:
+        """Keep from now on every change of a port's latch and every byte sent, or no more."""
+        self._hidden[at.LOG_ROOM] = LOG_ROWS if on else 0
         watch(self._hidden)
 
     def port_changes(self) -> Iterable[PortChange]:

@@ -389,11 +389,13 @@ def play(
     queue: Longs,
     out_ps: Longs,
     out_levels: Bytes,
+    said: Longs,
 ) -> tuple[int, int]:
     """Run the board over a chunk of real edges and on to just before ``until_ps``.
 
-    ``queue`` has a row for each edge. Returns the edges taken and the changes written; it ends early, at ``now_ps``,
-    where ``out_ps`` has no room for the edges left and a change of the box.
+    ``queue`` has a row for each edge; ``said`` keeps time, completed total and message of the latest publications,
+    number ``published`` in that row, modulo its length. Returns the edges taken and the changes written; it ends
+    early, at ``now_ps``, where ``out_ps`` has no room for the edges left and a change of the box.
     """
     edges = times_ps.size
     for i in range(edges):
@@ -419,8 +421,13 @@ def play(
         if waits:
             read_bus(b, m, h)
         elif b.next_ps < until_ps:
-            held = b.holding
+            held, published = b.holding, b.published
             board_fire(b, m, h, log)
+            if b.published > published:
+                row = published % said.shape[0]
+                said[row, 0] = stop_ps
+                said[row, 1] = signed_word(m, WORDS + COMPLETED, 2)
+                said[row, 2] = m[XRAM + WORDS + STATUS]
             if i < edges and times_ps[i] == stop_ps:
                 pass_edge(b, stop_ps, int(levels[i]))
                 i += 1

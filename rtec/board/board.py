@@ -36,6 +36,9 @@ READING_PS, READING_CYCLES = 1_250_000_000, 1250
 START_UP_READINGS = 6
 """A start-up takes so many: three to take home, three to take a request of zero."""
 
+PUBLICATIONS = 4096
+"""Of the words to the PC, so many are remembered."""
+
 _ROOM = 1024
 """Changes of the lines that a run leaves room for, beside two an edge; more are fetched in further turns."""
 
@@ -144,6 +147,7 @@ class Board:
         DECODER_CHIP.fill(state.decoder)
         self._inner: Any = self.cpu.arrays
         self._loop = self.cpu.loop  # one tuple, whose type numba works out once
+        self._said = np.zeros((PUBLICATIONS, 3), np.int64)
         kernels.power_up(state, *self._inner, start_ps, whole_within("initial", initial, 0, 3))
         self._level = int(state.seen_out)
 
@@ -245,6 +249,36 @@ class Board:
             refused=raw[12],
         )
 
+    @property
+    def published(self) -> int:
+        """Return how often the words to the PC have become valid since power-up."""
+        return int(self._state.published)
+
+    def said_since(self, published: int) -> NDArray[np.int64]:
+        """Return what was published since `published` stood there, of the latest `PUBLICATIONS`.
+
+        Returns
+        -------
+        ndarray
+            Rows of time in ps, completed total and message.
+
+        Examples
+        --------
+        A step of Design C is told of as soon as it is booked, beside the readings a millisecond apart:
+
+        >>> from rtec.board import Microcontroller
+        >>> from rtec.injector import Design
+        >>> board = Board(Design.C, Microcontroller.named("8051-12mhz"))
+        >>> board.start_up().name, board.ask(1)
+        ('OK', None)
+        >>> before = board.published
+        >>> _ = board.idle(until_ps=board.now_ps + 3_000_000_000)
+        >>> board.said_since(before)[:, 1].tolist()
+        [0, 0, 1, 1]
+        """
+        first = max(published, self.published - PUBLICATIONS)
+        return self._said[np.arange(first, self.published) % PUBLICATIONS]
+
     # --- running ---
     def process(self, edges: EdgeStream, *, until_ps: int) -> EdgeStream:
         """Return what the controller sees of ``edges`` and of the box's own changes before ``until_ps``.
@@ -274,8 +308,9 @@ class Board:
             out_ps, out_levels = np.empty(room, np.int64), np.empty(room, np.uint8)
             rest_ps, rest = edges.times_ps[taken:], edges.levels[taken:]
             i, n = kernels.play(
-                state, self._loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels
-            )
+                state, self._loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels,
+                self._said,
+            )  # fmt: skip
             taken += i
             times.append(out_ps[:n])
             levels.append(out_levels[:n])

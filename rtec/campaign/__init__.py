@@ -1,7 +1,6 @@
 """Plans of trials and what they show: evidence instead of belief."""
 
 from rtec.campaign.firmware_check import FirmwareCheckPlan, check_firmware, default_frequencies
-from rtec.campaign.firmware_check_insertion import hertz
 from rtec.campaign.firmware_check_results import Check, Executed, FirmwareVerdict, Moment, Seen, Trace
 
 __all__ = [
@@ -14,5 +13,4 @@ __all__ = [
     "Trace",
     "check_firmware",
     "default_frequencies",
-    "hertz",
 ]

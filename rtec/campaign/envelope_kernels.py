@@ -31,12 +31,12 @@ BOOKINGS = 40
 @helper
 def run(
     b: Record, cpu: Any, m: Bytes, h: Longs, log: Longs, receivers: Any, spread_ps: int, times_ps: Longs,
-    levels: Bytes, until_ps: int, queue: Longs, out_ps: Longs, out_levels: Bytes,
+    levels: Bytes, until_ps: int, queue: Longs, out_ps: Longs, out_levels: Bytes, said: Longs,
 ) -> None:  # fmt: skip
     """Run the board over edges and on to ``until_ps``; the receivers, whose clocks are apart, see what comes out."""
     taken = 0
     while b.now_ps < until_ps:
-        i, n = play(b, cpu, m, h, log, times_ps[taken:], levels[taken:], until_ps, queue, out_ps, out_levels)
+        i, n = play(b, cpu, m, h, log, times_ps[taken:], levels[taken:], until_ps, queue, out_ps, out_levels, said)
         taken += i
         for k in range(receivers.size):
             for j in range(n):
@@ -99,6 +99,7 @@ def sweep(
     queue = np.empty((n, 3), np.int64)
     out_ps = np.empty(2 * n + 1024, np.int64)
     out_levels = np.empty(2 * n + 1024, np.uint8)
+    said = np.empty((1, 3), np.int64)  # the words are looked at in the end
     for i in range(shifts_ps.size):
         raw_b[:] = kept_b
         m[:] = kept_m
@@ -109,11 +110,11 @@ def sweep(
         if ask_at >= 0:
             first = ask_at
             run(b, cpu, m, h, log, receivers, spread_ps, moved_ps[:first], levels[:first], moved_ps[first], queue,
-                out_ps, out_levels)  # fmt: skip
+                out_ps, out_levels, said)  # fmt: skip
             board_ask(m, total, flags)
         until_ps = moved_ps[n - 1] + tail_ps
         run(b, cpu, m, h, log, receivers, spread_ps, moved_ps[first:], levels[first:], until_ps, queue, out_ps,
-            out_levels)  # fmt: skip
+            out_levels, said)  # fmt: skip
         verdict = judge(b, m, h, receivers, spread_ps, net, total, step_counts)
         moving[i] = 1 if signed_word(m, WORDS + COMPLETED, 2) == total else 0
         rest = 0
@@ -124,7 +125,7 @@ def sweep(
             until_ps += reading_ps if rest < READINGS else tail_ps // 20
             rest += 1
             run(b, cpu, m, h, log, receivers, spread_ps, moved_ps[:0], levels[:0], until_ps, queue, out_ps,
-                out_levels)  # fmt: skip
+                out_levels, said)  # fmt: skip
             verdict = judge(b, m, h, receivers, spread_ps, net, total, step_counts)
         verdicts[i] = verdict
         if stop and verdict != SAFE:

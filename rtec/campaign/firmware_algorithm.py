@@ -2,67 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence, Sized
 
-from firmware_model import Image
-from rtec.board import Microcontroller
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.board.board import PUBLICATIONS, WINDOW_STEPS
 from rtec.campaign import firmware_check_answers as conversation
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import DOUBT, FATAL, MESSAGES, Failed
 from rtec.campaign.firmware_check_motion import Given
-from rtec.injector import Break, Design, Response, Stimulus, Totals
+from rtec.campaign.firmware_run_kernels import play_runs
+from rtec.injector import Break, Response, Stimulus, Totals
 from rtec.signal import EdgeStream
 
-_LOOKS = 8
-"""At the completed total, in a reading."""
+_ROOM = 16_384
+"""Changes of the box, and publications, of all runs that are made in one go."""
 
 _LATEST_READINGS = 5
 """A step is inserted by one reading and said in the next; so long the count may be ahead of what is said."""
+
+START: dict[str, Callable[[Bench], str]] = {
+    "starts": conversation.starts,
+    "answers": conversation.answers,
+    "home": conversation.takes_home,
+}
+"""What a program has to do, one after the other, before anything can be asked of it."""
 
 
 class Firmware:
     """A program on the board of a design as an `rtec.injector.Algorithm`.
 
     It is brought up once, takes home, and travels to each of the four states. Every run begins there; its time 0 is
-    that moment.
+    that moment. A program that does not come so far breaks every run at its begin, and says why.
 
     Parameters
     ----------
-    design, microcontroller, image, hold_latch
-        As of `rtec.board.Board`.
+    bench
+        The board after power-up; with ``homed``, after home has been taken.
+    homed
+        Whether it has been.
 
     Examples
     --------
     >>> from firmware_model import read_hex
+    >>> from rtec.board import Microcontroller
+    >>> from rtec.injector import Design
     >>> chip = Microcontroller.named("8051-12mhz")
-    >>> board = Firmware(Design.C, chip, read_hex(chip.image(Design.C)), hold_latch=True)
+    >>> board = Firmware(Bench(Design.C, chip, read_hex(chip.image(Design.C)), hold_latch=True))
     >>> asked = Stimulus(edges=EdgeStream([], [], initial=3), requests=Totals([1_000], [1]), until_ps=10**10)
     >>> response = board.play([asked])[0]
     >>> response.edges.counts().net, response.completed.final
     (2, 1)
     """
 
-    def __init__(self, design: Design, microcontroller: Microcontroller, image: Image, *, hold_latch: bool) -> None:
-        self.bench = Bench(design, microcontroller, image, hold_latch=hold_latch)
-        self.image = image
+    def __init__(self, bench: Bench, *, homed: bool = False) -> None:
+        self.bench = bench
         self._broken: Break | None = None
         self._homes: dict[int, BenchState] = {}
         """By the level code at which a run begins."""
         try:
-            for step in (conversation.starts, conversation.answers, conversation.takes_home):
-                step(self.bench)
+            if not homed:
+                for step in START.values():
+                    step(bench)
             for _ in range(4):
-                self.bench.run_readings(2.0)
-                kept = self.bench.keep()
+                bench.run_readings(2.0)
+                bench.board.cpu.record(on=False)
+                kept = bench.keep()
                 self._homes[kept.level] = kept
-                self.bench.travel(1, 1_000.0)
+                bench.board.cpu.record()
+                bench.travel(1, 1_000.0)
         except Failed as failed:
             self._broken = Break(time_ps=failed.time_ps, reason=failed.detail)
 
     @property
     def name(self) -> str:
         """Return the image's name."""
-        return self.image.source
+        return self.bench.image.source
 
     @property
     def delay_ps(self) -> int:
@@ -71,48 +87,120 @@ class Firmware:
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Return what comes out for each stimulus."""
-        return [self._one(stimulus) for stimulus in stimuli]
+        if self._broken is not None:
+            return [
+                Response(edges=EdgeStream([], [], each.edges.initial), completed=Totals(), broken=self._broken)
+                for each in stimuli
+            ]
+        responses: list[Response] = []
+        while len(responses) < len(stimuli):
+            responses += self._quickly(stimuli[len(responses) :])
+            if len(responses) < len(stimuli):
+                responses.append(self._one(stimuli[len(responses)]))
+        return responses
 
     def close(self) -> None:
         """Nothing runs behind it."""
 
-    def _one(self, stimulus: Stimulus) -> Response:
-        bench, level = self.bench, stimulus.edges.initial
-        if self._broken is not None:
-            return Response(edges=EdgeStream([], [], level), completed=Totals(), broken=self._broken)
-        bench.go_back(self._homes[level])
+    def begun_ps(self, stimulus: Stimulus) -> int:
+        """Return at which time of the bench a run begins."""
+        return self._homes[stimulus.edges.initial].now_ps
+
+    def replay(self, stimulus: Stimulus) -> None:
+        """Play a stimulus with all that a bench records.
+
+        Raises
+        ------
+        Failed
+            The processor has stopped.
+        """
+        bench, edges = self.bench, stimulus.edges
+        bench.go_back(self._homes[edges.initial])
         begun_ps = bench.now_ps
-        bench.motion = Given(EdgeStream(stimulus.edges.times_ps + begun_ps, stimulus.edges.levels, level))
-        requests, done, refusals = stimulus.requests, list[tuple[int, int]](), list[tuple[int, str]]()
-        broken: Break | None = None
+        bench.motion = Given(EdgeStream(edges.times_ps + begun_ps, edges.levels, edges.initial))
+        for until_ps, total in _pieces(stimulus):
+            if begun_ps + until_ps > bench.now_ps:
+                bench.run_for(begun_ps + until_ps - bench.now_ps)
+            if total is not None:
+                bench.board.ask(total)
+
+    def _quickly(self, stimuli: Sequence[Stimulus]) -> list[Response]:
+        """Make runs in one go, up to one that stops the processor or says more than there is room for."""
+        board, homes = self.bench.board, list(self._homes.values())
+        kept = [home.board for home in homes]
+        edges, requests = [each.edges for each in stimuli], [each.requests for each in stimuli]
+        changes = sum(len(each) for each in edges)
+        out_ps, out_levels = np.empty(2 * changes + _ROOM, np.int64), np.empty(2 * changes + _ROOM, np.uint8)
+        outs, tolds = (np.zeros(len(stimuli) + 1, np.int64) for _ in range(2))
+        told, last = np.empty((_ROOM, 3), np.int64), np.empty((len(stimuli), 2), np.int64)
+        memory, hidden, log = board.cpu.arrays
+        made = play_runs(
+            board.state, np.asarray(board.state.base).view(np.uint8), board.cpu.loop, memory, hidden, log,
+            np.stack([np.frombuffer(each[0], np.uint8) for each in kept]), np.stack([each[1] for each in kept]),
+            np.stack([each[2] for each in kept]),
+            np.array([list(self._homes).index(each.initial) for each in edges], np.int64),
+            np.concatenate([each.times_ps for each in edges]), np.concatenate([each.levels for each in edges]),
+            _bounds(edges), np.concatenate([each.times_ps for each in requests]),
+            np.concatenate([each.totals for each in requests]), _bounds(requests),
+            np.array([each.until_ps for each in stimuli], np.int64), np.empty((PUBLICATIONS, 3), np.int64),
+            out_ps, out_levels, outs, told, tolds, last,
+        )  # fmt: skip
+        return [
+            _response(
+                stimulus,
+                EdgeStream(out_ps[outs[k] : outs[k + 1]], out_levels[outs[k] : outs[k + 1]], self._seen(stimulus)),
+                told[tolds[k] : tolds[k + 1]],
+                int(last[k, 1]) if last[k, 0] else None,
+            )
+            for k, stimulus in enumerate(stimuli[:made])
+        ]
+
+    def _seen(self, stimulus: Stimulus) -> int:
+        """Return the controller's levels at the begin of a run."""
+        return self._homes[stimulus.edges.initial].seen_level
+
+    def _one(self, stimulus: Stimulus) -> Response:
+        """Make one run in which much comes out, or the processor stops."""
+        bench = self.bench
+        bench.go_back(self._homes[stimulus.edges.initial])
+        board, begun_ps, published, broken = bench.board, bench.now_ps, bench.board.published, None
         try:
-            for at_ps, total in zip(
-                [*requests.times_ps.tolist(), stimulus.until_ps], [*requests.totals.tolist(), None], strict=True
-            ):
-                self._run_to(begun_ps, at_ps, done, refusals)
-                if total is not None:
-                    bench.board.ask(total)
+            self.replay(stimulus)
         except Failed as failed:
             broken = Break(time_ps=failed.time_ps - begun_ps, reason=failed.detail)
         seen = bench.controller
-        return Response(
-            edges=EdgeStream(seen.times_ps - begun_ps, seen.levels, seen.initial),
-            completed=Totals(*zip(*done, strict=True)) if done else Totals(),
-            refusals=tuple(refusals),
-            broken=broken,
-        )
+        edges = EdgeStream(seen.times_ps - begun_ps, seen.levels, seen.initial)
+        said = board.said_since(published) - (begun_ps, 0, 0)
+        return _response(stimulus, edges, said, bench.words.completed if bench.valid else None, broken)
 
-    def _run_to(
-        self, begun_ps: int, at_ps: int, done: list[tuple[int, int]], refusals: list[tuple[int, str]]
-    ) -> None:
-        """Run, looking at the words often."""
-        bench = self.bench
-        while (left_ps := begun_ps + at_ps - bench.now_ps) > 0:
-            bench.run_for(min(left_ps, bench.reading_ps // _LOOKS))
-            if not bench.valid:
-                continue
-            words, now_ps = bench.words, bench.now_ps - begun_ps
-            if words.completed != (done[-1][1] if done else 0):
-                done.append((now_ps, words.completed))
-            if words.message in (DOUBT, FATAL) and not refusals:
-                refusals.append((now_ps, MESSAGES[words.message]))
+
+def _bounds(parts: Sequence[Sized]) -> NDArray[np.int64]:
+    """Return where each part begins in all of them joined, and the end."""
+    return np.cumsum([0, *(len(part) for part in parts)], dtype=np.int64)
+
+
+def _response(
+    stimulus: Stimulus, edges: EdgeStream, said: NDArray[np.int64], at_end: int | None, broken: Break | None = None
+) -> Response:
+    """Return what has come out; a completed total that stands there at the end counts, too, if it is valid."""
+    if at_end is not None and (said.size == 0 or said[-1, 0] < stimulus.until_ps - 1):
+        said = np.vstack([said, (stimulus.until_ps - 1, at_end, 0)])
+    changed = np.diff(said[:, 1], prepend=0) != 0
+    completed = Totals(said[changed, 0], said[changed, 1])
+    return Response(edges=edges, completed=completed, refusals=_refusals(said, stimulus.requests), broken=broken)
+
+
+def _pieces(stimulus: Stimulus) -> Iterator[tuple[int, int | None]]:
+    """Yield up to when it runs on, and what is asked for then."""
+    yield from zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True)
+    yield stimulus.until_ps, None
+
+
+def _refusals(said: NDArray[np.int64], requests: Totals) -> tuple[tuple[int, str], ...]:
+    """Return when the box first did not believe what it may doubt: a total beyond the window."""
+    steps = np.abs(np.diff(requests.totals, prepend=0))
+    if not np.any(steps > WINDOW_STEPS):
+        return ()
+    first_ps = requests.times_ps[steps > WINDOW_STEPS][0]
+    doubts = said[np.isin(said[:, 2], (DOUBT, FATAL)) & (said[:, 0] > first_ps)]
+    return tuple((int(t_ps), MESSAGES[message]) for t_ps, _, message in doubts[:1].tolist())

@@ -1,8 +1,8 @@
 """A firmware held to the contract of a design, by experiment on the board.
 
-What the contract is stands in docs/firmware.md: pins, words, messages. A check is a function that plays with a
-:class:`Bench` and raises `Failed` where something does not hold; what led there is played once more to say which
-instruction was executed then.
+What the contract is stands in docs/firmware.md: pins, words, messages, and what every insertion algorithm owes, which
+`rtec.conformance` tries. A check is a function that plays with a :class:`Bench` and raises `Failed` where something
+does not hold; what led there is played once more to say which instruction was executed then.
 """
 
 from __future__ import annotations
@@ -11,37 +11,40 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+import numpy as np
+
 from firmware_model import Image
 from rtec.board import Microcontroller
 from rtec.campaign import firmware_check_answers as conversation
+from rtec.campaign.firmware_algorithm import START, Firmware
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import Failed
-from rtec.campaign.firmware_check_insertion import (
-    Measured,
-    Trial,
-    TrialFailed,
-    hertz,
-    hold_to,
-    motion_trials,
-    rest_trials,
-)
-from rtec.campaign.firmware_check_limit import speed_limit
 from rtec.campaign.firmware_check_pins import pins
 from rtec.campaign.firmware_check_reset import AfterReset, resets
 from rtec.campaign.firmware_check_results import Check, FirmwareVerdict, Seen, Trace
-from rtec.errors import ArgumentError
+from rtec.campaign.firmware_check_trace import insertions, trace_of
+from rtec.checks import number_within, whole_within
+from rtec.conformance import cases
+from rtec.conformance.contract import Contract
+from rtec.conformance.results import Verdict
+from rtec.conformance.suite import TRIES, check_algorithm
+from rtec.conformance.trials import Run, Trials
 from rtec.injector import Design
+from rtec.readable import hertz_text
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 2e6
 _LISTED_CYCLES = 40
 """Executed instructions are kept for so many cycles before a failure."""
 
-_LIMIT_PHASES = 5
-"""At each speed of the search for the limit, at most."""
+_LEAST_SETTLE_READINGS = 8
+"""In which insertions are looked for where the suite has found none."""
+
+_OF_SUITE = 0.8
+"""Of the time, which the progress shows."""
 
 
 def default_frequencies(microcontroller: Microcontroller) -> tuple[float, ...]:
-    """Return the speeds that are tried where none is given, hertz.
+    """Return the speeds at which insertions are asked for where none is given, hertz.
 
     The lower one is four edges to a reading of the shipped images: below it an image may take the axis for neither
     moving nor resting. The higher one every shipped image manages; Design B on the 12-clock part passes about 7 kHz.
@@ -72,9 +75,11 @@ class FirmwareCheckPlan:
     hold_latch
         As of `rtec.board.Board`.
     frequencies_hz
-        Of the encoder in the trials in motion; () for `default_frequencies`.
+        Of the encoder, where a step has to be inserted during the motion; () for `default_frequencies`.
     phases
-        Phases between edge and program at each speed, direction and sign.
+        Phases between edge and program at each of these speeds, direction and sign.
+    tries, seed
+        Of the hunt for the worst case.
 
     Raises
     ------
@@ -85,24 +90,40 @@ class FirmwareCheckPlan:
     image: Image
     design: Design
     microcontroller: Microcontroller
-    hold_latch: bool = False
+    hold_latch: bool = True
     frequencies_hz: tuple[float, ...] = ()
     phases: int = 24
+    tries: int = TRIES
+    seed: int = 0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
         for frequency in self.frequencies_hz:
-            if not SLOWEST_HZ <= frequency <= FASTEST_HZ:
-                raise ArgumentError(
-                    "frequency", f"{frequency:g} Hz", f"{SLOWEST_HZ:g} Hz to {FASTEST_HZ / 1e6:g} MHz"
-                )
-        if not 1 <= self.phases <= 10_000:
-            raise ArgumentError("phases", self.phases, "1 to 10000")
+            number_within("frequency", frequency, SLOWEST_HZ, FASTEST_HZ, unit="Hz")
+        whole_within("phases", self.phases, 1, 10_000)
+        whole_within("tries", self.tries, 0, 10_000_000)
+        whole_within("seed", self.seed, 0, 2**32 - 1)
 
     @property
     def speeds_hz(self) -> tuple[float, ...]:
-        """Return the speeds that are tried."""
+        """Return the speeds at which insertions are asked for."""
         return tuple(sorted(self.frequencies_hz)) or default_frequencies(self.microcontroller)
+
+    def contract(self, delay_ps: int) -> Contract:
+        """Return what the program owes as an insertion algorithm.
+
+        Every count has to be right up to 500 kHz, as of any algorithm: the lines go round the processor, through
+        gates, and its speed gate keeps it from inserting too fast. Those of Design B go through the processor; there
+        the fastest speed is that at which it has to insert.
+
+        Parameters
+        ----------
+        delay_ps
+            How late the program may say what it has inserted.
+        """
+        contract = Contract.of(self.design)
+        fastest_hz = self.speeds_hz[-1] if self.design.in_path else max(contract.frequency_hz, self.speeds_hz[-1])
+        return replace(contract, frequency_hz=fastest_hz, delay_ps=max(contract.delay_ps, delay_ps))
 
 
 def check_firmware(
@@ -130,8 +151,8 @@ def check_firmware(
     >>> wait = Image.of(bytes([0x80, 0xFE]))  # SJMP $
     >>> cpu = Microcontroller.named("8051-12mhz")
     >>> verdict = check_firmware(FirmwareCheckPlan(image=wait, design=Design.C, microcontroller=cpu))
-    >>> [(check.name, check.passed) for check in verdict.checks][:3]
-    [('runs', True), ('answers', False), ('home', None)]
+    >>> [(check.name, check.passed) for check in verdict.checks]
+    [('starts', True), ('answers', False), ('home', None)]
     """
     return _Campaign(plan, progress).verdict()
 
@@ -141,23 +162,22 @@ class _Campaign:
     plan: FirmwareCheckPlan
     progress: Callable[[float], None]
     checks: list[Check] = field(default_factory=list)
-    measured: Measured = field(default_factory=Measured)
-    after_reset: AfterReset = field(default_factory=AfterReset)
     seen: Seen = field(default_factory=Seen)
-    failing_trace: Trace | None = None
+    suite: Verdict | None = None
+    slowest: tuple[int, Run] | None = None
+    """Latency in ps of the slowest insertion that was right, and its run."""
 
     def verdict(self) -> FirmwareVerdict:
         plan = self.plan
         bench = Bench(plan.design, plan.microcontroller, plan.image, hold_latch=plan.hold_latch)
-        power_up = bench.keep()
-        home = self._start(bench, power_up)
-        later = self._later(bench, power_up if home is None else home)
-        for index, (name, check) in enumerate(later):
-            if home is None:
-                self.checks.append(Check(name=name, passed=None, detail="not tried: the box is not at home"))
-            else:
-                self._try(bench, name, check)
-            self.progress((index + 1) / len(later))
+        self._start(bench)
+        firmware = None
+        if self.checks[-1].passed:
+            home = bench.keep()
+            firmware = Firmware(bench, homed=True)
+            self._insertions(firmware)
+            for name, check in self._of_the_box(bench, home):
+                self._try(bench, name, check, check)
         return FirmwareVerdict(
             image=plan.image.source,
             design=plan.design,
@@ -167,27 +187,26 @@ class _Campaign:
             frequencies_hz=plan.speeds_hz,
             checks=tuple(self.checks),
             seen=self._seen(bench),
-            trace=self.failing_trace or self.measured.trace,
+            suite=self.suite,
+            trace=None if firmware is None else self._trace(firmware),
         )
 
-    def _start(self, bench: Bench, power_up: BenchState) -> BenchState | None:
-        """Make the checks up to the home position, each going on from the one before; return the state there."""
+    # --- up to the home position ---
+    def _start(self, bench: Bench) -> None:
+        """Make the checks up to the home position, each going on from the one before."""
+        power_up = bench.keep()
         done: list[Callable[[Bench], str]] = []
-        for name, check in (
-            ("runs", conversation.starts),
-            ("answers", conversation.answers),
-            ("home", conversation.takes_home),
-        ):
+        for name, check in START.items():
             if self.checks and not self.checks[-1].passed:
                 self.checks.append(Check(name=name, passed=None, detail="not tried: see above"))
                 continue
             done.append(check)
-            self._try(bench, name, partial(check, bench), replay=partial(_from, bench, power_up, tuple(done)))
+            self._try(bench, name, partial(check, bench), partial(_from, bench, power_up, tuple(done)), 1)
         if not self.checks[-1].passed:
-            return None
-        return bench.keep()
+            self.checks.append(Check(name="all else", passed=None, detail="not tried: the box is not at home"))
 
-    def _later(self, bench: Bench, home: BenchState) -> list[tuple[str, Callable[[], str]]]:
+    # --- what is of the box alone ---
+    def _of_the_box(self, bench: Bench, home: BenchState) -> list[tuple[str, Callable[[], str]]]:
         speeds = self.plan.speeds_hz
         # the decoder counts by itself; the lines of Design B go through the program, which may break at more
         travel_hz = speeds[-1] * (1.0 if self.plan.design.in_path else 4.0)
@@ -196,9 +215,6 @@ class _Campaign:
             return partial(check, bench, home, *more)
 
         return [
-            ("pins", bound(pins)),
-            ("inserts at rest", partial(self._at_rest, bench, home)),
-            ("inserts in motion", partial(self._in_motion, bench, home)),
             ("window", bound(conversation.window)),
             ("disbelief", bound(conversation.disbelief)),
             ("large correction", bound(conversation.large_correction)),
@@ -206,48 +222,33 @@ class _Campaign:
             ("probing", bound(conversation.probing, speeds[0])),
             ("position", bound(conversation.position, travel_hz)),
             ("words", bound(conversation.words, speeds[-1])),
-            ("reset", partial(self._reset, bench, home)),
+            ("reset", bound(self._reset)),
         ]
 
     def _try(
-        self, bench: Bench, name: str, check: Callable[[], str], replay: Callable[[], object] | None = None
+        self, bench: Bench, name: str, check: Callable[[], str], replay: Callable[[], object], take: int | None = None
     ) -> None:
-        """Make one check."""
+        """Make one check; where it fails, play up to there again, in the take that failed."""
         bench.takes = 0
         try:
             self.checks.append(Check(name=name, passed=True, detail=check()))
-            return
-        except TrialFailed as failed:
-            why: Failed = failed
-            replay = partial(failed.trial.play, bench, failed.home)
-            if failed.outcome is not None and self.failing_trace is None:
-                self.failing_trace = failed.outcome.trace
         except Failed as failed:
-            why = failed
-        moment, take = bench.moment(why.time_ps), bench.takes if replay is None else 1
-        executed = bench.executed_until(replay or check, take=take, t_ps=why.time_ps, cycles=_LISTED_CYCLES)
+            self._fail(bench, name, failed.detail, failed.time_ps, replay, take or bench.takes)
+
+    def _fail(
+        self, bench: Bench, name: str, detail: str, t_ps: int, replay: Callable[[], object], take: int = 1,
+        stream: str | None = None,
+    ) -> None:  # fmt: skip
+        """Book a check that does not hold, with the instructions up to the moment."""
+        moment = bench.moment(t_ps)
+        executed = bench.executed_until(replay, take=take, t_ps=t_ps, cycles=_LISTED_CYCLES)
         moment = replace(moment, pc=executed[-1].address if executed else None)
-        self.checks.append(Check(name=name, passed=False, detail=why.detail, moment=moment, executed=executed))
-
-    def _at_rest(self, bench: Bench, home: BenchState) -> str:
-        tried = [hold_to(trial, bench, home, self.measured) for trial in rest_trials()]
-        made = sum(outcome.inserted for outcome in tried)
-        waits = "" if made == len(tried) else "; the others wait for A and B low"
-        return f"{made} of {len(tried)} requests made, every count right{waits}"
-
-    def _in_motion(self, bench: Bench, home: BenchState) -> str:
-        trials: list[Trial] = []
-        for frequency in self.plan.speeds_hz:
-            trials += motion_trials(frequency, self.plan.phases)
-        for trial in trials:
-            hold_to(trial, bench, home, self.measured)
-        limit = speed_limit(bench, home, from_hz=self.plan.speeds_hz[-1], phases=min(self.plan.phases, _LIMIT_PHASES))
-        self.seen = replace(self.seen, good_up_to_hz=limit.good_hz, fails_from_hz=limit.bad_hz, failing=limit.failing)
-        speeds = ", ".join(hertz(frequency) for frequency in self.plan.speeds_hz)
-        return f"{len(trials)} insertions at {speeds}, every count right"
+        self.checks.append(
+            Check(name=name, passed=False, detail=detail, moment=moment, executed=executed, stream=stream)
+        )
 
     def _reset(self, bench: Bench, home: BenchState) -> str:
-        seen = self.after_reset
+        seen = AfterReset()
         resets(bench, home, seen)
         self.seen = replace(self.seen, reset_worst_counts_off=seen.worst_counts_off, reset_illegal=seen.illegal)
         illegal = (
@@ -256,15 +257,80 @@ class _Campaign:
         off = f"the controller off by {seen.worst_counts_off:+d} counts at worst{illegal}"
         return f"{seen.tried} resets, all lines released; {off}"
 
+    # --- what every insertion algorithm owes ---
+    def _insertions(self, firmware: Firmware) -> None:
+        """Hold the program to the suite of all algorithms, then to the pins and speeds that are its own."""
+        plan, bench = self.plan, firmware.bench
+        contract = plan.contract(firmware.delay_ps)
+        suite = self.suite = check_algorithm(
+            firmware, contract, tries=plan.tries, seed=plan.seed,
+            progress=lambda share: self.progress(_OF_SUITE * share),
+        )  # fmt: skip
+        trials = Trials(firmware, contract)
+        trials.settle_ps = max(suite.settle_ps, _LEAST_SETTLE_READINGS * bench.reading_ps)
+        look = partial(pins, firmware, list(cases.at_rest(trials)))
+        self._try(bench, "pins", look, look)
+        for check in suite.checks:
+            if check.run is None:
+                self.checks.append(Check(name=check.name, passed=check.passed, detail=check.reason))
+            else:
+                self._fail_run(firmware, check.name, check.reason, check.run)
+        self._at_speed(firmware, trials)
+        self.progress(_OF_SUITE + 0.1)
+
+    def _at_speed(self, firmware: Firmware, trials: Trials) -> None:
+        """Ask for a step during motion at the speeds at which it has to come, and measure how long it takes."""
+        plan, name, made = self.plan, "inserts at speed", 0
+        for plain in cases.in_motion(trials, plan.speeds_hz, plan.phases):
+            # a quarter that is a whole number of cycles would meet the program in one phase alone
+            later_ps = round(made * cases.GOLDEN % 1.0 * np.diff(plain.stream.edges_ps[:2])[0])
+            case = replace(plain, stream=plain.stream.later(later_ps))
+            run = trials.one(case)
+            done, edges = run.response.completed.times_ps, case.stream.edges_ps
+            if not run.right:
+                self._fail_run(firmware, name, str(run), run)
+                return
+            if not done.size or done[-1] > edges[-1]:
+                self._fail_run(firmware, name, f"{case.title}: nothing inserted while the axis moves", run)
+                return
+            firmware.replay(case.stream.stimulus())
+            latency_ps = max((found.latency_ps or 0 for found in insertions(firmware.bench)), default=0)
+            if self.slowest is None or latency_ps > self.slowest[0]:
+                self.slowest = latency_ps, run
+            made += 1
+        speeds = " and ".join(hertz_text(speed) for speed in plan.speeds_hz)
+        self.checks.append(
+            Check(name=name, passed=True, detail=f"{made} steps at {speeds} made while the axis moves")
+        )
+
+    def _fail_run(self, firmware: Firmware, name: str, reason: str, run: Run) -> None:
+        stimulus, violation = run.case.stream.stimulus(), run.judgement.violation
+        t_ps = firmware.begun_ps(stimulus) + (run.case.stream.last_ps if violation is None else violation.time_ps)
+        again = partial(firmware.replay, stimulus)
+        self._fail(firmware.bench, name, reason, t_ps, again, stream=str(run.case.stream))
+
+    # --- what is kept ---
+    def _trace(self, firmware: Firmware) -> Trace | None:
+        """Return the shortest run that fails as the bench records it, or else the slowest insertion."""
+        worst = None if self.suite is None else self.suite.worst
+        run = worst if worst is not None and not worst.right else None if self.slowest is None else self.slowest[1]
+        if run is None:
+            return None
+        stimulus = run.case.stream.stimulus()
+        try:
+            firmware.replay(stimulus)
+        except Failed:
+            return None
+        return trace_of(firmware.bench, run, firmware.begun_ps(stimulus))
+
     def _seen(self, bench: Bench) -> Seen:
-        latency, separation = self.measured.latency_ps, self.measured.separation_ps
         answered = any(check.name == "answers" and check.passed for check in self.checks)
+        latency_ps = None if self.slowest is None else self.slowest[0]
         return replace(
             self.seen,
             reading_us=bench.reading_ps / 1e6 if answered else None,
-            worst_insertion_us=None if latency is None else latency / 1e6,
-            worst_insertion_cycles=None if latency is None else latency * bench.cycle_den / bench.cycle_num,
-            least_separation_us=None if separation is None else separation / 1e6,
+            worst_insertion_us=None if latency_ps is None else latency_ps / 1e6,
+            worst_insertion_cycles=None if latency_ps is None else latency_ps * bench.cycle_den / bench.cycle_num,
         )
 
 

@@ -34,6 +34,7 @@ _TAIL_CYCLES = 4
 class BenchState:
     """What `Bench.keep` keeps."""
 
+    now_ps: int
     board: Snapshot
     level: int
     seen_level: int
@@ -111,12 +112,15 @@ class Bench:
 
     def keep(self) -> BenchState:
         """Return the state, for `go_back`."""
-        return BenchState(self.board.snapshot(), self._level, self._seen_level, self._origin_ps, self.reading_ps)
+        return BenchState(
+            self.now_ps, self.board.snapshot(), self._level, self._seen_level, self._origin_ps, self.reading_ps
+        )
 
     def go_back(self, kept: BenchState) -> None:
         """Take a state up again, with nothing recorded."""
         self.takes += 1
         self.board.restore(kept.board)
+        self.board.cpu.record()
         self._level, self._seen_level, self._origin_ps = kept.level, kept.seen_level, kept.origin_ps
         self.reading_ps = kept.reading_ps
         self.begin()
@@ -183,6 +187,11 @@ class Bench:
         if rows.size:
             self._rows.append(rows[rows[:, 1] < at.LOG_SERIAL].copy())
         hidden[at.LOGGED] = 0
+        self.check_running()
+
+    def check_running(self) -> None:
+        """Raise `Stopped` where the processor has stopped."""
+        _, hidden, _ = self.board.cpu.arrays
         fault, stop = self.board.fault, int(hidden[at.STOP])
         if fault is not None:
             lacking = fault.kind in (FaultKind.UNMAPPED_SFR, FaultKind.UNMAPPED_RAM)

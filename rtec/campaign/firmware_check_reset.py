@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import HOLD, NOT_HOMED, Failed
-from rtec.campaign.firmware_check_insertion import insertions
+from rtec.campaign.firmware_check_trace import insertions
 
 _MARGIN_CYCLES = 16
 """Before the first and behind the last change of the insertion."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.injector import Design
+from rtec.conformance.results import Verdict
+from rtec.injector import Design, Totals
 from rtec.signal import EdgeStream
 
 
@@ -51,6 +52,10 @@ class Trace:
         What is seen.
     encoder, controller
         Edges on both sides of the box.
+    requested, completed
+        Totals of steps; the second as the check has seen it in the words to the PC.
+    insertions_ps
+        First and last change of the drive pins in each insertion.
     pin_times_ps, pin_levels
         Changes of port 1: the time at the pin, the byte from then on.
     initial_pins
@@ -68,6 +73,9 @@ class Trace:
     title: str
     encoder: EdgeStream
     controller: EdgeStream
+    requested: Totals
+    completed: Totals
+    insertions_ps: tuple[tuple[int, int], ...]
     pin_times_ps: NDArray[np.int64]
     pin_levels: NDArray[np.int64]
     initial_pins: int
@@ -94,6 +102,8 @@ class Check:
         Where it failed.
     executed
         The instructions up to there.
+    stream
+        The run of edges and requests that fails, where it is one, as `rtec.conformance.streams.Stream` reads it.
     """
 
     name: str
@@ -101,6 +111,7 @@ class Check:
     detail: str
     moment: Moment | None = None
     executed: tuple[Executed, ...] = ()
+    stream: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -112,6 +123,7 @@ class Check:
             "cycle": None if moment is None else moment.cycle,
             "time_us": None if moment is None else moment.time_ps / 1e6,
             "pc": None if moment is None else moment.pc,
+            "stream": self.stream,
             "instructions": [
                 {"cycle": row.cycle, "address": row.address, "text": row.text, "P1": row.port_1}
                 for row in self.executed
@@ -126,16 +138,8 @@ class Seen:
     reading_us: float | None = None
     """Between two readings of the PC's words, at rest."""
     worst_insertion_cycles: float | None = None
-    """From the encoder's transition to the last change, over all trials that passed."""
+    """From the encoder's transition to the last change, over all steps made during motion."""
     worst_insertion_us: float | None = None
-    least_separation_us: float | None = None
-    """Between two changes at the controller."""
-    good_up_to_hz: float | None = None
-    """The highest speed tried at which all was right."""
-    fails_from_hz: float | None = None
-    """The next speed tried, at which it was not."""
-    failing: Literal["refuses", "breaks"] | None = None
-    """``"refuses"``: nothing wrong, and nothing inserted in motion; ``"breaks"``: counts or transitions are wrong."""
     reset_worst_counts_off: int | None = None
     reset_illegal: bool | None = None
 
@@ -152,8 +156,10 @@ class FirmwareVerdict:
     frequencies_hz: tuple[float, ...]
     checks: tuple[Check, ...]
     seen: Seen
+    suite: Verdict | None
+    """As an insertion algorithm; None where it came to none."""
     trace: Trace | None
-    """The first insertion that failed, or else the slowest."""
+    """The shortest run that fails, or else the slowest insertion."""
 
     @property
     def passed(self) -> bool:
@@ -163,7 +169,8 @@ class FirmwareVerdict:
     def to_dict(self) -> dict[str, Any]:
         """Return the verdict as plain data under the names that scripts rely on."""
         seen = self.seen
-        return {
+        suite = {} if self.suite is None else self.suite.to_dict()
+        return suite | {
             "image": self.image,
             "design": self.design.value,
             "processor": self.processor,

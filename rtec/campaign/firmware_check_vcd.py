@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from rtec.campaign.firmware_check_results import Trace
-from rtec.signal import EdgeStream, VcdSignal, VcdWriter
+from rtec.injector.waves import rows_of_streams, write_waves
+from rtec.signal import VcdSignal
 
 _PINS = ("P1_0", "P1_1", "P1_2", "P1_3", "P1_4", "P1_5", "P1_6", "P1_7")
 
 
 def write_trace(trace: Trace, file: Path) -> None:
-    """Write A and B on both sides of the box and the pins of port 1, in time since power-up.
+    """Write both sides of the box, totals, insertions and the pins of port 1, in time since power-up.
 
     Parameters
     ----------
@@ -27,36 +28,16 @@ def write_trace(trace: Trace, file: Path) -> None:
     OutputError
         It cannot be written.
     """
-    start_ps = 0
-    streams = (("encoder", trace.encoder), ("controller", trace.controller))
-    signals = [
-        VcdSignal(scope=scope, name=name, initial=stream.initial >> bit & 1)
-        for scope, stream in streams
-        for bit, name in enumerate("AB")
-    ]
-    signals += [
-        VcdSignal(scope="P1", name=name, initial=trace.initial_pins >> bit & 1) for bit, name in enumerate(_PINS)
-    ]
-    signals.append(VcdSignal(scope="check", name="failed"))
-    rows = [row for first, (_, stream) in zip((0, 2), streams, strict=True) for row in _changes(stream, first)]
-    before = trace.initial_pins
-    for t_ps, level in zip(trace.pin_times_ps.tolist(), trace.pin_levels.tolist(), strict=True):
-        rows += [(t_ps, 4 + bit, level >> bit & 1) for bit in range(8) if (before ^ level) >> bit & 1]
-        before = level
-    if trace.mark_ps is not None:
-        rows.append((trace.mark_ps, len(signals) - 1, 1))
-    rows.sort()
-    with VcdWriter(file, signals=signals, start_ps=start_ps) as writer:
-        if rows:
-            times, which, values = (np.array(column, np.int64) for column in zip(*rows, strict=True))
-            writer.write(times, which, values)
-        writer.finish(max(trace.to_ps, rows[-1][0] if rows else 0))
-
-
-def _changes(stream: EdgeStream, first: int) -> list[tuple[int, int, int]]:
-    """Return the changes of A and B, whose signals have the numbers ``first`` and the next."""
-    return [
-        (t_ps, first + bit, t % 2)
-        for bit, line in enumerate(stream.lines())
-        for t, t_ps in enumerate(line.times_ps.tolist(), 1 + (stream.initial >> bit & 1))
-    ]
+    levels = np.concatenate([[trace.initial_pins], trace.pin_levels])
+    beside = []
+    for bit, name in enumerate(_PINS):
+        at = np.flatnonzero(np.diff(levels >> bit & 1)) + 1
+        signal = VcdSignal(scope="P1", name=name, initial=trace.initial_pins >> bit & 1)
+        beside.append((signal, trace.pin_times_ps[at - 1], levels[at] >> bit & 1))
+    mark_ps = np.array([] if trace.mark_ps is None else [trace.mark_ps], np.int64)
+    beside.append((VcdSignal(scope="check", name="failed"), mark_ps, np.ones(mark_ps.size, np.int64)))
+    rows = rows_of_streams(
+        trace.encoder, trace.controller, trace.requested, trace.completed, inserted=trace.insertions_ps
+    )
+    initial = trace.encoder.initial, trace.controller.initial
+    write_waves(file, rows, initial=initial, end_ps=trace.to_ps, beside=beside)

@@ -98,7 +98,7 @@ def _verilog(options: Options) -> Chosen:
     contract, clock = _contract(options), _named("--clock", clock_of, options.clock)
     file, pins = Path(options.algorithm), Pins.read(options.pins)
     algorithm = VerilogAlgorithm(file, pins=pins, clock_ps=clock, simulator=options.simulator)
-    return Chosen(algorithm=algorithm, contract=contract, note=_nothing)
+    return Chosen(algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
 
 
 def _machine_code(options: Options) -> Chosen:
@@ -106,6 +106,7 @@ def _machine_code(options: Options) -> Chosen:
     from firmware_model.isa.parts import PARTS
     from rtec.board import Microcontroller
     from rtec.campaign.firmware_algorithm import Firmware
+    from rtec.campaign.firmware_check_bench import Bench
     from rtec.cli._arguments import choice
     from rtec.cli.firmware import as_bad_input
 
@@ -119,7 +120,8 @@ def _machine_code(options: Options) -> Chosen:
         part: Any = known if options.part is None else choice(options.part, PARTS, name="--part")
         latch = options.hold_latch is not False
         image = read_hex(Path(options.algorithm))
-        algorithm = Firmware(Design.named(options.design), replace(chip, part=part), image, hold_latch=latch)
+        bench = Bench(Design.named(options.design), replace(chip, part=part), image, hold_latch=latch)
+        algorithm = Firmware(bench)
     if options.delay is None:
         contract = replace(contract, delay_ps=max(contract.delay_ps, algorithm.delay_ps))
     return Chosen(algorithm=algorithm, contract=contract, note=_nothing)

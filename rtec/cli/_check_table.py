@@ -8,7 +8,10 @@ from rich.text import Text
 
 from rtec.conformance.results import Verdict
 
-_RESULTS = {True: Text("passed", style="green"), False: Text("FAILED", style="bold red"), None: Text("not tried")}
+RESULTS = {True: Text("passed", style="green"), False: Text("FAILED", style="bold red"), None: Text("not tried")}
+
+_MOST_EVENTS = 40
+"""Of a stream that breaks nothing, to be printed."""
 
 
 def show(verdict: Verdict, worst: str | None, note: str) -> None:
@@ -29,24 +32,38 @@ def show(verdict: Verdict, worst: str | None, note: str) -> None:
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
     for check in verdict.checks:
-        table.add_row(check.name, _RESULTS[check.passed], Text(check.reason))
+        table.add_row(check.name, RESULTS[check.passed], Text(check.reason))
     console.print(table)
-    sheet = Table(title="Data sheet", show_header=False, title_justify="left")
-    sheet.add_column(no_wrap=True)
-    sheet.add_column(overflow="fold")
-    for name, value in verdict.data_sheet():
-        sheet.add_row(name, Text(value))
-    console.print(sheet)
+    show_sheet(console, verdict)
     if note:
         console.print(Text(note), soft_wrap=True)
-    if worst is not None and verdict.worst is not None:
-        violation = verdict.worst.judgement.violation
-        what = "narrowest that is right" if violation is None else f"worst case: {violation}"
-        console.print(Text(what), soft_wrap=True)
-        console.print(Text(f"play it again: {worst}"), soft_wrap=True)
+    if worst is not None:
+        show_worst(console, verdict, worst)
     failed = sum(check.passed is not True for check in verdict.checks)
     said = f"{len(verdict.checks)} checks hold in {verdict.runs} runs"
     if failed:
         said = f"{failed} of {len(verdict.checks)} checks do not hold, {verdict.runs} runs"
     style = "green" if verdict.passed else "bold red"
     console.print(f"{'passed' if verdict.passed else 'FAILED'}: {said}", style=style)
+
+
+def show_sheet(console: Console, verdict: Verdict) -> None:
+    """Print what was measured."""
+    sheet = Table(title="Data sheet", show_header=False, title_justify="left")
+    sheet.add_column(no_wrap=True)
+    sheet.add_column(overflow="fold")
+    for name, value in verdict.data_sheet():
+        sheet.add_row(name, Text(value))
+    console.print(sheet)
+
+
+def show_worst(console: Console, verdict: Verdict, worst: str) -> None:
+    """Print what the worst case is, and the command that plays it again; a long one of many edges is in --json."""
+    if verdict.worst is None:
+        return
+    violation = verdict.worst.judgement.violation
+    long = len(verdict.worst.case.stream) > _MOST_EVENTS
+    what = f"narrowest that is right: {verdict.worst.case.title}" if violation is None else f"worst case: {violation}"
+    console.print(Text(what), soft_wrap=True)
+    if violation is not None or not long:
+        console.print(Text(f"play it again: {worst}"), soft_wrap=True)

@@ -66,10 +66,13 @@ def application() -> typer.Typer:
     from rtec.cli.run import run
     from rtec.cli.safety import safety
     from rtec.cli.simulate import simulate
+    from rtec.cli.tables import tables
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
-    for verb in (run, compare, diagnose, add, export, effects, simulate, check, envelope, safety, iso230, box, pc):
+    for verb in (
+        run, compare, diagnose, add, export, effects, simulate, tables, check, envelope, safety, iso230, box, pc,
+    ):  # fmt: skip
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
     app.add_typer(firmware.application(Verbs), name="firmware")

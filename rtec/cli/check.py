@@ -151,7 +151,7 @@ def check(
 
     for option, file in (("--figure", figure), ("--vcd", vcd)):
         if file is not None:
-            _measured.check_new_file(option, file, force=force)
+            _measured.check_new_file(option, file, force=force, picture=file is figure)
     options = Options(
         algorithm=algorithm, design=design, step=step, states=states, frequency=frequency, acceleration=acceleration,
         jitter=jitter, separation=separation, delay=delay, clock=clock, pins=pins, simulator=simulator,
@@ -262,10 +262,8 @@ def _write(run: Run | None, name: str, figure: Path | None, vcd: Path | None) ->
 
             write_case_figure(run, name, file)
         else:
-            from rtec.signal.waveform import coarsest_timescale, write_vcd
+            from rtec.conformance.waves import write_run
 
-            sides = {"encoder": run.case.stream.stimulus().edges, "controller": run.response.edges}
-            end_ps = run.case.stream.until_ps
-            write_vcd(file, sides, end_ps=end_ps, timescale=coarsest_timescale(sides.values(), end_ps=end_ps))
+            write_run(run, file)
         written[kind] = str(file)
     return written

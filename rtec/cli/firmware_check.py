@@ -16,7 +16,8 @@ from rtec.errors import ArgumentError
 if TYPE_CHECKING:
     from rtec.campaign import Check, FirmwareCheckPlan, FirmwareVerdict
 
-_OPTIONS = {"design": "--design", "processor": "--processor", "frequency": "--frequency", "phases": "--phases"}
+_OPTIONS = {name: f"--{name}" for name in ("design", "processor", "frequency", "phases", "tries", "seed")}
+_PROCESSOR = "8051-12mhz"
 _LISTED = 12
 """Instructions shown before a failure; --json holds more."""
 
@@ -31,7 +32,7 @@ def check(
     ],
     processor: Annotated[
         str, typer.Option(metavar="NAME", help="8051-12mhz, 8051-24mhz, one-clock-25mhz, ..., or '12-clock 16MHz'.")
-    ] = "8051-12mhz",
+    ] = _PROCESSOR,
     part: Annotated[
         str | None,
         typer.Option(
@@ -42,26 +43,33 @@ def check(
     hold_latch: Annotated[
         bool,
         typer.Option(
-            "--hold-latch/--no-hold-latch", help="P1.7 holds real edges back; not in the report's circuits."
+            "--hold-latch/--no-hold-latch",
+            help="P1.7 holds real edges back; the report's circuits have no latch.",
         ),
-    ] = False,
+    ] = True,
     frequency: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="5kHz", help="Speed tried, as often as wanted; two that suit the processor if not given."
+            metavar="5kHz",
+            help="Here a step has to be inserted during motion, as often as wanted; two that suit the processor if "
+            "not given. Every count has to be right up to 500 kHz; of design b, whose lines pass through the "
+            "processor, up to the highest of these.",
         ),
     ] = None,
     phases: Annotated[
         int, typer.Option(min=1, max=10_000, metavar="N", help="Phases between edge and program, at each speed.")
     ] = 24,
+    tries: Annotated[int, typer.Option(min=16, max=10_000_000, metavar="N", help="Streams of the hunt.")] = 3000,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt for the worst case.")] = 0,
     figure: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw the slowest insertion, or the first that fails.")
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Draw the slowest insertion, or the shortest failing run."),
     ] = None,
     vcd: Annotated[Path | None, typer.Option(metavar="FILE.vcd", help="The same as waveforms.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
-    """Hold an image to a design's contract by experiment: pins, counts, messages, position, reset.
+    """Hold an image to a design's contract by experiment: all that rtec check tries, and pins, messages, reset.
 
     Exits with 1 where a point fails, naming cycle, time and address. The contract stands in docs/firmware.md, a
     walk through in docs/how-to-firmware.md.
@@ -72,21 +80,20 @@ def check(
 
     for option, file in (("--figure", figure), ("--vcd", vcd)):
         if file is not None:
-            _measured.check_new_file(option, file, force=force)
-    if figure is not None and figure.suffix not in (".png", ".svg"):
-        raise ArgumentError("--figure", figure.name, "a name that ends in .png or .svg")
+            _measured.check_new_file(option, file, force=force, picture=file is figure)
     with as_bad_input():
-        plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases)
+        plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases, tries, seed)
     _console.announce_compilation()
     from rtec.campaign import check_firmware
 
     with _console.progress("check") as show:
         verdict = check_firmware(plan, show)
     written = _write(verdict, figure, vcd)
+    worst = _again(image, plan, processor, part, verdict)
     if json:
-        _console.print_json(verdict.to_dict() | written)
+        _console.print_json(verdict.to_dict() | {"worst_case": worst} | written)
     else:
-        _show(verdict, _Labels.beside(image))
+        _show(verdict, _Labels.beside(image), worst)
         for name, file_name in written.items():
             typer.echo(f"{name}: {file_name}")
     if not verdict.passed:
@@ -101,6 +108,8 @@ def _plan(
     hold_latch: bool,
     frequencies: list[str],
     phases: int,
+    tries: int,
+    seed: int,
 ) -> FirmwareCheckPlan:
     """Read everything that the user said."""
     from firmware_model import read_hex
@@ -121,6 +130,8 @@ def _plan(
             hold_latch=hold_latch,
             frequencies_hz=tuple(parse_quantity(text, FREQUENCY, name="--frequency") for text in frequencies),
             phases=phases,
+            tries=tries,
+            seed=seed,
         )
     except ArgumentError as error:
         name = _OPTIONS.get(error.name, error.name)
@@ -146,6 +157,29 @@ def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> d
             write_trace(verdict.trace, file)
         written[name] = str(file)
     return written
+
+
+def _again(
+    image: Path, plan: FirmwareCheckPlan, processor: str, part: str | None, verdict: FirmwareVerdict
+) -> str | None:
+    """Return the command that plays the worst case again."""
+    from rtec.cli.check import Options
+    from rtec.conformance.contract import Contract
+
+    suite = verdict.suite
+    if suite is None or suite.worst is None:
+        return None
+    hertz = suite.contract.frequency_hz
+    said = {
+        "algorithm": str(image),
+        "design": plan.design.value,
+        "processor": None if processor == _PROCESSOR else processor,
+        "part": part,
+        "frequency": None if hertz == Contract.of(plan.design).frequency_hz else f"{hertz:g}Hz",
+        "hold_latch": None if plan.hold_latch else False,
+    }
+    nothing = dict.fromkeys(Options.__dataclass_fields__)
+    return Options(**(nothing | said)).command(str(suite.worst.case.stream))  # type: ignore[arg-type]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -179,13 +213,14 @@ class _Labels:
         return f"{self.names[index]}{f' + {beyond}' if beyond else ''}"
 
 
-def _show(verdict: FirmwareVerdict, labels: _Labels) -> None:
+def _show(verdict: FirmwareVerdict, labels: _Labels, worst: str | None) -> None:
     """Print the verdict for people."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    results = {True: Text("passed", style="green"), False: Text("FAILED", style="bold red"), None: Text("not tried")}
+    from rtec.cli._check_table import RESULTS, show_sheet, show_worst
+
     latch = "with" if verdict.hold_latch else "without"
     title = (
         f"{verdict.image}: design {verdict.design.value}, {verdict.processor} ({verdict.part}), {latch} hold latch"
@@ -195,7 +230,7 @@ def _show(verdict: FirmwareVerdict, labels: _Labels) -> None:
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
     for point in verdict.checks:
-        table.add_row(point.name, results[point.passed], Text(point.detail + _where(point, labels)))
+        table.add_row(point.name, RESULTS[point.passed], Text(point.detail + _where(point, labels)))
     console = Console(highlight=False)
     console.print(Text(title), soft_wrap=True)
     console.print(table)
@@ -205,8 +240,13 @@ def _show(verdict: FirmwareVerdict, labels: _Labels) -> None:
         for row in failed.executed[-_LISTED:]:
             at = f"{row.cycle:>10}  {row.address:04X}  {row.text:<28}P1={row.port_1:02X}  {labels.name(row.address)}"
             console.print(Text(at.rstrip()), soft_wrap=True)
-    for line in _measurements(verdict):
-        console.print(Text(line), soft_wrap=True)
+    if verdict.suite is not None:
+        show_sheet(console, verdict.suite)
+    if verdict.seen.worst_insertion_us is not None:
+        slowest = f"{verdict.seen.worst_insertion_us:.4g} µs ({verdict.seen.worst_insertion_cycles:.4g} cycles)"
+        console.print(Text(f"slowest insertion: {slowest} from the transition to the last change"), soft_wrap=True)
+    if verdict.suite is not None and worst is not None:
+        show_worst(console, verdict.suite, worst)
     count = sum(point.passed is False for point in verdict.checks)
     style = "green" if verdict.passed else "bold red"
     tried = (
@@ -222,23 +262,3 @@ def _where(point: Check, labels: _Labels) -> str:
     label = "" if moment.pc is None or not labels.names else f" ({labels.name(moment.pc)})"
     pc = "" if moment.pc is None else f" at {moment.pc:04X}h{label}"
     return f"\ncycle {moment.cycle}, {moment.time_ps / 1e6:.2f} µs{pc}"
-
-
-def _measurements(verdict: FirmwareVerdict) -> list[str]:
-    """Return what was measured, a line each."""
-    from rtec.campaign import hertz
-
-    seen, lines = verdict.seen, []
-    if seen.worst_insertion_us is not None:
-        lines.append(
-            f"worst insertion: {seen.worst_insertion_us:.4g} µs ({seen.worst_insertion_cycles:.4g} cycles) from the "
-            "transition to the last change"
-        )
-    if seen.least_separation_us is not None:
-        lines.append(f"least separation of changes at the controller: {seen.least_separation_us:.4g} µs")
-    if seen.good_up_to_hz is not None and seen.fails_from_hz is not None:
-        lines.append(
-            f"all right up to {hertz(seen.good_up_to_hz)}; at {hertz(seen.fails_from_hz)} it {seen.failing} "
-            "(a few phases tried, to 6 %; rtec envelope --image tries them all)"
-        )
-    return lines

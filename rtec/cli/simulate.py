@@ -13,7 +13,8 @@ import typer
 from rtec.cli import _console
 from rtec.cli._arguments import choice, counts, member, share, what_works, whole
 from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_HELP, MOTION_NAMES, read_motion
-from rtec.errors import ArgumentError, OutputError
+from rtec.cli._simulate_files import Seen
+from rtec.errors import ArgumentError
 from rtec.units import ANGLE, FREQUENCY, parse_quantity, parse_time_ps
 
 if TYPE_CHECKING:
@@ -137,8 +138,21 @@ def simulate(
     counter_bits: Annotated[
         str, _option("--counter-bits", _CONTROLLER, "N", "Width of the counter; 0: never wraps.")
     ] = "32",
-    vcd: Annotated[Path | None, _option("--vcd", _OUTPUT, "FILE", "Write A and B on both sides of the box.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite the file.", rich_help_panel=_OUTPUT)] = False,
+    figure: Annotated[
+        Path | None,
+        _option("--figure", _OUTPUT, "FILE.png", "Draw an insertion, before and after: .png, .svg, .pdf."),
+    ] = None,
+    figure_state: Annotated[
+        str | None,
+        _option("--figure-state", _OUTPUT, "00|10|11|01", "A and B when it begins; the first insertion without it."),
+    ] = None,
+    vcd: Annotated[
+        Path | None, _option("--vcd", _OUTPUT, "FILE.vcd", "Write both sides of the box as waveforms.")
+    ] = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Overwrite files; write a VCD above 1 GB.", rich_help_panel=_OUTPUT),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON document on stdout, nothing else.", rich_help_panel=_OUTPUT)
     ] = False,
@@ -220,7 +234,8 @@ def simulate(
             microcontroller=microcontroller,
         )
         whole_path = set_in_motion(path, kind, program=program, acceleration_hz_s=gain, seed=encoder.seed)
-        _carry_out(whole_path, vcd, force, as_json)
+        state = _state(figure_state, figure, path)
+        _carry_out(whole_path, Seen(figure=figure, state=state, vcd=vcd, force=force), as_json)
 
 
 def _cycles(text: str | None, program: Program | None, frequency_hz: float) -> int:
@@ -234,6 +249,16 @@ def _cycles(text: str | None, program: Program | None, frequency_hz: float) -> i
     if program is None:
         raise ArgumentError("--cycles", "missing", "the length of the motion, such as 1000")
     return max(round(programme_counts(program, frequency_hz) / 4.0), 1)
+
+
+def _state(text: str | None, figure: Path | None, path: OpenPath) -> int | None:
+    """Return the state 1..4 in which the insertion of the figure begins, None where nothing is said."""
+    if text is not None and figure is None:
+        raise ArgumentError("--figure-state", text, "beside --figure", "name the file with --figure")
+    if figure is not None and path.corrections == 0:
+        raise ArgumentError("--figure", figure, "with --corrections above 0", "without a step there is no insertion")
+    levels = ["00", "10", "11", "01"]
+    return None if text is None else levels.index(choice(text, levels, name="--figure-state")) + 1
 
 
 def _refuse_times(given: dict[str, str | None], no_gate: bool) -> None:
@@ -274,22 +299,25 @@ def _steps(text: str, name: str) -> int:
     return steps
 
 
-def _carry_out(path: OpenPath, vcd: Path | None, force: bool, as_json: bool) -> None:
+def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
     """Run, show the result and exit with the verdict."""
     from rtec.cli._simulate_table import show
     from rtec.machine import simulate as run
 
-    if vcd is not None and vcd.is_file() and not force:
-        raise OutputError(f"--vcd: {vcd} exists; choose another name, or overwrite it with --force")
+    seen.check(path)
     to_compile = _console.compilation_ahead()
     path.state()  # a frequency or a jitter that the encoder refuses is said before the compilation is
     if to_compile:
         _console.note(_console.COMPILING)
     with _console.progress(f"design {path.injector.design.key}") as progress:
-        result = run(path, vcd=vcd, progress=progress)
+        result = run(path, vcd=seen.vcd, seen=seen.stretch, progress=progress)
+    written = seen.written(path)
     if as_json:
-        _console.print_json(result.to_dict() | {"seed": path.encoder.seed})
+        _console.print_json(result.to_dict() | {"seed": path.encoder.seed} | written)
     else:
         show(path, result)
+        for name, file in written.items():
+            if file is not None:
+                typer.echo(f"{name}: {file}")
     if not result.good:
         raise typer.Exit(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Sequence
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rtec.conformance._icarus_memory import memory_of
+from rtec.conformance._programs import Program, hear
 from rtec.conformance._verilog_runs import (
     BUILD_S,
     SETTLE_TICKS,
@@ -21,9 +24,11 @@ from rtec.conformance._verilog_runs import (
 )
 from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Active, Pins, Port
+from rtec.errors import RtecError
 from rtec.injector import Stimulus
 
 _PORT = re.compile(r'^ +\.port_info \d+ /(INPUT|OUTPUT) (\d+) "([^"]+)"', re.MULTILINE)
+_FINISH = 4
 _UNKNOWN = str.maketrans("xXzZ", "0000")
 
 
@@ -52,35 +57,52 @@ class Icarus:
         code, said = shop.run([*options, "-s", pins.top, "-o", str(alone), str(file)], within_s=BUILD_S)
         if code != 0:
             raise build_error(file, pins, said, "Icarus Verilog")
-        self.widths = pins.widths(_ports(alone.read_text("utf-8", "replace"), pins.top))
-        (shop.folder / "rtec_pins.vh").write_text(_header(pins, self.widths, clock_ps), "utf-8")
-        code, said = shop.run(
-            [*options, "-s", "rtec_bench", "-o", str(self._program), str(bench), str(file)], within_s=BUILD_S
-        )
-        if code != 0:
-            raise build_error(file, pins, said, "Icarus Verilog")
+        compiled = alone.read_text("utf-8", "replace")
+        self.widths = pins.widths(_ports(compiled, pins.top))
+        command = [*options, "-s", "rtec_bench", "-o", str(self._program), str(bench), str(file)]
+        memory = memory_of(compiled, pins.top)
+        for known in [memory, None] if memory else [None]:  # what cannot be named is not looked at
+            (shop.folder / "rtec_pins.vh").write_text(_header(pins, self.widths, clock_ps, known), "utf-8")
+            code, said = shop.run(command, within_s=BUILD_S)
+            if code == 0:
+                self.may_rest = known is not None
+                return
+        raise build_error(file, pins, said, "Icarus Verilog")
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
-        """Return the run of each stream."""
-        return [self._one(stimulus) for stimulus in stimuli]
+        """Return the run of each stream; some processes run side by side."""
+        played: list[Runs] = []
+        at_once = 2 * (os.cpu_count() or 1)
+        for first in range(0, len(stimuli), at_once):
+            played += self._side_by_side(stimuli[first : first + at_once])
+        return played
 
-    def _one(self, stimulus: Stimulus) -> Runs:
-        into, out = self._shop.folder / "in", self._shop.folder / "out"
-        rows = [(stimulus.until_ps, 0, stimulus.edges.initial), *stream_rows(stimulus).tolist()]
-        into.write_text("".join(f"{t_ps} {kind} {value}\n" for t_ps, kind, value in rows), "ascii")
-        out.unlink(missing_ok=True)
-        command = [str(shutil.which("vvp")), "-n", str(self._program), f"+rtec_in={into}", f"+rtec_out={out}"]
-        code, said = self._shop.watch(
-            command, out, silent_s=SILENT_S, most_bytes=most_bytes([stimulus]), folder=self._cwd
-        )
-        text = out.read_text("ascii", "replace") if out.exists() else ""
-        whole = text[: text.rfind("\n") + 1].translate(_UNKNOWN)
-        values = np.array(whole.split(), np.int64)
-        played = values.reshape(-1, 6)
-        if played.size and played[-1, 0] in {3, 4}:
-            return Runs([played])
-        last_line = next(iter(said.strip().splitlines()[-1:]), "")
-        return Runs([played], "" if code is None else last_line or f"the simulation ended with code {code}")
+    def _side_by_side(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
+        programs = []
+        for stimulus in stimuli:
+            program = self._shop.begin(self._command, folder=self._cwd)
+            rows = [(stimulus.until_ps, 0, stimulus.edges.initial), *stream_rows(stimulus).tolist(), (0, 0, 0)]
+            program.ask("".join(f"{t_ps} {kind} {value}\n" for t_ps, kind, value in rows).encode("ascii"))
+            programs.append(program)
+        hear(programs, is_whole=lambda _: False, silent_s=SILENT_S, most_bytes=most_bytes(stimuli))
+        return [_runs(program) for program in programs]
+
+    def _command(self, out: int) -> list[str]:
+        return [str(shutil.which("vvp")), "-n", str(self._program), f"+rtec_out=/dev/fd/{out}"]
+
+
+def _runs(program: Program) -> Runs:
+    text = program.answer.decode("ascii", "replace")
+    whole = text[: text.rfind("\n") + 1].translate(_UNKNOWN)
+    played = np.array(whole.split(), np.int64).reshape(-1, 6)
+    if program.code is not None and played.size and played[-1, 0] in {3, 4}:
+        return Runs([played])
+    played = played[played[:, 0] != _FINISH]  # it says so, too, where it was ended from outside
+    last_line = next(iter(program.said.strip().splitlines()[-1:]), "")
+    code = program.code
+    if code and not played.size:
+        raise RtecError(f"vvp cannot run what iverilog has built: {last_line[:300] or f'code {code}'}")
+    return Runs([played], "" if code is None else last_line or f"the simulation ended with code {code}")
 
 
 def _ports(compiled: str, top: str) -> list[Port]:
@@ -89,7 +111,7 @@ def _ports(compiled: str, top: str) -> list[Port]:
     return [Port(name, way == "INPUT", int(bits)) for way, bits, name in _PORT.findall(scope)]
 
 
-def _header(pins: Pins, widths: dict[str, int], clock_ps: tuple[int, int]) -> str:
+def _header(pins: Pins, widths: dict[str, int], clock_ps: tuple[int, int], memory: tuple[str, int] | None) -> str:
     connected = {
         pins.clock: "clock",
         pins.a_in: "a",
@@ -116,6 +138,9 @@ def _header(pins: Pins, widths: dict[str, int], clock_ps: tuple[int, int]) -> st
             f"`define RTEC_TICKS_BEFORE {pins.reset_ticks + SETTLE_TICKS}",
             f"`define RTEC_PERIOD_NUM 64'sd{clock_ps[0]}",
             f"`define RTEC_PERIOD_DEN 64'sd{clock_ps[1]}",
+            f"`define RTEC_MAY_REST {1 if memory else 0}",
+            f"`define RTEC_MEMORY {memory[0] if memory else 0}",
+            f"`define RTEC_MEMORY_BITS {memory[1] if memory else 1}",
             "",
         ]
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, kernel
+from rtec._jit import Record, helper, kernel
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta
 
 SEEN = np.dtype(
@@ -21,9 +21,37 @@ SEEN = np.dtype(
         ("off_since_ps", np.int64),  # when it left zero for the last time
         ("delay_ps", np.int64),  # longest time that the controller's count was behind what is right
         ("delay_at_ps", np.int64),
+        (
+            "beyond_counts",
+            np.int64,
+        ),  # how far it went beyond all that was sent and asked for, at first
+        ("beyond_ps", np.int64),
     ],
     align=True,
 )
+
+
+@helper
+def beyond(
+    inserted: int,
+    low: int,
+    high: int,
+    in_ps: NDArray[np.int64],
+    in_levels: NDArray[np.uint8],
+    in_initial: int,
+    seen: int,
+    since_ps: int,
+) -> int:
+    """Return how far a count lies beyond ``low`` to ``high`` from any encoder count since a time; 0 inside."""
+    nearest = min(inserted - low, 0) + max(inserted - high, 0)
+    k = seen - 1
+    while nearest != 0 and k >= 0 and in_ps[k] > since_ps:  # it may still show what came before this edge
+        inserted += count_delta(int(in_levels[k - 1]) if k > 0 else in_initial, int(in_levels[k]))
+        outside = min(inserted - low, 0) + max(inserted - high, 0)
+        if abs(outside) < abs(nearest):
+            nearest = outside
+        k -= 1
+    return nearest
 
 
 @kernel
@@ -37,7 +65,10 @@ def look(
     out_initial: int,
     done_ps: NDArray[np.int64],
     done: NDArray[np.int64],
+    asked_ps: NDArray[np.int64],
+    asked: NDArray[np.int64],
     step_counts: int,
+    delay_ps: int,
     until_ps: int,
     left_ps: NDArray[np.int64],
 ) -> None:
@@ -52,12 +83,14 @@ def look(
     before_in, before_out = in_initial, out_initial
     last_ps, last_changed = -NEVER, 0
     total = 0
+    q, least_asked, most_asked = 0, 0, 0
     s.separation_ps = NEVER
     s.pulse_ps = NEVER
     s.illegal_ps = -1
     s.separation_at_ps = -1
     s.off_since_ps = -1
     s.delay_at_ps = -1
+    s.beyond_ps = -1
     while True:
         t_ps = until_ps
         if i < in_ps.size:
@@ -97,6 +130,15 @@ def look(
                 s.separation_at_ps = t_ps
             last_ps, last_changed = t_ps, changed
             j += 1
+            while q < asked_ps.size and asked_ps[q] <= t_ps:
+                least_asked, most_asked = min(least_asked, asked[q]), max(most_asked, asked[q])
+                q += 1
+            if s.beyond_counts == 0:
+                inserted = s.controller_counts - s.encoder_counts
+                low, high = step_counts * least_asked, step_counts * most_asked
+                s.beyond_counts = beyond(inserted, low, high, in_ps, in_levels, in_initial, i, t_ps - delay_ps)
+                if s.beyond_counts != 0:
+                    s.beyond_ps = t_ps
         if k < done_ps.size and done_ps[k] == t_ps:
             total = done[k]
             k += 1

@@ -13,13 +13,14 @@ import os
 import struct
 import sys
 import traceback
-import types
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rtec.conformance._python_compiled import compiled_functions, record_of
 
 LOADING, COMPILING, PLAYING = 0, 1, 2
 WATCHED = struct.Struct("qqq")
@@ -28,6 +29,8 @@ REQUEST = struct.Struct("qqqqqq")
 ANSWER = struct.Struct("qqqqqq")
 """Changes, completed totals, refusals, level at power-up, time of a break or -1, bytes of its reason."""
 MOST_CHANGES = 4_000_000
+MOST_BYTES = 3 << 30
+"""Of memory that it may ask for, compiler included."""
 _FIRST_ROOM = 4096
 FULL, TWICE, LEVELS, TOTAL, TOO_OFTEN = 1, 2, 3, 4, 5
 """How a run ends early, in the loop's own words."""
@@ -139,72 +142,6 @@ def checked(kind: Any) -> Callable[[Any, int, int, int], tuple[int, int, int, in
     return call
 
 
-def record_of(algorithm: Any) -> Any:
-    """Return the state of an algorithm as a record: its own attributes and those of its class.
-
-    Raises
-    ------
-    TypeError
-        An attribute that is no number and no array of numbers.
-    """
-    named: dict[str, Any] = {}
-    for kind in reversed(type(algorithm).__mro__[:-1]):
-        named |= {
-            name: value
-            for name, value in vars(kind).items()
-            if not name.startswith("__")
-            and name != "REASONS"
-            and not callable(value)
-            and not isinstance(value, staticmethod | property | str)
-        }
-    named |= vars(algorithm)
-    fields: list[tuple[Any, ...]] = []
-    for name, value in named.items():
-        array = np.asarray(value)
-        if array.dtype.kind not in "biuf" or array.size == 0:
-            raise TypeError(f"attribute {name} is no number and no list of numbers")
-        fields.append((name, np.float64 if array.dtype.kind == "f" else np.int64, array.shape))
-    record = np.zeros(1, np.dtype(fields or [("_", np.int64)], align=True))[0]
-    for name, value in named.items():
-        record[name] = np.asarray(value)
-    return record
-
-
-def compiled_functions(kind: Any, record: Any) -> Any:
-    """Return the class's step, compiled, with the functions of its file that it calls."""
-    import numba as compiler  # noqa: PLC0415 - half a second, for those who want it
-
-    numba: Any = compiler
-    options = {"boundscheck": True, "error_model": "python"}
-    step = kind.step
-    names = dict(step.__globals__)
-    for name, function in step.__globals__.items():
-        if isinstance(function, types.FunctionType) and function.__module__ == kind.__module__:
-            again = types.FunctionType(function.__code__, names, name, function.__defaults__, function.__closure__)
-            names[name] = numba.njit(again, **options)
-    inner = numba.njit(
-        types.FunctionType(step.__code__, names, "step", step.__defaults__, step.__closure__), **options
-    )
-
-    whole = numba.types.int64
-    signature = (numba.typeof(record), whole, whole, whole)
-    inner.compile(signature)
-    given: Any = inner.overloads[signature].signature.return_type
-    kinds = numba.types.Integer, numba.types.Boolean
-    if not isinstance(given, numba.types.BaseTuple) or not all(isinstance(item, kinds) for item in given):
-        raise TypeError(f"step returns {given}")
-
-    def of_three(algorithm: Any, t_ps: int, ab: int, requested: int) -> tuple[int, int, int, int]:
-        ab_out, total, wake_ps = inner(algorithm, t_ps, ab, requested)
-        return int(ab_out), int(total), int(wake_ps), 0
-
-    def of_four(algorithm: Any, t_ps: int, ab: int, requested: int) -> tuple[int, int, int, int]:
-        ab_out, total, wake_ps, refused = inner(algorithm, t_ps, ab, requested)
-        return int(ab_out), int(total), int(wake_ps), int(refused)
-
-    return numba.njit(run), numba.njit(of_three if len(given) == 3 else of_four)
-
-
 class Player:
     """The user's class, played as compiled code or as plain Python."""
 
@@ -220,8 +157,9 @@ class Player:
         self.watched[0] = COMPILING
         try:
             record = record_of(self.kind())
-            self.compiled = compiled_functions(self.kind, record)
-            none, bytes_ = np.zeros(0, np.int64), np.zeros(0, np.uint8)
+            self.compiled = compiled_functions(self.kind, record, run)
+            # read-only, as what comes through the pipe is: other types would be compiled again
+            none, bytes_ = np.frombuffer(b"", np.int64), np.frombuffer(b"", np.uint8)
             some = np.zeros(8, np.int64)
             loop, step = self.compiled
             loop(step, record, none, bytes_, none, none, 0, 0, 0, 1, some, some, some, some, some, some, self.watched)
@@ -304,7 +242,8 @@ def load(file: Path, name: str) -> Any:
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
-        raise ImportError(f"line {error.lineno}: {error.msg}") from None
+        place = "" if error.lineno is None else f"line {error.lineno}: "
+        raise ImportError(f"{place}{error.msg}") from None
     except BaseException as error:  # a file may even end the process when it is loaded
         rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == str(file)]
         place = f"line {rows[-1].lineno}: " if rows else ""
@@ -331,6 +270,7 @@ def load(file: Path, name: str) -> Any:
 
 def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: str) -> None:
     """Serve stimuli until the parent closes its pipe."""
+    _limit_memory()
     with open(watched_file, "r+b") as memory:
         watched = np.frombuffer(mmap.mmap(memory.fileno(), WATCHED.size), np.int64)
     with os.fdopen(from_parent, "rb") as source, os.fdopen(to_parent, "wb") as sink:
@@ -364,6 +304,17 @@ def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: s
                 sink.write(np.ascontiguousarray(array).tobytes())
             sink.write(text)
             sink.flush()
+
+
+def _limit_memory() -> None:
+    """Let an algorithm that allocates without end meet a MemoryError before the machine has none left."""
+    try:
+        import resource  # noqa: PLC0415 - no such module on Windows
+    except ImportError:
+        return
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = MOST_BYTES if hard == resource.RLIM_INFINITY else min(MOST_BYTES, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 
 
 def _say(sink: BinaryIO, kind: bytes, text: str) -> None:

@@ -1,21 +1,26 @@
 // Plays streams into a design and writes down what comes out; each run is a new model, from power-up on.
 // rtec_pins.h, written for the design, says what its ports are called.
 //
-// In, int64: for each stream its end in ps, the levels at power-up (A + 2 * B), the number of changes, and of each
-// change its time, 1 for levels or 2 for the total, and the value. Out, rows of six int64: what it is (0 power-up,
-// 1 change, 2 sign of life, 3 end of the run, 4 $finish, 5 ended from outside), time, levels, completed, refused, 0.
+// In, int64: how many numbers follow; then for each stream its end in ps, the levels at power-up (A + 2 * B), the number
+// of changes, and of each change its time, 1 for levels or 2 for the total, and the value. Out, rows of six int64: what
+// it is (0 power-up, 1 change, 2 sign of life, 3 end of the run, 4 $finish, 5 ended from outside, 6 all streams played),
+// time, levels, completed, refused, 0.
 
 #include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <vector>
 #include <unistd.h>
 #include "Vdut.h"
+#include "Vdut__Syms.h"
 #include "verilated.h"
 #include "rtec_pins.h"
 
 typedef int64_t i64;
+typedef __int128 i128;
 
 static int out_file;
 static std::vector<i64> rows;
@@ -62,6 +67,21 @@ static void set_levels(Vdut& dut, i64 levels) {
     dut.RTEC_B_IN = (levels >> 1) & 1;
 }
 
+// All that a design remembers. Where it is the same at two ticks in a row, and nothing has come in or gone out between
+// them, it stays so at every later one until something comes in: the ticks up to there need not be played.
+class Memory {
+    std::vector<unsigned char> bytes;
+
+public:
+    void take(const Vdut& dut) {
+        bytes.resize(sizeof(Vdut__Syms));
+        std::memcpy(bytes.data(), static_cast<const void*>(dut.rootp->vlSymsp), bytes.size());
+    }
+    bool same(const Vdut& dut) const {
+        return std::memcmp(bytes.data(), static_cast<const void*>(dut.rootp->vlSymsp), bytes.size()) == 0;
+    }
+};
+
 static void play(const std::vector<i64>& in, size_t at, int power_up) {
     VerilatedContext context;
     context.randReset(power_up);  // registers that the design leaves open: all 0, all 1, at random
@@ -101,6 +121,9 @@ static void play(const std::vector<i64>& in, size_t at, int power_up) {
         return whole_ps + (rest > 0);
     };
     i64 rise_ps = next_rise(), fall_ps = rise_ps / 2, ticks = 0;
+    Memory memory;
+    const i64 first_look = 4;  // ticks without a change; then twice as many, and so on
+    i64 changes = 0, changes_before = 0, quiet = 0, look = first_look;
     auto told = std::chrono::steady_clock::now();
     while (!context.gotFinish()) {
         i64 t_ps = fall_ps < rise_ps ? fall_ps : rise_ps;
@@ -123,8 +146,30 @@ static void play(const std::vector<i64>& in, size_t at, int power_up) {
                 add_row(2, t_ps, last);
                 flush_rows();
             }
+            quiet = changes == changes_before ? quiet + 1 : 0;
+            changes_before = changes;
+            if (quiet == 0) look = first_look;
+            if (RTEC_MAY_REST && quiet == look) {
+                memory.take(dut);
+            } else if (RTEC_MAY_REST && quiet == look + 1) {
+                look *= 2;
+                if (memory.same(dut)) {  // on to the last tick before something comes in
+                    const i64 until = next < past && in[next] < until_ps ? in[next] : until_ps;
+                    const i128 last_tick = static_cast<i128>(until - 1) * RTEC_PERIOD_DEN / RTEC_PERIOD_NUM;
+                    if (last_tick > ticks) {
+                        ticks = static_cast<i64>(last_tick);
+                        whole_ps = static_cast<i64>(last_tick * RTEC_PERIOD_NUM / RTEC_PERIOD_DEN);
+                        rest = static_cast<i64>(last_tick * RTEC_PERIOD_NUM % RTEC_PERIOD_DEN);
+                        const i64 risen_ps = whole_ps + (rest > 0);
+                        rise_ps = next_rise();
+                        fall_ps = risen_ps + (rise_ps - risen_ps) / 2;
+                        continue;
+                    }
+                }
+            }
         }
         if (next < past && in[next] == t_ps) {  // behind the tick: what changes with it is seen by the next one
+            ++changes;
             for (; next < past && in[next] == t_ps; next += 3) {
                 if (in[next + 1] == 1) {
                     set_levels(dut, in[next + 2]);
@@ -136,6 +181,7 @@ static void play(const std::vector<i64>& in, size_t at, int power_up) {
         }
         const Seen seen(dut);
         if (seen != last) {
+            ++changes;
             add_row(1, t_ps, seen);
             last = seen;
         }
@@ -145,17 +191,18 @@ static void play(const std::vector<i64>& in, size_t at, int power_up) {
 }
 
 int main(int, char** argv) {
-    FILE* file = fopen(argv[1], "rb");
-    std::vector<i64> in;
-    i64 block[4096];
-    for (size_t n; (n = fread(block, sizeof(i64), 4096, file)) > 0;) in.insert(in.end(), block, block + n);
-    fclose(file);
-    file = fopen(argv[2], "wb");
-    out_file = fileno(file);
+    out_file = std::atoi(argv[1]);
     rows.reserve(1 << 20);
     for (const int number : {SIGTERM, SIGABRT, SIGSEGV, SIGFPE, SIGBUS, SIGILL}) signal(number, ended);
-    for (size_t at = 0; at < in.size(); at += 3 + 3 * static_cast<size_t>(in[at + 2])) {
-        for (const int power_up : {0, 1, 2}) play(in, at, power_up);
+    std::vector<i64> in;
+    for (i64 size; fread(&size, sizeof size, 1, stdin) == 1;) {
+        in.resize(static_cast<size_t>(size));
+        if (fread(in.data(), sizeof(i64), in.size(), stdin) != in.size()) return 2;
+        for (size_t at = 0; at < in.size(); at += 3 + 3 * static_cast<size_t>(in[at + 2])) {
+            for (const int power_up : {0, 1, 2}) play(in, at, power_up);
+        }
+        rows.insert(rows.end(), {6, 0, 0, 0, 0, 0});
+        flush_rows();
     }
     return 0;
 }

@@ -119,15 +119,17 @@ def _difference(play: NDArray[np.int64], other: NDArray[np.int64], pins: Pins) -
 def build_error(file: Path, pins: Pins, said: str, simulator: str) -> RtecError:
     """Return what a failed build means: the first error in the user's files."""
     lines = said.splitlines()
-    if any("--top-module" in line or "root module" in line for line in lines):
-        modules = _MODULE.findall(file.read_text("utf-8", "replace"))
-        hint = nearest(pins.top, modules)
-        allowed = f"a module of {file}: {', '.join(modules)}"[:300]
-        return ArgumentError(f"{pins.where}: top", repr(pins.top), allowed, "" if hint.startswith("known") else hint)
     for line in lines:
         found = _MESSAGE.match(line)
         if found and "warning" not in found["what"] and not line.startswith("%Warning"):
             what = found["what"].removeprefix("error: ").strip()
+            if "due to --no-timing" in what:
+                what = "a delay, which Verilator cannot simulate here; --simulator icarus can"
             return FileFormatError(found["file"], int(found["line"]), what[:300], f"Verilog that {simulator} builds")
+    if any("--top-module" in line or "root module" in line for line in lines):
+        modules = _MODULE.findall(file.read_text("utf-8", "replace"))
+        hint = nearest(pins.top, modules)
+        allowed = f"a module of {file}: {', '.join(modules) or 'it has none'}"[:300]
+        return ArgumentError(f"{pins.where}: top", repr(pins.top), allowed, "" if hint.startswith("known") else hint)
     first = next((line for line in lines if "rror" in line), lines[0] if lines else "no message")
     return RtecError(f"{file}: {simulator} cannot build it: {first.strip()[:300]}")

@@ -14,9 +14,12 @@ from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
-from rtec.errors import RtecError
+from rtec.conformance._programs import Program
+from rtec.errors import OutputError, RtecError
 
 _LOOK_S = 0.02
+_MOST_AT_ONCE = 1000
+_ROOM = 65_536
 _GRACE_S = 1.0
 """How long a program that was told to end may still write what it knows."""
 
@@ -36,10 +39,18 @@ class Workshop:
             if before is signal.SIG_DFL:
                 signal.signal(signal.SIGTERM, _leave)
                 self._before = signal.SIG_DFL
-        self.folder = Path(tempfile.mkdtemp(prefix="rtec-"))
+        self._programs: list[Program] = []
+        self._begun = 0
+        try:
+            self.folder = Path(tempfile.mkdtemp(prefix="rtec-"))
+        except OSError as error:
+            said = error.strerror or str(error)
+            raise OutputError(f"no temporary folder: {said}; TMPDIR names one that can be written to") from error
 
     def close(self) -> None:
-        """Remove the folder."""
+        """End what runs and remove the folder."""
+        for program in self._programs:
+            program.end()
         shutil.rmtree(self.folder, ignore_errors=True)
         if self._before is not None and signal.getsignal(signal.SIGTERM) is _leave:
             signal.signal(signal.SIGTERM, self._before)
@@ -51,7 +62,7 @@ class Workshop:
         Raises
         ------
         RtecError
-            It took longer than ``within_s`` seconds.
+            It took longer than ``within_s`` seconds, or the disk is full, which a compiler need not say.
         """
         said = self.folder / "said"
         began = time.monotonic()
@@ -59,33 +70,44 @@ class Workshop:
         if code is None:
             name = Path(command[0]).name
             raise RtecError(f"{name}: no end after {within_s:g} s; give it less to build, or look for endless loops")
+        probe = self.folder / "room"
+        try:
+            probe.write_bytes(bytes(_ROOM))
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise OutputError(f"{self.folder}: {reason}; TMPDIR names a folder with more room") from error
+        finally:
+            probe.unlink(missing_ok=True)
         return code, _text(said)
 
-    def watch(
-        self, command: Sequence[str], grows: Path, *, silent_s: float, most_bytes: int, folder: Path
-    ) -> tuple[int | None, str]:
-        """Run a program while a file of its grows, but not without end.
+    def begin(self, command: Callable[[int], Sequence[str]], *, folder: Path) -> Program:
+        """Begin a program that answers on a pipe; it ends with this workshop at the latest.
 
-        Returns its exit code, None where it had to be ended, and what it said.
+        Parameters
+        ----------
+        command
+            As for `Program`.
+        folder
+            In which it runs.
         """
-        size, since = -1, time.monotonic()
-
-        def stands_still() -> bool:
-            nonlocal size, since
-            with suppress(OSError):
-                if (grown := grows.stat().st_size) != size:
-                    size, since = grown, time.monotonic()
-            return time.monotonic() - since > silent_s or size > most_bytes
-
-        said = self.folder / "said"
-        return self._run(command, said, folder, stands_still), _text(said)
+        self._programs = [program for program in self._programs if program.running]
+        self._begun += 1
+        program = Program(command, said=self.folder / f"said-{self._begun % _MOST_AT_ONCE}", folder=folder)
+        self._programs.append(program)
+        return program
 
     def _run(
         self, command: Sequence[str], said: Path, folder: Path | None, too_long: Callable[[], bool]
     ) -> int | None:
         with said.open("wb") as file:
             process = subprocess.Popen(  # noqa: S603 - a simulator, by its full path, without a shell
-                command, stdin=subprocess.DEVNULL, stdout=file, stderr=file, cwd=folder, start_new_session=True
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=file,
+                cwd=folder,
+                env=os.environ | {"TMPDIR": str(self.folder)},  # what a compiler leaves when it is ended goes, too
+                start_new_session=True,
             )
         try:
             while not too_long():

@@ -31,7 +31,7 @@ class Fault(enum.Enum):
     COUNT = "count"
     """The controller's count is not the encoder's plus the completed steps, and nothing told the controller so."""
     UNASKED = "unasked"
-    """It completed steps that nobody had asked for."""
+    """It completed steps that nobody had asked for, or the controller's count went where nothing sent it."""
     UNFINISHED = "unfinished"
     """A request was neither completed nor refused with a reason."""
     DELAY = "delay"
@@ -94,7 +94,14 @@ class Judgement:
         return self.violation is None
 
 
-def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_finish: bool = True) -> Judgement:
+def judge(
+    stimulus: Stimulus,
+    response: Response,
+    contract: Contract,
+    *,
+    must_finish: bool = True,
+    may_refuse: bool = True,
+) -> Judgement:
     """Hold one run to the contract.
 
     Parameters
@@ -105,6 +112,8 @@ def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_fi
         What is asked for.
     must_finish
         Whether the run ends with a rest in a state in which the algorithm inserts, and long enough for it.
+    may_refuse
+        Whether a request may be refused instead, with a reason.
 
     Returns
     -------
@@ -130,11 +139,12 @@ def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_fi
     '+1 step asked for, 0 completed and no reason given'
     """
     seen = new_record(SEEN)
-    encoder, controller = stimulus.edges, response.edges
+    encoder, controller, requests = stimulus.edges, response.edges, stimulus.requests
     look(
         seen, encoder.times_ps, encoder.levels, encoder.initial, controller.times_ps, controller.levels,
-        controller.initial, response.completed.times_ps, response.completed.totals, contract.step_counts,
-        stimulus.until_ps, np.full(2 * (len(encoder) + _room(response, contract)) + 3, -1, np.int64),
+        controller.initial, response.completed.times_ps, response.completed.totals, requests.times_ps,
+        requests.totals, contract.step_counts, contract.delay_ps, stimulus.until_ps,
+        np.full(2 * (len(encoder) + _room(response, contract)) + 3, -1, np.int64),
     )  # fmt: skip
     asked, done = stimulus.requests.final, response.completed.final
     refused = any(t_ps >= _last_asked_ps(stimulus) for t_ps, _ in response.refusals)
@@ -159,13 +169,19 @@ def judge(stimulus: Stimulus, response: Response, contract: Contract, *, must_fi
         violation = Violation(fault=Fault.COUNT, time_ps=int(seen.off_since_ps), reason=reason)
     else:
         violation = _unasked(stimulus, response)
-        if violation is None and must_finish and done != asked and not refused:
-            reason = f"{_steps(asked)} asked for, {done:+d} completed and no reason given".replace("+0 ", "0 ")
+        if violation is None and must_finish and done != asked and not (refused and may_refuse):
+            why = f"refused: {response.refusals[-1][1]}" if refused else "no reason given"
+            reason = f"{_steps(asked)} asked for, {done:+d} completed and {why}".replace("+0 ", "0 ")
             violation = Violation(fault=Fault.UNFINISHED, time_ps=_last_asked_ps(stimulus), reason=reason)
         elif violation is None and seen.delay_ps > contract.delay_ps:
             late, most = time_text(int(seen.delay_ps)), time_text(contract.delay_ps)
             reason = f"the controller's count is {late} behind; {most} at most"
             violation = Violation(fault=Fault.DELAY, time_ps=int(seen.delay_at_ps), reason=reason)
+        elif violation is None and seen.beyond_counts:
+            reason = (
+                f"the controller's count goes {int(seen.beyond_counts):+d} beyond all that was sent and asked for"
+            )
+            violation = Violation(fault=Fault.UNASKED, time_ps=int(seen.beyond_ps), reason=reason)
     return Judgement(
         violation=violation,
         completed=done,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
-import selectors
+import select
 import subprocess
 import sys
 import tempfile
@@ -24,6 +24,7 @@ SILENT_S = 10.0
 """Without a call of its step for so long, an algorithm is ended."""
 _COMPILING_S = 120.0
 _LOOK_S = 0.2
+_PIECE = 1 << 16
 _PACKAGE = str(Path(__file__).resolve().parents[2])
 
 
@@ -95,14 +96,28 @@ class PythonClass:
         return f"{self.file.name}:{self.class_name}"
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
-        """Return what comes out for each stimulus.
+        """Return what comes out for each stimulus; behind one that ends the process no more are played.
 
         Raises
         ------
         RtecError
             The process behind it cannot be started again.
         """
-        return [self._one(stimulus) for stimulus in stimuli]
+        responses: list[Response] = []
+        if self._process is None:
+            self._start()
+        self._unsent += b"".join(self._packed(stimulus) for stimulus in stimuli)
+        try:
+            for stimulus in stimuli:
+                responses.append(self._answer(stimulus))
+        except _Silent as silent:
+            broken = Break(time_ps=WATCHED.unpack(self._watched())[2], reason=str(silent), ended=True)
+            self._end()
+            responses.append(_nothing_came(stimuli[len(responses)], broken))
+            # each of the others may cost ten seconds, too, and nobody looks behind the first that is broken
+            not_played = Break(time_ps=0, reason="not played: its process ended in the run before", ended=True)
+            responses += [_nothing_came(stimulus, not_played) for stimulus in stimuli[len(responses) :]]
+        return responses
 
     def close(self) -> None:
         """End the process and remove what it needed."""
@@ -125,12 +140,16 @@ class PythonClass:
                 stdin=subprocess.DEVNULL,
                 stdout=sys.__stderr__ if sys.__stderr__ is not None else subprocess.DEVNULL,
                 pass_fds=(from_us, to_us),
+                start_new_session=True,  # Ctrl-C is its parent's, which ends it
                 env=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             )
         finally:
             os.close(from_us)
             os.close(to_us)
-        self._to_child, self._from_child = os.fdopen(to_child, "wb"), from_child
+        os.set_blocking(to_child, False)
+        os.set_blocking(from_child, False)
+        self._to_child, self._from_child = to_child, from_child
+        self._unsent, self._unread = bytearray(), bytearray()
         try:
             kind, text = self._said()
         except _Silent as silent:
@@ -144,39 +163,26 @@ class PythonClass:
         process, self._process = self._process, None
         if process is None:
             return
-        with contextlib.suppress(OSError, ValueError):
-            self._to_child.close()
+        os.close(self._to_child)
         os.close(self._from_child)
         process.kill()
         process.wait()
 
-    def _one(self, stimulus: Stimulus) -> Response:
-        if self._process is None:
-            self._start()
+    def _packed(self, stimulus: Stimulus) -> bytes:
         edges, requests = stimulus.edges, stimulus.requests
         head = REQUEST.pack(len(edges), len(requests), edges.initial, stimulus.until_ps, *self.clock_ps)
         arrays = edges.times_ps, edges.levels, requests.times_ps, requests.totals
-        try:
-            try:
-                self._to_child.write(head + b"".join(np.ascontiguousarray(array).tobytes() for array in arrays))
-                self._to_child.flush()
-            except OSError:
-                raise _Silent(self._how_it_ended()) from None
-            if not self._noted:
-                self.note, self._noted = self._said()[1], True
-            made, booked, no, first, broken_ps, size = ANSWER.unpack(self._read(ANSWER.size))
-            changes = np.frombuffer(self._read(8 * made), np.int64), np.frombuffer(self._read(made), np.uint8)
-            totals = [np.frombuffer(self._read(8 * booked), np.int64) for _ in range(2)]
-            refusals = [np.frombuffer(self._read(8 * no), np.int64).tolist() for _ in range(2)]
-            reason = self._read(size).decode(errors="replace")
-        except _Silent as silent:
-            t_ps = WATCHED.unpack(self._watched())[2]
-            self._end()
-            return Response(
-                edges=EdgeStream([], [], initial=edges.initial),
-                completed=Totals(),
-                broken=Break(time_ps=t_ps, reason=str(silent)),
-            )
+        return head + b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
+
+    def _answer(self, stimulus: Stimulus) -> Response:
+        """Read the response to a stimulus that was sent, or that waits to be."""
+        if not self._noted:
+            self.note, self._noted = self._said()[1], True
+        made, booked, no, first, broken_ps, size = ANSWER.unpack(self._read(ANSWER.size))
+        changes = np.frombuffer(self._read(8 * made), np.int64), np.frombuffer(self._read(made), np.uint8)
+        totals = [np.frombuffer(self._read(8 * booked), np.int64) for _ in range(2)]
+        refusals = [np.frombuffer(self._read(8 * no), np.int64).tolist() for _ in range(2)]
+        reason = self._read(size).decode(errors="replace")
         return Response(
             edges=EdgeStream(*changes, initial=first),
             completed=Totals(*totals),
@@ -196,35 +202,51 @@ class PythonClass:
         return b"" if self._memory is None else self._memory[:]
 
     def _read(self, size: int) -> bytes:
-        """Read so many bytes from the process, as long as it moves on."""
-        parts, missing = [], size
+        """Return so many bytes from the process, as long as it moves on; what waits to be sent goes out meanwhile."""
         seen, since = self._watched(), time.monotonic()
-        with selectors.DefaultSelector() as selector:
-            selector.register(self._from_child, selectors.EVENT_READ)
-            while missing:
-                if selector.select(_LOOK_S):
-                    part = os.read(self._from_child, min(missing, 1 << 20))
-                    if not part:
-                        raise _Silent(self._how_it_ended())
-                    parts.append(part)
-                    missing -= len(part)
-                    continue
-                now = self._watched()
-                if now != seen:
-                    seen, since = now, time.monotonic()
-                doing = WATCHED.unpack(now)[0]
-                if time.monotonic() - since > (_COMPILING_S if doing == COMPILING else SILENT_S):
-                    what = "the file did not come to its end" if doing == LOADING else "step did not return"
-                    raise _Silent(f"{what} within {SILENT_S:g} s")
-        return b"".join(parts)
+        while len(self._unread) < size:
+            if self._exchange():
+                continue
+            now = self._watched()
+            if now != seen:
+                seen, since = now, time.monotonic()
+            doing = WATCHED.unpack(now)[0]
+            if time.monotonic() - since > (_COMPILING_S if doing == COMPILING else SILENT_S):
+                what = "the file did not come to its end" if doing == LOADING else "step did not return"
+                raise _Silent(f"{what} within {SILENT_S:g} s")
+        part = bytes(self._unread[:size])
+        del self._unread[:size]
+        return part
+
+    def _exchange(self) -> bool:
+        """Move bytes to and from the process where the pipes have room; return whether any came."""
+        sending = [self._to_child] if self._unsent else []
+        readable, writable, _ = select.select([self._from_child], sending, [], _LOOK_S)
+        if writable:
+            try:
+                del self._unsent[: os.write(self._to_child, self._unsent[:_PIECE])]
+            except BlockingIOError:
+                pass
+            except OSError:  # nobody reads any more; answers may still stand in the other pipe
+                self._unsent.clear()
+        if readable:
+            part = os.read(self._from_child, _PIECE)
+            if not part:
+                raise _Silent(self._how_it_ended())
+            self._unread += part
+        return bool(readable)
 
     def _how_it_ended(self) -> str:
         """Return in words how the process came to its end."""
         if self._process is None:
             return "its process is gone"
         with contextlib.suppress(subprocess.TimeoutExpired):
-            code = self._process.wait(timeout=1.0)
+            code = self._process.wait(timeout=5.0)
             return (
                 f"its process was ended by signal {-code}" if code < 0 else f"it ended its process with code {code}"
             )
         return "it closed its pipes"
+
+
+def _nothing_came(stimulus: Stimulus, broken: Break) -> Response:
+    return Response(edges=EdgeStream([], [], initial=stimulus.edges.initial), completed=Totals(), broken=broken)

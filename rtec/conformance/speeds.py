@@ -122,7 +122,7 @@ def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda sh
     ladder = sorted({*steps, low_hz, high_hz})
     passing_hz = _highest(ladder, top_hz, lambda hertz: does(hertz) is not Does.FAILS)
     inserting_hz = _highest(
-        [hertz for hertz in ladder if hertz <= passing_hz] or ladder[:1],
+        sorted({hertz for hertz in ladder if hertz <= passing_hz} | {passing_hz}) if passing_hz else ladder[:1],
         min(top_hz, passing_hz) if passing_hz else low_hz,
         lambda hertz: does(hertz) is Does.INSERTS,
     )

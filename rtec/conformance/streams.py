@@ -5,20 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.conformance._stream_kernels import first_impossible
 from rtec.conformance.contract import STATES, Contract
 from rtec.errors import ArgumentError
 from rtec.injector import Stimulus, Totals
 from rtec.signal import EdgeStream
-from rtec.units import PS_PER_S, parse_time_ps
 
+LONGEST_PS = 2**61
 LONGEST_TEXT = 200_000
 """Characters of a stream that are read."""
 
-_EVENT = re.compile(r"(?P<time>[\d.]+[a-z]+):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))", re.ASCII)
+_UNITS_PS = {"ps": 1, "ns": 10**3, "us": 10**6, "ms": 10**9, "s": 10**12}
+_EVENT = re.compile(
+    r"(?P<time>\d{1,20}(?:\.\d{0,20})?)(?P<unit>ps|ns|us|ms|s):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))",
+    re.ASCII,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,14 +93,19 @@ class Stream:
             match = _EVENT.fullmatch(word)
             if match is None:
                 raise ArgumentError("stream", repr(word[:40]), shape)
-            t_ps = parse_time_ps(match["time"], name="stream")
+            exact_ps = Decimal(match["time"]) * _UNITS_PS[match["unit"]]  # a float would lose a picosecond in an hour
+            t_ps = int(exact_ps)
             if (
-                t_ps < last_ps
+                exact_ps != t_ps
+                or t_ps > LONGEST_PS
+                or t_ps < last_ps
                 or until_ps is not None
                 or t_ps < 1
                 or (edges and match["move"] and t_ps == edges[-1][0])
             ):
-                raise ArgumentError("stream", repr(word[:40]), "times from 1 ps on that increase, and the end last")
+                raise ArgumentError(
+                    "stream", repr(word[:40]), "whole ps from 1 to 2^61 that increase, and the end last"
+                )
             last_ps = t_ps
             if match["move"]:
                 edges.append((t_ps, 1 if match["move"] == "+" else -1))
@@ -173,22 +184,15 @@ def can_be(stream: Stream, contract: Contract) -> bool:
     >>> can_be(slow, Contract(step_counts=2)), can_be(fast, Contract(step_counts=2))
     (True, False)
     """
-    if stream.edges_ps.size < 2:
-        return True
-    apart_ps = np.diff(stream.edges_ps)
-    same = stream.moves[1:] == stream.moves[:-1]
+    return first_that_cannot_be(stream, contract) == stream.edges_ps.size
+
+
+def first_that_cannot_be(stream: Stream, contract: Contract) -> int:
+    """Return the place of the first edge that comes too early, or the number of edges; see `can_be`."""
     jitter_ps = contract.jitter * contract.quarter_ps
-    if np.any(apart_ps < np.where(same, round(contract.quarter_ps - jitter_ps), contract.turn_ps)):
-        return False
-    shortest_s = np.maximum(np.r_[stream.edges_ps[0], apart_ps] - jitter_ps, 1.0) / PS_PER_S
-    longest_s = (apart_ps + jitter_ps) / PS_PER_S * (1.0 + 1e-9)
-    gain = contract.acceleration_hz_s
-    mean_hz = np.where(np.r_[True, same], 0.25 / shortest_s, 0.0)
-    fastest_hz = np.minimum(mean_hz + gain * shortest_s / 2.0, np.sqrt(mean_hz**2 + gain / 2.0))
-    # a count within an interval, from the speed at the end of the one before, or up to the begin of a turn
-    onwards = fastest_hz[:-1] * longest_s + gain * longest_s**2 / 2.0 < 0.25
-    backwards = fastest_hz[2:] * longest_s[:-1] + gain * longest_s[:-1] ** 2 / 2.0 < 0.25
-    return not (np.any(onwards & same) or np.any(backwards & same[:-1] & ~same[1:]))
+    shortest_ps = round(contract.quarter_ps - jitter_ps)
+    gain_hz_s = float(contract.acceleration_hz_s)
+    return int(first_impossible(stream.edges_ps, stream.moves, shortest_ps, contract.turn_ps, gain_hz_s, jitter_ps))
 
 
 def _pairs(times: NDArray[np.int64], values: NDArray[np.int64]) -> list[tuple[int, int]]:
@@ -199,5 +203,6 @@ def _exact(t_ps: int) -> str:
     """Write a time without losing a picosecond."""
     for unit, digits in (("ms", 9), ("us", 6), ("ns", 3)):
         if t_ps >= 10**digits:
-            return f"{t_ps / 10**digits:.{digits}f}".rstrip("0").rstrip(".") + unit if t_ps < 2**53 else f"{t_ps}ps"
+            whole, rest = divmod(t_ps, 10**digits)
+            return f"{whole}.{rest:0{digits}d}".rstrip("0").rstrip(".") + unit
     return f"{t_ps}ps"

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 from rtec.conformance import cases
 from rtec.conformance.contract import Contract
-from rtec.conformance.hunt import hunt, shortened
+from rtec.conformance.hunt import hunt
 from rtec.conformance.judge import Fault
 from rtec.conformance.results import Check, Verdict
+from rtec.conformance.shorter import shortened
 from rtec.conformance.speeds import Speeds, measure_speeds
 from rtec.conformance.trials import Case, Run, Trials
 from rtec.injector import Algorithm

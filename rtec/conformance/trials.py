@@ -30,11 +30,14 @@ class Case:
         What goes in.
     must_finish
         Whether what was asked for has to be completed, or refused, at the end.
+    may_refuse
+        Whether it may be refused.
     """
 
     title: str
     stream: Stream
     must_finish: bool = True
+    may_refuse: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,7 +121,7 @@ class Trials:
         self.made += len(cases)
         runs = []
         for case, stimulus, response in zip(cases, stimuli, self.algorithm.play(stimuli), strict=True):
-            seen = judge(stimulus, response, self.contract, must_finish=case.must_finish)
+            seen = judge(stimulus, response, self.contract, must_finish=case.must_finish, may_refuse=case.may_refuse)
             run = Run(case=case, response=response, judgement=seen)
             if run.right:
                 self.margin.take(run)
@@ -155,17 +158,20 @@ class Trials:
             look_ps = _FIRST_LOOK_PS
             while True:
                 stream = Stream.of((state - direction) % 4, came, [(asked_ps, sign)], asked_ps + look_ps)
-                run = self.one(Case(title=f"{sign:+d} step at rest in state {STATES[state]}", stream=stream))
+                title = f"{sign:+d} step at rest in state {STATES[state]}"
+                run = self.one(Case(title=title, stream=stream, may_refuse=False))
                 violation = run.judgement.violation
                 if violation is None:
                     break
                 # a count that is wrong may be a step that is not booked yet
                 if violation.fault not in (Fault.UNFINISHED, Fault.COUNT) or look_ps >= _LONGEST_LOOK_PS:
-                    return run
+                    break
                 look_ps *= 10
             for times in (run.response.edges.times_ps, run.response.completed.times_ps):
                 longest_ps = max(longest_ps, int(times.max(initial=0)) - asked_ps)
-        self.settle_ps = 2 * longest_ps + 40 * quarter_ps
+            self.settle_ps = 2 * longest_ps + 40 * quarter_ps
+            if violation is not None:
+                return run
         return None
 
     def settled(self, stream: Stream) -> Stream:

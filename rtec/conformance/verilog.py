@@ -65,6 +65,10 @@ class VerilogAlgorithm:
     nothing sets (Verilator: all 0, all 1, random), break the run, as do ``$finish``, logic that does not settle, and
     10 s without progress.
 
+    A design at rest is not clocked on: where all that it remembers is the same at two ticks in a row, with nothing in
+    or out between them, the ticks up to the next input are left out. Where that cannot be known, every tick is
+    simulated, and `note` says so.
+
     A Verilog file runs with the user's rights, as a Python file does: ``$fopen``, ``$system`` and the like work.
 
     Parameters
@@ -112,6 +116,16 @@ class VerilogAlgorithm:
     def name(self) -> str:
         """Return the file's name."""
         return self._file.name
+
+    @property
+    def note(self) -> str:
+        """Return why every tick is simulated, or nothing where a design at rest needs none."""
+        if self._simulator.may_rest:
+            return ""
+        return (
+            "clocked at every tick, which takes longer: it reads the time, files or random numbers, delays something "
+            "or keeps values that cannot be compared; --tries 300 shortens the hunt"
+        )
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Return what comes out for each stimulus.

@@ -123,10 +123,13 @@ class Break:
         Simulated time of the call that broke it.
     reason
         What happened, in words.
+    ended
+        Whether what ran it has ended with it, so that another run costs a new start.
     """
 
     time_ps: int
     reason: str
+    ended: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

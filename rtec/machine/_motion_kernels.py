@@ -15,7 +15,8 @@ from rtec.axis._kernels import emit, next_crossing, set_piece
 from rtec.board._board_kernels import board_switch
 from rtec.controller._kernels import receiver_settle
 from rtec.machine._firmware_kernels import READINGS_TO_END
-from rtec.machine._open_kernels import ask, pass_edge, pass_glitch, run_board_until, run_box_until, see_gates
+from rtec.machine._open_kernels import ask, pass_edge, pass_glitch, run_board_until, run_box_until, see_board, see_box
+from rtec.machine._tape_kernels import has_room_for
 from rtec.signal._kernels import NEVER
 
 PIECE_AT, ASKED = 0, 1
@@ -35,9 +36,9 @@ def ask_before(
         ask(m, board, ask_ps)
         at[ASKED] += 1
         if board is not None:
-            see_gates(m, board[0], ask_ps, tape)
+            see_board(m, board[0], ask_ps, tape)
         else:
-            see_gates(m, m.injector, ask_ps, tape)
+            see_box(m, ask_ps, tape)
 
 
 @array_kernel
@@ -67,7 +68,8 @@ def run_pieces(
         p.j0 = 0.0
         set_piece(p, 0.0, duration_ps[i] / 1e12)
         while True:
-            if left <= 0:
+            # all that is still to be asked for may come at rest, before the next edge
+            if left <= 0 or (tape is not None and not has_room_for(tape, m.injector, asks_ps.size - at[ASKED])):
                 return False
             crossing_ps = next_crossing(e, p)
             if crossing_ps == NEVER:
@@ -110,20 +112,20 @@ def come_to_rest(
         while s.completed != s.requested and waited < _PATIENCE_READINGS:
             end_ps += b.reading_ps
             run_board_until(m, board, end_ps, tape)
-            see_gates(m, b, end_ps, tape)
+            see_board(m, b, end_ps, tape)
             waited = waited + 1 if s.completed == completed else 0
             completed = s.completed
         board_switch(b, mem, h, log, end_ps, 1, b.trip_n)
         end_ps += READINGS_TO_END * b.reading_ps
         run_board_until(m, board, end_ps, tape)
-        see_gates(m, b, end_ps, tape)
+        see_board(m, b, end_ps, tape)
     else:
         run_box_until(m, board, end_ps, tape)
-        see_gates(m, s, end_ps, tape)
+        see_box(m, end_ps, tape)
         while s.next_ps < NEVER:
             end_ps = s.next_ps
             run_box_until(m, board, end_ps, tape)
-            see_gates(m, s, end_ps, tape)
+            see_box(m, end_ps, tape)
     end_ps += settle_ps
     receiver_settle(m.receiver, end_ps)
     return end_ps

@@ -24,6 +24,7 @@ from rtec.injector._kernels import (
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import IDLE, INJECTOR, WRITING
 from rtec.machine._firmware_kernels import READINGS_TO_END, note_insertions
+from rtec.machine._tape_kernels import has_room, keep_board, keep_box
 from rtec.signal._kernels import NEVER, count_delta, level_of_state
 
 BLOCK = 16
@@ -46,22 +47,26 @@ OPEN_PATH = np.dtype(
 
 
 @step
-def keep(tape: Any, side: int, t_ps: int, ab: int) -> None:
-    """Write an edge of the encoder's (0) or the controller's (1) side on the tape, if there is one."""
-    if tape is not None:
-        times_ps, levels, used = tape
-        n = used[side]
-        times_ps[side, n] = t_ps
-        levels[side, n] = ab
-        used[side] = n + 1
-
-
-@step
-def see_gates(m: Record, gates: Record, t_ps: int, tape: Any) -> None:
+def see_gates(m: Record, gates: Record, t_ps: int) -> None:
     """Let the receiver see what the gates drive, once all events of this instant are carried out."""
     if observe(gates):
         receiver_edge(m.receiver, t_ps, gates.ab_out)
-        keep(tape, 1, t_ps, gates.ab_out)
+
+
+@step
+def see_box(m: Record, t_ps: int, tape: Any) -> None:
+    """Let receiver and tape see the box at ``t_ps``."""
+    see_gates(m, m.injector, t_ps)
+    if tape is not None:
+        keep_box(tape, m.injector, t_ps)
+
+
+@step
+def see_board(m: Record, b: Record, t_ps: int, tape: Any) -> None:
+    """Let receiver and tape see the box with its firmware at ``t_ps``."""
+    see_gates(m, b, t_ps)
+    if tape is not None:
+        keep_board(tape, m.injector, b, t_ps)
 
 
 @step
@@ -75,10 +80,10 @@ def run_board_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
             own_ps = b.next_ps
             published = b.published
             board_fire(b, mem, h, log)
-            if own_ps < t_ps:
-                see_gates(m, b, own_ps, tape)
             if b.published > published:
                 note_insertions(m.injector, b, mem)
+            if own_ps < t_ps:
+                see_board(m, b, own_ps, tape)
         else:
             return
 
@@ -95,21 +100,20 @@ def run_box_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
         while s.next_ps <= own_ps:
             injector_fire(s)
         if own_ps < t_ps:
-            see_gates(m, s, own_ps, tape)
+            see_box(m, own_ps, tape)
 
 
 @step
 def pass_edge(m: Record, board: Any, t_ps: int, tape: Any) -> None:
     """Send the encoder's levels at ``t_ps`` through box and receiver."""
     ab = encoder_level(m.encoder)
-    keep(tape, 0, t_ps, ab)
     if board is not None:
         b, _, mem, h, log, _ = board
         board_edge(b, mem, h, log, t_ps, ab)
-        see_gates(m, b, t_ps, tape)
+        see_board(m, b, t_ps, tape)
     else:
         injector_edge(m.injector, t_ps, ab)
-        see_gates(m, m.injector, t_ps, tape)
+        see_box(m, t_ps, tape)
 
 
 @step
@@ -236,8 +240,8 @@ def switch_on_controller(m: Record, ab: int) -> None:
 
 
 @array_kernel
-def run(m: Record, edges: int, board: Any, tape: Any) -> None:
-    """Move over the next ``edges`` lines at constant speed.
+def run(m: Record, edges: int, board: Any, tape: Any) -> int:
+    """Move over the next ``edges`` lines at constant speed; return how many are left where the tape is full.
 
     ``board`` is None, or the box's circuits, processor, memory, hidden state, log and an empty queue.
     """
@@ -246,7 +250,10 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> None:
     shifts_ps = np.empty(BLOCK, np.int64)
     left = edges
     while left > 0:
-        if board is None and tape is None and m.in_blocks == 1 and passes_unchanged(m):
+        if tape is not None:
+            if not has_room(tape, m.injector):
+                return left
+        elif board is None and m.in_blocks == 1 and passes_unchanged(m):
             before = e.serial
             # up to the edge before the next request
             until_due = (m.edges - 1 - m.due) // m.corrections if m.corrections > 0 else left
@@ -254,7 +261,7 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> None:
             m.due += (e.serial - before) * m.corrections
             left -= e.serial - before
             if left == 0:
-                break
+                return 0
         left -= 1
         crossing_ps = steady_crossing(e)
         while e.glitch_next_ps < crossing_ps:
@@ -266,6 +273,7 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> None:
             m.due -= m.edges
             ask(m, board, t_ps)
         pass_edge(m, board, t_ps, tape)
+    return 0
 
 
 @kernel
@@ -280,12 +288,12 @@ def finish(m: Record, settle_ps: int, board: Any, tape: Any) -> int:
         board_switch(b, mem, h, log, end_ps, 1, b.trip_n)
         end_ps += READINGS_TO_END * b.reading_ps
         run_board_until(m, board, end_ps, tape)
-        see_gates(m, b, end_ps, tape)
+        see_board(m, b, end_ps, tape)
     else:
         while s.next_ps < e.last_ps + s.rest_ps:
             end_ps = s.next_ps
             run_box_until(m, board, end_ps, tape)
-            see_gates(m, s, end_ps, tape)
+            see_box(m, end_ps, tape)
     end_ps += settle_ps
     receiver_settle(m.receiver, end_ps)
     return end_ps

@@ -19,10 +19,11 @@ from rtec.axis.motion import (
 from rtec.axis.profile import plan_moves
 from rtec.board.board import START_UP_READINGS, reading_ps
 from rtec.errors import ArgumentError
+from rtec.injector._wave_kernels import COLUMNS, LEVEL_IN, LEVEL_OUT, TIME
 from rtec.machine.motion_run import MotionRun
 from rtec.machine.open_path import OpenPath, _box_of
 
-_TAPE_CHANGES = 4096
+_TAPE_ROWS = 4096
 _AIMED = (MotionKind.REVERSAL, MotionKind.ADVERSARY)
 
 
@@ -67,11 +68,13 @@ def insertion_at_rest(path: OpenPath) -> Window:
     )
     state, board = still.state(), still.board()
     box = _box_of(state, board)
-    tape = (np.empty((2, _TAPE_CHANGES), np.int64), np.empty((2, _TAPE_CHANGES), np.uint8), np.zeros(2, np.int64))
+    rows, used = np.zeros((_TAPE_ROWS, COLUMNS), np.int64), np.ones(1, np.int64)
+    rows[0, LEVEL_IN], rows[0, LEVEL_OUT] = still.encoder.level_at_home, int(state.receiver.raw)
     run = MotionRun(_at_rest(asked_ps))
-    run.run(state, 1, box, tape)
-    run.finish(state, 1, box, tape)
-    changes = tape[0][1, : int(tape[2][1])] - asked_ps
+    run.run(state, 1, box, (rows, used))
+    run.finish(state, 1, box, (rows, used))
+    seen = rows[: int(used[0])]
+    changes = seen[1:, TIME][np.diff(seen[:, LEVEL_OUT]) != 0] - asked_ps
     if state.injector.completed != sign or not changes.size:
         raise ArgumentError("--motion", "aimed", "a box that inserts at rest", "this one has not made a step at rest")
     return Window(begin_ps=max(int(changes[0]), 0), end_ps=int(changes[-1]), pause_ps=pause_ps, every_ps=every_ps)

@@ -10,6 +10,7 @@ from rtec._jit import Record, new_record
 from rtec.axis._kernels import PIECE
 from rtec.axis.motion import COUNT_MM, Motion
 from rtec.machine import _motion_kernels
+from rtec.machine._motion_kernels import ASKED
 
 
 class MotionRun:
@@ -21,6 +22,11 @@ class MotionRun:
         self._piece = new_record(PIECE)
         self._columns = tuple(column / COUNT_MM for column in (segments.x0_mm, segments.v0_mm_s, segments.a0_mm_s2))
         self._at = np.zeros(2, np.int64)
+
+    @property
+    def asks_left(self) -> int:
+        """Return how many requests are still to be made."""
+        return int(self.motion.asks_ps.size - self._at[ASKED])
 
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         """Pass at most so many edges; return the share of the time that is over, 1 at the end."""

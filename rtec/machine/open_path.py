@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,12 +24,11 @@ from rtec.injector import InjectorSettings, Insertions, RealEdges
 from rtec.injector.box import insertions_of
 from rtec.machine import _open_kernels
 from rtec.machine.motion_run import MotionRun
-from rtec.signal import VcdSignal, VcdWriter
+from rtec.machine.tape import Tape, Viewer, WaveFile
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 MAX_EDGES = 1 << 40
 _CHUNK_EDGES = 2_000_000
-_TAPE_EDGES = 100_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -202,43 +202,11 @@ class OpenPathResult:
         }
 
 
-class _Tape:
-    """Edges of both sides of the box on their way into a waveform file."""
-
-    def __init__(self, path: Path, *levels: int, asks: int) -> None:
-        room = 8 * (_TAPE_EDGES + asks)
-        self.arrays = (np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64))
-        self.levels = list(levels)
-        scopes = zip(("encoder", "controller"), levels, strict=True)
-        self.writer = VcdWriter(
-            path,
-            signals=[VcdSignal(scope=s, name=n, initial=at >> b & 1) for s, at in scopes for b, n in enumerate("AB")],
-        )
-
-    def spool(self) -> None:
-        """Write what stands on the tape, in the order of time."""
-        times, levels, used = self.arrays
-        parts_t, parts_s, parts_v = [], [], []
-        for side in range(2):
-            n = int(used[side])
-            after = levels[side, :n]
-            changed = after ^ np.concatenate(([self.levels[side]], after[:-1])).astype(np.uint8)[:n]
-            self.levels[side] = int(after[-1]) if n else self.levels[side]
-            for bit in range(2):
-                here = np.flatnonzero(changed >> bit & 1)
-                parts_t.append(times[side, here])
-                parts_s.append(np.full(here.size, 2 * side + bit, dtype=np.int64))
-                parts_v.append((after[here] >> bit & 1).astype(np.int64))
-        t, s, v = np.concatenate(parts_t), np.concatenate(parts_s), np.concatenate(parts_v)
-        order = np.argsort(t, kind="stable")
-        self.writer.write(t[order], s[order], v[order])
-        used[:] = 0
-
-
 def simulate(
     path: OpenPath,
     *,
     vcd: Path | None = None,
+    seen: Viewer | None = None,
     progress: Callable[[float], None] | None = None,
     in_blocks: bool = True,
 ) -> OpenPathResult:
@@ -250,6 +218,8 @@ def simulate(
         The run.
     vcd
         Waveform file to write both sides of the box to.
+    seen
+        Somebody else who looks at what the box does, such as a `rtec.machine.stretch.Stretch` for a picture.
     progress
         Called with the share done, now and then.
     in_blocks
@@ -271,17 +241,17 @@ def simulate(
     board = path.board()
     box = _box_of(state, board)
     moves.run(state, 0, box, None)  # machine code is loaded before the clock starts
-    if vcd is None:
-        wall_s = _run(state, moves, _CHUNK_EDGES, box, None, progress)
-        end_ps = moves.finish(state, _settle_ps(path), box, None)
-    else:
-        asks = 0 if path.motion is None else path.motion.asks_ps.size  # any of them may be carried out at rest
-        tape = _Tape(vcd, path.encoder.level_at_home, int(state.receiver.raw), asks=asks)
-        with tape.writer:
-            wall_s = _run(state, moves, _TAPE_EDGES, box, tape, progress)
-            end_ps = moves.finish(state, _settle_ps(path), box, tape.arrays)
-            tape.spool()
-            tape.writer.finish(int(end_ps))
+    initial = path.encoder.level_at_home, int(state.receiver.raw)
+    with ExitStack() as stack:
+        file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial))
+        viewers = [viewer for viewer in (file, seen) if viewer is not None]
+        tape = Tape(viewers, initial) if viewers else None
+        wall_s = _run(state, moves, box, tape, progress)
+        end_ps = moves.finish(state, _settle_ps(path), box, None if tape is None else tape.arrays)
+        if tape is not None:
+            tape.spool(state.injector)
+        if file is not None:
+            file.finish(int(end_ps))
     return _result(path, state, board, end_ps, wall_s)
 
 
@@ -301,13 +271,15 @@ def _settle_ps(path: OpenPath) -> int:
 class _Steady:
     """A motion at constant speed on its way through the open path."""
 
+    asks_left = 0
+    """Requests are made with edges, none at rest."""
+
     def __init__(self, edges: int) -> None:
         self.edges, self.done = edges, 0
 
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         part = min(edges, self.edges - self.done)
-        _open_kernels.run(state, part, box, tape)
-        self.done += part
+        self.done += part - int(_open_kernels.run(state, part, box, tape))
         return self.done / self.edges
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
@@ -317,18 +289,17 @@ class _Steady:
 def _run(
     state: Record,
     moves: _Steady | MotionRun,
-    chunk: int,
     box: Any,
-    tape: _Tape | None,
+    tape: Tape | None,
     progress: Callable[[float], None] | None,
 ) -> float:
     """Run all edges chunk by chunk; return the wall-clock seconds."""
     begun = time.perf_counter()
     done = 0.0
     while done < 1.0:
-        done = moves.run(state, chunk, box, None if tape is None else tape.arrays)
+        done = moves.run(state, _CHUNK_EDGES, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool()
+            tape.spool(state.injector, moves.asks_left)
         if progress is not None:
             progress(done)
     return time.perf_counter() - begun

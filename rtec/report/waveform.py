@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
 from rtec.injector import Totals
+from rtec.injector.waves import counts_along, insertions
 from rtec.report.figures_style import ALARM, INK, new_figure
-from rtec.signal import ILLEGAL, EdgeStream, count_deltas, states_of_levels
+from rtec.signal import EdgeStream, states_of_levels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,60 +124,6 @@ def waveform(
     return figure
 
 
-def insertions(
-    encoder: EdgeStream, controller: EdgeStream, completed: Totals, *, from_ps: int = 0
-) -> list[tuple[int, int]]:
-    """Return begin and end of each insertion as the lines show it: its first and last change at the controller.
-
-    Parameters
-    ----------
-    encoder, controller
-        Both sides of the box.
-    completed
-        Totals of steps; an insertion ends with the last change up to the moment at which it is booked.
-    from_ps
-        From when on they are looked for.
-
-    Notes
-    -----
-    Lines that pass through a processor come late, so a change that the encoder does not make at the same instant may
-    be a real one. What tells them apart is the difference of both counts: an insertion begins where that leaves, for
-    the last time, the value which it had for the longest time since ``from_ps`` or the last booking.
-
-    Examples
-    --------
-    Design B passes an edge a microsecond late and then adds a count of its own:
-
-    >>> encoder = EdgeStream([10_000_000], [1], initial=0)
-    >>> controller = EdgeStream([11_000_000, 12_000_000], [1, 3], initial=0)
-    >>> insertions(encoder, controller, Totals([12_000_000], [1]))
-    [(12000000, 12000000)]
-    """
-    times = np.union1d(encoder.times_ps, controller.times_ps)
-    ahead = _count_at(controller, times) - _count_at(encoder, times)
-    found = []
-    before_ps = from_ps
-    for booked_ps in completed.times_ps[completed.times_ps > from_ps].tolist():
-        own = controller.times_ps[(controller.times_ps > before_ps) & (controller.times_ps <= booked_ps)]
-        if own.size:
-            first, last = np.searchsorted(times, (before_ps, int(own[-1])), side="right")
-            values = np.concatenate([ahead[first - 1 : first] if first else [0], ahead[first:last]])
-            own = own[own >= _departure(np.concatenate([[before_ps], times[first:last]]), values)]
-            found.append((int(own[0]), int(own[-1])))
-        before_ps = booked_ps
-    return found
-
-
-def _departure(times_ps: NDArray[np.int64], values: NDArray[np.int64]) -> int:
-    """Return when the value that lasted longest was left for the last time; the last time where it never was."""
-    lasted: dict[int, int] = {}
-    for value, time_ps in zip(values[:-1].tolist(), np.diff(times_ps).tolist(), strict=True):
-        lasted[value] = lasted.get(value, 0) + time_ps
-    usual = max(lasted, key=lambda value: lasted[value])
-    left = np.flatnonzero((values[:-1] == usual) & (values[1:] != usual))
-    return int(times_ps[left[-1] + 1] if left.size else times_ps[-1])
-
-
 class _View:
     """The window, its unit of time, and where time counts from."""
 
@@ -212,25 +159,13 @@ class _View:
 def _side(stream: EdgeStream, prime: str) -> list[tuple[str, _Steps]]:
     """Return the rows of one side of the box."""
     levels = np.concatenate([[stream.initial], stream.levels]).astype(np.int64)
-    counts = np.concatenate([[0], np.cumsum(_deltas(stream))])
     states = states_of_levels(levels).astype(np.int64) + 1
-    rows = (("A", levels & 1), ("B", levels >> 1), ("state", states), ("count", counts))
+    rows = (("A", levels & 1), ("B", levels >> 1), ("state", states), ("count", counts_along(stream)))
     return [(name + prime if name in "AB" else name, (stream.times_ps, values)) for name, values in rows]
 
 
 def _of_totals(totals: Totals) -> _Steps:
     return totals.times_ps, np.concatenate([[0], totals.totals])
-
-
-def _deltas(stream: EdgeStream) -> NDArray[np.int64]:
-    """Return the count of each edge; an illegal transition has none."""
-    deltas = count_deltas(stream.levels, stream.initial).astype(np.int64)
-    return np.where(deltas == ILLEGAL, 0, deltas)
-
-
-def _count_at(stream: EdgeStream, times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
-    counts = np.concatenate([[0], np.cumsum(_deltas(stream))])
-    return counts[np.searchsorted(stream.times_ps, times_ps, side="right")]
 
 
 def _draw_line(axes: Axes, view: _View, steps: _Steps, base: float) -> None:

@@ -17,14 +17,17 @@ def format_changes(
     signals: NDArray[np.int64],
     values: NDArray[np.int64],
     widths: NDArray[np.int64],
+    first_wire: NDArray[np.int64],
     names: NDArray[np.uint8],
+    last_values: NDArray[np.int64],
     last_tick: int,
     out: NDArray[np.uint8],
 ) -> int:
     """Write changes as text into ``out`` and return the number of bytes.
 
-    A time line is written where the tick differs from the one before, first from ``last_tick``. ``names`` holds one
-    row of printable bytes for each signal, ended by a zero.
+    A time line is written where the tick differs from the one before, first from ``last_tick``. Of a signal of
+    several bits those are written that differ from ``last_values``, which is kept up. ``names`` holds one row of
+    printable bytes for each bit, ended by a zero: those of a signal from row ``first_wire`` on, the lowest bit first.
     """
     digits = np.empty(DIGITS, dtype=np.uint8)
     size = 0
@@ -47,21 +50,22 @@ def format_changes(
             out[size] = 10
             size += 1
         signal = signals[i]
-        width = widths[signal]
-        if width > 1:
-            out[size] = 98  # 'b'
-            size += 1
-        for bit in range(width - 1, -1, -1):
-            out[size] = 48 + ((values[i] >> bit) & 1)
-            size += 1
-        if width > 1:
-            out[size] = 32
-            size += 1
-        k = 0
-        while names[signal, k] != 0:
-            out[size] = names[signal, k]
-            size += 1
-            k += 1
-        out[size] = 10
-        size += 1
+        value = values[i]
+        changed = value ^ last_values[signal] if widths[signal] > 1 else 1
+        last_values[signal] = value
+        wire = first_wire[signal]
+        while changed != 0:
+            if changed & 1:
+                out[size] = 48 + (value & 1)
+                size += 1
+                k = 0
+                while names[wire, k] != 0:
+                    out[size] = names[wire, k]
+                    size += 1
+                    k += 1
+                out[size] = 10
+                size += 1
+            changed >>= 1
+            value >>= 1
+            wire += 1
     return size

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import enum
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from itertools import product
+from itertools import count, groupby, product
 from pathlib import Path
 from string import ascii_letters
 from types import TracebackType
@@ -63,29 +63,41 @@ class VcdSignal:
     name
         Its name in the group; letters, digits, ``_`` and ``$``, no digit first.
     width
-        Number of bits, 1..62.
+        Number of bits, 1..62. More than one are written as wires ``name[1]``, ``name[0]``, which GTKWave joins to one
+        signal: readers that know single bits only, such as libsigrok up to 0.5.2, read them too.
     initial
         Value at the start of the file.
+    also
+        A second name for the same bit in the group, or none. It is declared as an integer, which libsigrok up to
+        0.5.2 leaves out: that one shows names without their groups, and each bit under one of them.
 
     Examples
     --------
     >>> VcdSignal(scope="encoder", name="A", initial=1).width
     1
+    >>> VcdSignal(scope="encoder", name="state", width=3).wires
+    ('state[2]', 'state[1]', 'state[0]')
     """
 
     scope: str
     name: str
     width: int = 1
     initial: int = 0
+    also: str = ""
 
     def __post_init__(self) -> None:
-        for key, text in (("scope", self.scope), ("name", self.name)):
+        for key, text in (("scope", self.scope), ("name", self.name), ("also", self.also or self.name)):
             if not isinstance(text, str) or _NAME.fullmatch(text) is None:
                 raise ArgumentError(key, repr(text)[:80], "letters, digits, _ and $, at most 255, no digit first")
         width = _checks.whole_number("width", self.width, f"a whole number 1..{WIDEST}")
         if not 1 <= width <= WIDEST:
             raise ArgumentError("width", width, f"a whole number 1..{WIDEST}")
         _checks.code("initial", self.initial, 2**width - 1)
+
+    @property
+    def wires(self) -> tuple[str, ...]:
+        """Return the names of its bits, the highest first."""
+        return tuple(f"{self.name}[{bit}]" for bit in reversed(range(self.width))) if self.width > 1 else (self.name,)
 
 
 class VcdWriter:
@@ -139,20 +151,27 @@ class VcdWriter:
             raise ArgumentError("timescale", repr(timescale), ", ".join(TIMESCALES_PS))
         if not signals:
             raise ArgumentError("signals", "an empty sequence", "at least one signal")
-        names = [(signal.scope, signal.name) for signal in signals]
-        for index, name in enumerate(names):
-            if name in names[:index]:
-                raise ArgumentError(f"signals[{index}]", ".".join(name), "each name once")
+        known: set[str] = set()
+        for index, signal in enumerate(signals):
+            for name in filter(None, (signal.name, signal.also)):
+                if (full := f"{signal.scope}.{name}") in known:
+                    raise ArgumentError(f"signals[{index}]", full, "each name once")
+                known.add(full)
         self._signals = tuple(signals)
         self._timescale = timescale
         self._start_ps = _checks.time_ps("start_ps", start_ps)
         if self._start_ps < 0:
             raise ArgumentError("start_ps", f"{start_ps} ps", "a time not below 0", "shift the streams")
         self._last_tick = int(self._ticks("start_ps", np.array([self._start_ps]))[0])
-        letters = len(ascii_letters)
-        length = next(n for n in range(1, 9) if letters**n >= len(signals))
-        self._codes = ["".join(code) for code, _ in zip(product(ascii_letters, repeat=length), signals, strict=False)]
-        self._names = np.array([list((code + "\0").encode()) for code in self._codes], dtype=np.uint8)
+        # low bits change most often, so they get the short codes
+        wires = [(bit, index) for index, signal in enumerate(signals) for bit in range(signal.width)]
+        self._codes = dict(zip(sorted(wires), _codes(), strict=False))
+        self._first_wire = np.cumsum([0, *(signal.width for signal in signals[:-1])])
+        self._names = np.zeros((len(wires), 4), dtype=np.uint8)  # each is ended by a zero
+        for row, wire in enumerate(wires):
+            code = self._codes[wire].encode()
+            self._names[row, : len(code)] = list(code)
+        self._values = np.array([signal.initial for signal in signals], dtype=np.int64)
         self._widths = np.array([signal.width for signal in signals], dtype=np.int64)
         self._phase = Phase.NEW
         self._output: AbstractContextManager[WholeFile | BinaryIO] = (
@@ -241,9 +260,11 @@ class VcdWriter:
         self._phase = Phase.FINISHED
 
     def _format(self, ticks: NDArray[np.int64], which: NDArray[np.int64], values: NDArray[np.int64]) -> None:
-        longest = DIGITS + 4 + int(self._widths.max()) + self._names.shape[1]
+        longest = DIGITS + 2 + int(self._widths.max()) * (self._names.shape[1] + 1)
         out = np.empty(ticks.size * longest, dtype=np.uint8)
-        size = format_changes(ticks, which, values, self._widths, self._names, self._last_tick, out)
+        size = format_changes(
+            ticks, which, values, self._widths, self._first_wire, self._names, self._values, self._last_tick, out
+        )
         self._file.write(out[:size].data)
         self._last_tick = int(ticks[-1])
 
@@ -259,22 +280,31 @@ class VcdWriter:
 
     def _header(self) -> str:
         lines = ["$version rtec $end", f"$timescale {self._timescale} $end"]
-        for scope in dict.fromkeys(signal.scope for signal in self._signals):
+        for scope, coded in groupby(self._coded(), key=lambda pair: pair[0].scope):
             lines.append(f"$scope module {scope} $end")
-            for signal, code in zip(self._signals, self._codes, strict=True):
-                if signal.scope == scope:
-                    span = f" [{signal.width - 1}:0]" if signal.width > 1 else ""
-                    lines.append(f"$var wire {signal.width} {code} {signal.name}{span} $end")
+            for signal, codes in coded:
+                lines += [f"$var wire 1 {code} {wire} $end" for code, wire in zip(codes, signal.wires, strict=True)]
+                lines += [f"$var integer 1 {codes[0]} {signal.also} $end"] if signal.also else []
             lines.append("$upscope $end")
         lines += ["$enddefinitions $end", f"#{self._last_tick}", "$dumpvars"]
-        for signal, code in zip(self._signals, self._codes, strict=True):
-            bits = f"{signal.initial:0{signal.width}b}"
-            lines.append(f"b{bits} {code}" if signal.width > 1 else f"{bits}{code}")
+        for signal, codes in self._coded():
+            lines += [f"{bit}{code}" for bit, code in zip(f"{signal.initial:0{signal.width}b}", codes, strict=True)]
         return "\n".join([*lines, "$end", ""])
+
+    def _coded(self) -> Iterator[tuple[VcdSignal, list[str]]]:
+        """Yield each signal with the codes of its bits, the highest first."""
+        for index, signal in enumerate(self._signals):
+            yield signal, [self._codes[bit, index] for bit in reversed(range(signal.width))]
 
     def _expect(self, phase: Phase, call: str, hint: str) -> None:
         if self._phase is not phase:
             raise VcdPhaseError(f"{call}: not allowed while the VCD writer is {self._phase.value}; {hint}")
+
+
+def _codes() -> Iterator[str]:
+    """Yield codes of one letter, then of two, and so on."""
+    for length in count(1):
+        yield from ("".join(code) for code in product(ascii_letters, repeat=length))
 
 
 def _refuse(

@@ -30,7 +30,7 @@ _Changes: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int
 class Detail(enum.Enum):
     """What a waveform file shows of an edge stream: its lines alone, or also the number 1..4 of its state.
 
-    GTKWave shows the state; PulseView with libsigrok up to 0.5.2 refuses files with signals of several bits.
+    GTKWave joins the three bits of the state to a number; PulseView shows each of them.
     """
 
     LINES = "lines"

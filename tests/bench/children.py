@@ -47,13 +47,13 @@ def rtec() -> str:
     return str(beside) if beside.exists() else "rtec"
 
 
-def measure(command: list[str], folder: Path, **environment: str) -> Child:
+def measure(command: list[str], folder: Path, *, exit_code: int = 0, **environment: str) -> Child:
     """Run a command to its end in ``folder``, an existing one, and return what it took.
 
     Raises
     ------
     ChildFailedError
-        Where its exit code is not 0.
+        Where its exit code is not ``exit_code``.
     """
     out, err = folder / "stdout.txt", folder / "stderr.txt"
     done = subprocess.run(
@@ -64,7 +64,7 @@ def measure(command: list[str], folder: Path, **environment: str) -> Child:
     child = Child(
         exit_code=code, wall_s=wall_s, cpu_s=cpu_s, peak_bytes=peak_bytes, out=out.read_text(), err=err.read_text()
     )
-    if code != 0:
+    if code != exit_code:
         said = (child.err or child.out).strip()[-300:]
         raise ChildFailedError(f"{Path(command[0]).name} {command[1]} ended with exit code {code}: {said}")
     return child

@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import figures_check
 import figures_command
 import figures_diagnosis
 import figures_firmware
@@ -40,6 +41,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "soak": figures_live.soak,
     "start-up": figures_command.start_up,
     "first-run": figures_command.first_run,
+    "check": figures_check.check,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,
     "firmware": figures_firmware.firmware,

@@ -140,6 +140,13 @@ may go unnoticed because of box, link or PC.
         "The first run",
         "With an empty folder for machine code, on one core, measured once.\n",
     ),
+    "check": (
+        "A verdict on an insertion algorithm",
+        """\
+From the start of the process to its end, on two cores: checks, hunt, cutting short, data sheet, picture.
+The algorithm with a bug is copied from the README. Building the Verilog counts.
+""",
+    ),
     "sigrok": (
         "Beside sigrok",
         """\

@@ -103,7 +103,10 @@ class Waves:
     end: int = -1
     times: list[int] = field(default_factory=list)
     scopes: list[str] = field(default_factory=list)
-    names: dict[str, str] = field(default_factory=dict)
+    names: dict[str, tuple[str, int]] = field(default_factory=dict)
+    """By code: the full name of a signal, and the bit of it that the code stands for."""
+    also: dict[str, str] = field(default_factory=dict)
+    """By second name: the first one."""
 
     def declare(self, keyword: str, body: list[str]) -> None:
         """Take one declaration of the header."""
@@ -114,11 +117,27 @@ class Waves:
         elif keyword == "$upscope":
             self.scopes.pop()
         elif keyword == "$var":
-            name = ".".join([*self.scopes, body[3]])
-            assert body[2] not in self.names, "an identifier twice"
-            self.names[body[2]] = name
-            self.widths[name] = int(body[1])
+            kind, width, code, word = body
+            assert width == "1", "a signal of several bits"
+            name, _, index = ".".join([*self.scopes, word]).partition("[")
+            if kind == "integer":
+                self.also[name] = self.names[code][0]
+                return
+            assert code not in self.names, "an identifier twice"
+            bit = int(index.removesuffix("]") or 0)
+            self.names[code] = (name, bit)
+            self.widths[name] = max(self.widths.get(name, 0), bit + 1)
             self.changes[name] = []
+
+    def change(self, code: str, value: int) -> None:
+        """Take a change of a bit; bits of a signal that change at one time are one change of it."""
+        name, bit = self.names[code]
+        changes = self.changes[name]
+        before = changes[-1][1] if changes else self.initial[name]
+        after = before & ~(1 << bit) | value << bit
+        if changes and self.widths[name] > 1 and changes[-1][0] == self.times[-1]:
+            changes.pop()
+        changes.append((self.times[-1], after))
 
 
 DECLARATIONS = ("$comment", "$date", "$version", "$timescale", "$scope", "$upscope", "$var", "$enddefinitions")
@@ -141,11 +160,10 @@ def read_vcd(data: bytes) -> Waves:
             dumping = False
         elif word.startswith("#"):
             waves.times.append(int(word[1:]))
+        elif dumping:
+            name, bit = waves.names[word[1:]]
+            waves.initial[name] = waves.initial.get(name, 0) | int(word[0], 2) << bit
         else:
-            value, code = (word[1:], next(words)) if word[0] == "b" else (word[0], word[1:])
-            if dumping:
-                waves.initial[waves.names[code]] = int(value, 2)
-            else:
-                waves.changes[waves.names[code]].append((waves.times[-1], int(value, 2)))
+            waves.change(word[1:], int(word[0], 2))
     waves.start, waves.end = waves.times[0], waves.times[-1]
     return waves

@@ -25,6 +25,7 @@ FENCE = re.compile(r"^```(?P<kind>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | r
 VERBS = (
     "run",
     "simulate",
+    "check",
     "iso230",
     "compare",
     "diagnose",

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -45,7 +46,7 @@ def image(tmp_path):
     return written
 
 
-QUICK = ("--design", "original", "--phases", "1", "--frequency", "2kHz")
+QUICK = ("--design", "original", "--phases", "1", "--frequency", "2kHz", "--tries", "16")
 
 
 def test_a_good_image_passes(image, capsys, tmp_path):
@@ -57,18 +58,24 @@ def test_a_good_image_passes(image, capsys, tmp_path):
     assert {check["passed"] for check in found["checks"]} == {True}
     assert (found["processor"], found["part"]) == ("8051-12mhz", "8051")
     assert found["frequencies_hz"] == [2000.0]
+    assert 16e3 < found["max_inserting_hz"] < 27e3  # the gate lasts 42 us, a cycle between two insertions
+    assert found["max_passing_hz"] > 500e3
+    assert found["worst_case"].startswith("rtec check ")
     # docs/firmware.md: the last change in cycle 7 after a look that comes up to two cycles late
     assert 7 <= found["worst_insertion_us"] <= 9.25
     assert figure.read_bytes().startswith(b"\x89PNG")
     text = vcd.read_text()
-    assert text.count("$var wire 1 ") == 13
+    for group in ("encoder", "controller", "box", "P1", "check"):
+        assert f"$scope module {group} $end" in text
+    assert text.count(" P1_") == 8
     code, out, err = said(capsys, *words)
     assert (code, out) == (2, "")
     assert "exists" in err
     code, out, _ = said(capsys, *words[:-2], "--force")  # the picture again
     assert code == 0
-    assert "passed: 14 points hold" in out
-    assert "worst insertion" in out
+    assert "passed: 24 points hold" in out
+    assert "slowest insertion" in out
+    assert "Data sheet" in out
 
 
 def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path):
@@ -79,11 +86,18 @@ def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path):
     assert (code, err, found["passed"]) == (1, "", False)
     failed = {check["name"]: check for check in found["checks"] if check["passed"] is False}
     point = failed["inserts at rest"]
-    assert "-4 instead of +4" in point["detail"]
+    assert "counts -4 where +4 is right" in point["detail"]
     assert point["time_us"] == pytest.approx(point["cycle"], abs=1.0)
     last = point["instructions"][-1]
     assert (last["address"], last["text"], last["P1"]) == (point["pc"], "clr p1.1", 0x7D)
     assert "fails here" in (tmp_path / "b.svg").read_text()
+    # what a failed check names can be played again by itself, and fails there, too
+    assert point["stream"].startswith("00 500ns:r1 ")
+    assert " '00 500ns:r1 " in found["worst_case"]
+    code = main([*shlex.split(found["worst_case"])[1:], "--json"])
+    (played,) = json.loads(capsys.readouterr().out)["checks"]
+    assert (code, played["passed"]) == (1, False)
+    assert "counts -4 where +4 is right" in played["reason"]
     code, out, _ = said(capsys, "check", file, *QUICK)
     assert code == 1
     assert "FAILED" in out
@@ -110,7 +124,7 @@ def test_a_program_that_never_answers_has_no_figure(tmp_path, capsys):
     assert "not written" in err
     assert not figure.exists()
     assert "between 0000h and 0000h" in found["checks"][1]["detail"]
-    assert [check["passed"] for check in found["checks"]] == [True, False] + [None] * 12
+    assert [check["passed"] for check in found["checks"]] == [True, False, None, None]
 
 
 @pytest.mark.parametrize(
@@ -121,14 +135,30 @@ def test_a_program_that_never_answers_has_no_figure(tmp_path, capsys):
         (":0200000080FE80\n", "no end-of-file record"),
         ("", "empty file"),
         ("\x7fELF", "an ELF file"),
+        (":02000000", "is the line cut off?"),
+        ("\n" * (5 * 2**20), "at most 4 MiB"),
     ],
 )
-def test_a_damaged_file_is_one_line(tmp_path, capsys, text, says):
+@pytest.mark.parametrize("verb", [["firmware", "check"], ["check"]], ids=" ".join)
+def test_a_damaged_file_is_one_line(tmp_path, capsys, verb, text, says):
     file = tmp_path / "bad.hex"
     file.write_text(text)
-    code, out, err = said(capsys, "check", file, "--design", "c")
+    code = main([*verb, str(file), "--design", "c"])
+    out, err = capsys.readouterr()
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert says in err
+
+
+def test_rtec_check_says_of_an_image_for_another_part_where_it_stops(tmp_path, capsys):
+    file = tmp_path / "t2.hex"
+    file.write_text(f"{record(0, bytes.fromhex('75C80480FE'))}\n:00000001FF\n")  # mov T2CON,#4
+    code = main(["check", str(file), "--design", "c", "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert (code, found["passed"], found["max_passing_hz"]) == (1, False, None)
+    first, *others = found["checks"]
+    assert "unmapped SFR at 0000h" in first["reason"]
+    assert "is the image for another part than the 8051?" in first["reason"]
+    assert {check["passed"] for check in others[:-2]} == {None}
 
 
 @pytest.mark.parametrize(

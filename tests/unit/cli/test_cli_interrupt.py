@@ -58,7 +58,7 @@ def test_a_signal_leaves_no_file(tmp_path, monkeypatch, capsys, number, code, wo
         yield show
 
     monkeypatch.setattr(_console, "progress", interrupting)
-    assert main([*LONG, "--vcd", str(tmp_path / "wave.vcd")]) == code
+    assert main([*LONG, "--vcd", str(tmp_path / "wave.vcd"), "--force"]) == code
     assert len(begun) == 1  # the file was being written when the signal came
     assert list(tmp_path.iterdir()) == []
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from signal_oracle import read_vcd
 
 import rtec.machine
 from rtec.axis import Encoder, Imperfections
@@ -311,9 +312,13 @@ def test_file_is_not_overwritten_unasked(capsys, tmp_path):
 def test_file_holds_every_edge_of_both_sides(tmp_path):
     file = tmp_path / "wave.vcd"
     assert main(words(vcd=str(file))) == 0
-    changes = file.read_text().split("$dumpvars")[1].split("$end")[1].split()
+    waves = read_vcd(file.read_bytes())
+    changes = {name: len(changes) for name, changes in waves.changes.items()}
     # 4000 edges at the encoder; at the controller two more for each of the ten steps
-    assert sum(not change.startswith("#") for change in changes) == 4000 + 4020
+    assert changes["encoder.enc_A"] + changes["encoder.enc_B"] == 4000
+    assert changes["controller.ctl_A"] + changes["controller.ctl_B"] == 4020
+    assert waves.also == {f"{side}.{line}": f"{side}.{side[:3].replace('con', 'ctl')}_{line}"
+                          for side in ("encoder", "controller") for line in "AB"}  # fmt: skip
 
 
 def test_an_hour_fits_the_longest_motion(monkeypatch, capsys):

@@ -97,12 +97,10 @@ def test_the_loop_is_its_stages_with_glitches(design):
     flaws = Imperfections(glitch_probability=0.1, glitch_ps=70_000, jitter_ps=10_000)
     path = path_of(design, frequency_hz=50e3, encoder=Encoder(imperfections=flaws, seed=8))
     state = path.state()
-    room = 16 * 4 * path.cycles
-    tape = np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
-    open_kernels.run(state, 4 * path.cycles, None, tape)
-    used = tape[2].tolist()
-    edges = EdgeStream(tape[0][0, : used[0]], tape[1][0, : used[0]], initial=0)
-    assert used[0] > 4 * path.cycles + 100
+    tape = empty_tape(0)
+    assert open_kernels.run(state, 4 * path.cycles, None, tape) == 0
+    edges, seen = taped(tape, "encoder"), taped(tape, "controller")
+    assert len(edges) > 4 * path.cycles + 100
     # the requests of the loop came with real edges; here they come with the same edges in the same order
     box, out, total, due, done = Injector(path.injector), [], 4 * path.cycles, 4 * path.cycles - 1, 0
     real = steady_real_edges(path)
@@ -114,9 +112,23 @@ def test_the_loop_is_its_stages_with_glitches(design):
                 done = k
                 box.request(box.insertions.requested + 1, at_ps=t)
                 due -= total
-    out.append(box.process(edges.part(done, used[0]), until_ps=int(edges.times_ps[-1]) + 1))
-    assert [t for part in out for t in part.times_ps] == tape[0][1, : used[1]].tolist()
-    assert [ab for part in out for ab in part.levels] == tape[1][1, : used[1]].tolist()
+    out.append(box.process(edges.part(done, len(edges)), until_ps=int(edges.times_ps[-1]) + 1))
+    assert [t for part in out for t in part.times_ps] == seen.times_ps.tolist()
+    assert [ab for part in out for ab in part.levels] == seen.levels.tolist()
+
+
+def empty_tape(ab_out):
+    """Return a tape with much room; the encoder begins in state 1."""
+    rows = np.zeros((1 << 16, 6), np.int64)
+    rows[0, 2] = ab_out
+    return rows, np.ones(1, np.int64)
+
+
+def taped(tape, side):
+    """Return one side of the box as it stands on a tape."""
+    rows, column = tape[0][: tape[1][0]], {"encoder": 1, "controller": 2}[side]
+    at = np.flatnonzero(np.diff(rows[:, column])) + 1
+    return EdgeStream(rows[at, 0], rows[at, column], initial=int(rows[0, column]))
 
 
 def steady_real_edges(path):
@@ -220,11 +232,10 @@ def test_a_running_program_in_the_open_path_is_the_board_between_the_same_edges(
     path = replace(path, microcontroller=TWELVE_MHZ, encoder=Encoder(imperfections=FLAWED))
     state, alone = path.state(), path.board()
     box = box_of(state, path.board())
-    room = 20 * path.cycles
-    times, levels, used = tape = np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
-    open_kernels.run(state, 4 * path.cycles, box, tape)
+    tape = empty_tape(int(state.receiver.raw))
+    assert open_kernels.run(state, 4 * path.cycles, box, tape) == 0
     end_ps = open_kernels.finish(state, 0, box, tape)
-    edges = EdgeStream(times[0, : used[0]], levels[0, : used[0]], initial=0)
+    edges, seen = taped(tape, "encoder"), taped(tape, "controller")
     due, asked, out, done = len(edges) - 1, 0, [], 0
     for k, t_ps in enumerate(edges.times_ps.tolist()):
         due += 9
@@ -236,7 +247,7 @@ def test_a_running_program_in_the_open_path_is_the_board_between_the_same_edges(
     out.append(alone.process(edges.part(done, len(edges)), until_ps=t_ps + 1))
     alone.switch(False)
     out.append(alone.idle(until_ps=end_ps))
-    assert np.array_equal(times[1, : used[1]], np.concatenate([part.times_ps for part in out]))
-    assert np.array_equal(levels[1, : used[1]], np.concatenate([part.levels for part in out]))
+    assert np.array_equal(seen.times_ps, np.concatenate([part.times_ps for part in out]))
+    assert np.array_equal(seen.levels, np.concatenate([part.levels for part in out]))
     assert int(state.injector.completed) == alone.words.completed > 5
     assert simulate(path).audit

@@ -1,38 +1,12 @@
 """The tables of docs/state-tables.md, decoded by the oracle; and the code's table against the page's."""
 
-from pathlib import Path
-
 import pytest
 from signal_oracle import FORWARD, inverted, pulsed, running_counts
+from state_table_page import insertion_rows, tables
 
 from rtec.signal import STATES
 
-PAGE = Path(__file__).parents[3] / "docs" / "state-tables.md"
 STEP = {"Original": 4, "Design A": 4, "Design B": 1, "Design C": 2}
-
-
-def tables():
-    """Return the tables of the page: (heading, list of rows as dicts)."""
-    found, heading, header = [], "", None
-    for line in PAGE.read_text(encoding="utf-8").splitlines():
-        if line.startswith("#"):
-            heading = line.strip("# ")
-        if not line.startswith("|"):
-            header = None
-            continue
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if header is None:
-            header = cells
-            found.append((heading, []))
-        elif not set(cells[0]) == {"-"}:
-            found[-1][1].append(dict(zip(header, cells, strict=True)))
-    return found
-
-
-def insertion_rows():
-    return [
-        (heading.split(":")[0], row) for heading, rows in tables() for row in rows if "Output, step by step" in row
-    ]
 
 
 def design_c_tables():

@@ -31,21 +31,46 @@ def test_file_word_by_word():
         "$timescale 1 ps $end",
         "$scope module encoder $end",
         "$var wire 1 a A $end",
-        "$var wire 3 b state [2:0] $end",
+        "$var wire 1 d state[2] $end",
+        "$var wire 1 c state[1] $end",
+        "$var wire 1 b state[0] $end",
         "$upscope $end",
         "$enddefinitions $end",
         "#0",
         "$dumpvars",
         "0a",
-        "b100 b",
+        "1d",
+        "0c",
+        "0b",
         "$end",
         "#5",
         "1a",
-        "b010 b",
+        "1c",
+        "0d",
         "#17",
         "0a",
         "#20",
     ]
+
+
+def test_second_name_is_that_of_the_same_bit():
+    named = VcdSignal(scope="encoder", name="enc_A", also="A")
+    data = written([named], [([5], [0], [1])], end_ps=9)
+    assert b"$var wire 1 a enc_A $end\n$var integer 1 a A $end\n" in data
+    assert read_vcd(data).also == {"encoder.A": "encoder.enc_A"}
+    with pytest.raises(ArgumentError, match=r"signals\[1\]: encoder.A is not allowed"):
+        VcdWriter(io.BytesIO(), signals=[named, A])
+
+
+def test_value_that_stays_changes_no_bit():
+    data = written([STATE], [([5, 6, 7], [0, 0, 0], [4, 6, 6])], end_ps=9)
+    assert data.decode().split("$end\n")[-1].split() == ["#5", "#6", "1b", "#7", "#9"]
+
+
+def test_scope_is_opened_again_where_the_order_wants_it():
+    signals = [VcdSignal(scope=scope, name=name) for scope, name in (("x", "p"), ("y", "q"), ("x", "r"))]
+    waves = read_vcd(written(signals, [], end_ps=9))
+    assert list(waves.changes) == ["x.p", "y.q", "x.r"]
 
 
 def test_time_line_is_written_once_over_several_calls():
@@ -122,6 +147,7 @@ def test_wrong_argument_of_the_writer(options, message):
         ({"name": ""}, "name: ''"),
         ({"name": "A" * 300}, "name: 'AAAA"),
         ({"name": None}, "name: None"),
+        ({"also": "A B"}, "also: 'A B'"),
         ({"width": 0}, "width: 0"),
         ({"width": 63}, "width: 63"),
         ({"width": 1.0}, "width: 1.0"),

@@ -1,0 +1,174 @@
+"""A stream that breaks an algorithm, cut as short as it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.conformance.judge import Fault
+from rtec.conformance.streams import Stream, can_be
+from rtec.conformance.trials import Run, Trials
+
+_AT_ONCE = 8
+_ROUND_PS = (10_000_000, 1_000_000, 100_000, 10_000, 1_000)
+"""Times are cut to multiples of these where the stream still breaks."""
+
+
+def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]:
+    """Cut the stream of a run that breaks the contract as short as it goes.
+
+    Parameters
+    ----------
+    trials
+        The algorithm.
+    run
+        That breaks the contract.
+    tries
+        Runs that may be made.
+
+    Returns
+    -------
+    run
+        With the fewest events found, and the roundest times; the fault is of the same kind.
+    made
+        Runs made.
+
+    Examples
+    --------
+    Wires alone complete no step; neither edges nor times matter for that:
+
+    >>> from rtec.conformance.contract import Contract
+    >>> from rtec.injector import Response, Totals
+    >>> class Wires:
+    ...     def play(self, stimuli):
+    ...         return [Response(edges=stimulus.edges, completed=Totals()) for stimulus in stimuli]
+    >>> trials = Trials(Wires(), Contract(step_counts=2))
+    >>> run = trials.one(trials.case("motion", Stream.read("00 1.234us:+ 1.987us:r1 2.5us:+ 9us:end")))
+    >>> print(shortened(trials, run)[0].case.stream)
+    11 10us:r1 410us:end
+    """
+    begun = trials.made
+    fault = _fault(run)
+    if fault is None or (run.response.broken is not None and run.response.broken.ended):
+        return run, 0  # a start for each try would take minutes
+    moved = True
+    while moved:
+        moved = False
+        for way in (_without_beginning, _without_edges, _without_requests, _nearer_to_zero, _sooner):
+            while (found := _first_as_wrong(trials, run, way, fault, begun + tries)) is not None:
+                run, moved = found, True
+    while (found := _first_as_wrong(trials, run, _rounder, fault, begun + tries)) is not None:
+        run = found
+    violation = run.judgement.violation
+    if violation is not None and fault is not Fault.UNFINISHED:
+        ended = replace(run.case.stream, until_ps=max(violation.time_ps, run.case.stream.last_ps) + trials.settle_ps)
+        again = trials.one(replace(run.case, stream=ended, must_finish=False))
+        run = again if _fault(again) is fault else run
+    return run, trials.made - begun
+
+
+def _first_as_wrong(
+    trials: Trials, run: Run, way: Callable[[Stream, Trials], Iterable[Stream]], fault: Fault, most: int
+) -> Run | None:
+    """Return the first of the streams that a way makes of a run's that breaks the contract as it does."""
+    cases = (
+        trials.case(run.case.title, stream)
+        for stream in way(run.case.stream, trials)
+        if can_be(stream, trials.contract)
+    )
+    while trials.made < most and (some := list(islice(cases, _AT_ONCE))):
+        for again in trials.all_of(some):
+            if _fault(again) is fault:
+                return again
+    return None
+
+
+def _fault(run: Run) -> Fault | None:
+    return None if run.judgement.violation is None else run.judgement.violation.fault
+
+
+# --- what is cut ---
+def _without_edges(stream: Stream, _: Trials) -> Iterator[Stream]:
+    """Yield streams without some edges, most of them first."""
+    size = stream.edges_ps.size
+    cut = size
+    while cut:
+        for begin in range(0, size, cut):
+            yield _keeping(stream, np.r_[0:begin, min(begin + cut, size) : size])
+        cut //= 2
+    for k in range(size - 1):  # over and back leaves the state as it was
+        if stream.moves[k] != stream.moves[k + 1]:
+            yield _keeping(stream, np.r_[0:k, k + 2 : size])
+
+
+def _without_beginning(stream: Stream, _: Trials) -> Iterator[Stream]:
+    """Yield streams that begin with a later edge, at the time of the first, or have none and stay where they end."""
+    size = stream.edges_ps.size
+    if size:
+        nothing = np.zeros(0, np.int64)
+        yield replace(stream, state=stream.final_state, edges_ps=nothing, moves=nothing)
+    for k in sorted({size // 2, size // 4, size // 8, 1} - {0}, reverse=True):
+        if k < size:
+            by = int(stream.edges_ps[k] - stream.edges_ps[0])
+            requests_ps = np.maximum(stream.requests_ps - by, 1)
+            if np.all(np.diff(requests_ps) > 0):
+                later = _keeping(stream, np.arange(k, size))
+                yield replace(later, edges_ps=later.edges_ps - by, requests_ps=requests_ps)
+
+
+def _keeping(stream: Stream, places: NDArray[np.int64]) -> Stream:
+    places = places.astype(np.int64)
+    ends = int(stream.moves.sum() - stream.moves[places].sum())
+    begins = stream.state
+    if places.size and places[0] > 0 and places[-1] == stream.moves.size - 1:  # its beginning is cut: ends as before
+        begins = (stream.state + ends) % 4
+    return replace(stream, state=begins, edges_ps=stream.edges_ps[places], moves=stream.moves[places])
+
+
+def _without_requests(stream: Stream, _: Trials) -> Iterator[Stream]:
+    for k in range(stream.requests_ps.size):
+        yield replace(stream, requests_ps=np.delete(stream.requests_ps, k), totals=np.delete(stream.totals, k))
+
+
+def _nearer_to_zero(stream: Stream, _: Trials) -> Iterator[Stream]:
+    for k in range(stream.totals.size):
+        if abs(int(stream.totals[k])) > 1:
+            totals = stream.totals.copy()
+            totals[k] -= np.sign(totals[k])
+            yield replace(stream, totals=totals)
+
+
+def _sooner(stream: Stream, trials: Trials) -> Iterator[Stream]:
+    """Yield streams in which everything from an event on comes sooner, so that long rests go."""
+    least = trials.contract.quarter_ps
+    before = 0
+    for t in sorted({*stream.edges_ps.tolist(), *stream.requests_ps.tolist()}):
+        rest = t - before
+        for share in (0.0, 0.5, 0.9):
+            by = rest - max(round(rest * share), least)
+            if by > rest // 20 and by > 0:
+                yield replace(
+                    stream,
+                    edges_ps=stream.edges_ps - by * (stream.edges_ps >= t),
+                    requests_ps=stream.requests_ps - by * (stream.requests_ps >= t),
+                )
+        before = t
+
+
+def _rounder(stream: Stream, _: Trials) -> Iterator[Stream]:
+    """Yield streams with one time rounder than it is, the roundest first."""
+    for places in ("edges_ps", "requests_ps"):
+        times = getattr(stream, places)
+        for k in range(times.size):
+            for grain in _ROUND_PS:
+                if times[k] % grain == 0:
+                    break
+                for rounded in (times[k] // grain * grain, -(-times[k] // grain) * grain):
+                    other = times.copy()
+                    other[k] = rounded
+                    if rounded >= 1 and np.all(np.diff(other) > 0):
+                        yield replace(stream, **{places: other})

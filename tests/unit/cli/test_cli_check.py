@@ -1,0 +1,208 @@
+"""rtec check with a user's own Python: verdict, worst case played again, and every bad input in one line."""
+
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rtec import examples
+from rtec.cli import main
+
+EXAMPLES = Path(examples.__file__).parent
+ROOT = EXAMPLES.parents[1]
+STEP = "class X:\n    n = 0\n    def step(self, t_ps, ab, requested):\n        "
+STREAM = "00 1us:+ 2us:r1 3us:- 50us:end"
+RTEC = (sys.executable, "-m", "rtec")
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """A file with a space in its path."""
+    folder = tmp_path / "my algorithms"
+    folder.mkdir()
+
+    def written(text):
+        (folder / "mine.py").write_text(text)
+        return f"{folder / 'mine.py'}:X"
+
+    return written
+
+
+def said(capfd, *words):
+    code = main(["check", *(str(word) for word in words)])
+    out, err = capfd.readouterr()
+    return code, out, "".join(line for line in err.splitlines(keepends=True) if "compiling" not in line)
+
+
+# --- the worst case ---
+def test_a_planted_bug_is_found_drawn_and_played_again_by_the_printed_command(tmp_path, capfd, mine):
+    algorithm = mine((EXAMPLES / "design_c_bug.py").read_text()).replace(":X", ":DesignC")
+    figure, vcd = tmp_path / "worst case.png", tmp_path / "worst.vcd"
+    code, out, err = said(
+        capfd, algorithm, "--design", "c", "--tries", "64", "--figure", figure, "--vcd", vcd, "--json"
+    )
+    verdict = json.loads(out)
+    assert (code, err) == (1, "")
+    assert verdict["passed"] is False
+    assert len(verdict["worst_stream"].split()) <= 5
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    assert "$enddefinitions" in vcd.read_text()
+    # as it stands, in a shell
+    command = verdict["worst_case"].replace("rtec ", shlex.join(RTEC) + " ", 1)
+    again = subprocess.run(["sh", "-c", command], capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    assert again.returncode == 1
+    assert verdict["worst_reason"] in again.stdout
+    # and the right one stands it
+    right = mine((EXAMPLES / "design_c.py").read_text()).replace(":X", ":DesignC")
+    code, out, _ = said(capfd, right, "--design", "c", "--stream", verdict["worst_stream"])
+    assert (code, out) == (0, "mine.py:DesignC: passed: every count right\n")
+
+
+def test_the_same_seed_gives_the_same_verdict(capfd):
+    words = (f"{EXAMPLES / 'mutants.py'}:BTooSoon", "--design", "b", "--tries", "200", "--seed", "3", "--json")
+    first, second = (json.loads(said(capfd, *words)[1]) for _ in range(2))
+    assert first == second
+    assert first["worst_stream"]
+
+
+def test_the_step_of_the_example_is_at_most_fifteen_lines():
+    lines = (EXAMPLES / "design_c.py").read_text().split('(0: at the next input)."""\n')[1].splitlines()
+    assert len([line for line in lines if line.strip()]) <= 15
+
+
+# --- what the algorithm does is a failed check ---
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("raise ValueError('boom')", "step raised ValueError: boom in mine.py, line 4, at 0 ps"),
+        ("pass", "step returned nothing; it has to return (levels, completed, wake_ps), at 0 ps"),
+        ("return 7, 0, 0", "step returned levels 7; A + 2 * B is 0 to 3, at 0 ps"),
+        ("return ab, 0, t_ps - 5 if t_ps else 0", "which is not after its own time 1000000 ps; 0 stands for none"),
+        ("__import__('os')._exit(3)", "it ended its process with code 3, at 0 ps"),
+        ("print('hello')\n        return ab, 0, 0", "+1 step asked for, 0 completed and no reason given, at 2 us"),
+    ],
+)
+def test_a_failed_check_tells_the_moment(capfd, mine, body, reason):
+    code, out, _ = said(capfd, mine(STEP + body), "--design", "c", "--stream", STREAM, "--json")
+    answer = json.loads(out)  # nothing else on stdout, whatever the algorithm prints
+    assert code == 1
+    assert answer["passed"] is False
+    assert reason in answer["checks"][0]["reason"]
+    assert "Traceback" not in answer["checks"][0]["reason"]
+
+
+def test_a_step_that_never_returns_ends_after_ten_seconds_with_the_moment(capfd, mine):
+    algorithm = mine(STEP + "while t_ps == 2_000_000:\n            self.n += 1\n        return ab, 0, 0")
+    code, out, _ = said(capfd, algorithm, "--design", "c", "--tries", "16", "--stream", STREAM)
+    assert code == 1
+    assert out == "mine.py:X: FAILED: step did not return within 10 s, at 2 us\n"
+
+
+def test_an_algorithm_that_is_not_the_same_twice_gets_a_verdict(capfd, mine):
+    text = "import random\n\n\n" + STEP + "return (ab if random.random() < 0.8 else ab ^ 1), 0, 0"
+    code, out, err = said(capfd, mine(text), "--design", "c", "--tries", "16", "--json")
+    assert (code, err) == (1, "")
+    assert json.loads(out)["passed"] is False
+
+
+# --- what cannot be used is an error in one line ---
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("class X\n", "mine.py: line 1: expected ':'"),
+        ("import nonesuch\n", "mine.py: line 1: ModuleNotFoundError: No module named 'nonesuch'"),
+        ("class Y:\n    pass\n", "mine.py: has no X; classes with a step are: none"),
+        (STEP.replace("n = 0", "def __init__(self, a): pass") + "pass\n", "mine.py: X() raised TypeError"),
+        ("__import__('os')._exit(5)\n", "mine.py:X: it ended its process with code 5 while the file is loaded"),
+    ],
+)
+def test_a_file_that_cannot_be_used(capfd, mine, text, message):
+    code, out, err = said(capfd, mine(text), "--design", "c")
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("none.py:X", "--design", "c"), "none.py: no such file"),
+        (("none.py", "--design", "c"), "none.py:Name, the class in the file"),
+        (("mine.txt:X", "--design", "c"), "ALGORITHM"),
+        (("none.py:X",), "--design: missing"),
+        (("none.py:X", "--design", "d"), "--design"),
+        (("none.py:X", "--design", "c", "--step", "2"), "--step"),
+        (("none.py:X", "--step", "2", "--states", "02"), "--states"),
+        (("none.py:X", "--step", "0"), "--step"),
+        (("none.py:X", "--design", "c", "--frequency", "500"), "--frequency"),
+        (("none.py:X", "--design", "c", "--delay", "0us"), "--delay"),
+        (("none.py:X", "--design", "c", "--pins", "p.toml"), "--pins"),
+        (("none.py:X", "--design", "c", "--stream", "00 1us"), "--stream"),
+        (("c", "--design", "c"), "--design"),
+    ],
+)
+def test_words_that_are_wrong(capfd, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = said(capfd, *words)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_relative_paths_and_colons_in_names(capfd, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a:b.py").write_text(STEP + "return ab, 0, 0")
+    code, out, _ = said(capfd, "a:b.py:X", "--design", "c", "--stream", "00 1us:+ 9us:end")
+    assert (code, out) == (0, "a:b.py:X: passed: every count right\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["a:b.py"]  # nothing is written beside it
+
+
+# --- processes ---
+def children(process):
+    """Return the processes below one, with what they are."""
+    listed = subprocess.run(["ps", "-eo", "pid=,ppid="], capture_output=True, text=True, check=True).stdout
+    pairs = [tuple(map(int, line.split())) for line in listed.splitlines()]
+    return [pid for pid, parent in pairs if parent == process.pid]
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_leaves_no_process_behind(mine, number, code):
+    algorithm = mine(STEP + "while t_ps:\n            self.n += 1\n        return ab, 0, 0")
+    check = subprocess.Popen(
+        [*RTEC, "check", algorithm, "--design", "c"],
+        env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60.0
+    while not (below := children(check)) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert below
+    time.sleep(0.5)
+    check.send_signal(number)
+    _, err = check.communicate(timeout=60.0)
+    assert check.returncode == code
+    assert "Traceback" not in err
+    assert not any(alive(pid) for pid in below)
+
+
+def test_two_checks_at_once_do_not_disturb_each_other(mine):
+    algorithm = mine(STEP + "return ab, 0, 0")
+    words = [*RTEC, "check", algorithm, "--design", "c", "--stream", STREAM]
+    both = [subprocess.Popen(words, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    outs = [one.communicate(timeout=120.0)[0] for one in both]
+    assert outs[0] == outs[1]
+    assert [one.returncode for one in both] == [1, 1]

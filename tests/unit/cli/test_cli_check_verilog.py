@@ -1,0 +1,117 @@
+"""``rtec check top.v``: the verdict on one stream, what it asks for, and what is left when it is interrupted."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from verilog_modules import WIRES, pins_text
+
+import rtec.conformance
+from rtec.cli import main
+
+EXAMPLES = Path(rtec.conformance.__file__).parents[1] / "examples"
+needs_icarus = pytest.mark.skipif(
+    shutil.which("iverilog") is None, reason="Icarus Verilog (iverilog) is not installed"
+)
+BUG = [str(EXAMPLES / "design_c_bug.v"), "--pins", str(EXAMPLES / "design_c_bug.toml"), "--clock", "50MHz"]
+RIGHT = [str(EXAMPLES / "design_c.v"), "--pins", str(EXAMPLES / "design_c.toml"), "--clock", "50MHz"]
+ICARUS = ["--simulator", "icarus", "--design", "c"]
+STREAM = "00 500ns:r1 500ns:- 20.8us:end"
+# a shell that starts pytest in the background lets its children ignore the signal
+HEEDING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
+RTEC = [sys.executable, "-c", f"{HEEDING}; from rtec.cli import main; sys.exit(main())"]
+
+
+def said(capsys, words):
+    code = main(["check", *words])
+    out, err = capsys.readouterr()
+    return code, out + err
+
+
+@needs_icarus
+@pytest.mark.parametrize(("module", "passed"), [(RIGHT, True), (BUG, False)])
+def test_one_stream(capsys, module, passed):
+    code, text = said(capsys, [*module, *ICARUS, "--stream", STREAM, "--json"])
+    seen = json.loads(text)
+    assert code == (0 if passed else 1)
+    assert seen["passed"] is passed
+    if not passed:
+        # one count back, one step of two counts forward: the bug takes two instead
+        assert "counts -3 where +1 is right" in seen["checks"][0]["reason"]
+    assert STREAM in seen["worst_case"]
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        ([*BUG[:3], "--design", "c"], "--clock: missing is not allowed"),
+        ([BUG[0], "--clock", "50MHz", "--design", "c"], "--pins: missing is not allowed"),
+        ([*BUG[:3], "--clock", "50", "--design", "c"], "--clock"),
+        ([*BUG[:3], "--clock", "0 Hz", "--design", "c"], "--clock: '0 Hz' is not allowed"),
+        ([*BUG, "--design", "c", "--simulator", "vcs"], "verilator or icarus"),
+        ([*BUG, "--design", "c", "--part", "8051"], "--part: 8051 is not allowed"),
+        ([*BUG], "--design: missing is not allowed"),
+        (["nothing.v", *BUG[1:], "--design", "c"], "nothing.v: No such file"),
+        ([BUG[0], "--pins", "nothing.toml", "--clock", "50MHz", "--design", "c"], "nothing.toml"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(capsys, words, wanted):
+    code, text = said(capsys, words)
+    assert code == 2
+    assert wanted in text
+    assert len(text.strip().splitlines()) == 1
+    assert "Traceback" not in text
+
+
+@needs_icarus
+def test_rtl_that_does_not_compile(capsys, tmp_path):
+    file, pins = tmp_path / "w.v", tmp_path / "w.toml"
+    file.write_text(WIRES.replace("assign qb = b;", "assgn qb = b;"))
+    pins.write_text(pins_text("wires"))
+    code, text = said(capsys, [str(file), "--pins", str(pins), "--clock", "50MHz", *ICARUS])
+    assert code == 2
+    assert f"{file}, line 4: " in text
+
+
+def alive_with(folder: Path) -> list[str]:
+    """Return the processes that work in a folder or have it in their arguments."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue
+        if any(str(folder) in word for word in words):
+            found.append(" ".join(words))
+    return found
+
+
+@needs_icarus
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="the system does not show its processes in /proc")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_check_leaves_no_folder_and_no_process(tmp_path, number, code):
+    """Interrupted while a simulation that never comes back is waited for."""
+    made = tmp_path / "made"
+    made.mkdir()
+    file, pins = tmp_path / "w.v", tmp_path / "w.toml"
+    file.write_text(WIRES.replace("endmodule", "always @(posedge clk) while (asked == 1) ;\nendmodule"))
+    pins.write_text(pins_text("wires"))
+    words = ["check", str(file), "--pins", str(pins), "--clock", "50MHz", *ICARUS, "--stream", "00 1us:r1 9us:end"]
+    process = subprocess.Popen(
+        [*RTEC, *words], env=os.environ | {"TMPDIR": str(made)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    until = time.monotonic() + 60
+    while not any("vvp" in command for command in alive_with(made)) and time.monotonic() < until:
+        time.sleep(0.05)  # a process of its own, at its own pace
+    assert any("vvp" in command for command in alive_with(made))
+    process.send_signal(number)
+    process.communicate(timeout=60)
+    assert process.returncode == code
+    assert list(made.iterdir()) == []
+    assert alive_with(made) == []

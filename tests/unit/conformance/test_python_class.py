@@ -1,0 +1,240 @@
+"""The door for Python: the process behind it, compiled and not, and what ends it."""
+
+import os
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtec.conformance import _python_child, python_class
+from rtec.conformance._python_compiled import record_of
+from rtec.conformance.python_class import PythonClass
+from rtec.conformance.streams import Stream
+from rtec.errors import RtecError
+from rtec.examples import designs, mutants
+from tests.played import InProcess
+
+STEP = "\n    def step(self, t_ps, ab, requested):\n        pass\n"
+MOTION = "00 1us:+ 2us:r1 3us:+ 3.2us:- 5us:r-1 9us:- 50us:end"
+
+
+@pytest.fixture
+def door(tmp_path):
+    """Open a class X with these lines in its step, or a whole file."""
+    opened = []
+
+    def of(body, *, whole=False):
+        file = tmp_path / "mine.py"
+        head = "class X:\n    n = 0\n    def step(self, t_ps, ab, requested):\n"
+        text = textwrap.dedent(body).strip("\n")
+        file.write_text(text if whole else head + textwrap.indent(text, " " * 8))
+        opened.append(PythonClass(file, "X"))
+        return opened[-1]
+
+    yield of
+    for one in opened:
+        one.close()
+
+
+def play(door, *texts):
+    return door.play([Stream.read(text).stimulus() for text in texts])
+
+
+def same(ours, theirs):
+    return ours.edges == theirs.edges and all(
+        np.array_equal(getattr(ours.completed, name), getattr(theirs.completed, name))
+        for name in ("times_ps", "totals")
+    )
+
+
+@pytest.mark.parametrize("kind", [designs.Original, mutants.BCountsEdges])
+def test_compiled_code_with_methods_gives_what_python_gives(kind):
+    stimuli = [Stream.read(MOTION).stimulus(), Stream.read("10 400ns:r1 0.5us:- 0.7us:+ 20us:r0 90us:end").stimulus()]
+    plain = InProcess(kind).play(stimuli)
+    with PythonClass(mutants_file(kind), kind.__name__) as door:
+        compiled = door.play(stimuli)
+        assert door.note == ""  # compiled, methods and all
+    assert all(same(*pair) for pair in zip(compiled, plain, strict=True))
+    assert len(plain[0].edges) > 4
+
+
+def mutants_file(kind):
+    return Path(mutants.__file__).with_name(kind.__module__.rpartition(".")[2] + ".py")
+
+
+def test_a_batch_larger_than_the_pipes_comes_through_in_order(door):
+    """A thousand streams with two hundred edges each: megabytes both ways, more than a pipe holds."""
+    wires = door("return ab, 0, 0")
+    edges = np.stack([500_000 * np.arange(1, 201), np.ones(200, int)], axis=1)
+    stimuli = [Stream.of(k % 4, edges, [], 10**9 + k).stimulus() for k in range(1000)]
+    assert [r.edges for r in wires.play(stimuli)] == [s.edges for s in stimuli]
+
+
+def test_helpers_in_a_file_beside_it_are_compiled_too(tmp_path):
+    (tmp_path / "beside.py").write_text("LIMIT = 3\n\n\ndef kept(x):\n    return x & LIMIT\n")
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "from beside import kept\n\n\nclass X:\n    n = 0\n    def step(self, t_ps, ab, requested):\n"
+        "        return self.same(ab, 0), 0, 0\n    def same(self, x, y):\n        return kept(x) + y\n"
+    )
+    with PythonClass(file, "X") as door:
+        (response,) = play(door, MOTION)
+        assert door.note == ""
+    assert response.edges == Stream.read(MOTION).stimulus().edges
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "beside.py",
+        "mine.py",
+    ]  # and nothing is written there
+
+
+def test_state_that_is_no_number_runs_as_plain_python_and_says_so(door):
+    text = """
+    class X:
+        def __init__(self):
+            self.seen = []
+        def step(self, t_ps, ab, requested):
+            self.seen.append(ab)
+            return self.seen[-1], 0, 0
+    """
+    listing = door(text, whole=True)
+    assert play(listing, MOTION)[0].broken is None
+    assert listing.note == "attribute seen is no number and no list of numbers"
+
+
+def test_the_state_of_a_class_is_its_own_over_those_of_its_bases():
+    class Base:
+        REASONS = ("", "no")
+        gap = 5
+        table = (1, 2)
+
+    class Own(Base):
+        gap = 7
+
+        def __init__(self):
+            self.speed = 0.5
+
+    record = record_of(Own())
+    assert (record["gap"], record["speed"], record["table"].tolist()) == (7, 0.5, [1, 2])
+    assert set(record.dtype.names) == {"gap", "speed", "table"}
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("raise ValueError('two\\nlines')", "step raised ValueError: two lines in mine.py, line 4"),
+        ("pass", "step returned nothing; it has to return (levels, completed, wake_ps)"),
+        ("return ab, 0", "step returned (0, 0); it has to return (levels, completed, wake_ps)"),
+        ("return ab * 1.0, 0, 0", "step returned 0.0 for levels; a whole number is wanted"),
+        ("return ab, 'x', 0", "step returned 'x' for completed; a whole number is wanted"),
+        ("return 7, 0, 0", "step returned levels 7; A + 2 * B is 0 to 3"),
+        ("return -1, 0, 0", "step returned levels -1; A + 2 * B is 0 to 3"),
+        ("return ab, 10**30, 0", f"step returned completed = {10**30}; totals stay below 2^31"),
+        ("return ab, 0, t_ps - 5 if t_ps else 0", "wake_ps = 999995, which is not after its own time 1000000 ps"),
+        ("return self.step(t_ps, ab, requested)", "step raised RecursionError"),
+        ("return (1, 2)[ab + 5], 0, 0", "step raised IndexError: tuple index out of range in mine.py, line 4"),
+        ("self.n = self.n // ab\nreturn ab, 0, 0", "step raised ZeroDivisionError"),
+        ("return input(), 0, 0", "step raised EOFError"),
+    ],
+)
+def test_what_no_algorithm_may_do_is_a_break_with_the_reason(door, body, reason):
+    (response,) = play(door(body), MOTION)
+    assert reason in response.broken.reason
+    assert "\n" not in response.broken.reason
+    assert not response.broken.ended
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("import os\nos._exit(3)", "it ended its process with code 3"),
+        ("import sys\nsys.exit(4)", "it ended its process with code 4"),
+        ("import os\nos.kill(os.getpid(), 9)", "its process was ended by signal 9"),
+    ],
+)
+def test_what_ends_its_process_is_a_break_and_no_more_is_played(door, body, reason):
+    dying = door(f"if t_ps == 3_000_000:\n{textwrap.indent(body, '    ')}\nreturn ab, 0, 0")
+    first, broken, other = play(dying, "00 1us:+ 2us:end", MOTION, MOTION)
+    assert first.broken is None
+    assert (broken.broken.reason, broken.broken.time_ps, broken.broken.ended) == (reason, 3_000_000, True)
+    assert "not played" in other.broken.reason
+    # the next ones have a process again
+    assert play(dying, "00 1us:+ 2us:end")[0].edges == first.edges
+
+
+def test_what_never_returns_is_ended(door, monkeypatch):
+    monkeypatch.setattr(python_class, "SILENT_S", 2.0)
+    endless = door("while t_ps > 1_000_000:\n    self.n += 1\nreturn ab, 0, 0")
+    process = endless._process
+    began = time.monotonic()
+    broken, other = play(endless, MOTION, MOTION)
+    assert broken.broken.reason == "step did not return within 2 s"
+    assert broken.broken.time_ps == 2_000_000
+    assert other.broken.ended
+    assert time.monotonic() - began < 60.0
+    assert process.poll() is not None
+
+
+def test_memory_without_end_is_an_error_of_the_algorithm(door):
+    hungry = door("kept = [0] * (1 << 40)\nreturn ab, len(kept), 0")
+    (response,) = play(hungry, MOTION)
+    assert "MemoryError" in response.broken.reason
+
+
+def test_its_prints_go_nowhere_near_the_results(door, capfd):
+    (response,) = play(door("print('hello')\nreturn ab, 0, 0"), MOTION)
+    assert response.broken is None
+    assert "hello" not in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("class X\n", "mine.py: line 1: expected ':'"),
+        ("import nonesuch\n", "mine.py: line 1: ModuleNotFoundError: No module named 'nonesuch'"),
+        (f"class Y:{STEP}", "mine.py: has no X; classes with a step are: Y"),
+        ("X = 3\n", "mine.py: X is no class with a method step(self, t_ps, ab, requested)"),
+        ("class X:\n    def step(self, ab):\n        pass\n", "mine.py: X.step takes 1 arguments"),
+        (f"class X:\n    def __init__(self, a):\n        pass{STEP}", "mine.py: X() raised TypeError"),
+        ("import os\nos._exit(5)\n", "it ended its process with code 5 while the file is loaded"),
+        ("raise SystemExit(3)\n", "mine.py: line 1: SystemExit: 3"),
+        ("\0", "mine.py: source code string cannot contain null bytes"),
+    ],
+)  # fmt: skip
+def test_a_file_that_cannot_be_used_is_an_error_in_one_line(door, text, reason):
+    with pytest.raises(RtecError) as caught:
+        door(text, whole=True)
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_no_such_file(tmp_path):
+    with pytest.raises(RtecError, match="no such file"):
+        PythonClass(tmp_path / "none.py", "X")
+
+
+def test_closing_ends_the_process_and_removes_its_folder(door):
+    wires = door("return ab, 0, 0")
+    process, folder = wires._process, wires._folder.name
+    wires.close()
+    assert process.poll() is not None
+    assert not os.path.exists(folder)
+
+
+def test_compiled_integers_that_wrap_are_not_trusted(door):
+    wraps = door("n = (ab + 3) ** 60\nreturn 1 if n > 10**20 else 0, 0, 0")
+    (response,) = play(wraps, "10 1us:+ 2us:end")
+    assert response.edges.initial == 1
+    assert wraps.note
+
+
+def test_calls_without_end_are_a_break(monkeypatch):
+    class Often:
+        def step(self, t_ps, ab, requested):
+            return ab, 0, t_ps + 1
+
+    monkeypatch.setattr(_python_child, "_MOST_CALLS", 100)
+    (response,) = InProcess(Often).play([Stream.read(MOTION).stimulus()])
+    assert response.broken.reason == "asks to be called more than 100 times in one run"
+    assert response.broken.time_ps == 100
