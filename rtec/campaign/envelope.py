@@ -8,15 +8,20 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from firmware_model import FirmwareError, Image
+from firmware_model import FirmwareError, Image, read_hex
+from rtec.axis.motion import MotionKind
 from rtec.board import MICROCONTROLLERS, Microcontroller
 from rtec.campaign import envelope_kernels as kernels
 from rtec.campaign.envelope_gate import Gate, gate_of
 from rtec.campaign.envelope_mechanism import Mechanism, mechanism_of
+from rtec.campaign.envelope_motion import InMotion, limit_in_motion
 from rtec.campaign.envelope_search import STEPS_PER_OCTAVE, Limit, halved, largest_safe
+from rtec.campaign.envelope_speeds import passing_alone, speeds_of
 from rtec.campaign.envelope_stand import Stand
 from rtec.campaign.envelope_trials import Bursts, Failure, Streams
 from rtec.checks import whole_within
+from rtec.conformance.frequencies import Does
+from rtec.conformance.speeds import Speeds
 from rtec.errors import RtecError
 from rtec.injector import Design
 from rtec.jobs import Workers
@@ -59,6 +64,9 @@ class EnvelopePlan:
         Whether the limit found is swept over a whole reading clock by clock.
     nothing_owed
         Whether nothing is asked for, so that only passing the lines on is tried.
+    motion
+        In which the axis moves, in place of the envelope's own trials; jitter, exhaustive and nothing_owed do not go
+        with it.
 
     Raises
     ------
@@ -73,6 +81,7 @@ class EnvelopePlan:
     jitter_ps: int = 0
     exhaustive: bool = False
     nothing_owed: bool = False
+    motion: InMotion | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -87,22 +96,25 @@ class FailingTrial:
     ----------
     frequency_hz
         Of the encoder's square waves.
+    what
+        Went wrong.
     phase_clocks
         Clocks of the processor from the beginning of the sweep to the first transition.
     direction, sign
         Of the motion, +1 or -1, and of the steps owed, 0 for none.
     behind_state
         State 1..4 of the report's table behind which the insertion was set off; None in a steady stream.
-    what
-        Went wrong.
+    stream
+        In a motion all of it, as ``rtec check --stream`` plays it again.
     """
 
     frequency_hz: float
-    phase_clocks: int
-    direction: int
-    sign: int
-    behind_state: int | None
     what: str
+    phase_clocks: int | None = None
+    direction: int | None = None
+    sign: int | None = None
+    behind_state: int | None = None
+    stream: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +133,8 @@ class EnvelopeRow:
         The first trial that failed, or None.
     gate
         What the speed gate does.
+    speeds
+        What it does at each frequency, and which jitter and acceleration it stands.
     loop_cycles
         Period of the waiting loop; None for a program that passes the lines on.
     trials
@@ -129,6 +143,8 @@ class EnvelopeRow:
         Whether a whole reading was swept clock by clock at the limit.
     jitter_ps, hold_latch
         As of the plan.
+    motion
+        In which the axis moved; None in the envelope's own trials.
     """
 
     design: Design
@@ -138,11 +154,33 @@ class EnvelopeRow:
     limited_by: Mechanism
     failing: FailingTrial | None
     gate: Gate | None
+    speeds: Speeds
     loop_cycles: int | None
     trials: int
     exhaustive: bool
     jitter_ps: int
     hold_latch: bool
+    motion: MotionKind | None = None
+
+    @property
+    def checked_to_hz(self) -> float | None:
+        """Return up to which frequency above the speed gate steady streams were tried; None where to none."""
+        above = self._above_gate()
+        return above[-1][0] if above else None
+
+    @property
+    def counts_right(self) -> bool | None:
+        """Return whether every count was right there; None where nothing was tried."""
+        above = self._above_gate()
+        return all(does is not Does.FAILS for _, does in above) if above else None
+
+    def _above_gate(self) -> list[tuple[float, Does]]:
+        gate_hz = None if self.gate is None else self.gate.gate_hz
+        if gate_hz is None:
+            return []
+        # lines that pass through the processor are lost above the safe frequency, gate or not
+        most_hz = self.max_safe_hz if self.design.in_path else math.inf
+        return [row for row in self.speeds.frequencies.rows if gate_hz < row[0] <= most_hz]
 
     @property
     def reaches_500khz(self) -> bool:
@@ -186,6 +224,8 @@ def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda
 def _row(
     plan: EnvelopePlan, design: Design, processor: Microcontroller, progress: Callable[[float], None]
 ) -> EnvelopeRow:
+    if plan.motion is not None:
+        return _row_in_motion(plan, plan.motion, design, processor, progress)
     try:
         stand = Stand(design, processor, plan.image, hold_latch=plan.hold_latch)
     except FirmwareError as error:
@@ -205,6 +245,10 @@ def _row(
         top_hz = limit.safe if isinstance(trials, Streams) else math.inf
         phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
         gate = gate_of(stand, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
+    progress(0.7)
+    speeds = passing_alone(limit.safe, GOAL_HZ)
+    if not plan.nothing_owed:
+        speeds = speeds_of(stand, trials, limit.safe, gate, GOAL_HZ)
     return EnvelopeRow(
         design=design,
         processor=processor.name,
@@ -213,12 +257,42 @@ def _row(
         limited_by=limited_by,
         failing=None if limit.failure is None else _named(limit.failure),
         gate=gate,
+        speeds=speeds,
         loop_cycles=trials.loop_cycles if isinstance(trials, Bursts) and trials.armed else None,
         trials=stand.trials,
         exhaustive=plan.exhaustive,
         jitter_ps=plan.jitter_ps,
         hold_latch=plan.hold_latch,
     )
+
+
+def _row_in_motion(
+    plan: EnvelopePlan,
+    motion: InMotion,
+    design: Design,
+    processor: Microcontroller,
+    progress: Callable[[float], None],
+) -> EnvelopeRow:
+    try:
+        source = processor.image(design) if plan.image is None else plan.image
+        image = source if isinstance(source, Image) else read_hex(source)
+        found = limit_in_motion(
+            design, processor, image, motion, GOAL_HZ, hold_latch=plan.hold_latch, progress=progress
+        )
+    except FirmwareError as error:
+        raise RtecError(str(error)) from error
+    speeds = passing_alone(0.0, GOAL_HZ) if found is None else found.speeds
+    wrong, failing = speeds.first_wrong, None
+    if wrong is not None:
+        at_hz = next(hertz for hertz, does in speeds.frequencies.rows if does is Does.FAILS)
+        failing = FailingTrial(frequency_hz=at_hz, what=str(wrong.judgement.violation), stream=str(wrong.case.stream))
+    return EnvelopeRow(
+        design=design, processor=processor.name, clock_hz=processor.clock_hz,
+        max_safe_hz=speeds.frequencies.max_passing_hz,
+        limited_by=Mechanism.NO_ANSWER if found is None else found.limited_by, failing=failing, gate=None,
+        speeds=speeds, loop_cycles=None, trials=0 if found is None else found.trials, exhaustive=False, jitter_ps=0,
+        hold_latch=plan.hold_latch, motion=motion.kind,
+    )  # fmt: skip
 
 
 def _limit(stand: Stand, trials: Bursts | Streams, exhaustive: bool) -> Limit[Failure]:

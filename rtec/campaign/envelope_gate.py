@@ -17,10 +17,8 @@ from rtec.units import PS_PER_S
 _PHASES = 8
 _STEPS = 4
 """Of the grid of frequencies, an octave."""
-_BELOW, _ABOVE = 8.0, 16.0
-"""The gate is looked for from the safe frequency over this on, and counts are checked up to the gate times that."""
-_TOP_HZ = 1.0e6
-"""The HCTL-2000's 12 bits and a reading every half millisecond tell speeds apart up to here."""
+_BELOW = 8.0
+"""The gate is looked for from the safe frequency over this on."""
 _OWED = 40
 _FROM, _TO, _BEYOND = 0.75, 2.0, 1.3
 """A ramp's first and least last speed over the gate's, and its least last speed over the safe one."""
@@ -41,18 +39,12 @@ class Gate:
     ----------
     gate_hz
         Largest steady frequency at which something is still inserted; None where nothing ever is in motion.
-    checked_to_hz
-        Up to which frequency above it the counts were right; None where nothing was tried above.
-    counts_right
-        Whether they were right at all of them.
     max_acceleration_counts_s2
         Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
         smallest one tried already breaks one, None where none does or nothing is inserted in motion.
     """
 
     gate_hz: float | None
-    checked_to_hz: float | None
-    counts_right: bool | None
     max_acceleration_counts_s2: float | None
 
 
@@ -80,13 +72,10 @@ def gate_of(stand: Stand, safe_hz: float, jitter_ps: int = 0, *, top_hz: float =
     limit = largest_safe(refuses, safe_hz / _BELOW, min(4.0 * safe_hz, top_hz), steps=_STEPS)
     gate_hz = limit.safe
     if gate_hz == 0.0:
-        return Gate(gate_hz=None, checked_to_hz=None, counts_right=None, max_acceleration_counts_s2=None)
-    checked_hz, right = _above(streams, gate_hz, top_hz)
+        return Gate(gate_hz=None, max_acceleration_counts_s2=None)
     last_hz = min(max(_TO * gate_hz, _BEYOND * safe_hz), top_hz)
     return Gate(
         gate_hz=gate_hz,
-        checked_to_hz=checked_hz,
-        counts_right=right,
         max_acceleration_counts_s2=_acceleration(stand, gate_hz, last_hz, jitter_ps, phases),
     )
 
@@ -102,20 +91,6 @@ def _inserts(streams: Streams, frequency_hz: float) -> bool:
             if stand.sweep(stand.rested, motion, shifts_ps, stop=False)[1].any():
                 return True
     return False
-
-
-def _above(streams: Streams, gate_hz: float, top_hz: float) -> tuple[float | None, bool | None]:
-    """Return up to which frequency above the gate counts stay right, and whether they do at all that were tried."""
-    stand, checked_hz = streams.stand, None
-    for frequency_hz in gate_hz * 2.0 ** np.arange(0.05, np.log2(_ABOVE) + 0.01, 0.5):
-        if frequency_hz > min(max(_TOP_HZ, 1.5 * gate_hz), top_hz):
-            break
-        for motion in streams.motions(float(frequency_hz)):
-            shifts_ps = stand.shifts(stand.rested, np.arange(3, dtype=np.int64) * 7)
-            if np.isin(stand.sweep(stand.rested, motion, shifts_ps, stop=False)[0], _HARMFUL).any():
-                return checked_hz, False
-        checked_hz = float(frequency_hz)
-    return checked_hz, None if checked_hz is None else True
 
 
 def ramp(speed: float, acceleration: float, steady: int, joint: float, last: float) -> Longs:

@@ -9,7 +9,7 @@ import numpy as np
 from rtec.campaign import envelope_kernels as kernels
 from rtec.campaign.envelope_stand import IDEAL, Longs, Shown, Stand
 from rtec.campaign.envelope_trials import Bursts, Failure, Streams
-from rtec.signal import ILLEGAL, count_deltas
+from rtec.signal import ILLEGAL, EdgeStream, count_deltas
 from rtec.units import PS_PER_S
 
 _RAISED = 1.05
@@ -56,7 +56,7 @@ def mechanism_of(stand: Stand, failure: Failure, trials: Bursts | Streams) -> Me
     through_gates = np.isin(shown.sent.times_ps, shown.seen.times_ps).mean() > 0.5
     if through_gates:
         return _at_gates(stand, failure, shown, trials)
-    return _through_processor(shown)
+    return through_processor(shown.sent, shown.seen)
 
 
 def _legal(shown: Shown, step_counts: int) -> bool:
@@ -88,13 +88,13 @@ def _at_gates(stand: Stand, failure: Failure, shown: Shown, trials: Bursts | Str
     return Mechanism.WINDOW if np.any(sent[1:] <= own[-1]) else Mechanism.POLLING
 
 
-def _through_processor(shown: Shown) -> Mechanism:
+def through_processor(sent: EdgeStream, seen: EdgeStream) -> Mechanism:
     """Tell late copies from late looks: was the copy before still under way when the first lost transition came."""
-    deltas = count_deltas(shown.seen.levels, shown.seen.initial)
+    deltas = count_deltas(seen.levels, seen.initial)
     illegal = np.flatnonzero(deltas == ILLEGAL)
     if illegal.size == 0:
         return Mechanism.POLLING
     k = int(illegal[0])
-    copied_ps = shown.seen.times_ps[k - 1] if k else -1
-    merged = shown.sent.times_ps[shown.sent.times_ps < shown.seen.times_ps[k]][-2:]
+    copied_ps = seen.times_ps[k - 1] if k else -1
+    merged = sent.times_ps[sent.times_ps < seen.times_ps[k]][-2:]
     return Mechanism.LATENCY if merged[0] <= copied_ps else Mechanism.POLLING

@@ -127,10 +127,24 @@ class Streams:
         Bound of the encoder's jitter, taken at its worst.
     owed
         Totals that are asked for.
+    after
+        Readings and transitions at least that the axis still moves once it was asked for.
+
+    Attributes
+    ----------
+    slower
+        Share by which the stream is longer in the end than at constant speed.
     """
 
-    def __init__(self, stand: Stand, jitter_ps: int = 0, owed: tuple[int, ...] = (0, _OWED, -_OWED)) -> None:
-        self.stand, self.jitter_ps, self.owed = stand, jitter_ps, owed
+    def __init__(
+        self,
+        stand: Stand,
+        jitter_ps: int = 0,
+        owed: tuple[int, ...] = (0, _OWED, -_OWED),
+        after: tuple[float, int] = (_AFTER_READINGS, 8),
+    ) -> None:
+        self.stand, self.jitter_ps, self.owed, self.after = stand, jitter_ps, owed, after
+        self.slower = 0.0
         self.met: list[int] = []
         self._pieces = 8
         """Phases of a quarter period while the limit is searched."""
@@ -165,8 +179,13 @@ class Streams:
         """Return the streams of a frequency: both directions, each total."""
         per_reading = self.stand.reading_ps * 4.0 * frequency_hz / PS_PER_S
         before = max(8, int(_BEFORE_READINGS * per_reading))
-        count = 4 * ((before + max(8, int(_AFTER_READINGS * per_reading))) // 4)  # back to state 1
-        times_ps = shaken(quarter_ps(frequency_hz, count), self.jitter_ps)
+        readings, least = self.after
+        count = 4 * ((before + max(least, int(readings * per_reading))) // 4)  # back to state 1
+        even_ps = quarter_ps(frequency_hz, count)
+        behind = np.clip(np.arange(count) - before, 0, None) / (count - before)
+        times_ps = shaken(
+            even_ps + np.rint(self.slower * behind * (even_ps - even_ps[before])).astype(np.int64), self.jitter_ps
+        )
         return [
             Motion(times_ps=times_ps, direction=direction, total=total, ask_at=before, large=abs(total) > 1)
             for total in self.owed

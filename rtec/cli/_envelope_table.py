@@ -7,46 +7,61 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rtec.report.appearance import MISSING, joined
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rtec.campaign.envelope import EnvelopeRow
 
-_HEADINGS = ("processor", "design", "safe to", "limited by", "inserts to", "m/s²")
-_WORDS = ("processor", "design", "limited by")
+_HEADINGS = ("processor", "design", "500 kHz", "inserts to", "safe to", "limited by")
+_WORDS = ("processor", "design", "500 kHz", "limited by")
 
 
 def show(rows: Sequence[EnvelopeRow]) -> None:
     """Print a line for each row, and what they mean."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for heading in _HEADINGS:
         table.add_column(heading, justify="left" if heading in _WORDS else "right", no_wrap=True)
     for row in rows:
-        gate = row.gate
         table.add_row(
             row.processor,
             row.design.value,
+            row.speeds.at_top.value,
+            hertz(row.speeds.frequencies.max_inserting_hz),
             hertz(row.max_safe_hz),
             row.limited_by.value,
-            MISSING if gate is None or gate.gate_hz is None else hertz(gate.gate_hz),
-            MISSING if gate is None else _acceleration(gate.max_acceleration_counts_s2),
         )
     console = Console(highlight=False)
     console.print(table)
-    reaching = [f"{row.design.value} on {row.processor}" for row in rows if row.reaches_500khz]
-    console.print(f"500 kHz: {joined(reaching) or 'none of these'}", soft_wrap=True)
     for row in rows:
-        if row.gate is not None and row.gate.counts_right is False:
+        console.print(f"{row.design.value} on {row.processor}: {_more(row)}", soft_wrap=True)
+    for row in rows:
+        if row.counts_right is False:
             words = f"design {row.design.value}, {row.processor}: counts go wrong above the speed gate"
             console.print(words, style="bold red")
+    console.print(_meaning(rows), soft_wrap=True)
+
+
+def _more(row: EnvelopeRow) -> str:
+    """Return what stands in the data sheet of a row, and how fast its steady motion may become faster."""
+    said = [value if name == "frequency" else f"{name}: {value}" for name, value in row.speeds.data_sheet()]
+    ramp = None if row.gate is None else row.gate.max_acceleration_counts_s2
+    if ramp is not None:
+        said.append(f"from steady motion: {ramp * 1e-6:.3g} m/s² at counts of 1 um")
+    return "; ".join(said)
+
+
+def _meaning(rows: Sequence[EnvelopeRow]) -> str:
+    said = (
+        "Frequencies of the encoder's square waves. Inserts to: a step is completed during the motion. Passes to: "
+        "every count is right. "
+    )
+    if rows and rows[0].motion is not None:
+        return f"{said}Safe to: the same. The frequency is the top speed of the motion: {rows[0].motion.value}."
     swept = "clock by clock" if rows and rows[0].exhaustive else "in steps of 61 clocks (--exhaustive: of one)"
-    console.print(
-        "Frequencies of the encoder's square waves. Safe: no count lost, whatever came before. Inserts to: what the "
-        "speed gate lets through at steady speed. m/s²: acceleration that its insertions bear, at counts of 1 um. "
-        f"The limits found were swept over a reading {swept}.",
-        soft_wrap=True,
+    return (
+        f"{said}Both at steady speed. Safe to: no count lost in a burst behind an insertion, whatever came before. "
+        "Acceleration: of turns and starts at any moment of an insertion; from steady motion: what insertions that "
+        f"the speed gate lets through bear. The limits found were swept over a reading {swept}."
     )
 
 
@@ -62,9 +77,3 @@ def hertz(value: float) -> str:
         if value >= factor:
             return f"{value / factor:.4g} {unit}"
     return "none"
-
-
-def _acceleration(counts_s2: float | None) -> str:
-    if counts_s2 is None:
-        return MISSING
-    return f"{counts_s2 * 1e-6:.3g}" if counts_s2 else "none"

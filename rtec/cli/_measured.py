@@ -148,18 +148,30 @@ def _named_as_options(observe: str) -> Iterator[None]:
         raise ArgumentError(name, error.value, error.allowed, error.hint) from error
 
 
-def check_new_file(option: str, file: Path, *, force: bool, picture: bool = False) -> None:
-    """Refuse a file that exists, has no folder, or as a picture no known ending, before long work begins.
+_FIGURES = (".png", ".svg", ".pdf")
+
+
+def check_new_figure(option: str, file: Path, *, force: bool) -> None:
+    """Refuse a figure of a kind that cannot be drawn, and a file as `check_new_file` does.
 
     Raises
     ------
-    ArgumentError
-        A picture that is neither .png nor .svg nor .pdf.
+    RtecError
+        Its name has another ending, or the file cannot be made.
+    """
+    if file.suffix.lower() not in _FIGURES:
+        raise ArgumentError(option, repr(str(file)), f"a file name that ends with {', '.join(_FIGURES)}")
+    check_new_file(option, file, force=force)
+
+
+def check_new_file(option: str, file: Path, *, force: bool) -> None:
+    """Refuse a file that exists or has no folder, before long work begins.
+
+    Raises
+    ------
     OutputError
         It exists and ``force`` is not given, or it cannot be made there.
     """
-    if picture and file.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise ArgumentError(option, file.name, "a name that ends in .png, .svg or .pdf")
     if os.path.lexists(file) and not force:
         raise OutputError(f"{option}: {file} exists; choose another name, or overwrite it with --force")
     if file.is_dir():

@@ -53,7 +53,7 @@ class Seen:
         if self.figure is not None:
             from rtec.machine.stretch import Stretch
 
-            _measured.check_new_file("--figure", self.figure, force=self.force, picture=True)
+            _measured.check_new_figure("--figure", self.figure, force=self.force)
             self.stretch = Stretch(self.state)
         if self.vcd is None:
             return

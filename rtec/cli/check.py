@@ -16,6 +16,7 @@ from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.cli._check_door import Chosen
+    from rtec.conformance.results import Verdict
     from rtec.conformance.trials import Run
 
 _CONTRACT, _DOOR, _OUTPUT = "The contract", "What runs it", "Output"
@@ -134,6 +135,9 @@ def check(
     figure: Annotated[
         Path | None, _option("--figure", _OUTPUT, "FILE.png", "Draw the worst case, or the stream that was played.")
     ] = None,
+    margin_figure: Annotated[
+        Path | None, _option("--margin-figure", _OUTPUT, "FILE.png", "Draw what it does at which frequency.")
+    ] = None,
     vcd: Annotated[Path | None, _option("--vcd", _OUTPUT, "FILE.vcd", "The same as waveforms.")] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write over files that exist.", rich_help_panel=_OUTPUT)
@@ -149,14 +153,20 @@ def check(
     """
     from rtec.cli._check_door import choose
 
-    for option, file in (("--figure", figure), ("--vcd", vcd)):
+    for option, file in (("--figure", figure), ("--margin-figure", margin_figure)):
         if file is not None:
-            _measured.check_new_file(option, file, force=force, picture=file is figure)
+            _measured.check_new_figure(option, file, force=force)
+    if vcd is not None:
+        _measured.check_new_file("--vcd", vcd, force=force)
     options = Options(
         algorithm=algorithm, design=design, step=step, states=states, frequency=frequency, acceleration=acceleration,
         jitter=jitter, separation=separation, delay=delay, clock=clock, pins=pins, simulator=simulator,
         processor=processor, part=part, hold_latch=hold_latch, timing=timing, real_edges=real_edges,
     )  # fmt: skip
+    if margin_figure is not None and stream is not None:
+        raise ArgumentError(
+            "--margin-figure", str(margin_figure), "nothing with --stream", "one stream has no margin"
+        )
     more = None if motion is None else _more(motion, stream, seed)
     with ExitStack() as stack:
         played = None if stream is None else _read(stream)
@@ -165,7 +175,7 @@ def check(
         if played is not None:
             passed = _play(options, chosen, played, figure, vcd, json)
         else:
-            passed = _hold(options, chosen, more, tries, seed, figure, vcd, json)
+            passed = _hold(options, chosen, more, tries, seed, figure, vcd, json, margin_figure)
     if not passed:
         raise typer.Exit(1)
 
@@ -198,6 +208,7 @@ def _hold(
     figure: Path | None,
     vcd: Path | None,
     json: bool,
+    margin_figure: Path | None = None,
 ) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
     from rtec.cli._check_table import show
@@ -209,7 +220,7 @@ def _hold(
             chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress
         )
     worst = None if verdict.worst is None else options.command(str(verdict.worst.case.stream))
-    written = _write(verdict.worst, verdict.algorithm, figure, vcd)
+    written = _write(verdict.worst, verdict.algorithm, figure, vcd) | _write_margin(verdict, margin_figure)
     if json:
         _console.print_json(verdict.to_dict() | {"worst_case": worst, "note": chosen.note()} | written)
     else:
@@ -217,6 +228,19 @@ def _hold(
         for name, file in written.items():
             typer.echo(f"{name}: {file}")
     return verdict.passed
+
+
+def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
+    """Draw how far the algorithm goes where that was asked for; return the file by its name."""
+    if file is None:
+        return {}
+    if verdict.speeds is None:
+        _console.note(f"{file} not written: it inserts nothing, so that there is no margin")
+        return {}
+    from rtec.report.figures_margin import write_margin_figure
+
+    write_margin_figure(verdict, file)
+    return {"margin_figure": str(file)}
 
 
 def _play(options: Options, chosen: Chosen, stream: Any, figure: Path | None, vcd: Path | None, json: bool) -> bool:

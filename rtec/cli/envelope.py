@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_NAMES, read_motion
 from rtec.errors import ArgumentError
 from rtec.units import parse_time_ps
 
 if TYPE_CHECKING:
     from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow
-
-_FORMATS = (".png", ".svg")
+    from rtec.campaign.envelope_motion import InMotion
 
 
 def envelope(
@@ -41,8 +41,16 @@ def envelope(
     exhaustive: Annotated[
         bool, typer.Option("--exhaustive", help="Sweep the limits found over a whole reading, clock by clock.")
     ] = False,
+    motion: Annotated[
+        str | None,
+        typer.Option(metavar=MOTION_NAMES, help="Search in this motion; its top speed is what is searched."),
+    ] = None,
+    acceleration: Annotated[
+        str | None, typer.Option(metavar="'100 MHz/s'", help="Of the frequency, with --motion; 100 MHz/s.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, metavar="N", help="Of --motion adversary; 0.")] = None,
     figure: Annotated[
-        Path | None, typer.Option(metavar="FILE.png|svg", help="Draw all safe frequencies into this file.")
+        Path | None, typer.Option(metavar="FILE.png|svg|pdf", help="Draw what each does at which frequency.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a figure that exists.")] = False,
     json: _measured.Json = False,
@@ -54,8 +62,10 @@ def envelope(
 
     Example: rtec envelope --design c --processor 8051-12mhz --processor 'one-clock 50MHz'
     """
-    _check_figure(figure, force)
-    plan = _plan(design, processor, image, jitter, hold_latch, nothing_owed, exhaustive)
+    if figure is not None:
+        _measured.check_new_figure("--figure", figure, force=force)
+    moved = _motion(motion, acceleration, seed, jitter, exhaustive, nothing_owed)
+    plan = _plan(design, processor, image, jitter, hold_latch, nothing_owed, exhaustive, moved)
     from rtec.campaign.envelope import find_envelope
 
     _console.announce_compilation()
@@ -75,17 +85,37 @@ def envelope(
         typer.echo(f"Figure: {figure}")
 
 
-def _check_figure(figure: Path | None, force: bool) -> None:
-    if figure is None:
-        return
-    if figure.suffix.lower() not in _FORMATS:
-        raise ArgumentError("--figure", repr(str(figure)), f"a file name that ends with {' or '.join(_FORMATS)}")
-    _measured.check_new_file("--figure", figure, force=force)
+def _motion(
+    motion: str | None, acceleration: str | None, seed: int | None, jitter: str, exhaustive: bool, nothing_owed: bool
+) -> InMotion | None:
+    """Return what the options say of the motion."""
+    if motion is None:
+        for option, value in (("--acceleration", acceleration), ("--seed", seed)):
+            if value is not None:
+                raise ArgumentError(option, value, "nothing without --motion")
+        return None
+    for option, given in (
+        ("--jitter", jitter != "0ns"),
+        ("--exhaustive", exhaustive),
+        ("--nothing-owed", nothing_owed),
+    ):
+        if given:
+            raise ArgumentError(option, "given", "nothing with --motion", "it belongs to the envelope's own trials")
+    from rtec.axis.motion import MotionKind
+    from rtec.campaign.envelope_motion import InMotion
+
+    kind, program, gain = read_motion(motion, acceleration or DEFAULT_ACCELERATION)
+    if seed is not None and kind is not MotionKind.ADVERSARY:
+        raise ArgumentError("--seed", seed, "nothing with this motion", "nothing in it is random")
+    try:
+        return InMotion(kind=kind, program=program, acceleration_hz_s=gain, seed=seed or 0)
+    except ArgumentError as error:
+        raise ArgumentError(f"--{error.name}", error.value, error.allowed, error.hint) from error
 
 
 def _plan(
     design: list[str] | None, processor: list[str] | None, image: Path | None, jitter: str, hold_latch: bool,
-    nothing_owed: bool, exhaustive: bool,
+    nothing_owed: bool, exhaustive: bool, motion: InMotion | None,
 ) -> EnvelopePlan:  # fmt: skip
     """Return what the options say.
 
@@ -112,7 +142,7 @@ def _plan(
         program = None if image is None else read_hex(image)
         return EnvelopePlan(
             designs=designs, processors=processors, image=program, hold_latch=hold_latch, jitter_ps=jitter_ps,
-            exhaustive=exhaustive, nothing_owed=nothing_owed,
+            exhaustive=exhaustive, nothing_owed=nothing_owed, motion=motion,
         )  # fmt: skip
     except FirmwareError as error:
         raise RtecError(str(error)) from error
@@ -122,7 +152,7 @@ def _plan(
 
 def row_as_json(row: EnvelopeRow) -> dict[str, object]:
     """Return a row with the keys that scripts rely on, and more."""
-    gate, failing = row.gate, row.failing
+    gate, failing, speeds = row.gate, row.failing, row.speeds
     acceleration = None if gate is None else gate.max_acceleration_counts_s2
     return {
         "design": row.design.value,
@@ -132,8 +162,16 @@ def row_as_json(row: EnvelopeRow) -> dict[str, object]:
         "limited_by": row.limited_by.value,
         "reaches_500khz": row.reaches_500khz,
         "gate_hz": None if gate is None else gate.gate_hz,
-        "counts_right_above_gate": None if gate is None else gate.counts_right,
-        "checked_to_hz": None if gate is None else gate.checked_to_hz,
+        "counts_right_above_gate": row.counts_right,
+        "checked_to_hz": row.checked_to_hz,
+        "max_inserting_hz": speeds.frequencies.max_inserting_hz,
+        "max_passing_hz": speeds.frequencies.max_passing_hz,
+        "at_500khz": speeds.at_top.value,
+        "summary": speeds.summary,
+        "frequencies": [{"frequency_hz": hertz, "does": does.value} for hertz, does in speeds.frequencies.rows],
+        "max_jitter_ps": speeds.max_jitter_ps,
+        "max_acceleration_hz_s": speeds.max_acceleration_hz_s,
+        "data_sheet": dict(speeds.data_sheet()),
         "max_acceleration_counts_s2": acceleration,
         "max_acceleration_m_s2_at_1um": None if acceleration is None else acceleration * 1e-6,
         "failing": None
@@ -145,10 +183,12 @@ def row_as_json(row: EnvelopeRow) -> dict[str, object]:
             "sign": failing.sign,
             "behind_state": failing.behind_state,
             "what": failing.what,
+            "stream": failing.stream,
         },
         "waiting_loop_cycles": row.loop_cycles,
         "trials": row.trials,
         "sweep": "exhaustive" if row.exhaustive else "short",
         "jitter_ps": row.jitter_ps,
         "hold_latch": row.hold_latch,
+        "motion": None if row.motion is None else row.motion.value,
     }

@@ -78,9 +78,10 @@ def check(
     """
     from rtec.cli.firmware import as_bad_input
 
-    for option, file in (("--figure", figure), ("--vcd", vcd)):
-        if file is not None:
-            _measured.check_new_file(option, file, force=force, picture=file is figure)
+    if figure is not None:
+        _measured.check_new_figure("--figure", figure, force=force)
+    if vcd is not None:
+        _measured.check_new_file("--vcd", vcd, force=force)
     with as_bad_input():
         plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases, tries, seed)
     _console.announce_compilation()

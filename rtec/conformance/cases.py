@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,9 @@ GOLDEN = 0.618_033_988_749_895
 
 _SIGNS = ((1, 1), (1, -1), (-1, 1), (-1, -1))
 """Direction of the motion and sign of the step."""
-_FEW_EDGES, _MANY_EDGES = 24, 4_000
+_FEW_EDGES, _MANY_EDGES = 24, 40_000
+_ANOTHER = 7
+"""Times a phase, modulo 1, is one that does not go with it."""
 _SPEEDS = (1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 """Shares of the highest frequency."""
 _WINDOW_PHASES = 24
@@ -77,13 +80,42 @@ def turn(contract: Contract, direction: int, edges: int, *, depth: float) -> NDA
     >>> turn(Contract(step_counts=2), 1, 2, depth=0.01).tolist()
     [[500000, 1], [64492284, 1], [78634420, -1], [142626704, -1]]
     """
-    hertz, gain = contract.frequency_hz, contract.acceleration_hz_s
-    counts = np.arange(edges) + max(depth, gain * (contract.turn_ps / PS_PER_S) ** 2 / 2.0)
-    full = 2.0 * hertz**2 / gain  # counts within which the highest frequency is reached
-    gaining = np.sqrt(np.minimum(counts, full) / (2.0 * gain))
-    away = np.where(counts < full, gaining, hertz / gain + (counts - full) / (4.0 * hertz))
+    gain = contract.acceleration_hz_s
+    away = _leaving_s(contract, np.arange(edges) + max(depth, gain * (contract.turn_ps / PS_PER_S) ** 2 / 2.0))
     times = np.rint(np.concatenate([-away[::-1], away]) * PS_PER_S).astype(np.int64)
     return np.stack([times - times[0] + contract.quarter_ps, np.repeat([direction, -direction], edges)], axis=1)
+
+
+def start(contract: Contract, direction: int, edges: int, *, depth: float) -> NDArray[np.int64]:
+    """Return a start from rest as sharp as a contract allows, as (time, move), shape (edges, 2).
+
+    Parameters
+    ----------
+    contract
+        Its acceleration holds up to the highest frequency.
+    direction
+        Of the motion.
+    edges
+        How many.
+    depth
+        How far before the first edge the axis rests, in counts, 0..1; it begins to move at time 0.
+
+    Examples
+    --------
+    >>> start(Contract(step_counts=2), 1, 2, depth=0.01).tolist()
+    [[7071068, 1], [71063352, 1]]
+    """
+    times = np.rint(_leaving_s(contract, np.arange(edges) + depth) * PS_PER_S).astype(np.int64)
+    return np.stack([times, np.full(edges, direction, np.int64)], axis=1)
+
+
+def _leaving_s(contract: Contract, counts: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+    """Return how long after a standstill an axis is so many counts away, under the acceleration of a contract."""
+    hertz, gain = contract.frequency_hz, contract.acceleration_hz_s
+    full = 2.0 * hertz**2 / gain  # counts within which the highest frequency is reached
+    gaining = np.sqrt(np.minimum(counts, full) / (2.0 * gain))
+    gone: NDArray[np.float64] = np.where(counts < full, gaining, hertz / gain + (counts - full) / (4.0 * hertz))
+    return gone
 
 
 def _to_inserting(contract: Contract, edges: NDArray[np.int64]) -> int:
@@ -150,7 +182,9 @@ def step_in_motion(trials: Trials, hertz: float, direction: int, sign: int, phas
     """Return a step during steady motion; the axis halts where the algorithm inserts."""
     quarter_ps = round(PS_PER_S / (4.0 * hertz))
     count = int(np.clip(2 * trials.settle_ps // quarter_ps, _FEW_EDGES, _MANY_EDGES))
-    edges = steady(hertz, direction, count, first_ps=quarter_ps)
+    # a clock of the algorithm's own meets the edges of round frequencies in the same phase for ever: another one each
+    first_ps = quarter_ps + round(_ANOTHER * phase % 1.0 * quarter_ps)
+    edges = steady(hertz, direction, count, first_ps=first_ps)
     ask_ps = int(edges[count // 3, 0]) + round(phase * quarter_ps)
     stream = Stream.of(_to_inserting(trials.contract, edges), edges, [(ask_ps, sign)], 1)
     return trials.case(f"{sign:+d} step at {hertz_text(hertz)}{_way(direction)}", stream)
@@ -203,6 +237,21 @@ def turning(trials: Trials, contract: Contract, depths: Sequence[float] = (0.000
             for shift_ps in sorted({round(at) - edge_ps for at in _moments(window)[::2]}):
                 if edge_ps - shift_ps >= 1:
                     yield trials.case(f"{sign:+d} step in a turn", base.asking((edge_ps - shift_ps, sign)))
+
+
+def starting(trials: Trials, contract: Contract) -> Iterator[Case]:
+    """Yield starts under the acceleration of a contract, with edges at every moment of an insertion at rest."""
+    for state, sign in product(contract.states, (1, -1)):
+        first_ps = contract.quarter_ps + trials.settle_ps
+        window = trials.window(trials.case("at rest", Stream.of(state, (), [(first_ps, sign)], 1)))
+        if window is None:
+            continue
+        for at_ps, direction, depth, which in product(_moments(window), (1, -1), (1e-4, 1.0), (0, 2)):
+            edges = start(contract, direction, 12, depth=depth)
+            edges[:, 0] += at_ps - edges[which, 0]
+            if edges[0, 0] >= 1:
+                stream = Stream.of(state, edges, [(first_ps, sign)], 1)
+                yield trials.case(f"{sign:+d} step in state {STATES[state]}, the axis starts", stream)
 
 
 def dithering(trials: Trials) -> Iterator[Case]:

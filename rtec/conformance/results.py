@@ -8,7 +8,7 @@ from typing import Any
 from rtec.conformance.contract import STATES, Contract
 from rtec.conformance.speeds import Speeds
 from rtec.conformance.trials import Margin, Run
-from rtec.readable import hertz_text, time_text
+from rtec.readable import time_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,12 +82,7 @@ class Verdict:
             ("inserts at rest in", ", ".join(STATES[state] for state in contract.states)),
         ]
         if speeds is not None:
-            rows.append(("frequency", speeds.summary(contract.frequency_hz)))
-            if speeds.max_jitter is not None:
-                distance = time_text(round(speeds.max_jitter * contract.quarter_ps))
-                rows.append(("jitter", f"{speeds.max_jitter:.0%} of the distance of two edges ({distance})"))
-            if speeds.max_acceleration_hz_s is not None:
-                rows.append(("acceleration", _acceleration(speeds)))
+            rows += speeds.data_sheet()
         if margin.separation_ps is not None:
             least = time_text(contract.separation_ps)
             rows.append(("from A to B at the controller", f"{time_text(margin.separation_ps)} ({least} at least)"))
@@ -112,12 +107,13 @@ class Verdict:
                 }
                 for check in self.checks
             ],
-            "max_inserting_hz": None if speeds is None else speeds.max_inserting_hz,
-            "max_passing_hz": None if speeds is None else speeds.max_passing_hz,
+            "max_inserting_hz": None if speeds is None else speeds.frequencies.max_inserting_hz,
+            "max_passing_hz": None if speeds is None else speeds.frequencies.max_passing_hz,
             "frequencies": []
             if speeds is None
-            else [{"frequency_hz": hertz, "does": what.value} for hertz, what in speeds.rows],
+            else [{"frequency_hz": hertz, "does": what.value} for hertz, what in speeds.frequencies.rows],
             "max_jitter": None if speeds is None else speeds.max_jitter,
+            "max_jitter_ps": None if speeds is None else speeds.max_jitter_ps,
             "max_acceleration_hz_s": None if speeds is None else speeds.max_acceleration_hz_s,
             "min_separation_ps": margin.separation_ps,
             "min_pulse_ps": margin.pulse_ps,
@@ -128,10 +124,3 @@ class Verdict:
             "runs": self.runs,
             "seed": self.seed,
         }
-
-
-def _acceleration(speeds: Speeds) -> str:
-    most = speeds.max_acceleration_hz_s or 0.0
-    if most >= speeds.instant_hz_s:
-        return "any"
-    return f"up to {hertz_text(float(f'{most:.2g}'))}/s"

@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-import enum
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice, pairwise
 
 import numpy as np
 
-from rtec.conformance.cases import in_motion, turning
+from rtec.conformance.cases import in_motion, starting, turning
 from rtec.conformance.contract import Contract
+from rtec.conformance.frequencies import CLOSE, Does, Frequencies, acceleration_text, search
 from rtec.conformance.trials import Case, Run, Trials
-from rtec.readable import hertz_text
+from rtec.readable import hertz_text, time_text
+from rtec.units import PS_PER_S
 
-_LADDER_HZ = tuple(digit * 10.0**decade for decade in range(1, 8) for digit in (1, 2, 5))
-_BELOW = 1e-4
-"""Of the highest frequency: slower motion is rest for any purpose here."""
-_ABOVE = 10.0
-"""Times the highest frequency: nothing is looked for beyond."""
-_CLOSE = 1.03
+BELOW, ABOVE = 1e-3, 10.0
+"""Times the highest frequency of the contract: there the search begins and ends."""
 _PHASES = 3
-_MOST_JITTER = 0.9
-
-
-class Does(enum.Enum):
-    """What an algorithm does at a frequency."""
-
-    INSERTS = "inserts"
-    """A step that is asked for is completed during the motion."""
-    PASSES = "passes"
-    """Every count is right; a step that is asked for waits until the axis is slower."""
-    FAILS = "fails"
+JITTERS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9)
+"""Shares of the distance of two edges at the highest frequency."""
+_SLOW_TURN = 1e-2
+"""Times the acceleration of the contract: slower turns are slow for any purpose here."""
+_EVERY = 5
+"""Of the cases with turns one in so many is tried: a prime, so that all moments, edges and signs are met."""
+_DOWN = 1.1
+"""At the limit found all cases are tried; where one fails, the limit is lowered by this factor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,51 +35,69 @@ class Speeds:
 
     Parameters
     ----------
-    rows
-        What it does at each frequency tried, in Hz, rising.
-    max_inserting_hz, max_passing_hz
-        Up to here it inserts, and passes; to 3 %. 0 where it does not at any.
-    at_top
-        What it does at the highest frequency of the contract.
-    searched_to_hz
-        No higher frequency was tried.
-    max_jitter
-        Share of the distance between two edges at that frequency; up to here jitter does no harm.
+    frequencies
+        What it does at each frequency tried.
+    top_hz
+        The highest frequency of the contract.
+    max_jitter_ps
+        By so much two edges may come nearer to each other, up to the highest frequency, and do no harm; None where it
+        fails at that frequency.
     max_acceleration_hz_s
-        Up to here turns do no harm.
-    instant_hz_s
-        From here on the highest frequency is reached within a quarter of a cycle, and no higher one was tried.
+        Up to here a changing frequency does no harm; None where that was not tried.
+    accelerations_to_hz_s
+        No higher one was tried.
     first_wrong
-        At the lowest frequency at which it fails.
+        At the lowest frequency at which it fails, where the run is kept.
+    asked
+        Whether a step was asked for.
     """
 
-    rows: tuple[tuple[float, Does], ...]
-    max_inserting_hz: float
-    max_passing_hz: float
-    at_top: Does
-    searched_to_hz: float
-    max_jitter: float | None
-    max_acceleration_hz_s: float | None
-    instant_hz_s: float
-    first_wrong: Run | None
+    frequencies: Frequencies
+    top_hz: float
+    max_jitter_ps: int | None = None
+    max_acceleration_hz_s: float | None = None
+    accelerations_to_hz_s: float = math.inf
+    first_wrong: Run | None = None
+    asked: bool = True
 
-    def summary(self, top_hz: float) -> str:
-        """Return one line for a data sheet.
+    @property
+    def at_top(self) -> Does:
+        """Return what it does at the highest frequency of the contract."""
+        return self.frequencies.at(self.top_hz)
 
-        Parameters
-        ----------
-        top_hz
-            The highest frequency of the contract.
+    @property
+    def summary(self) -> str:
+        """Return the frequencies in one line."""
+        return self.frequencies.summary(self.top_hz, asked=self.asked)
+
+    @property
+    def quarter_ps(self) -> int:
+        """Return the time between two edges there."""
+        return round(PS_PER_S / (4.0 * self.top_hz))
+
+    @property
+    def max_jitter(self) -> float | None:
+        """Return the jitter as a share of that time."""
+        return None if self.max_jitter_ps is None else self.max_jitter_ps / self.quarter_ps
+
+    def data_sheet(self) -> list[tuple[str, str]]:
+        """Return rows of a data sheet: name and value.
+
+        Examples
+        --------
+        >>> tried = Frequencies(rows=((20e3, Does.INSERTS), (500e3, Does.PASSES)))
+        >>> for row in Speeds(frequencies=tried, top_hz=500e3, max_jitter_ps=440_000).data_sheet():
+        ...     print(*row)
+        frequency 500 kHz: passes; inserts to 20 kHz; passes beyond 500 kHz
+        jitter 88% of the distance of two edges at 500 kHz (440 ns)
         """
-        said = f"{hertz_text(top_hz)}: {self.at_top.value}"
-        for what, limit in (("inserts", self.max_inserting_hz), ("passes", self.max_passing_hz)):
-            if limit == 0.0:
-                said += f"; {what} at no frequency" + (" in motion" if what == "inserts" else "")
-            elif limit >= self.searched_to_hz:
-                said += f"; {what} beyond {hertz_text(_rounded(limit))}"
-            else:
-                said += f"; {what} to {hertz_text(_rounded(limit))}"
-        return said
+        rows = [("frequency", self.summary)]
+        if self.max_jitter is not None:
+            distance = f"the distance of two edges at {hertz_text(self.top_hz)}"
+            rows.append(("jitter", f"{self.max_jitter:.0%} of {distance} ({time_text(self.max_jitter_ps)})"))
+        if self.max_acceleration_hz_s is not None:
+            rows.append(("acceleration", acceleration_text(self.max_acceleration_hz_s, self.accelerations_to_hz_s)))
+        return rows
 
 
 def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda share: None) -> Speeds:
@@ -100,6 +113,7 @@ def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda sh
     Examples
     --------
     >>> from rtec.conformance.built_in import BuiltIn
+    >>> from rtec.conformance.contract import Contract
     >>> from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
     >>> mcs51 = Timing.of(Design.ORIGINAL, Processor.MCS51)
     >>> box = BuiltIn(InjectorSettings(design=Design.ORIGINAL, timing=mcs51, real_edges=RealEdges.HOLD))
@@ -109,37 +123,29 @@ def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda sh
     <Does.PASSES: 'passes'>
     """
     top_hz = trials.contract.frequency_hz
-    seen: dict[float, tuple[Does, Run | None]] = {}
-    low_hz, high_hz = top_hz * _BELOW, top_hz * _ABOVE
+    wrong: dict[float, Run] = {}
 
     def does(hertz: float) -> Does:
-        if hertz not in seen:
-            seen[hertz] = _at(trials, hertz)
-            progress(min(len(seen) / 40.0, 0.9))
-        return seen[hertz][0]
+        said, run = _at(trials, hertz)
+        if run is not None:
+            wrong[hertz] = run
+        return said
 
-    steps = [top_hz, *(hertz for hertz in _LADDER_HZ if low_hz <= hertz <= high_hz and hertz != top_hz)]
-    ladder = sorted({*steps, low_hz, high_hz})
-    passing_hz = _highest(ladder, top_hz, lambda hertz: does(hertz) is not Does.FAILS)
-    inserting_hz = _highest(
-        sorted({hertz for hertz in ladder if hertz <= passing_hz} | {passing_hz}) if passing_hz else ladder[:1],
-        min(top_hz, passing_hz) if passing_hz else low_hz,
-        lambda hertz: does(hertz) is Does.INSERTS,
+    found = search(
+        does, top_hz, from_hz=top_hz * BELOW, to_hz=top_hz * ABOVE, progress=lambda share: progress(0.5 * share)
     )
-    at_top = does(top_hz)
-    right_at_top = at_top is not Does.FAILS
-    instant_hz_s = top_hz * 4.0 * top_hz
-    wrong = min((hertz for hertz, (what, _) in seen.items() if what is Does.FAILS), default=None)
+    jitter_ps, acceleration = None, None
+    if found.at(top_hz) is not Does.FAILS:
+        jitter_ps = _jitter_ps(trials, found)
+        progress(0.7)
+        acceleration = _acceleration(trials)
     return Speeds(
-        rows=tuple(sorted((hertz, what) for hertz, (what, _) in seen.items())),
-        max_inserting_hz=inserting_hz,
-        max_passing_hz=passing_hz,
-        at_top=at_top,
-        searched_to_hz=high_hz,
-        max_jitter=_jitter(trials) if right_at_top else None,
-        max_acceleration_hz_s=_acceleration(trials, instant_hz_s) if right_at_top else None,
-        instant_hz_s=instant_hz_s,
-        first_wrong=None if wrong is None else seen[wrong][1],
+        frequencies=found,
+        top_hz=top_hz,
+        max_jitter_ps=jitter_ps,
+        max_acceleration_hz_s=acceleration,
+        accelerations_to_hz_s=accelerations_of(trials.contract)[0],
+        first_wrong=wrong[min(wrong)] if wrong else None,
     )
 
 
@@ -155,76 +161,99 @@ def _at(trials: Trials, hertz: float) -> tuple[Does, Run | None]:
     return (Does.INSERTS if inserts else Does.PASSES), None
 
 
-def _highest(ladder: list[float], begin: float, holds: Callable[[float], bool]) -> float:
-    """Return up to where something holds, seen from a rung of a ladder; 0 where it holds on none below."""
-    at = min(range(len(ladder)), key=lambda k: abs(ladder[k] - begin))
-    if holds(ladder[at]):
-        while at + 1 < len(ladder) and holds(ladder[at + 1]):
-            at += 1
-        if at + 1 == len(ladder):
-            return ladder[at]
-        good, bad = ladder[at], ladder[at + 1]
-    else:
-        while at and not holds(ladder[at]):
-            at -= 1
-        if not holds(ladder[at]):
-            return 0.0
-        good, bad = ladder[at], ladder[at + 1]
-    return _between(good, bad, holds)
+def _jitter_ps(trials: Trials, found: Frequencies) -> int:
+    """Return the largest jitter that does no harm at the highest frequency, nor where it stops inserting.
 
-
-def _between(good: float, bad: float, holds: Callable[[float], bool]) -> float:
-    while bad / good > _CLOSE:
-        middle = math.sqrt(good * bad)
-        good, bad = (middle, bad) if holds(middle) else (good, middle)
-    return good
-
-
-def _jitter(trials: Trials) -> float:
-    """Return the largest jitter at the highest frequency that does no harm, to a hundredth."""
-    contract = trials.contract
+    To a hundredth of the distance of two edges at the highest frequency.
+    """
+    contract, last_hz = trials.contract, found.max_inserting_hz
+    tried = [contract.frequency_hz, *([last_hz] if 0.0 < last_hz < contract.frequency_hz else [])]
 
     def shaken(jitter: float) -> Iterator[Case]:
         rng = np.random.default_rng(4)
-        for plain in in_motion(trials, [contract.frequency_hz], 2 * _PHASES):
+        for plain in in_motion(trials, tried, 2 * _PHASES):
             stream = plain.stream
             shifts = rng.uniform(0.0, jitter * contract.quarter_ps, stream.edges_ps.size).astype(np.int64)
             shifts[::7], shifts[1::7] = round(jitter * contract.quarter_ps), 0  # the worst pair comes often
             moved = replace(stream, edges_ps=stream.edges_ps + shifts)
             yield replace(plain, stream=trials.settled(moved))
 
-    good, bad = 0.0, _MOST_JITTER
-    if trials.first_wrong(shaken(bad))[0] is None:
-        return bad
-    while bad - good > 0.01:
-        middle = (good + bad) / 2.0
-        good, bad = (good, middle) if trials.first_wrong(shaken(middle))[0] else (middle, bad)
-    return good
+    def holds(jitter: float) -> bool:
+        return trials.first_wrong(shaken(jitter))[0] is None
+
+    return round(up_to(JITTERS, holds, to_a_hundredth) * contract.quarter_ps)
 
 
-def _acceleration(trials: Trials, instant_hz_s: float) -> float:
-    """Return the largest acceleration at which turns do no harm, to a tenth."""
+def _acceleration(trials: Trials) -> float:
+    """Return the largest acceleration at which turns and starts do no harm; 0 where the smallest one does."""
+    contract = trials.contract
+    _, rungs = accelerations_of(contract)
 
-    def holds(acceleration: float) -> bool:
-        contract: Contract = replace(trials.contract, acceleration_hz_s=acceleration)
-        return trials.first_wrong(turning(trials, contract, depths=(0.02, 1.0)))[0] is None
+    def holds(acceleration: float, every: int = _EVERY) -> bool:
+        sharper = replace(contract, acceleration_hz_s=acceleration)
+        cases = chain(starting(trials, sharper), turning(trials, sharper, depths=(0.0, 0.02, 1.0)))
+        return trials.first_wrong(islice(cases, 0, None, every))[0] is None
 
-    decades = sorted({instant_hz_s, *(10.0**k for k in range(3, 15) if 10.0**k < instant_hz_s)})
-    at = len(decades) - 1
-    while at and not holds(decades[at]):
-        at -= 1
-    if at == len(decades) - 1:
-        return instant_hz_s
-    if at == 0 and not holds(decades[0]):
+    limit = up_to(rungs, holds, within)
+    while limit >= rungs[0] and not holds(limit, every=1):
+        limit /= _DOWN
+    return limit if limit >= rungs[0] else 0.0
+
+
+def accelerations_of(contract: Contract) -> tuple[float, list[float]]:
+    """Return the acceleration that reaches the highest frequency within a quarter of a cycle, and a ladder up to it.
+
+    Examples
+    --------
+    >>> accelerations_of(Contract(step_counts=2, frequency_hz=5e3))
+    (100000000.0, [1000000.0, 10000000.0, 100000000.0])
+    """
+    instant_hz_s = 4.0 * contract.frequency_hz**2
+    slow_hz_s = min(_SLOW_TURN * contract.acceleration_hz_s, instant_hz_s / 10.0)
+    decades = max(round(math.log10(instant_hz_s / slow_hz_s)), 1)
+    return instant_hz_s, np.geomspace(slow_hz_s, instant_hz_s, decades + 1).tolist()
+
+
+def up_to(
+    rungs: Sequence[float], holds: Callable[[float], bool], between: Callable[[float, float], float | None]
+) -> float:
+    """Return up to where something holds, from the first rung to the one below the first where it does not; else 0.
+
+    Parameters
+    ----------
+    rungs
+        Rising.
+    holds
+        Tries one.
+    between
+        The next to be tried between one that holds and one that does not; None where they are near enough.
+
+    Examples
+    --------
+    >>> up_to([1e3, 1e4, 1e5], lambda hertz: hertz < 50e3, within) // 1e3, up_to([1.0, 2.0], lambda _: False, within)
+    (49.0, 0.0)
+    """
+    if not holds(rungs[0]):
         return 0.0
-    good, bad = decades[at], decades[at + 1]
-    for _ in range(4):
-        middle = math.sqrt(good * bad)
+    for good, bad in pairwise(rungs):
+        if not holds(bad):
+            return _halved(good, bad, holds, between)
+    return rungs[-1]
+
+
+def within(low: float, high: float) -> float | None:
+    """Return what lies between two values by ratio; None where 3 % do."""
+    return math.sqrt(low * high) if high / low > CLOSE else None
+
+
+def to_a_hundredth(low: float, high: float) -> float | None:
+    """Return what lies between two shares; None where a hundredth does."""
+    return (low + high) / 2.0 if high - low > 0.01 else None
+
+
+def _halved(
+    good: float, bad: float, holds: Callable[[float], bool], between: Callable[[float, float], float | None]
+) -> float:
+    while (middle := between(good, bad)) is not None:
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
-
-
-def _rounded(hertz: float) -> float:
-    """Return a frequency with three digits, rounded down."""
-    scale = 10.0 ** (math.floor(math.log10(hertz)) - 2)
-    return math.floor(hertz / scale * (1.0 + 1e-9)) * scale

@@ -1,4 +1,4 @@
-"""The envelope drawn: the largest safe encoder frequency of each design on each processor."""
+"""The envelope drawn: what each design does on each processor at which frequency, and up to where it is safe."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
 from rtec.injector import Design
 from rtec.report.appearance import look_of
+from rtec.report.figures_margin import draw_bands, name_bands
 from rtec.report.figures_style import INK, guide, legend_above, new_figure, write_figure
 
 if TYPE_CHECKING:
@@ -18,10 +19,9 @@ if TYPE_CHECKING:
 
 _GUIDES = {
     RAPID_HZ: "30 kHz: rapid traverse of\nthe demonstration machine",
-    MODERATE_HZ: "100 kHz: 'moderate'\nin the report",
+    MODERATE_HZ: "100 kHz:\n'moderate' in\nthe report",
     GOAL_HZ: "500 kHz: 'on the\nhorizon' there",
 }
-_BACKGROUND = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 _APART = 0.19
 """Between the designs of one processor, in rows of the figure."""
 
@@ -38,7 +38,7 @@ def write_envelope_figure(rows: Sequence[EnvelopeRow], file: Path) -> None:
 
 
 def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
-    """Return a figure with a mark for each design and processor on a logarithmic axis of frequency."""
+    """Return a figure with a bar and a mark for each design and processor on a logarithmic axis of frequency."""
     processors = list(dict.fromkeys(row.processor for row in rows))
     figure = new_figure(1.7 + 1.25 * len(processors))
     axes = figure.add_subplot()
@@ -64,36 +64,37 @@ def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
                 va="bottom",
                 fontsize=8.0,
             )
+    axes.annotate("marks: safe to,\nlimited by", (1.0, -0.62), (4, 0), xycoords=axes.get_yaxis_transform(),
+                  textcoords="offset points", va="bottom", ha="left", fontsize=8.0)  # fmt: skip
     axes.set_xlabel("encoder frequency, square waves a second of each line")
     axes.xaxis.set_major_formatter(_label)
-    axes.plot([], [], color=INK, linewidth=3.0, alpha=0.35, label="inserts at steady speed up to here")
-    legend_above(figure, axes, 5)
+    name_bands(axes)
+    legend_above(figure, axes, 7)
     return figure
 
 
 def _marks(axes: Axes, rows: Sequence[EnvelopeRow], processors: Sequence[str]) -> None:
-    """Draw a design: the safe frequency, what limits it, and a bar up to what its speed gate lets through."""
+    """Draw a design: what it does at steady speed as a bar, the safe frequency as a mark, and what limits that."""
     designs = list(Design)
     look = look_of(rows[0].design.value)
     label: str | None = look.label
     for row in rows:
         y = processors.index(row.processor) + _APART * (designs.index(row.design) - 1.5)
-        if row.gate is not None and row.gate.gate_hz is not None:
-            bar_hz = min(row.gate.gate_hz, row.max_safe_hz)
-            axes.plot([1.0, bar_hz], [y, y], color=look.colour, linewidth=3.0, alpha=0.35)
+        draw_bands(axes, y, row.speeds.frequencies, look.colour, height=0.45 * _APART)
         if row.max_safe_hz > 0.0:
             axes.plot(row.max_safe_hz, y, color=look.colour, marker=look.marker, markersize=7.0, linestyle="none",
                       label=label)  # fmt: skip
             label = None
-            words = f"{_label(row.max_safe_hz, 0)}, {row.limited_by.value}"
-            axes.annotate(words, (row.max_safe_hz, y), (8, 0), textcoords="offset points", va="center", ha="left",
-                          fontsize=8.0, color=look.ink, bbox=_BACKGROUND)  # fmt: skip
+        words = f"{_label(row.max_safe_hz, 0)}, {row.limited_by.value}" if row.max_safe_hz else row.limited_by.value
+        axes.annotate(words, (1.0, y), (4, 0), xycoords=axes.get_yaxis_transform(), textcoords="offset points",
+                      va="center", ha="left", fontsize=8.0, color=look.ink)  # fmt: skip
 
 
 def _span(rows: Sequence[EnvelopeRow]) -> tuple[float, float]:
-    """Return the ends of the axis, with room at the right for the words."""
+    """Return the ends of the axis."""
     found = [row.max_safe_hz for row in rows if row.max_safe_hz > 0.0] or [float(GOAL_HZ)]
-    return min([*found, RAPID_HZ]) / 2.0, max([*found, GOAL_HZ]) * 4.0
+    highest = max(row.speeds.frequencies.searched_to_hz for row in rows)
+    return min([*found, RAPID_HZ]) / 4.0, max([*found, highest]) * 1.15
 
 
 def _label(frequency_hz: float, _: object = None) -> str:

@@ -1,5 +1,7 @@
 """The envelope of the firmware. Expected limits are cycles counted in the listings, by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,12 +11,19 @@ from rtec.campaign.envelope import EnvelopePlan, find_envelope
 from rtec.campaign.envelope_gate import ramp
 from rtec.campaign.envelope_mechanism import Mechanism, own_changes
 from rtec.campaign.envelope_moments import armed_moments, loop_cycles
+from rtec.campaign.envelope_motion import broken_in
 from rtec.campaign.envelope_search import largest_safe
+from rtec.campaign.envelope_speeds import starts_are_right
 from rtec.campaign.envelope_stand import Motion, Stand, shaken
 from rtec.campaign.envelope_trials import Bursts, Streams, quarter_ps
+from rtec.conformance.contract import Contract
+from rtec.conformance.frequencies import Does
+from rtec.conformance.judge import Fault, Judgement, Violation
+from rtec.conformance.streams import Stream
+from rtec.conformance.trials import Case, Run
 from rtec.controller import Receiver, ReceiverSettings
 from rtec.errors import ArgumentError
-from rtec.injector import Design
+from rtec.injector import Design, Response, Totals
 from rtec.signal import EdgeStream
 
 US = 1_000_000
@@ -56,8 +65,16 @@ def test_the_original_is_consistent_with_the_report():
     assert row.max_safe_hz < row.failing.frequency_hz < 1.01 * row.max_safe_hz
     # its gate: 42 cycles or more from one A&B low to the next, in a loop of 4 cycles and more
     assert 1e6 / 50 < row.gate.gate_hz < 1e6 / 42
-    assert row.gate.counts_right
-    assert row.gate.checked_to_hz > 10 * row.gate.gate_hz
+    assert row.counts_right
+    assert row.checked_to_hz > 10 * row.gate.gate_hz
+    # up to there the gate lets a step through at some phase within two readings; within many it does at all phases
+    found = row.speeds.frequencies
+    assert 0.95 * row.gate.gate_hz < found.max_inserting_hz < 1.03 * row.gate.gate_hz
+    assert row.speeds.at_top is Does.PASSES
+    assert row.speeds.summary.startswith("500 kHz: passes; inserts to 2")
+    assert row.speeds.summary.endswith("passes beyond 2 MHz")
+    # edges inside an insertion are merged into it, however slow the axis is
+    assert row.speeds.max_acceleration_hz_s == 0.0
 
 
 def test_the_failing_trial_is_explained_by_its_times(original):
@@ -143,6 +160,35 @@ def test_every_kind_of_transition_is_tried():
     assert {one.into for one in armed_moments(Stand(Design.ORIGINAL, MHZ_12))} == {0}
 
 
+@pytest.mark.parametrize("hold_latch", [False, True])
+def test_starts_from_rest_do_harm_without_the_latch_alone(hold_latch):
+    # at 100 MHz/s the first two edges are 71 us apart: one of them falls into an insertion of 9 us, never both
+    stand = Stand(Design.C, MHZ_12, hold_latch=hold_latch)
+    assert starts_are_right(stand, Contract.of(Design.C)) is hold_latch
+    # two edges within it are too many for the latch: 2.2 us and 0.9 us apart
+    assert not starts_are_right(stand, replace(Contract.of(Design.C), acceleration_hz_s=1e11))
+
+
+def test_what_a_wrong_run_shows_is_told_by_its_edges():
+    def run(fault, seen_us):
+        stream = Stream.of(0, [(10 * US, 1), (20 * US, 1)], [(1, 1)], 100 * US)
+        levels = [(0b01, 0b11, 0b10, 0b00)[k % 4] for k in range(len(seen_us))]
+        response = Response(edges=EdgeStream([int(t * US) for t in seen_us], levels, 0), completed=Totals())
+        violation = Violation(fault=fault, time_ps=0, reason="")
+        judgement = Judgement(
+            violation=violation, completed=0, refused=False, separation_ps=None, pulse_ps=None, delay_ps=0
+        )
+        return Run(case=Case(title="", stream=stream), response=response, judgement=judgement)
+
+    # the box's own changes at 15 and 23 us, a real edge between them
+    assert broken_in(run(Fault.COUNT, [10.0, 15.0, 20.0, 23.0]), Design.C) is Mechanism.WINDOW
+    # own changes behind both edges: these came between two looks
+    assert broken_in(run(Fault.COUNT, [20.0, 21.0, 23.0]), Design.C) is Mechanism.POLLING
+    assert broken_in(run(Fault.SEPARATION, [10.0, 20.0]), Design.C) is Mechanism.FILTER
+    assert broken_in(run(Fault.UNFINISHED, [10.0, 20.0]), Design.C) is Mechanism.GATE
+    assert broken_in(run(Fault.BROKEN, []), Design.C) is Mechanism.NO_ANSWER
+
+
 # --- programs of a user's own ---
 NOTHING = Image.of(bytes([0x80, 0xFE]))  # SJMP $
 
@@ -150,6 +196,9 @@ NOTHING = Image.of(bytes([0x80, 0xFE]))  # SJMP $
 def test_a_program_that_never_inserts_has_no_answer():
     [row] = find_envelope(EnvelopePlan(designs=[Design.C], processors=[MHZ_12], image=NOTHING))
     assert (row.max_safe_hz, row.limited_by, row.gate, row.failing) == (0.0, Mechanism.NO_ANSWER, None, None)
+    # the gates pass the lines on
+    assert row.speeds.at_top is Does.PASSES
+    assert row.speeds.summary == "500 kHz: passes; inserts at no frequency in motion; passes beyond 2 MHz"
 
 
 def copy_image(copies):
@@ -188,6 +237,10 @@ def test_design_b_is_safe_where_its_looks_are_dense_enough():
     assert 1e6 / (4 * 36) < row.max_safe_hz < 1e6 / (4 * 6)
     assert row.limited_by in (Mechanism.LATENCY, Mechanism.POLLING)
     assert row.loop_cycles is None
+    # above that its lines are lost; below, a step is inserted within many readings at all phases
+    assert row.max_safe_hz / 1.03 < row.speeds.frequencies.max_passing_hz <= row.max_safe_hz
+    assert row.speeds.frequencies.max_inserting_hz == row.speeds.frequencies.max_passing_hz
+    assert row.speeds.at_top is Does.FAILS
 
 
 def test_the_waiting_loop_is_measured():

@@ -47,6 +47,11 @@ def test_json_is_one_document_with_the_keys_relied_on(capsys, tmp_path):
     assert row["limited_by"] in MECHANISMS
     assert (row["reaches_500khz"], row["jitter_ps"], row["hold_latch"], row["sweep"]) == (False, 0, False, "short")
     assert row["failing"]["what"]
+    assert (row["at_500khz"], row["motion"], row["max_acceleration_hz_s"]) == ("passes", None, 0.0)
+    assert 20_000 < row["max_inserting_hz"] < row["max_safe_hz"] < row["max_passing_hz"]
+    assert 0 < row["max_jitter_ps"] < 500_000
+    assert row["data_sheet"]["frequency"] == row["summary"]
+    assert {tried["does"] for tried in row["frequencies"]} == {"inserts", "passes"}
     assert figure.read_bytes().startswith(b"\x89PNG")
     # a second run does not write over it
     code, _, err = said(capsys, *words)
@@ -83,6 +88,18 @@ def test_lines_passed_on_alone(capsys, image):
     assert row["gate_hz"] is None
 
 
+def test_plain_gates_are_safe_at_no_speed_where_the_axis_turns_within_insertions(capsys):
+    words = ["--design", "c", "--processor", "8051-12mhz", "--motion", "reversal", "--acceleration", "100 MHz/s"]
+    code, out, err = said(capsys, *words, "--json")
+    assert (code, err) == (0, "")
+    [row] = json.loads(out)["rows"]
+    assert (row["motion"], row["at_500khz"], row["gate_hz"], row["max_safe_hz"]) == ("reversal", "fails", None, 0.0)
+    assert row["limited_by"] in ("insertion window", "polling")
+    # the failing stream can be played again
+    assert row["failing"]["stream"].endswith("end")
+    assert "right" in row["failing"]["what"] or "at once" in row["failing"]["what"]
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [
@@ -98,6 +115,15 @@ def test_lines_passed_on_alone(capsys, image):
         (["--nothing-owed"], "--nothing-owed"),
         (["--nothing-owed", "--design", "c"], "--nothing-owed"),
         (["--figure", "envelope.gif"], "--figure"),
+        (["--motion", "revresal"], "did you mean 'reversal'"),
+        (["--motion", "no-such.nc"], "no-such.nc"),
+        (["--motion", "ramp", "--jitter", "5ns"], "--jitter"),
+        (["--motion", "ramp", "--exhaustive"], "--exhaustive"),
+        (["--motion", "ramp", "--seed", "3"], "--seed"),
+        (["--motion", "ramp", "--acceleration", "5"], "--acceleration"),
+        (["--motion", "ramp", "--acceleration", "1e15 Hz/s"], "--acceleration"),
+        (["--acceleration", "5 MHz/s"], "--acceleration"),
+        (["--seed", "3"], "--seed"),
         (["--figure", "no/such/folder/envelope.png"], "--figure"),
         (["--fast"], "--fast"),
     ],

@@ -1,0 +1,169 @@
+"""How fast the axis may go in a motion: the running firmware behind the door of algorithms, judged like any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from firmware_model import Image
+from rtec.axis import Program
+from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
+from rtec.board import Microcontroller
+from rtec.campaign.envelope_mechanism import Mechanism, through_processor
+from rtec.campaign.envelope_speeds import TO_HZ
+from rtec.campaign.firmware_algorithm import Firmware
+from rtec.campaign.firmware_check_bench import Bench
+from rtec.checks import number_within, whole_within
+from rtec.conformance.contract import Contract
+from rtec.conformance.frequencies import Does, Frequencies, search
+from rtec.conformance.judge import Fault
+from rtec.conformance.motions import motion_cases
+from rtec.conformance.speeds import Speeds
+from rtec.conformance.trials import Run, Trials
+from rtec.injector import Design
+
+_FROM_HZ = 1.0e3
+_DIGITS = (1.0, 2.0, 5.0)
+"""A run of firmware takes a hundred times as long as one of the envelope's own trials: three rungs a decade."""
+_EVERY = {MotionKind.STEADY: 7, MotionKind.REVERSAL: 7, MotionKind.DITHER: 3, MotionKind.ADVERSARY: 23}
+"""Of the runs of a motion one in so many is made: primes, so that directions, signs and states are all met. At the
+limit found all are; where one fails, the limit lies lower."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InMotion:
+    """The motion in which the envelope is looked for; its top speed is the frequency searched.
+
+    Parameters
+    ----------
+    kind
+        How the axis moves.
+    program
+        Of a programme.
+    acceleration_hz_s
+        Of the encoder's frequency.
+    seed
+        Of the adversary.
+
+    Raises
+    ------
+    ArgumentError
+        A value outside its range.
+    """
+
+    kind: MotionKind
+    program: Program | None = None
+    acceleration_hz_s: float = ACCELERATION_HZ_S
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        number_within("acceleration", self.acceleration_hz_s, 1.0, 1e12, unit="Hz/s")
+        whole_within("seed", self.seed, 0, 2**63 - 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionLimit:
+    """What a board does in a motion.
+
+    Parameters
+    ----------
+    speeds
+        What it does with each frequency as the top speed.
+    limited_by
+        What breaks first.
+    trials
+        Runs made.
+    """
+
+    speeds: Speeds
+    limited_by: Mechanism
+    trials: int
+
+
+def limit_in_motion(
+    design: Design,
+    processor: Microcontroller,
+    image: Image,
+    motion: InMotion,
+    top_hz: float,
+    *,
+    hold_latch: bool,
+    progress: Callable[[float], None] = lambda share: None,
+) -> MotionLimit | None:
+    """Return what a board does in a motion; None where it inserts nothing at rest.
+
+    Parameters
+    ----------
+    design, processor, image, hold_latch
+        The board.
+    motion
+        How the axis moves.
+    top_hz
+        What it does there is of interest.
+    progress
+        Called with the share done.
+    """
+    board = Firmware(Bench(design, processor, image, hold_latch=hold_latch))
+    contract = replace(Contract.of(design), delay_ps=board.delay_ps, acceleration_hz_s=motion.acceleration_hz_s)
+    rest = Trials(board, contract)
+    if rest.measure_settling() is not None:
+        return None
+    cases = motion_cases(motion.kind, program=motion.program, seed=motion.seed)
+    wrong: dict[float, Run] = {}
+    made = rest.made
+
+    def does(hertz: float, every: int = _EVERY.get(motion.kind, 1)) -> Does:
+        nonlocal made
+        trials = Trials(board, replace(contract, frequency_hz=hertz))
+        trials.settle_ps = rest.settle_ps
+        deferred = False
+        for case in islice(cases(trials), 0, None, every):
+            run = trials.one(case)
+            if not run.right:
+                wrong[hertz] = run
+                break
+            deferred = deferred or _deferred(run, rest.settle_ps, board.bench.reading_ps)
+        made += trials.made
+        return Does.FAILS if hertz in wrong else Does.PASSES if deferred else Does.INSERTS
+
+    found = search(does, top_hz, from_hz=_FROM_HZ, to_hz=TO_HZ, digits=_DIGITS, deeper=0, progress=progress)
+    while (limit_hz := found.max_passing_hz) and does(limit_hz, every=1) is Does.FAILS:
+        found = Frequencies(rows=tuple((hz, Does.FAILS if hz == limit_hz else what) for hz, what in found.rows))
+    first = wrong[min(wrong)] if wrong else None
+    return MotionLimit(
+        speeds=Speeds(frequencies=found, top_hz=top_hz, first_wrong=first),
+        limited_by=Mechanism.GATE if first is None else broken_in(first, design),
+        trials=made,
+    )
+
+
+def _deferred(run: Run, settle_ps: int, reading_ps: int) -> bool:
+    """Return whether a step was put off until the axis rested, though it moved for longer than a step takes.
+
+    The program says in the reading behind an insertion what it has inserted.
+    """
+    stream, done = run.case.stream, run.response.completed
+    if not stream.edges_ps.size or stream.edges_ps[-1] - stream.requests_ps[-1] < settle_ps:
+        return False
+    return done.final != stream.totals[-1] or bool(done.times_ps[-1] > stream.edges_ps[-1] + reading_ps)
+
+
+def broken_in(run: Run, design: Design) -> Mechanism:
+    """Return what broke in a run that is wrong."""
+    violation, sent, seen = run.judgement.violation, run.case.stream.stimulus().edges, run.response.edges
+    fault = None if violation is None else violation.fault
+    if fault is Fault.BROKEN:
+        return Mechanism.NO_ANSWER
+    if fault in (Fault.UNFINISHED, Fault.DELAY):
+        return Mechanism.GATE
+    if fault is Fault.SEPARATION:
+        return Mechanism.FILTER
+    if design.in_path:
+        return through_processor(sent, seen)
+    own_ps = seen.times_ps[~np.isin(seen.times_ps, sent.times_ps)]
+    inside = own_ps.size > 0 and bool(np.any((sent.times_ps >= own_ps[0]) & (sent.times_ps <= own_ps[-1])))
+    return Mechanism.WINDOW if inside else Mechanism.POLLING
