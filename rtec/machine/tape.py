@@ -119,8 +119,8 @@ def timescale_of(path: OpenPath) -> str:
     """Return the coarsest timescale of a file that holds every time of a run exactly.
 
     Samplers such as PulseView take one sample a unit, so 1 ps would be a million of them in a microsecond. Where
-    edges come at times that follow no rhythm (a motion, jitter, glitches, an eccentric disc, a period of no whole picoseconds),
-    nothing else holds them.
+    edges come at times that follow no rhythm (a motion, jitter, glitches, an eccentric disc, a period of no whole
+    picoseconds), nothing else holds them.
 
     Examples
     --------

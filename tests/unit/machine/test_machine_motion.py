@@ -137,8 +137,8 @@ def test_a_waveform_holds_what_the_counts_say(tmp_path):
         words = line.split()
         if words[:1] == ["$scope"]:
             scope = words[2]
-        elif words[:1] == ["$var"]:
-            names[words[3]] = (scope, "AB".index(words[4]))
+        elif words[:2] == ["$var", "wire"] and words[4] in ("enc_A", "enc_B", "ctl_A", "ctl_B"):
+            names[words[3]] = (scope, "AB".index(words[4][-1]))
         elif line.startswith("#"):
             at = int(line[1:])
         elif line[:1] in "01" and line[1:] in names:
