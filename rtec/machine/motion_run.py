@@ -10,7 +10,7 @@ from rtec._jit import Record, new_record
 from rtec.axis._kernels import PIECE
 from rtec.axis.motion import COUNT_MM, Motion
 from rtec.machine import _motion_kernels
-from rtec.machine._motion_kernels import ASKED, PIECE_AT
+from rtec.machine._motion_kernels import ASKED
 
 
 class MotionRun:
@@ -29,15 +29,14 @@ class MotionRun:
         return int(self.motion.asks_ps.size - self._at[ASKED])
 
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
-        """Pass at most so many edges; return the share of the pieces that is over."""
+        """Pass at most so many edges; return the share of the time that is over, 1 at the end."""
         segments = self.motion.segments
         x0, v0, a0 = self._columns
-        _motion_kernels.run_pieces(
+        over = _motion_kernels.run_pieces(
             state, self._piece, segments.start_ps, segments.duration_ps, x0, v0, a0, self.motion.asks_ps, self._at,
             edges, box, tape,
         )  # fmt: skip
-        pieces = segments.start_ps.size
-        return float(self._at[PIECE_AT]) / pieces if pieces else 1.0
+        return 1.0 if over else min(max(int(state.encoder.last_ps), 0) / segments.total_ps, 0.999)
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
         """Let the box make at rest what it owes; return when all is settled."""

@@ -119,8 +119,8 @@ def timescale_of(path: OpenPath) -> str:
     """Return the coarsest timescale of a file that holds every time of a run exactly.
 
     Samplers such as PulseView take one sample a unit, so 1 ps would be a million of them in a microsecond. Where
-    edges come at times that follow no rhythm (jitter, glitches, an eccentric disc, a period of no whole picoseconds),
-    nothing else holds them.
+    edges come at times that follow no rhythm (a motion, jitter, glitches, an eccentric disc, a period of no whole
+    picoseconds), nothing else holds them.
 
     Examples
     --------
@@ -133,6 +133,7 @@ def timescale_of(path: OpenPath) -> str:
     flaws, state, processor = path.encoder.imperfections, path.state(), path.microcontroller
     e, s = state.encoder, state.injector
     uneven = e.quarter_left or flaws.jitter_ps or flaws.glitch_probability or flaws.eccentricity_counts
+    uneven = uneven or path.motion is not None
     common = math.gcd(int(e.quarter_whole_ps), int(e.quarter_whole_ps) // 2, *e.shift_ps.tolist())
     if processor is None:
         times = (s.poll_ps, s.poll_offset_ps, s.decide_ps, s.step_ps, s.recover_ps, s.latency_ps, s.rest_ps)
@@ -160,7 +161,7 @@ def estimated_bytes(path: OpenPath) -> int:
     steps = abs(path.corrections)
     flaws = path.encoder.imperfections
     edges += round(2 * edges * flaws.glitch_probability)
-    end_ps = path.cycles / path.frequency_hz * PS_PER_S
+    end_ps = path.cycles / path.frequency_hz * PS_PER_S if path.motion is None else path.motion.total_ps
     time_line = 2 + _mean_digits(round(end_ps / TIMESCALES_PS[timescale_of(path)]))
     # a bit with its code and the end of its line; a state and a count change two bits each, more or less
     bit, long_bit = 3, 4

@@ -137,8 +137,8 @@ def test_a_waveform_holds_what_the_counts_say(tmp_path):
         words = line.split()
         if words[:1] == ["$scope"]:
             scope = words[2]
-        elif words[:1] == ["$var"]:
-            names[words[3]] = (scope, "AB".index(words[4]))
+        elif words[:2] == ["$var", "wire"] and words[4] in ("enc_A", "enc_B", "ctl_A", "ctl_B"):
+            names[words[3]] = (scope, "AB".index(words[4][-1]))
         elif line.startswith("#"):
             at = int(line[1:])
         elif line[:1] in "01" and line[1:] in names:
@@ -165,3 +165,12 @@ def test_a_whole_stream_of_nothing_stays_at_rest():
     result = simulate(set_in_motion(path_of(Design.C, corrections=0), MotionKind.REVERSAL))
     assert (result.edges, result.controller_counts, result.good) == (0, 0, True)
     assert EdgeStream([], [], initial=0).counts().net == 0
+
+
+def test_progress_is_a_share_of_the_time():
+    seen = []
+    long = path_of(Design.C, cycles=1_500_000, corrections=3, frequency_hz=500e3)
+    simulate(set_in_motion(long, MotionKind.RAMP), progress=seen.append)
+    assert seen == sorted(seen) and seen[-1] == 1.0
+    # three chunks of 2 000 000 edges, evenly in time at nearly constant speed
+    assert seen[:2] == pytest.approx([1 / 3, 2 / 3], abs=0.01)
