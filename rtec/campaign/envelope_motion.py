@@ -26,6 +26,8 @@ from rtec.conformance.trials import Run, Trials
 from rtec.injector import Design
 
 _FROM_HZ = 1.0e3
+_LOOP_CYCLES = 2
+"""Of a waiting loop, JB to itself."""
 _DIGITS = (1.0, 2.0, 5.0)
 """A run of firmware takes a hundred times as long as one of the envelope's own trials: three rungs a decade."""
 _EVERY = {MotionKind.STEADY: 7, MotionKind.REVERSAL: 7, MotionKind.DITHER: 3, MotionKind.ADVERSARY: 23}
@@ -133,10 +135,12 @@ def limit_in_motion(
     found = search(does, top_hz, from_hz=_FROM_HZ, to_hz=TO_HZ, digits=_DIGITS, deeper=0, progress=progress)
     while (limit_hz := found.max_passing_hz) and does(limit_hz, every=1) is Does.FAILS:
         found = Frequencies(rows=tuple((hz, Does.FAILS if hz == limit_hz else what) for hz, what in found.rows))
-    first = wrong[min(wrong)] if wrong else None
+    first, cycle_ps = wrong[min(wrong)] if wrong else None, board.bench.board.microcontroller.cycle_ps
     return MotionLimit(
         speeds=Speeds(frequencies=found, top_hz=top_hz, first_wrong=first),
-        limited_by=Mechanism.GATE if first is None else broken_in(first, design),
+        limited_by=Mechanism.GATE
+        if first is None
+        else broken_in(first, design, _LOOP_CYCLES * cycle_ps[0] / cycle_ps[1]),
         trials=made,
     )
 
@@ -152,8 +156,8 @@ def _deferred(run: Run, settle_ps: int, reading_ps: int) -> bool:
     return done.final != stream.totals[-1] or bool(done.times_ps[-1] > stream.edges_ps[-1] + reading_ps)
 
 
-def broken_in(run: Run, design: Design) -> Mechanism:
-    """Return what broke in a run that is wrong."""
+def broken_in(run: Run, design: Design, loop_ps: float) -> Mechanism:
+    """Return what broke in a run that is wrong; ``loop_ps`` is the period of a waiting loop."""
     violation, sent, seen = run.judgement.violation, run.case.stream.stimulus().edges, run.response.edges
     fault = None if violation is None else violation.fault
     if fault is Fault.BROKEN:
@@ -165,5 +169,7 @@ def broken_in(run: Run, design: Design) -> Mechanism:
     if design.in_path:
         return through_processor(sent, seen)
     own_ps = seen.times_ps[~np.isin(seen.times_ps, sent.times_ps)]
-    inside = own_ps.size > 0 and bool(np.any((sent.times_ps >= own_ps[0]) & (sent.times_ps <= own_ps[-1])))
-    return Mechanism.WINDOW if inside else Mechanism.POLLING
+    if own_ps.size == 0:
+        return Mechanism.POLLING
+    last_ps = sent.times_ps[sent.times_ps <= own_ps[-1]][-2:]
+    return Mechanism.POLLING if last_ps.size == 2 and np.diff(last_ps)[0] <= loop_ps else Mechanism.WINDOW

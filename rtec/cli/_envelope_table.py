@@ -60,7 +60,7 @@ def _meaning(rows: Sequence[EnvelopeRow]) -> str:
     swept = "clock by clock" if rows and rows[0].exhaustive else "in steps of 61 clocks (--exhaustive: of one)"
     return (
         f"{said}Both at steady speed. Safe to: no count lost in a burst behind an insertion, whatever came before. "
-        "Acceleration: of turns and starts at any moment of an insertion; from steady motion: what insertions that "
+        "Acceleration: of starts from rest at any moment of an insertion; from steady motion: what insertions that "
         f"the speed gate lets through bear. The limits found were swept over a reading {swept}."
     )
 

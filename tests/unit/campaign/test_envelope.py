@@ -180,13 +180,15 @@ def test_what_a_wrong_run_shows_is_told_by_its_edges():
         )
         return Run(case=Case(title="", stream=stream), response=response, judgement=judgement)
 
-    # the box's own changes at 15 and 23 us, a real edge between them
-    assert broken_in(run(Fault.COUNT, [10.0, 15.0, 20.0, 23.0]), Design.C) is Mechanism.WINDOW
-    # own changes behind both edges: these came between two looks
-    assert broken_in(run(Fault.COUNT, [20.0, 21.0, 23.0]), Design.C) is Mechanism.POLLING
-    assert broken_in(run(Fault.SEPARATION, [10.0, 20.0]), Design.C) is Mechanism.FILTER
-    assert broken_in(run(Fault.UNFINISHED, [10.0, 20.0]), Design.C) is Mechanism.GATE
-    assert broken_in(run(Fault.BROKEN, []), Design.C) is Mechanism.NO_ANSWER
+    loop_ps = 2 * US
+    # the box's own changes at 15 and 23 us: the edge at 20 us fell between the look and the last of them
+    assert broken_in(run(Fault.COUNT, [10.0, 15.0, 20.0, 23.0]), Design.C, loop_ps) is Mechanism.WINDOW
+    # both edges within a loop of 12 us, or an edge lost with no insertion in sight
+    assert broken_in(run(Fault.COUNT, [10.0, 15.0, 20.0, 23.0]), Design.C, 12 * US) is Mechanism.POLLING
+    assert broken_in(run(Fault.COUNT, [20.0]), Design.C, loop_ps) is Mechanism.POLLING
+    assert broken_in(run(Fault.SEPARATION, [10.0, 20.0]), Design.C, loop_ps) is Mechanism.FILTER
+    assert broken_in(run(Fault.UNFINISHED, [10.0, 20.0]), Design.C, loop_ps) is Mechanism.GATE
+    assert broken_in(run(Fault.BROKEN, []), Design.C, loop_ps) is Mechanism.NO_ANSWER
 
 
 # --- programs of a user's own ---
