@@ -16,6 +16,7 @@ from rtec.axis._kernels import steady_edges
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector._wave_kernels import COLUMNS
 from rtec.machine import OpenPath, _open_kernels as kernels, simulate
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
@@ -49,15 +50,14 @@ def open_path(design, processor, frequency_hz, phase_deg, jitter_ps, direction, 
 
 
 def blank_tape():
-    room = 16 * EDGES
-    return np.empty((2, room), np.int64), np.empty((2, room), np.uint8), np.zeros(2, np.int64)
+    return np.zeros((32 * EDGES, COLUMNS), np.int64), np.ones(1, np.int64)
 
 
 def end_state(path, tape, parts=(EDGES,)):
     """Run the path, cut into ``parts`` edges, and return when all is settled and what is left in the state."""
     state = path.state()
     for edges in parts:
-        kernels.run(state, edges, None, tape)
+        assert kernels.run(state, edges, None, tape) == 0
     settled_ps = kernels.finish(state, SETTLE_PS, None, tape)
     fields = {"settled_ps": settled_ps, "due": int(state.due)}
     for part in ("encoder", "injector", "receiver"):
@@ -76,7 +76,7 @@ def differences(configurations, parts=(EDGES,)):
         except ArgumentError:  # jitter that would make edges change places
             continue
         run += 1
-        tape[2][:] = 0
+        tape[1][:] = 1
         stepped, passed = end_state(path, tape), end_state(path, None, parts)
         wrong += [
             (configuration, name, value, passed[name]) for name, value in stepped.items() if value != passed[name]
