@@ -53,6 +53,7 @@ class BuiltIn:
             state = new_record(INJECTOR)
             self.settings.fill(state)
             _kernels.reset(state, edges.initial)
+            state.last_edge_ps = 0  # the axis may have moved until power-up: a rest is believed in once it was seen
             out_ps, levels = np.empty(room, np.int64), np.empty(room, np.uint8)
             done_ps, done = np.empty(room, np.int64), np.empty(room, np.int64)
             made, booked = play(

@@ -178,6 +178,23 @@ def in_motion(trials: Trials, frequencies_hz: Sequence[float] = (), phases: int 
             yield step_in_motion(trials, hertz, direction, sign, (0.5 + phase * GOLDEN) % 1.0)
 
 
+def aimed_in_motion(trials: Trials, hertz: float, moments_ps: Sequence[int]) -> Iterator[Case]:
+    """Yield a step during steady motion whose request comes so long before an edge, each direction and sign."""
+    quarter_ps = PS_PER_S / (4.0 * hertz)
+    for before_ps, (direction, sign) in product(moments_ps, _SIGNS):
+        yield step_in_motion(trials, hertz, direction, sign, -before_ps / quarter_ps % 1.0)
+
+
+def moments_of_insertion(trials: Trials) -> list[int]:
+    """Return moments inside an insertion at rest, in ps from its request; none where nothing is inserted there."""
+    first_ps = trials.contract.quarter_ps + trials.settle_ps
+    base = Stream.of(trials.contract.states[0], (), [(first_ps, 1)], 1)
+    window = trials.window(trials.case("an insertion at rest", base))
+    if window is None:
+        return []
+    return [round(window[0] + share * (window[1] - window[0])) - first_ps for share in (0.1, 0.5, 0.9)]
+
+
 def step_in_motion(trials: Trials, hertz: float, direction: int, sign: int, phase: float) -> Case:
     """Return a step during steady motion; the axis halts where the algorithm inserts."""
     quarter_ps = round(PS_PER_S / (4.0 * hertz))

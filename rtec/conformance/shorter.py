@@ -55,14 +55,7 @@ def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]
     fault = _fault(run)
     if fault is None or (run.response.broken is not None and run.response.broken.ended):
         return run, 0  # a start for each try would take minutes
-    moved = True
-    while moved:
-        moved = False
-        for way in (_without_beginning, _without_edges, _without_requests, _nearer_to_zero, _sooner):
-            while (found := _first_as_wrong(trials, run, way, fault, begun + tries)) is not None:
-                run, moved = found, True
-    while (found := _first_as_wrong(trials, run, _rounder, fault, begun + tries)) is not None:
-        run = found
+    run = _cut(trials, run, lambda again: _fault(again) is fault, begun + tries)
     violation = run.judgement.violation
     if violation is not None and fault is not Fault.UNFINISHED:
         ended = replace(run.case.stream, until_ps=max(violation.time_ps, run.case.stream.last_ps) + trials.settle_ps)
@@ -71,10 +64,48 @@ def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]
     return run, trials.made - begun
 
 
-def _first_as_wrong(
-    trials: Trials, run: Run, way: Callable[[Stream, Trials], Iterable[Stream]], fault: Fault, most: int
+def narrowest(trials: Trials, run: Run, *, tries: int = 500) -> Run:
+    """Cut the stream of a run that is right, as long as A and B come as near to each other at the controller.
+
+    Parameters
+    ----------
+    trials
+        The algorithm.
+    run
+        In which everything holds.
+    tries
+        Runs that may be made.
+    """
+    least_ps = run.judgement.separation_ps
+
+    def keeps(again: Run) -> bool:
+        seen_ps = again.judgement.separation_ps
+        return again.right and least_ps is not None and seen_ps is not None and seen_ps <= least_ps
+
+    return _cut(trials, run, keeps, trials.made + tries)
+
+
+def _cut(trials: Trials, run: Run, keeps: Callable[[Run], bool], most: int) -> Run:
+    """Cut the stream of a run as short as it goes, then its times as round, while it keeps what matters."""
+    moved = True
+    while moved:
+        moved = False
+        for way in (_without_beginning, _without_edges, _without_requests, _nearer_to_zero, _sooner):
+            while (found := _first_that_keeps(trials, run, way, keeps, most)) is not None:
+                run, moved = found, True
+    while (found := _first_that_keeps(trials, run, _rounder, keeps, most)) is not None:
+        run = found
+    return run
+
+
+def _first_that_keeps(
+    trials: Trials,
+    run: Run,
+    way: Callable[[Stream, Trials], Iterable[Stream]],
+    keeps: Callable[[Run], bool],
+    most: int,
 ) -> Run | None:
-    """Return the first of the streams that a way makes of a run's that breaks the contract as it does."""
+    """Return the first of the streams that a way makes of a run's that keeps what matters."""
     cases = (
         trials.case(run.case.title, stream)
         for stream in way(run.case.stream, trials)
@@ -82,7 +113,7 @@ def _first_as_wrong(
     )
     while trials.made < most and (some := list(islice(cases, _AT_ONCE))):
         for again in trials.all_of(some):
-            if _fault(again) is fault:
+            if keeps(again):
                 return again
     return None
 

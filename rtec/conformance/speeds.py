@@ -9,7 +9,7 @@ from itertools import chain, islice, pairwise
 
 import numpy as np
 
-from rtec.conformance.cases import in_motion, starting, turning
+from rtec.conformance.cases import aimed_in_motion, in_motion, moments_of_insertion, starting, turning
 from rtec.conformance.contract import Contract
 from rtec.conformance.frequencies import CLOSE, Does, Frequencies, acceleration_text, search
 from rtec.conformance.trials import Case, Run, Trials
@@ -124,9 +124,10 @@ def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda sh
     """
     top_hz = trials.contract.frequency_hz
     wrong: dict[float, Run] = {}
+    moments_ps = moments_of_insertion(trials)
 
     def does(hertz: float) -> Does:
-        said, run = _at(trials, hertz)
+        said, run = _at(trials, hertz, moments_ps)
         if run is not None:
             wrong[hertz] = run
         return said
@@ -149,10 +150,10 @@ def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda sh
     )
 
 
-def _at(trials: Trials, hertz: float) -> tuple[Does, Run | None]:
-    """Say what the algorithm does at a frequency."""
+def _at(trials: Trials, hertz: float, moments_ps: Sequence[int]) -> tuple[Does, Run | None]:
+    """Say what the algorithm does at a frequency, at phases spread out, and with edges inside an insertion."""
     inserts = True
-    for case in in_motion(trials, [hertz], _PHASES):
+    for case in chain(in_motion(trials, [hertz], _PHASES), aimed_in_motion(trials, hertz, moments_ps)):
         run = trials.one(case)
         if not run.right:
             return Does.FAILS, run

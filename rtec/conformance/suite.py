@@ -10,7 +10,7 @@ from rtec.conformance.contract import Contract
 from rtec.conformance.hunt import hunt
 from rtec.conformance.judge import Fault
 from rtec.conformance.results import Check, Verdict
-from rtec.conformance.shorter import shortened
+from rtec.conformance.shorter import narrowest, shortened
 from rtec.conformance.speeds import Speeds, measure_speeds
 from rtec.conformance.trials import Case, Run, Trials
 from rtec.injector import Algorithm
@@ -111,13 +111,15 @@ class _Suite:
                 shorter, _ = shortened(trials, shortest)
                 worst = shorter if worst is None or len(shorter.case.stream) <= len(worst.case.stream) else worst
         self._margins(wrong)
+        if worst is None and trials.margin.separation_in is not None:
+            worst = narrowest(trials, trials.margin.separation_in)
         speeds = self._speeds(parts)
         return Verdict(
             algorithm=trials.algorithm.name,
             contract=trials.contract,
             checks=tuple(self.checks),
             speeds=speeds,
-            worst=worst or trials.margin.separation_in,
+            worst=worst,
             margin=trials.margin,
             settle_ps=trials.settle_ps,
             runs=trials.made,

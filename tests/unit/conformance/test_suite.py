@@ -34,7 +34,7 @@ def test_a_right_design_passes_every_check_in_order(right):
     assert [check.name for check in right.checks] == ORDER
     assert right.passed
     assert all(check.passed and check.run is None for check in right.checks)
-    assert right.speeds.max_passing_hz >= 500e3
+    assert right.speeds.frequencies.max_passing_hz >= 500e3
     assert right.worst.right  # the narrowest
 
 
@@ -98,7 +98,7 @@ def test_what_breaks_ends_the_trials():
 
 def test_cases_of_ones_own_are_one_more_check():
     own = [Case(title="mine", stream=Stream.read("00 500ns:r1 600ns:+ 20us:end"))]
-    verdict = check_algorithm(InProcess(mutants.CRawPins), Contract(step_counts=2), tries=16, more=own)
+    verdict = check_algorithm(InProcess(mutants.CRawPins), Contract(step_counts=2), tries=16, more=lambda _: own)
     (check,) = [check for check in verdict.checks if check.name == "motion"]
     assert check.reason.startswith("mine: the controller counts ")
 
