@@ -200,7 +200,7 @@ def step_in_motion(trials: Trials, hertz: float, direction: int, sign: int, phas
     quarter_ps = round(PS_PER_S / (4.0 * hertz))
     count = int(np.clip(2 * trials.settle_ps // quarter_ps, _FEW_EDGES, _MANY_EDGES))
     # a clock of the algorithm's own meets the edges of round frequencies in the same phase for ever: another one each
-    first_ps = quarter_ps + round(_ANOTHER * phase % 1.0 * quarter_ps)
+    first_ps = quarter_ps - round(_ANOTHER * phase % 1.0 * (quarter_ps - 1))
     edges = steady(hertz, direction, count, first_ps=first_ps)
     ask_ps = int(edges[count // 3, 0]) + round(phase * quarter_ps)
     stream = Stream.of(_to_inserting(trials.contract, edges), edges, [(ask_ps, sign)], 1)
