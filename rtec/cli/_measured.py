@@ -160,7 +160,7 @@ def check_new_figure(option: str, file: Path, *, force: bool) -> None:
         Its name has another ending, or the file cannot be made.
     """
     if file.suffix.lower() not in _FIGURES:
-        raise ArgumentError(option, repr(str(file)), f"a file name that ends with {', '.join(_FIGURES)}")
+        raise ArgumentError(option, file.name, "a name that ends in .png, .svg or .pdf")
     check_new_file(option, file, force=force)
 
 

@@ -22,6 +22,7 @@ GOLDEN = 0.618_033_988_749_895
 _SIGNS = ((1, 1), (1, -1), (-1, 1), (-1, -1))
 """Direction of the motion and sign of the step."""
 _FEW_EDGES, _MANY_EDGES = 24, 40_000
+_SLOW_EDGES, _DRIFT_PS = 300, 150_000_000_000
 _ANOTHER = 7
 """Times a phase, modulo 1, is one that does not go with it."""
 _SPEEDS = (1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
@@ -198,7 +199,10 @@ def moments_of_insertion(trials: Trials) -> list[int]:
 def step_in_motion(trials: Trials, hertz: float, direction: int, sign: int, phase: float) -> Case:
     """Return a step during steady motion; the axis halts where the algorithm inserts."""
     quarter_ps = round(PS_PER_S / (4.0 * hertz))
-    count = int(np.clip(2 * trials.settle_ps // quarter_ps, _FEW_EDGES, _MANY_EDGES))
+    # a program that looks in a rhythm of its own may meet slow edges in one phase for long, until the two drift apart
+    slow = hertz <= trials.contract.frequency_hz / 100.0
+    least = int(np.clip(_DRIFT_PS // quarter_ps, _FEW_EDGES, _SLOW_EDGES)) if slow else _FEW_EDGES
+    count = int(np.clip(2 * trials.settle_ps // quarter_ps, least, _MANY_EDGES))
     # a clock of the algorithm's own meets the edges of round frequencies in the same phase for ever: another one each
     first_ps = quarter_ps - round(_ANOTHER * phase % 1.0 * (quarter_ps - 1))
     edges = steady(hertz, direction, count, first_ps=first_ps)

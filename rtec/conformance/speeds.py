@@ -151,14 +151,17 @@ def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda sh
 
 
 def _at(trials: Trials, hertz: float, moments_ps: Sequence[int]) -> tuple[Does, Run | None]:
-    """Say what the algorithm does at a frequency, at phases spread out, and with edges inside an insertion."""
+    """Say what the algorithm does at a frequency: inserts at phases spread out, fails where edges are aimed, too."""
     inserts = True
-    for case in chain(in_motion(trials, [hertz], _PHASES), aimed_in_motion(trials, hertz, moments_ps)):
+    for case in in_motion(trials, [hertz], _PHASES):
         run = trials.one(case)
         if not run.right:
             return Does.FAILS, run
         done = run.response.completed.times_ps
         inserts = inserts and done.size > 0 and int(done[-1]) < int(case.stream.edges_ps[-1])
+    wrong, _ = trials.first_wrong(aimed_in_motion(trials, hertz, moments_ps))
+    if wrong is not None:
+        return Does.FAILS, wrong
     return (Does.INSERTS if inserts else Does.PASSES), None
 
 

@@ -151,6 +151,7 @@ class Trials:
             The first run that is wrong, or unfinished after a second.
         """
         longest_ps, quarter_ps = 0, self.contract.quarter_ps
+        first_wrong: Run | None = None
         for state, sign, direction in product(self.contract.states, (1, -1), (0, 1, -1)):
             # resting since power-up, or just arrived
             came = [(quarter_ps, direction)] if direction else []
@@ -170,9 +171,10 @@ class Trials:
             for times in (run.response.edges.times_ps, run.response.completed.times_ps):
                 longest_ps = max(longest_ps, int(times.max(initial=0)) - asked_ps)
             self.settle_ps = 2 * longest_ps + 40 * quarter_ps
-            if violation is not None:
-                return run
-        return None
+            first_wrong = first_wrong or (run if violation is not None else None)
+            if violation is not None and violation.fault in (Fault.BROKEN, Fault.UNFINISHED):
+                break
+        return first_wrong
 
     def settled(self, stream: Stream) -> Stream:
         """Return a stream with an end at which everything that was asked for can have come."""

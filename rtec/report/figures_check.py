@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rtec.conformance.trials import Run
 from rtec.report.figures_style import write_figure
 from rtec.report.waveform import waveform
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 _SHOWN_EDGES = 12
 """Of the encoder, around the moment that is shown."""
 _MARGIN = 0.15
+_FAR = 20
+"""Times the shortest distance of two changes: what is farther before the last step belongs to something else."""
 
 
 def case_figure(run: Run, name: str) -> Figure:
@@ -57,9 +61,11 @@ def shown_ps(run: Run) -> tuple[int, int]:
     >>> from rtec.injector import Design, InjectorSettings, Timing
     >>> trials = Trials(BuiltIn(InjectorSettings(design=Design.C, timing=Timing())), Contract.of(Design.C))
     >>> shown_ps(trials.one(Case(title="at rest", stream=Stream.read("00 1us:r1 9ms:end"))))
-    (970000, 1230000)
+    (1000085000, 1000215000)
     """
     stream, violation = run.case.stream, run.judgement.violation
+    if violation is None and len(run.response.edges):
+        return _last_step_ps(run)
     events = sorted({*stream.edges_ps.tolist(), *stream.requests_ps.tolist()})
     changes = run.response.edges.times_ps.tolist()
     pivot_ps = violation.time_ps if violation is not None else max(events, default=0)
@@ -73,3 +79,18 @@ def shown_ps(run: Run) -> tuple[int, int]:
     end_ps = max([end_ps, *(t for t in run.response.completed.times_ps.tolist() if t <= end_ps + soon_ps)])
     margin_ps = max(round(_MARGIN * (end_ps - begin_ps)), 10_000)
     return max(begin_ps - margin_ps, 0), min(end_ps + margin_ps, stream.until_ps)
+
+
+def _last_step_ps(run: Run) -> tuple[int, int]:
+    """Return begin and end of the changes at the controller around the last step of a run that is right."""
+    changes, done = run.response.edges.times_ps, run.response.completed.times_ps
+    last = int(np.searchsorted(changes, done[-1], side="right")) if len(done) else len(changes)
+    shown = changes[max(last - _SHOWN_EDGES // 2, 0) : last + 2]
+    apart = np.diff(shown)
+    far = np.flatnonzero(apart > _FAR * apart.min()) if apart.size else np.array([], np.int64)
+    # the stretch between two long rests that has the step in it
+    at = min(last, len(changes)) - max(last - _SHOWN_EDGES // 2, 0) - 1
+    begin_ps = int(shown[max((k + 1 for k in far.tolist() if k < at), default=0)])
+    end_ps = int(shown[min((k for k in far.tolist() if k >= at), default=shown.size - 1)])
+    margin_ps = max(round(_MARGIN * (end_ps - begin_ps)), 10_000)
+    return max(begin_ps - margin_ps, 0), min(end_ps + margin_ps, run.case.stream.until_ps)
