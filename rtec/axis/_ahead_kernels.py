@@ -7,16 +7,9 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, step
 from rtec.axis._kernels import jitter
-from rtec.signal._kernels import NEVER
 
 AHEAD = 128
 """Lines crossed ahead at once: whole cycles, so that the kinds of the lines repeat; a power of two."""
-
-
-@step
-def crosses_evenly(e: Record) -> bool:
-    """Return whether nothing but the kinds of the lines and jitter make the edges come early or late."""
-    return bool(e.glitch_level == 0 and e.glitch_next_ps == NEVER and e.eccentric_counts == 0.0)
 
 
 @step

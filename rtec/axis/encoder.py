@@ -287,3 +287,16 @@ class Encoder:
             level = int(levels[used - 1]) if used else level
             if first >= start.size:
                 return
+
+
+def crosses_evenly(state: Record) -> bool:
+    """Return whether nothing but the kinds of the lines and jitter make an encoder's edges come early or late.
+
+    Examples
+    --------
+    >>> state = new_record(_kernels.ENCODER)
+    >>> Encoder(imperfections=Imperfections(jitter_ps=5_000)).fill_steady(state, 500e3, 1)
+    >>> crosses_evenly(state)
+    True
+    """
+    return int(state.glitch_level) == 0 and float(state.eccentric_counts) == 0.0

@@ -15,7 +15,16 @@ from rtec.axis._kernels import emit, next_crossing, set_piece
 from rtec.board._board_kernels import board_switch
 from rtec.controller._kernels import receiver_settle
 from rtec.machine._firmware_kernels import READINGS_TO_END
-from rtec.machine._open_kernels import ask, pass_edge, pass_glitch, run_board_until, run_box_until, see_board, see_box
+from rtec.machine._open_kernels import (
+    ask,
+    fire_next,
+    pass_edge,
+    pass_glitch,
+    run_board_until,
+    run_box_until,
+    see_board,
+    see_box,
+)
 from rtec.machine._tape_kernels import has_room_for
 from rtec.signal._kernels import NEVER
 
@@ -123,8 +132,7 @@ def come_to_rest(
         run_box_until(m, board, end_ps, tape)
         see_box(m, end_ps, tape)
         while s.next_ps < NEVER:
-            end_ps = s.next_ps
-            run_box_until(m, board, end_ps, tape)
+            end_ps = fire_next(s)
             see_box(m, end_ps, tape)
     end_ps += settle_ps
     receiver_settle(m.receiver, end_ps)

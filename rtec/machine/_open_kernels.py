@@ -8,14 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rtec._jit import Record, array_kernel, helper, kernel, step
-from rtec.axis._ahead_kernels import AHEAD, cross_ahead, crosses_evenly, shift_lines
+from rtec._jit import Record, helper, kernel, step, written_out
 from rtec.axis._kernels import ENCODER, emit, encoder_level, encoder_reset, glitch_toggle, steady_crossing
 from rtec.board._board_kernels import LARGE, board_ask, board_edge, board_fire, board_run, board_switch, read_bus
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._insertion_kernels import cancel
 from rtec.injector._kernels import (
     injector_edge,
     injector_fire,
@@ -23,11 +20,9 @@ from rtec.injector._kernels import (
     injector_reset,
 )
 from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import ARMED, INJECTOR
+from rtec.injector._state_kernels import INJECTOR
 from rtec.machine._firmware_kernels import READINGS_TO_END, note_insertions
-from rtec.machine._quiet_kernels import edge_ps, pass_quietly, passes_on
 from rtec.machine._tape_kernels import has_room, keep_board, keep_box
-from rtec.signal._kernels import level_of_state
 
 OPEN_PATH = np.dtype(
     [
@@ -87,17 +82,23 @@ def run_board_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
             return
 
 
+@written_out
+def fire_next(s: Record) -> int:
+    """Carry out the box's own events of the next instant that has any; return when that is."""
+    own_ps = s.next_ps
+    while s.next_ps <= own_ps:
+        injector_fire(s)
+    return own_ps
+
+
 @step
 def run_box_until(m: Record, board: Any, t_ps: int, tape: Any) -> None:
     """Carry out the box's own events up to and at ``t_ps``; those at ``t_ps`` itself join what comes next there."""
     if board is not None:
         run_board_until(m, board, t_ps, tape)
         return
-    s = m.injector
-    while s.next_ps <= t_ps:
-        own_ps = s.next_ps
-        while s.next_ps <= own_ps:
-            injector_fire(s)
+    while m.injector.next_ps <= t_ps:
+        own_ps = fire_next(m.injector)
         if own_ps < t_ps:
             see_box(m, own_ps, tape)
 
@@ -151,49 +152,7 @@ def switch_on_controller(m: Record, ab: int) -> None:
     receiver_reset(m.receiver, ab)
 
 
-@step
-def quiet_until(m: Record, t_ps: int, i: int, n: int, state: int, closest_ps: int) -> int:
-    """Return up to which of ``n`` edges from ``i`` on the box only passes them on and nothing is asked for.
-
-    ``state`` is the encoder's before edge number 0, ``closest_ps`` the least time between two edges.
-    """
-    s, sign = m.injector, m.encoder.step_sign
-    until = n
-    if s.requested != s.completed:  # it waits for both lines low, or is about to insert
-        until = min(n, i + (-sign * (state + sign * (i + 1)) & 3)) if s.one_state == 1 else i
-    if s.in_path == 1:  # the writing of an edge comes before the next edge
-        until = min(until, n - 1) if closest_ps > s.latency_ps else i
-    if until <= i or not passes_on(s, t_ps):
-        return i
-    return min(until, i + 1 + (m.edges - 1 - m.due) // m.corrections) if m.corrections > 0 else until
-
-
-@step
-def pass_ahead(m: Record, times_ps: NDArray[np.int64], n: int, state: int, closest_ps: int) -> None:
-    """Send ``n`` edges, whose times are known, through box and receiver; ``state`` is the encoder's before them."""
-    s, sign = m.injector, m.encoder.step_sign
-    i = 0
-    while i < n:
-        t_ps = edge_ps(times_ps, i)
-        run_box_until(m, None, t_ps, None)
-        m.due += m.corrections
-        while m.due >= m.edges:
-            m.due -= m.edges
-            ask(m, None, t_ps)
-        if s.phase == ARMED and s.in_path == 0 and t_ps <= s.recognised_ps:
-            cancel(s)  # as it would with the edge: the axis moves
-        until = quiet_until(m, t_ps, i, n, state, closest_ps)
-        if until > i:
-            pass_quietly(m, times_ps, i, until, state, closest_ps)
-            m.due += (until - 1 - i) * m.corrections
-            i = until
-        else:
-            i += 1
-            injector_edge(s, t_ps, level_of_state((state + sign * i) & 3))
-            see_gates(m, s, t_ps)
-
-
-@array_kernel
+@kernel
 def run(m: Record, edges: int, board: Any, tape: Any) -> int:
     """Move over the next ``edges`` lines at constant speed; return how many are left where the tape is full.
 
@@ -201,16 +160,6 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> int:
     """
     e = m.encoder
     left = edges
-    if board is None and tape is None and crosses_evenly(e):
-        times_ps = np.empty(AHEAD, np.int64)
-        shifts_ps = np.empty(AHEAD, np.int64)
-        shift_lines(e, shifts_ps)
-        while left > 0:
-            state = e.count + e.home
-            n = min(left, AHEAD)
-            closest_ps = cross_ahead(e, n, shifts_ps, times_ps)
-            pass_ahead(m, times_ps, n, state, closest_ps)
-            left -= n
     while left > 0:
         if tape is not None and not has_room(tape, m.injector):
             return left
@@ -243,8 +192,7 @@ def finish(m: Record, settle_ps: int, board: Any, tape: Any) -> int:
         see_board(m, b, end_ps, tape)
     else:
         while s.next_ps < e.last_ps + s.rest_ps:
-            end_ps = s.next_ps
-            run_box_until(m, board, end_ps, tape)
+            end_ps = fire_next(s)
             see_box(m, end_ps, tape)
     end_ps += settle_ps
     receiver_settle(m.receiver, end_ps)

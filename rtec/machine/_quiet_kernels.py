@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, step
+from rtec._jit import Record, step, written_out
 from rtec.axis._ahead_kernels import AHEAD
-from rtec.controller._kernels import X4, receiver_edge
+from rtec.controller._kernels import X4, receiver_edge, stood_long, take_over
+from rtec.injector._insertion_kernels import advance_insertion, drive, finish_insertion, hold
 from rtec.injector._kernels import note_edge
-from rtec.injector._state_kernels import IDLE
-from rtec.signal._kernels import level_of_state
+from rtec.injector._state_kernels import ARMED, IDLE
+from rtec.signal._kernels import level_of_state, state_of_level
 
 
 @step
@@ -44,19 +45,41 @@ def pass_on(s: Record, t_ps: int, state: int) -> None:
 
 
 @step
-def pass_singly(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, state: int) -> None:
+def settles(rx: Record, t_ps: int, ab: int, more: bool) -> bool:
+    """Return whether `take_over` may take an edge to ``ab``; with more to come surely apart, it may count early.
+
+    Where a tick has seen the change before it alone, both count in their order, at the latest before the next edge.
+    """
+    pending = rx.raw ^ rx.accepted
+    since_ps = t_ps - rx.last_ps
+    single = pending == 1 or pending == 2
+    return single and (since_ps > rx.sure_ps or (more and since_ps >= rx.unseen_ps and rx.raw ^ ab != pending))
+
+
+@written_out
+def pass_singly(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, state: int, closest_ps: int) -> None:
     """Pass edges from number ``first`` to before ``stop`` one by one; ``state`` is the encoder's before number 0."""
     s, rx, sign = m.injector, m.receiver, m.encoder.step_sign
     delay_ps = s.latency_ps if s.in_path == 1 else 0
+    apart = rx.samples > 0 and closest_ps > rx.sure_ps
     i = first
+    # a loop that calls nothing keeps what it works on in registers: so the edges at the start have their own
+    while i < stop:
+        t_ps = edge_ps(times_ps, i)
+        ab = level_of_state((state + sign * (i + 1) + s.angle) & 3)
+        if apart and settles(rx, t_ps + delay_ps, ab, i + 1 < stop):
+            break
+        i += 1
+        pass_on(s, t_ps, state + sign * i)
+        receiver_edge(rx, t_ps + delay_ps, ab)
     while i < stop:
         t_ps = edge_ps(times_ps, i)
         i += 1
         pass_on(s, t_ps, state + sign * i)
-        receiver_edge(rx, t_ps + delay_ps, s.ab_out)
+        take_over(rx, t_ps + delay_ps, s.ab_out)
 
 
-@step
+@written_out
 def pass_together(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, state: int, closest_ps: int) -> None:
     """Pass edges from number ``first`` to before ``stop`` at once; the one before them has passed just so.
 
@@ -95,10 +118,48 @@ def pass_quietly(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, 
         # what came before the first of them may not be through the filter; before the second one all is
         out_ps = edge_ps(times_ps, first) + (s.latency_ps if s.in_path == 1 else 0)
         single = min(stop, first + (1 if out_ps - rx.last_ps > rx.sure_ps else 2))
-    pass_singly(m, times_ps, first, single, state)
+    pass_singly(m, times_ps, first, single, state, closest_ps)
     if single < stop:
         pass_together(m, times_ps, single, stop, state, closest_ps)
     s.seen_in = s.ab_in
     s.seen_out = s.ab_out
     if s.in_path == 1:
         s.sampled = s.ab_in
+
+
+@step
+def insert_quietly(m: Record, t_ps: int) -> None:
+    """Make the whole insertion that is planned, if it ends before ``t_ps`` and its changes surely pass the filter.
+
+    Each change goes through the gates and `take_over`, the monitor sees what they come to.
+    """
+    s, rx = m.injector, m.receiver
+    changes, step_ps, first_ps = s.changes, s.step_ps, s.next_ps
+    if (
+        s.phase == ARMED
+        and s.requested != s.completed
+        and s.in_path == 0
+        and first_ps + (changes - 1) * step_ps < t_ps
+        and rx.samples > 0
+        and step_ps > rx.sure_ps
+        and stood_long(rx, first_ps)
+        and s.closing == 0
+        and s.ab_in == level_of_state(s.origin & 3)
+        and s.ab_in == s.seen_in
+        and s.ab_out == s.seen_out
+    ):
+        s.sign = 1 if s.requested > s.completed else -1
+        if s.holds == 1:
+            hold(s)
+        s.done = 0
+        own_ps = first_ps - step_ps
+        while s.done < changes:
+            own_ps += step_ps
+            advance_insertion(s)
+            drive(s)
+            take_over(rx, own_ps, s.ab_out)
+        s.ahead += s.sign * changes
+        s.angle = (state_of_level(s.ab_out) - state_of_level(s.ab_in)) & 3
+        s.seen_out = s.ab_out
+        s.next_ps = own_ps + step_ps
+        finish_insertion(s, own_ps)

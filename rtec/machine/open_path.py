@@ -13,6 +13,7 @@ import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.axis import Encoder
+from rtec.axis.encoder import crosses_evenly
 from rtec.axis.motion import Motion
 from rtec.board import Board, Microcontroller
 from rtec.board.board import START_UP_READINGS, reading_ps
@@ -22,7 +23,7 @@ from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, Insertions, RealEdges
 from rtec.injector.box import insertions_of
-from rtec.machine import _open_kernels
+from rtec.machine import _ahead_kernels, _open_kernels
 from rtec.machine.motion_run import MotionRun
 from rtec.machine.tape import Tape, Viewer, WaveFile
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
@@ -268,6 +269,14 @@ def _settle_ps(path: OpenPath) -> int:
     return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
+def move(state: Record, edges: int, box: Any, tape: Any) -> int:
+    """Move over lines at constant speed; return how many are left where the tape is full."""
+    if box is None and tape is None and crosses_evenly(state.encoder):
+        _ahead_kernels.run_ahead(state, edges)
+        return 0
+    return int(_open_kernels.run(state, edges, box, tape))
+
+
 class _Steady:
     """A motion at constant speed on its way through the open path."""
 
@@ -279,7 +288,7 @@ class _Steady:
 
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         part = min(edges, self.edges - self.done)
-        self.done += part - int(_open_kernels.run(state, part, box, tape))
+        self.done += part - move(state, part, box, tape)
         return self.done / self.edges
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:

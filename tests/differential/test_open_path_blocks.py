@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 
 from rtec.axis import Encoder, Imperfections
-from rtec.axis._ahead_kernels import AHEAD, cross_ahead, crosses_evenly, shift_lines
+from rtec.axis._ahead_kernels import AHEAD, cross_ahead, shift_lines
 from rtec.axis._kernels import steady_edges
+from rtec.axis.encoder import crosses_evenly
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.injector._wave_kernels import COLUMNS
-from rtec.machine import OpenPath, _open_kernels as kernels, simulate
+from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels, simulate
+from rtec.machine.open_path import move
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
 EDGES = 4 * CYCLES
@@ -57,7 +59,7 @@ def end_state(path, tape, parts=(EDGES,)):
     """Run the path, cut into ``parts`` edges, and return when all is settled and what is left in the state."""
     state = path.state()
     for edges in parts:
-        assert kernels.run(state, edges, None, tape) == 0
+        assert move(state, edges, None, tape) == 0
     settled_ps = kernels.finish(state, SETTLE_PS, None, tape)
     fields = {"settled_ps": settled_ps, "due": int(state.due)}
     for part in ("encoder", "injector", "receiver"):
@@ -111,11 +113,11 @@ def test_the_blocks_are_used(design, frequency_hz):
     """Else the comparison above would be one of the step functions with themselves."""
     path = open_path(design, Processor.FAST, frequency_hz, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
     state = path.state()
-    kernels.run(state, 8, None, None)
+    move(state, 8, None, None)
     soon_ps = int(state.encoder.last_ps) + 300_000  # before the next edge
     kernels.run_box_until(state, None, soon_ps, None)
     assert crosses_evenly(state.encoder)
-    assert kernels.quiet_until(state, soon_ps, 0, 40, 0, 400_000) in (40, 40 - state.injector.in_path)
+    assert _ahead_kernels.quiet_until(state, soon_ps, 0, 40, 0, 400_000) in (40, 40 - state.injector.in_path)
 
 
 def test_edges_made_ahead_are_those_made_one_by_one():
