@@ -47,7 +47,7 @@ def see_gates(m: Record, gates: Record, t_ps: int) -> None:
         receiver_edge(m.receiver, t_ps, gates.ab_out)
 
 
-@step
+@written_out
 def see_box(m: Record, t_ps: int, tape: Any) -> None:
     """Let receiver and tape see the box at ``t_ps``."""
     see_gates(m, m.injector, t_ps)
@@ -178,11 +178,16 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> int:
 
 
 @kernel
+def end_glitches(m: Record, board: Any, tape: Any) -> None:
+    """Let the glitches that are due come to their end after the last edge."""
+    while m.encoder.glitch_next_ps < m.encoder.last_ps + m.injector.rest_ps:
+        pass_glitch(m, board, tape)
+
+
+@kernel
 def finish(m: Record, settle_ps: int, board: Any, tape: Any) -> int:
     """Stop: end what is under way, but begin nothing at rest; return the time at which all is settled."""
     e, s = m.encoder, m.injector
-    while e.glitch_next_ps < e.last_ps + s.rest_ps:
-        pass_glitch(m, board, tape)
     end_ps = e.last_ps
     if board is not None:
         b, _, mem, h, log, _ = board

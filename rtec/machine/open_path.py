@@ -26,6 +26,7 @@ from rtec.injector.box import insertions_of
 from rtec.machine import _ahead_kernels, _open_kernels
 from rtec.machine.motion_run import MotionRun
 from rtec.machine.tape import Tape, Viewer, WaveFile
+from rtec.signal._kernels import NEVER
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 MAX_EDGES = 1 << 40
@@ -241,12 +242,13 @@ def simulate(
     moves = _Steady(4 * path.cycles) if path.motion is None else MotionRun(path.motion)
     board = path.board()
     box = _box_of(state, board)
-    moves.run(state, 0, box, None)  # machine code is loaded before the clock starts
     initial = path.encoder.level_at_home, int(state.receiver.raw)
     with ExitStack() as stack:
         file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial))
         viewers = [viewer for viewer in (file, seen) if viewer is not None]
         tape = Tape(viewers, initial) if viewers else None
+        arrays = None if tape is None else tape.arrays
+        moves.run(state, 0, box, arrays)  # machine code is loaded before the clock starts
         wall_s = _run(state, moves, box, tape, progress)
         end_ps = moves.finish(state, _settle_ps(path), box, None if tape is None else tape.arrays)
         if tape is not None:
@@ -277,6 +279,13 @@ def move(state: Record, edges: int, box: Any, tape: Any) -> int:
     return int(_open_kernels.run(state, edges, box, tape))
 
 
+def stop(state: Record, settle_ps: int, box: Any, tape: Any) -> int:
+    """Stop after a constant speed, beginning no insertion at rest; return the time at which all is settled."""
+    if state.encoder.glitch_next_ps < NEVER:  # else their part of the path need not be compiled
+        _open_kernels.end_glitches(state, box, tape)
+    return int(_open_kernels.finish(state, settle_ps, box, tape))
+
+
 class _Steady:
     """A motion at constant speed on its way through the open path."""
 
@@ -292,7 +301,7 @@ class _Steady:
         return self.done / self.edges
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
-        return int(_open_kernels.finish(state, settle_ps, box, tape))
+        return stop(state, settle_ps, box, tape)
 
 
 def _run(

@@ -19,7 +19,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.injector._wave_kernels import COLUMNS
 from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels, simulate
-from rtec.machine.open_path import move
+from rtec.machine.open_path import move, stop
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
 EDGES = 4 * CYCLES
@@ -60,7 +60,7 @@ def end_state(path, tape, parts=(EDGES,)):
     state = path.state()
     for edges in parts:
         assert move(state, edges, None, tape) == 0
-    settled_ps = kernels.finish(state, SETTLE_PS, None, tape)
+    settled_ps = stop(state, SETTLE_PS, None, tape)
     fields = {"settled_ps": settled_ps, "due": int(state.due)}
     for part in ("encoder", "injector", "receiver"):
         stage = getattr(state, part)

@@ -14,7 +14,7 @@ from rtec.controller import IllegalPolicy, Multiplication, Receiver, ReceiverSet
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Injector, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import _open_kernels as open_kernels
-from rtec.machine.open_path import OpenPath, _box_of as box_of, simulate
+from rtec.machine.open_path import OpenPath, _box_of as box_of, simulate, stop
 from rtec.signal import EdgeStream
 
 TWELVE_MHZ = Microcontroller.named("8051-12mhz")
@@ -234,7 +234,7 @@ def test_a_running_program_in_the_open_path_is_the_board_between_the_same_edges(
     box = box_of(state, path.board())
     tape = empty_tape(int(state.receiver.raw))
     assert open_kernels.run(state, 4 * path.cycles, box, tape) == 0
-    end_ps = open_kernels.finish(state, 0, box, tape)
+    end_ps = stop(state, 0, box, tape)
     edges, seen = taped(tape, "encoder"), taped(tape, "controller")
     due, asked, out, done = len(edges) - 1, 0, [], 0
     for k, t_ps in enumerate(edges.times_ps.tolist()):
