@@ -18,7 +18,8 @@ from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.injector._wave_kernels import COLUMNS
-from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels, simulate
+from rtec.injector.design import BESIDE
+from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels, _quiet_kernels, simulate
 from rtec.machine.open_path import move, stop
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
@@ -118,6 +119,21 @@ def test_the_blocks_are_used(design, frequency_hz):
     kernels.run_box_until(state, None, soon_ps, None)
     assert crosses_evenly(state.encoder)
     assert _ahead_kernels.quiet_until(state, soon_ps, 0, 40, 0, 400_000) in (40, 40 - state.injector.in_path)
+
+
+@pytest.mark.parametrize("design", BESIDE)
+def test_insertions_that_no_edge_meets_are_made_at_once(design):
+    path = open_path(design, Processor.FAST, 500e3, 0.0, 0, 1, 0, 3, RealEdges.MERGE)
+    ways = []
+    for make in (_quiet_kernels.insert_quietly, lambda state, t_ps: kernels.run_box_until(state, None, t_ps, None)):
+        state = path.state()
+        move(state, 11, None, None)
+        kernels.ask(state, None, int(state.encoder.last_ps))
+        move(state, 1, None, None)  # into state 1, where every design inserts
+        make(state, int(state.encoder.last_ps) + 450_000)
+        ways.append((int(state.injector.completed), state.injector.tobytes(), state.receiver.tobytes()))
+    assert ways[0] == ways[1]
+    assert ways[0][0] == 1
 
 
 def test_edges_made_ahead_are_those_made_one_by_one():
