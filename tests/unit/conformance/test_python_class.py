@@ -136,6 +136,7 @@ def test_the_state_of_a_class_is_its_own_over_those_of_its_bases():
         ("return (1, 2)[ab + 5], 0, 0", "step raised IndexError: tuple index out of range in mine.py, line 4"),
         ("self.n = self.n // ab\nreturn ab, 0, 0", "step raised ZeroDivisionError"),
         ("return input(), 0, 0", "step raised EOFError"),
+        ("raise KeyboardInterrupt", "step raised KeyboardInterrupt in mine.py, line 4"),
     ],
 )
 def test_what_no_algorithm_may_do_is_a_break_with_the_reason(door, body, reason):
@@ -199,6 +200,7 @@ def test_its_prints_go_nowhere_near_the_results(door, capfd):
         (f"class X:\n    def __init__(self, a):\n        pass{STEP}", "mine.py: X() raised TypeError"),
         ("import os\nos._exit(5)\n", "it ended its process with code 5 while the file is loaded"),
         ("raise SystemExit(3)\n", "mine.py: line 1: SystemExit: 3"),
+        (f"class X:\n    def __init__(self):\n        raise SystemExit(3){STEP}", "X() raised SystemExit: 3"),
         ("\0", "mine.py: source code string cannot contain null bytes"),
     ],
 )  # fmt: skip
