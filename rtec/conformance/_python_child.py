@@ -273,6 +273,8 @@ def load(file: Path, name: str) -> Any:
 def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: str) -> None:
     """Serve stimuli until the parent closes its pipe."""
     _limit_memory()
+    # a copy would read the same stimuli, and make copies in its turn, until the machine has no room left
+    os.register_at_fork(after_in_child=lambda: os._exit(0))
     with open(watched_file, "r+b") as memory:
         watched = np.frombuffer(mmap.mmap(memory.fileno(), WATCHED.size), np.int64)
     with os.fdopen(from_parent, "rb") as source, os.fdopen(to_parent, "wb") as sink:

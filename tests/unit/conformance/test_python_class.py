@@ -183,6 +183,48 @@ def test_memory_without_end_is_an_error_of_the_algorithm(door):
     assert "MemoryError" in response.broken.reason
 
 
+def test_copies_that_an_algorithm_makes_of_its_process_do_not_play(door, tmp_path):
+    file = tmp_path / "pids"
+    body = f"""
+        import os
+        if type(self).n < 3:  # no more than so many, should they play on
+            type(self).n += 1
+            os.fork()
+            print(os.getpid(), file=open({str(file)!r}, "a"))
+        return ab, 0, 0
+    """
+    first, second = play(door(body), MOTION, MOTION)
+    assert first.broken is second.broken is None
+    assert len(set(file.read_text().split())) == 1
+
+
+def test_what_an_algorithm_has_begun_ends_with_it(door, tmp_path):
+    file = tmp_path / "pid"
+    body = f"""
+        if t_ps == 0:
+            import subprocess
+            print(subprocess.Popen(["sleep", "99"]).pid, file=open({str(file)!r}, "w"))
+        return ab, 0, 0
+    """
+    opened = door(body)
+    play(opened, "00 1us:+ 2us:end")
+    begun = int(file.read_text().split()[-1])
+    assert is_running(begun)
+    opened.close()
+    deadline = time.monotonic() + 10.0
+    while is_running(begun) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not is_running(begun)
+
+
+def is_running(process):
+    """Return whether it is there, and no mere entry of one that has ended."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 def test_its_prints_go_nowhere_near_the_results(door, capfd):
     (response,) = play(door("print('hello')\nreturn ab, 0, 0"), MOTION)
     assert response.broken is None
