@@ -50,7 +50,8 @@ class Options:
 
     def command(self, stream: str) -> str:
         """Return the command that plays a stream to the same algorithm under the same contract."""
-        words = ["rtec", "check", self.algorithm]
+        # a name that begins with a dash would be read as an option
+        words = ["rtec", "check", f"./{self.algorithm}" if self.algorithm.startswith("-") else self.algorithm]
         for name in self.__dataclass_fields__:
             value = getattr(self, name)
             option = "--" + name.replace("_", "-")

@@ -72,7 +72,7 @@ class Program:
 
     def end(self) -> None:
         """End it and all that it has begun."""
-        _signal_group(self._process, signal.SIGKILL)
+        signal_group(self._process, signal.SIGKILL)
         self._process.wait()
         if self.running:
             self.running = False
@@ -122,10 +122,10 @@ class Program:
         waited_s = time.monotonic() - self._since
         if self._told_to_end:
             if waited_s > _GRACE_S:
-                _signal_group(self._process, signal.SIGKILL)
+                signal_group(self._process, signal.SIGKILL)
         elif waited_s > silent_s or len(self.answer) > most_bytes or self._said.stat().st_size > _MOST_SAID:
             self._told_to_end, self._since = True, time.monotonic()
-            _signal_group(self._process, signal.SIGTERM)
+            signal_group(self._process, signal.SIGTERM)
 
 
 def hear(
@@ -167,6 +167,7 @@ def hear(
             busy = [program for program in busy if program.running and not is_whole(program.answer)]
 
 
-def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+def signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    """Send a signal to a program and to all that it has begun in its group."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, number)

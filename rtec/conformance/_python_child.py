@@ -185,7 +185,9 @@ class Player:
                     ended = run(self.plain, self.kind(), *given, *changes, self.watched)  # type: ignore[call-arg]
             except Faulty as error:
                 return self._broken(int(self.watched[2]), str(error))
-            except Exception as error:  # whatever a user's code raises
+            except SystemExit:  # it ends its process, which is told with the code
+                raise
+            except BaseException as error:  # whatever a user's code raises; a KeyboardInterrupt here is its own
                 if self.compiled is not None and not plainly:
                     return self.play(stimulus, plainly=True)  # which knows the line
                 return self._broken(int(self.watched[2]), _where(error, self.kind))
@@ -263,7 +265,7 @@ def load(file: Path, name: str) -> Any:
         raise ImportError(f"{name}.step takes {given - 1} arguments; (self, t_ps, ab, requested) are given")
     try:
         found()
-    except Exception as error:
+    except BaseException as error:
         raise ImportError(f"{name}() raised {type(error).__name__}: {' '.join(str(error).split())[:160]}") from None
     return found
 
@@ -271,6 +273,8 @@ def load(file: Path, name: str) -> Any:
 def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: str) -> None:
     """Serve stimuli until the parent closes its pipe."""
     _limit_memory()
+    # a copy would read the same stimuli, and make copies in its turn, until the machine has no room left
+    os.register_at_fork(after_in_child=lambda: os._exit(0))
     with open(watched_file, "r+b") as memory:
         watched = np.frombuffer(mmap.mmap(memory.fileno(), WATCHED.size), np.int64)
     with os.fdopen(from_parent, "rb") as source, os.fdopen(to_parent, "wb") as sink:

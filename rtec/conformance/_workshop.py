@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
-from rtec.conformance._programs import Program
+from rtec.conformance._programs import Program, signal_group
 from rtec.errors import OutputError, RtecError
 
 _LOOK_S = 0.02
@@ -113,18 +113,13 @@ class Workshop:
             while not too_long():
                 with suppress(subprocess.TimeoutExpired):
                     return process.wait(_LOOK_S)
-            _signal_group(process, signal.SIGTERM)
+            signal_group(process, signal.SIGTERM)
             with suppress(subprocess.TimeoutExpired):
                 process.wait(_GRACE_S)
             return None
         finally:
-            _signal_group(process, signal.SIGKILL)
+            signal_group(process, signal.SIGKILL)
             process.wait()
-
-
-def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, number)
 
 
 def _leave(_number: int, _frame: FrameType | None) -> None:

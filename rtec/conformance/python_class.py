@@ -6,6 +6,7 @@ import contextlib
 import mmap
 import os
 import select
+import signal
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rtec.conformance._programs import signal_group
 from rtec.conformance._python_child import ANSWER, COMPILING, LOADING, REQUEST, WATCHED
 from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
@@ -165,7 +167,7 @@ class PythonClass:
             return
         os.close(self._to_child)
         os.close(self._from_child)
-        process.kill()
+        signal_group(process, signal.SIGKILL)  # with what the algorithm has begun
         process.wait()
 
     def _packed(self, stimulus: Stimulus) -> bytes:

@@ -156,6 +156,15 @@ def test_words_that_are_wrong(capfd, tmp_path, monkeypatch, words, message):
     assert err.count("\n") == 1
 
 
+def test_the_printed_command_plays_a_file_whose_name_begins_with_a_dash(capfd, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("-x.py").write_text(STEP + "return ab, 0, 0\n")
+    _, out, _ = said(capfd, "--design", "c", "--stream", STREAM, "--json", "--", "-x.py:X")
+    first = json.loads(out)
+    _, out, _ = said(capfd, *shlex.split(first["worst_case"])[2:], "--json")
+    assert json.loads(out)["checks"] == first["checks"]
+
+
 def test_relative_paths_and_colons_in_names(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("a:b.py").write_text(STEP + "return ab, 0, 0")

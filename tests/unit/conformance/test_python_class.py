@@ -136,6 +136,7 @@ def test_the_state_of_a_class_is_its_own_over_those_of_its_bases():
         ("return (1, 2)[ab + 5], 0, 0", "step raised IndexError: tuple index out of range in mine.py, line 4"),
         ("self.n = self.n // ab\nreturn ab, 0, 0", "step raised ZeroDivisionError"),
         ("return input(), 0, 0", "step raised EOFError"),
+        ("raise KeyboardInterrupt", "step raised KeyboardInterrupt in mine.py, line 4"),
     ],
 )
 def test_what_no_algorithm_may_do_is_a_break_with_the_reason(door, body, reason):
@@ -182,6 +183,48 @@ def test_memory_without_end_is_an_error_of_the_algorithm(door):
     assert "MemoryError" in response.broken.reason
 
 
+def test_copies_that_an_algorithm_makes_of_its_process_do_not_play(door, tmp_path):
+    file = tmp_path / "pids"
+    body = f"""
+        import os
+        if type(self).n < 3:  # no more than so many, should they play on
+            type(self).n += 1
+            os.fork()
+            print(os.getpid(), file=open({str(file)!r}, "a"))
+        return ab, 0, 0
+    """
+    first, second = play(door(body), MOTION, MOTION)
+    assert first.broken is second.broken is None
+    assert len(set(file.read_text().split())) == 1
+
+
+def test_what_an_algorithm_has_begun_ends_with_it(door, tmp_path):
+    file = tmp_path / "pid"
+    body = f"""
+        if t_ps == 0:
+            import subprocess
+            print(subprocess.Popen(["sleep", "99"]).pid, file=open({str(file)!r}, "w"))
+        return ab, 0, 0
+    """
+    opened = door(body)
+    play(opened, "00 1us:+ 2us:end")
+    begun = int(file.read_text().split()[-1])
+    assert is_running(begun)
+    opened.close()
+    deadline = time.monotonic() + 10.0
+    while is_running(begun) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not is_running(begun)
+
+
+def is_running(process):
+    """Return whether it is there, and no mere entry of one that has ended."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 def test_its_prints_go_nowhere_near_the_results(door, capfd):
     (response,) = play(door("print('hello')\nreturn ab, 0, 0"), MOTION)
     assert response.broken is None
@@ -199,6 +242,7 @@ def test_its_prints_go_nowhere_near_the_results(door, capfd):
         (f"class X:\n    def __init__(self, a):\n        pass{STEP}", "mine.py: X() raised TypeError"),
         ("import os\nos._exit(5)\n", "it ended its process with code 5 while the file is loaded"),
         ("raise SystemExit(3)\n", "mine.py: line 1: SystemExit: 3"),
+        (f"class X:\n    def __init__(self):\n        raise SystemExit(3){STEP}", "X() raised SystemExit: 3"),
         ("\0", "mine.py: source code string cannot contain null bytes"),
     ],
 )  # fmt: skip
