@@ -212,7 +212,7 @@ def _predictor(
 def _of_model(model: Path, home_mm: float, travel_mm: float) -> Predictor:
     from rtec.effects import Units
     from rtec.inference.model_file import read_model
-    from rtec.study.model_predictor import predictor_of_model
+    from rtec.inference.static_predictor import predictor_of_model
 
     predictor, left_out = predictor_of_model(read_model(model, Units("mm", "mm", "s")), home_mm, home_mm + travel_mm)
     for effect in left_out:

@@ -28,10 +28,11 @@ A curve is a model of position and direction, in this order, alone.
 
 `layered_error`
     ``low, high`` (mm) in which the first input is held, ``pitch, touch`` (mm), the number of networks, the most
-    neurons of a layer and room for twice as many, which the function writes into; then each network, whose outputs are added: ``inputs, hidden layers, neurons of each``; for each input ``place, kind,
-    middle, half``; weights and biases layer by layer as `rtec.predictors.fitting.layers` has them; ``bias, factor``
-    of the output in mm. An input of kind PLAIN is what stands at its place less the middle, divided by the half; a
-    SIGN is 0 forward and 1 in reverse, a TURN the position within a turn of the screw in mm before that.
+    neurons of a layer and room for twice as many, which the function writes into; then each network, whose outputs
+    are added: ``inputs, hidden layers, neurons of each``; for each input ``place, kind, middle, half``; weights and
+    biases layer by layer as `rtec.predictors.fitting.layers` has them; ``bias, factor`` of the output in mm. An input
+    of kind PLAIN is what stands at its place less the middle, divided by the half; before that, a SIGN is 0 forward
+    and 1 in reverse, a TURN the position within a turn of the screw in mm.
 """
 
 from __future__ import annotations

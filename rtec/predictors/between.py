@@ -33,7 +33,8 @@ class Between(Enum):
     def _of_one(self, positions: Floats, errors: Floats) -> Floats:
         columns = [np.array([float(positions.size)]), positions, errors]
         if self is Between.CUBIC:
-            from scipy.interpolate import PchipInterpolator  # heavy, and most tables are linear
+            # a quarter of a second, and most tables are of straight lines
+            from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
 
             columns.append(PchipInterpolator(positions, errors).derivative()(positions))
         return np.concatenate(columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,8 +18,8 @@ from rtec.predictors.protocol import Curve
 Floats = npt.NDArray[np.float64]
 
 INPUTS = {"position": (0, _kernels.PLAIN), "direction": (1, _kernels.SIGN), "turn": (0, _kernels.TURN)}
-"""What a network may look at: the position, the direction (0 forward, 1 reverse), the place in the turn; how the compiled
-function finds it."""
+"""What a network may look at: the position, the direction (0 forward, 1 reverse), the place in the turn; and how the
+compiled function finds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +70,7 @@ class LayeredNetwork:
             found = ", ".join(map(str, self.hidden)) or "no layer"
             raise ArgumentError("hidden", found[:60], f"layers of 1 to {_kernels.MOST_NEURONS} neurons")
         widths = (len(self.inputs), *self.hidden, 1)
-        rows = sum((before + 1) * after for before, after in zip(widths, widths[1:], strict=False))
+        rows = sum((before + 1) * after for before, after in itertools.pairwise(widths))
         for name, size in (("middle", widths[0]), ("half", widths[0]), ("weights", rows)):
             values = column(name, getattr(self, name))
             if values.size != size:

@@ -1,6 +1,6 @@
 """Tables of errors as machine tools use them: one direction and a backlash, or both directions.
 
-Between the points of a table the error is linear, or a monotone cubic; beyond its ends it is that of the nearest point.
+Between the points of a table the error is linear or a monotone cubic; beyond its ends it is that of the nearest.
 """
 
 from __future__ import annotations
@@ -128,7 +128,9 @@ class UnidirectionalTable(Curve):
     @property
     def numbers(self) -> Floats:
         """A new array; its layout stands in ``_kernels.py``."""
-        return self.between.numbers((self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm))
+        return self.between.numbers(
+            (self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm)
+        )
 
     @property
     def range_mm(self) -> tuple[float, float]:

@@ -8,11 +8,10 @@ from pathlib import Path
 from rtec.effects import Units
 from rtec.errors import ArgumentError, nearest
 from rtec.inference.model_file import read_model
+from rtec.inference.static_predictor import LeftOut, predictor_of_model
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
-from rtec.report.results import LeftOut
 from rtec.sections import Section, read_toml
-from rtec.study.model_predictor import predictor_of_model
 from rtec.units import MM_PER_INCH
 
 LEARNED, LATHE, TRUTH = "learned", "lathe", "axis"

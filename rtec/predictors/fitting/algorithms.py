@@ -1,7 +1,7 @@
 """The four training algorithms of the thesis: each lowers the sum of squares of a network, epoch by epoch.
 
-An algorithm is a function ``(problem, weights, watch)``. After every epoch it shows its weights to ``watch``, which says
-whether it goes on; so goal, early stopping, budget and Ctrl-C are one and the same for all.
+An algorithm is a function ``(problem, weights, watch)``. After every epoch it shows its weights to ``watch``, which
+says whether it goes on; so goal, early stopping, budget and Ctrl-C are one and the same for all.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def resilient_backpropagation(problem: Problem, weights: Floats, watch: Watch) -
 
 
 def scaled_conjugate_gradient(problem: Problem, weights: Floats, watch: Watch) -> None:
-    """Train by scaled conjugate gradient (Moller 1993): the step along each direction comes from the curvature there."""
+    """Train by scaled conjugate gradient (Moller 1993): each step comes from the curvature along it."""
     squares, slope = problem.descent(weights)
     along, residual = -slope, -slope
     scale, raised, success, since = _LAMBDA, 0.0, True, 0

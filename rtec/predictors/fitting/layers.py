@@ -6,6 +6,7 @@ are scaled by whoever calls.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -17,7 +18,7 @@ from rtec.errors import ArgumentError
 Floats = npt.NDArray[np.float64]
 
 _ACTIVE = 4.0
-"""Half width of the inputs to which a logistic neuron answers (Nguyen and Widrow 1990, as MATLAB's initnw takes it)."""
+"""Half width of the inputs to which a logistic neuron answers (Nguyen and Widrow 1990, as MATLAB has it)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +56,7 @@ class Shape:
     @property
     def weights(self) -> int:
         """Number of all weights and biases."""
-        return sum((before + 1) * after for before, after in zip(self.widths, self.widths[1:], strict=False))
+        return sum((before + 1) * after for before, after in itertools.pairwise(self.widths))
 
     def first_weights(self, rng: np.random.Generator) -> Floats:
         """Return weights to begin with, for inputs from -1 to 1 (Nguyen and Widrow 1990).
@@ -82,7 +83,7 @@ class Shape:
 class Layers:
     """A network over given inputs, with room for everything that is computed anew each time.
 
-    The weights of a layer stand input by input, ``[input, neuron]``, followed by its biases; layers follow each other.
+    The weights of a layer stand input by input, ``[input, neuron]``, its biases behind them; layer follows layer.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ class Layers:
         """Make room."""
         rows = inputs.shape[0]
         self.shape = shape
-        self._pairs = list(zip(shape.widths, shape.widths[1:], strict=False))
+        self._pairs = list(itertools.pairwise(shape.widths))
         self._begins = np.cumsum([0, *((before + 1) * after for before, after in self._pairs)]).tolist()
         # what a layer sees, kept neuron by neuron: a row of numbers for each is read from end to end
         self._seen = [np.ascontiguousarray(inputs.T), *(np.empty((n, rows)) for n in shape.hidden)]
@@ -113,15 +114,16 @@ class Layers:
     def _weights(self, weights: Floats, layer: int) -> tuple[Floats, Floats]:
         before, after = self._pairs[layer]
         begin = self._begins[layer]
-        return weights[begin : begin + before * after].reshape(before, after), weights[begin + before * after :][:after]
+        end = begin + before * after
+        return weights[begin:end].reshape(before, after), weights[end : end + after]
 
     def output(self, weights: Floats) -> Floats:
         """Return the output for every row of inputs, shape (n,)."""
-        for layer, there in enumerate(self._seen[1:]):
+        for layer, level in enumerate(self._seen[1:]):
             matrix, biases = self._weights(weights, layer)
-            np.matmul(matrix.T, self._seen[layer], out=there)
-            there += biases[:, None]
-            logistic(there)
+            np.matmul(matrix.T, self._seen[layer], out=level)
+            np.add(level, biases[:, None], out=level)
+            logistic(level)
         matrix, bias = self._weights(weights, len(self._seen) - 1)
         found: Floats = matrix[:, 0] @ self._seen[-1] + bias[0]
         return found
@@ -175,4 +177,3 @@ def logistic(values: Floats) -> None:
 
 
 _FAR = math.log(2.0**1000)
-

@@ -84,9 +84,9 @@ class Samples:
         return place
 
     def averaged(self) -> Samples:
-        """Return the mean of the readings of each place and direction (thesis 4.3: averages train, raw readings test).
+        """Return the mean of the readings of each place and direction.
 
-        They stand in the order of the places, forward before reverse.
+        Averages train, raw readings test (thesis 4.3). They stand in the order of the places, forward before reverse.
         """
         cell = 2 * self.place() + (self.direction < 0.0)
         found, first, number = np.unique(cell, return_index=True, return_inverse=True)

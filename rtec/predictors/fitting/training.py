@@ -11,10 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
+from rtec.predictors._kernels import within_turn
 from rtec.predictors.fitting.algorithms import Algorithm, Problem
 from rtec.predictors.fitting.layers import Layers, Shape
 from rtec.predictors.fitting.samples import Samples, means_over_turns
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
+from rtec.predictors.network import TOUCH_MM
 
 Floats = npt.NDArray[np.float64]
 Keep = Callable[[], bool]
@@ -243,9 +245,6 @@ def _trained(
 
 def seen_by(name: str, samples: Samples, pitch_mm: float) -> Floats:
     """Return what an input of a network is at each reading, shape (n,): as the compiled predictor will have it."""
-    from rtec.predictors._kernels import within_turn
-    from rtec.predictors.network import TOUCH_MM
-
     if name == WAY:
         return np.where(samples.direction < 0.0, 1.0, 0.0)
     if name == TURN:
