@@ -19,7 +19,7 @@ Table = UnidirectionalTable | BidirectionalTable
 
 SPACINGS = 12
 """Tried, from the distance of the targets up to a quarter of the travel, in equal ratios."""
-_SMOOTH = 1e-9
+_SMOOTH = 1e-3
 """Weight of the second differences beside that of the readings: a point without a reading near it lies on the line of
 its neighbours."""
 

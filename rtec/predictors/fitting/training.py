@@ -19,10 +19,39 @@ from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.network import TOUCH_MM
 
 Floats = npt.NDArray[np.float64]
-Keep = Callable[[], bool]
-"""False where training should end with the best so far."""
+FIRST_SHARE = 0.6
+"""Of the time, that the first of two networks gets."""
+
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limit:
+    """What ends trainings from outside; the best so far is kept.
+
+    Parameters
+    ----------
+    until_s
+        Time of `time.perf_counter`.
+    stopped
+        Asked after every epoch.
+    """
+
+    until_s: float = math.inf
+    stopped: Callable[[], bool] = lambda: False
+
+    @property
+    def reached(self) -> bool:
+        """Whether training should end."""
+        return time.perf_counter() >= self.until_s or self.stopped()
+
+    def first(self, share: float) -> Limit:
+        """Return the limit of the first share of the time from now on."""
+        now = time.perf_counter()
+        return Limit(until_s=now + share * (self.until_s - now), stopped=self.stopped)
+
 
 TURN, WAY = "turn", "direction"
+_NO_LIMIT = Limit()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +161,7 @@ def train(
     effort: Effort,
     *,
     pitch_mm: float | None = None,
-    keep: Keep = lambda: True,
+    limit: Limit = _NO_LIMIT,
     tell: Callable[[float], None] = lambda loss_mm: None,
 ) -> Trained:
     """Train networks on averages of readings.
@@ -147,8 +176,8 @@ def train(
         How often and how long.
     pitch_mm
         Travel of a turn of the screw; without, no network looks at the place in the turn.
-    keep
-        Asked after every epoch.
+    limit
+        What ends it from outside.
     tell
         Told the best root mean square of the unseen readings so far, in mm.
 
@@ -166,7 +195,7 @@ def train(
     pitch = 1.0 if pitch_mm is None else pitch_mm
     if not design.within_turn:
         inputs = ("position", WAY) if pitch_mm is None else ("position", WAY, TURN)
-        network, course = _trained(inputs, design.hidden, averages, others, effort, span, pitch, keep, tell)
+        network, course = _trained(inputs, design.hidden, averages, others, effort, span, pitch, limit, tell)
         return Trained(
             predictor=TrainedNetworks(networks=(network,), range_mm=span, pitch_mm=pitch), courses=(course,)
         )
@@ -176,12 +205,12 @@ def train(
     fifth = np.arange(means.rows) % 5 == 2
     inputs = ("position", WAY)
     wide, first = _trained(
-        inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, keep, tell
+        inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, limit.first(FIRST_SHARE), tell
     )
     alone = TrainedNetworks(networks=(wide,), range_mm=span, pitch_mm=pitch)
     left, left_over = (_less(alone, part) for part in (averages, others))
     inputs = (TURN, WAY)
-    fine, second = _trained(inputs, (design.within_turn,), left, left_over, effort, span, pitch, keep, tell)
+    fine, second = _trained(inputs, (design.within_turn,), left, left_over, effort, span, pitch, limit, tell)
     both = TrainedNetworks(networks=(wide, fine), range_mm=span, pitch_mm=pitch)
     return Trained(predictor=both, courses=(first, second))
 
@@ -200,7 +229,7 @@ def _trained(
     effort: Effort,
     span_mm: tuple[float, float],
     pitch_mm: float,
-    keep: Keep,
+    limit: Limit,
     tell: Callable[[float], None],
 ) -> tuple[LayeredNetwork, Course]:
     """Return the best network of several starts."""
@@ -218,14 +247,14 @@ def _trained(
     given, wanted = scaled(seen)
     problem = Problem(Layers(shape, given), wanted)
     asked, answer = scaled(unseen)
-    best = _Best(Layers(shape, asked), answer, effort, factor, seen.rows, keep, tell)
+    best = _Best(Layers(shape, asked), answer, effort, factor, seen.rows, limit, tell)
     rng = np.random.default_rng(effort.seed)
     begun = time.perf_counter()
     for _ in range(effort.starts):
         best.begin()
         with np.errstate(over="ignore", invalid="ignore"):  # a training that diverges is left, not reported
             effort.algorithm.train(problem, shape.first_weights(rng), best.watch)
-        if not keep():
+        if limit.reached:
             break
     course = best.course
     course.seconds = time.perf_counter() - begun
@@ -262,11 +291,11 @@ class _Best:
         effort: Effort,
         factor_mm: float,
         rows: int,
-        keep: Keep,
+        limit: Limit,
         tell: Callable[[float], None],
     ) -> None:
         self._net, self._wanted, self._effort = net, wanted, effort
-        self._factor, self._rows, self._keep, self._tell = factor_mm, rows, keep, tell
+        self._factor, self._rows, self._limit, self._tell = factor_mm, rows, limit, tell
         self.weights: Floats | None = None
         self.course = Course()
         self._lowest = math.inf
@@ -299,4 +328,4 @@ class _Best:
         self._epochs += 1
         self.course.epochs = self._epochs
         more = len(course.train_mm) <= effort.epochs and self._since < effort.patience
-        return more and not course.goal and self._keep()
+        return more and not course.goal and not self._limit.reached
