@@ -98,6 +98,15 @@ class Section:
     def _dotted(name: str, key: str) -> str:
         return f"{name}.{key}" if name else key
 
+    @property
+    def path(self) -> str | Path:
+        """The file."""
+        return self._path
+
+    def part(self, name: str, given: object, keys: tuple[str, ...]) -> Section:
+        """Return a table of the same file that may hold these keys and no others."""
+        return Section(self._path, name, given, {}, optional=keys)
+
     def where(self, key: str) -> str:
         """Return how an error message names a key."""
         return f"{self._path}: {self._dotted(self._name, key)}"

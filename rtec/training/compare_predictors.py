@@ -133,6 +133,7 @@ class _Run:
                 found[method.name] = self._row(method)
         except KeyboardInterrupt:
             self._ended.set()
+        self._begun = time.perf_counter()
         # trainings run side by side: a matrix product that takes all cores for itself would be in their way
         with threadpool_limits(1), ThreadPoolExecutor(cores(), thread_name_prefix="rtec-train") as pool:
             futures = {m.name: pool.submit(self._row, m) for m in self._methods if m.name not in found}

@@ -23,7 +23,6 @@ FIRST_SHARE = 0.6
 """Of the time, that the first of two networks gets."""
 
 
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limit:
     """What ends trainings from outside; the best so far is kept.
@@ -204,8 +203,9 @@ def train(
     means = means_over_turns(averages, pitch)
     fifth = np.arange(means.rows) % 5 == 2
     inputs = ("position", WAY)
+    early = limit.first(FIRST_SHARE)
     wide, first = _trained(
-        inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, limit.first(FIRST_SHARE), tell
+        inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, early, tell
     )
     alone = TrainedNetworks(networks=(wide,), range_mm=span, pitch_mm=pitch)
     left, left_over = (_less(alone, part) for part in (averages, others))
