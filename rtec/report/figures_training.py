@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,13 +45,14 @@ def training_figure(result: PredictorComparison) -> Figure:
         raise ArgumentError("figure", "no predictor has a figure", "one at least")
     turns = result.pitch_mm is not None
     figure = new_figure(height_inch=11.0)
-    grid = figure.add_gridspec(3, 2, height_ratios=(1.25, 1.0, 1.0))
-    _draw_bars(figure.add_subplot(grid[0, 0]), result, rows)
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.3, 1.0, 1.1))
+    _draw_errors(figure.add_subplot(grid[0, 0]), result, rows)
     _draw_sizes(figure.add_subplot(grid[0, 1]), result, rows)
     _draw_left(figure.add_subplot(grid[1, 0] if turns else grid[1, :]), result.parts.heldout, rows[0], None)
     if turns:
         _draw_left(figure.add_subplot(grid[1, 1]), result.parts.heldout, rows[0], result.pitch_mm)
     _draw_courses(figure.add_subplot(grid[2, :]), rows)
+    figure.draw_without_rendering()  # logarithmic axes know their labels, and so their margins, only once drawn
     return figure
 
 
@@ -68,21 +69,34 @@ def write_training_figure(path: Path, result: PredictorComparison) -> None:
     write_figure(lambda: training_figure(result), path)
 
 
-def _draw_bars(axes: Axes, result: PredictorComparison, rows: list[Row]) -> None:
+def _draw_errors(axes: Axes, result: PredictorComparison, rows: list[Row]) -> None:
     y = np.arange(len(rows))[::-1]
-    axes.barh(y, [1e3 * (row.rms_heldout_mm or 0.0) for row in rows], color=[COLOURS[row.kind] for row in rows])
-    axes.set_yticks(y, [row.name for row in rows], fontsize=7.5)
-    axes.set_xscale("log")
-    axes.grid(axis="y", visible=False)
-    axes.set_xlabel("held-out error, RMS, µm")
+    for place, row in zip(y, rows, strict=True):
+        axes.plot(_um(row.rms_heldout_mm), place, _MARKS[row.kind], color=COLOURS[row.kind], markersize=6)
+        axes.plot(_um(row.worst_heldout_mm), place, "|", color=COLOURS[row.kind], markersize=8)
+    axes.set_yticks(y, [_short(row) for row in rows], fontsize=7.5)
+    axes.set(xscale="log", xlabel="held-out error, µm: RMS (mark), largest (bar)")
     axes.set_title("Error on readings that no predictor has seen")
-    _draw_noise(axes, result, along_x=True)
-
-
-def _draw_noise(axes: Axes, result: PredictorComparison, *, along_x: bool) -> None:
+    _plain_numbers(axes.xaxis)
     if result.noise_mm:
-        line = axes.axvline if along_x else axes.axhline
-        line(1e3 * result.noise_mm, color=INK, linewidth=0.9, linestyle="--", label="repeatability of a reading")
+        axes.axvline(1e3 * result.noise_mm, color=INK, linewidth=0.9, linestyle="--")
+
+
+def _short(row: Row) -> str:
+    return row.name.replace("-directional", "").removeprefix("network ")
+
+
+def _um(value_mm: float | None) -> float:
+    return 1e3 * (value_mm or 0.0)
+
+
+def _plain_numbers(axis: Any) -> None:
+    """Label a logarithmic axis with 1, 2, 5, 10, ... in place of powers of ten."""
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter  # noqa: PLC0415 - heavy, as the style
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _draw_sizes(axes: Axes, result: PredictorComparison, rows: list[Row]) -> None:
@@ -98,10 +112,13 @@ def _draw_sizes(axes: Axes, result: PredictorComparison, rows: list[Row]) -> Non
                 alpha=0.8,
                 label={"model": "effects"}.get(kind, kind),
             )
-    _draw_noise(axes, result, along_x=False)
+    if result.noise_mm:
+        axes.axhline(1e3 * result.noise_mm, color=INK, linewidth=0.9, linestyle="--", label="repeatability")
     axes.set(xscale="log", yscale="log", xlabel="numbers fitted", ylabel="held-out error, RMS, µm")
-    axes.set_title("... against size; larger marks took longer", pad=24)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4)
+    _plain_numbers(axes.xaxis)
+    _plain_numbers(axes.yaxis)
+    axes.set_title("Against size; larger marks took longer")
+    axes.legend(loc="best")
 
 
 def _draw_left(axes: Axes, heldout: Samples, best: Row, pitch_mm: float | None) -> None:
@@ -114,11 +131,11 @@ def _draw_left(axes: Axes, heldout: Samples, best: Row, pitch_mm: float | None) 
         middle, mean = _means(x[rows], left[rows])
         axes.plot(middle, mean, color=colour, linewidth=1.3, label=words)
     guide(axes, y=0.0)
-    where = "along the axis" if pitch_mm is None else "within a turn of the screw"
+    where = "along the axis" if pitch_mm is None else "within a turn"
     axes.set_xlabel("position, mm" if pitch_mm is None else "place in the turn, mm")
     axes.set_ylabel("left, µm")
-    axes.set_title(f"What {best.name} leaves {where}", pad=24)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4)
+    axes.set_title(f"Left {where} by {best.name}")
+    axes.legend(loc="upper right", ncols=2)
 
 
 def _means(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -147,9 +164,11 @@ def _draw_courses(axes: Axes, rows: list[Row]) -> None:
             styles.get(algorithm, "-"),
             color=colours[design],
             linewidth=1.1,
-            label=row.name,
+            label=_short(row),
         )
     axes.set(xscale="log", yscale="log", xlabel="epoch of the best start", ylabel="error on choosing readings, µm")
-    axes.set_title("How networks learned (of two networks, the second)", pad=50 if len(networks) > 5 else 24)
+    _plain_numbers(axes.xaxis)
+    _plain_numbers(axes.yaxis)
+    axes.set_title("How networks learned (of two networks, the second)")
     if networks:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4)
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=7.5)
