@@ -45,6 +45,9 @@ def training_figure(result: PredictorComparison) -> Figure:
         raise ArgumentError("figure", "no predictor has a figure", "one at least")
     turns = result.pitch_mm is not None
     figure = new_figure(height_inch=11.0)
+    figure.set_layout_engine(
+        "constrained", w_pad=0.2
+    )  # tick labels of logarithmic axes are wider than it takes them for
     grid = figure.add_gridspec(3, 2, height_ratios=(1.3, 1.0, 1.1))
     _draw_errors(figure.add_subplot(grid[0, 0]), result, rows)
     _draw_sizes(figure.add_subplot(grid[0, 1]), result, rows)
