@@ -96,7 +96,7 @@ def test_the_picked_row_is_written_and_the_figure_is_there(trained, files):
 
 def test_the_written_predictor_drives_a_study_with_caution(trained, files):
     (files / "s.toml").write_text(
-        'name = "mine"\n[program]\nstart = "0.5 inch"\nend = "3 inch"\nincrement = "0.5 inch"\n'
+        'name = "mine"\n[program]\nstart = "1 inch"\nend = "3 inch"\nincrement = "0.5 inch"\n'
         '[predictor]\nmodel = "table.toml"\ncautious = true\n'
     )
     belief = read_study(files / "s.toml").model
@@ -111,7 +111,7 @@ def test_the_written_predictor_drives_a_study_with_caution(trained, files):
     [
         (["axis.csv", "-o", "best.txt"], "ends in .toml"),
         (["axis.csv", "--pick", "effects"], "-o MODEL.toml"),
-        (["axis.csv", "-o", "x.toml", "--pick", "tabel"], "table"),
+        (["axis.csv", "-o", "x.toml", "--pick", "network 41 lm"], "network 40 lm"),
         (["axis.csv", "--budget", "40"], "unit"),
         (["axis.csv", "--budget", "-3 s"], "above 0 s"),
         (["axis.csv", "--figure", "x.doc"], ".png"),
