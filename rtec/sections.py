@@ -98,6 +98,15 @@ class Section:
     def _dotted(name: str, key: str) -> str:
         return f"{name}.{key}" if name else key
 
+    @property
+    def path(self) -> str | Path:
+        """The file."""
+        return self._path
+
+    def part(self, name: str, given: object, keys: tuple[str, ...]) -> Section:
+        """Return a table of the same file that may hold these keys and no others."""
+        return Section(self._path, name, given, {}, optional=keys)
+
     def where(self, key: str) -> str:
         """Return how an error message names a key."""
         return f"{self._path}: {self._dotted(self._name, key)}"
@@ -162,6 +171,13 @@ class Section:
     def number(self, key: str, low: float, high: float) -> float:
         """Return a pure number."""
         return number_within(self.where(key), self.raw(key), low, high)
+
+    def yes_or_no(self, key: str) -> bool:
+        """Return true or false."""
+        value = self.raw(key)
+        if not isinstance(value, bool):
+            raise ArgumentError(self.where(key), brief(repr(value)), "true or false")
+        return value
 
     def choice(self, key: str, kind: Iterable[_E]) -> _E:
         """Return the one of these members whose value stands there."""

@@ -13,7 +13,7 @@ from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.inference.model import Model
-    from rtec.report.results import LeftOut
+    from rtec.inference.static_predictor import LeftOut
 
 _UNITS = {"mm": 1.0, "inch": 25.4}
 
@@ -108,7 +108,7 @@ def _error_model(path: Path) -> Model:
     from rtec.effects import Units
     from rtec.errors import FileFormatError
     from rtec.inference.model_file import read_model, read_observe
-    from rtec.study.model_predictor import check_of_positions
+    from rtec.inference.static_predictor import check_of_positions
 
     observe = read_observe(path)
     if observe != "deviation":

@@ -21,6 +21,18 @@ A curve is a model of position and direction, in this order, alone.
     ``unit``. The position is held in low .. high; the cyclic network sees it modulo ``pitch``, and a position at most
     ``touch`` below a multiple of the pitch counts as that multiple (input 0): the cyclic network is not continuous
     there, and rounding would choose the side. A network of n = 0 neurons gives its bias; the pitch is above zero.
+
+`cubic_error`
+    ``n, positions[n], errors[n], slopes[n]`` of the forward direction, then the same of the reverse direction: a
+    cubic between two points that has their errors and slopes.
+
+`layered_error`
+    ``low, high`` (mm) in which the first input is held, ``pitch, touch`` (mm), the number of networks, the most
+    neurons of a layer and room for twice as many, which the function writes into; then each network, whose outputs
+    are added: ``inputs, hidden layers, neurons of each``; for each input ``place, kind, middle, half``; weights and
+    biases layer by layer as `rtec.predictors.fitting.layers` has them; ``bias, factor`` of the output in mm. An input
+    of kind PLAIN is what stands at its place less the middle, divided by the half; before that, a SIGN is 0 forward
+    and 1 in reverse, a TURN the position within a turn of the screw in mm.
 """
 
 from __future__ import annotations
@@ -42,8 +54,31 @@ TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
 """Place of the first temperature in degrees Celsius."""
 SENSORS = TEMPERATURES + MOST_TEMPERATURES
 
+PLAIN, SIGN, TURN = 0, 1, 2
+"""Kinds of inputs of a layered network."""
+LAYERED_HEAD = 6
+"""Numbers in front of the room of layered networks."""
+MOST_NEURONS = 64
+"""In a layer."""
 NETWORK_HEAD = 5
 """Numbers in front of the first network."""
+
+
+@helper
+def _segment(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> int:
+    """Return the index of the last of ``n`` ascending positions, from index ``first`` on, that is not above ``x_mm``.
+
+    Of positions within the table; the last one belongs to the segment before it.
+    """
+    below = first
+    above = first + n - 1
+    while above - below > 1:
+        middle = (below + above) // 2
+        if par[middle] <= x_mm:
+            below = middle
+        else:
+            above = middle
+    return below
 
 
 @helper
@@ -54,16 +89,27 @@ def _interpolate(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) 
     last = first + n - 1
     if x_mm >= par[last]:
         return par[last + n]
-    below = first
-    above = last
-    while above - below > 1:
-        middle = (below + above) // 2
-        if par[middle] <= x_mm:
-            below = middle
-        else:
-            above = middle
+    below = _segment(par, first, n, x_mm)
+    above = below + 1
     share = (x_mm - par[below]) / (par[above] - par[below])
     return (1.0 - share) * par[below + n] + share * par[above + n]
+
+
+@helper
+def _cubic(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> float:
+    """Return the error of the table of cubics whose positions start at index ``first``."""
+    last = first + n - 1
+    if x_mm <= par[first]:
+        return par[first + n]
+    if x_mm >= par[last]:
+        return par[last + n]
+    k = _segment(par, first, n, x_mm)
+    width = par[k + 1] - par[k]
+    t = (x_mm - par[k]) / width
+    left, right = par[k + n], par[k + n + 1]
+    rise = right - left
+    rising, falling = par[k + 2 * n] * width, par[k + 2 * n + 1] * width
+    return left + t * (rising + t * (3.0 * rise - 2.0 * rising - falling + t * (rising + falling - 2.0 * rise)))
 
 
 @helper
@@ -86,6 +132,13 @@ def _network(par: npt.NDArray[np.float64], start: int, position: float, directio
     for i in range(n):
         total += par[layer + i] * _logsig(par[biases + i] + par[weights + i] * position)
     return total
+
+
+@helper
+def within_turn(position_mm: float, pitch_mm: float, touch_mm: float) -> float:
+    """Return the position within a turn of the screw, from 0 on; just below a whole turn it is 0."""
+    phase_mm = position_mm - pitch_mm * math.floor(position_mm / pitch_mm)
+    return 0.0 if pitch_mm - phase_mm <= touch_mm or phase_mm < 0.0 else phase_mm
 
 
 @kernel
@@ -125,13 +178,75 @@ def network_error(
     held_mm = min(max(inputs[0], numbers[0]), numbers[1])
     direction = 1 if inputs[1] >= 0.0 else -1
     pitch_mm = numbers[2]
-    phase_mm = held_mm - pitch_mm * math.floor(held_mm / pitch_mm)
-    if pitch_mm - phase_mm <= numbers[3] or phase_mm < 0.0:
-        phase_mm = 0.0
+    phase_mm = within_turn(held_mm, pitch_mm, numbers[3])
     unit_mm = numbers[4]
     cyclic = NETWORK_HEAD + 4 * int(numbers[NETWORK_HEAD]) + 2
     long_range = _network(numbers, NETWORK_HEAD, held_mm / unit_mm, direction)
     return float((long_range + _network(numbers, cyclic, phase_mm / unit_mm, direction)) * unit_mm)
+
+
+@kernel
+def cubic_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return the error of a table, cubic between its points."""
+    n = int(numbers[0])
+    if inputs[1] >= 0.0:
+        return float(_cubic(numbers, 1, n, inputs[0]))
+    reverse = 1 + 3 * n
+    return float(_cubic(numbers, reverse + 1, int(numbers[reverse]), inputs[0]))
+
+
+@kernel
+def layered_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return the sum of networks of logistic neurons."""
+    held_mm = min(max(inputs[0], numbers[0]), numbers[1])
+    most = int(numbers[5])
+    seen = LAYERED_HEAD
+    given = seen + most
+    at = given + most
+    total = 0.0
+    for _ in range(int(numbers[4])):
+        before = int(numbers[at])
+        layers = int(numbers[at + 1])
+        widths = at + 2
+        at = widths + layers
+        for i in range(before):
+            place = int(numbers[at])
+            value = held_mm if place == 0 else inputs[place]
+            if int(numbers[at + 1]) == SIGN:
+                value = 0.0 if value >= 0.0 else 1.0
+            elif int(numbers[at + 1]) == TURN:
+                value = within_turn(value, numbers[2], numbers[3])
+            numbers[seen + i] = (value - numbers[at + 2]) / numbers[at + 3]
+            at += 4
+        for layer in range(layers):
+            after = int(numbers[widths + layer])
+            biases = at + before * after
+            for j in range(after):
+                numbers[given + j] = numbers[biases + j]
+            for i in range(before):
+                for j in range(after):
+                    numbers[given + j] += numbers[seen + i] * numbers[at + i * after + j]
+            for j in range(after):
+                numbers[seen + j] = _logsig(numbers[given + j])
+            at = biases + after
+            before = after
+        output = numbers[at + before]
+        for i in range(before):
+            output += numbers[seen + i] * numbers[at + i]
+        at += before + 1
+        total += numbers[at] + numbers[at + 1] * output
+        at += 2
+    return total
 
 
 @kernel
@@ -146,12 +261,22 @@ def growth_error(
 
 
 @helper
+def sure_of(error_mm: float, unsure_mm: float) -> float:
+    """Return the end of the interval about an error that is nearer to zero; zero where the interval holds it."""
+    if error_mm > unsure_mm:
+        return error_mm - unsure_mm
+    if error_mm < -unsure_mm:
+        return error_mm + unsure_mm
+    return 0.0 if abs(error_mm) <= unsure_mm else error_mm
+
+
+@helper
 def error_at(curve: Any, x_mm: float, direction: int) -> float:
     """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
-    function, numbers, _, _, _, inputs, memory, sd = curve
+    function, numbers, _, _, _, inputs, memory, sd, unsure_mm = curve
     inputs[0] = x_mm
     inputs[1] = direction
-    return float(function(numbers, inputs, memory[0], sd))
+    return sure_of(float(function(numbers, inputs, memory[0], sd)), unsure_mm)
 
 
 @helper
@@ -159,16 +284,16 @@ def believed_mm(model: Any, sensors: npt.NDArray[np.float64], place: int) -> flo
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
-    value of each that it knows, room for the inputs, and a memory and room for a standard deviation for each
-    ``place`` at which it is at work.
+    value of each that it knows, room for the inputs, a memory and room for a standard deviation for each ``place`` at
+    which it is at work, and by how much it may be off.
     """
-    function, numbers, wanted, low, high, inputs, memory, sd = model
+    function, numbers, wanted, low, high, inputs, memory, sd, unsure_mm = model
     sd[place] = math.nan
     for k in range(wanted.size):
         inputs[k] = sensors[wanted[k]]
         if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
             return math.nan
-    return float(function(numbers, inputs, memory[place], sd[place : place + 1]))
+    return sure_of(float(function(numbers, inputs, memory[place], sd[place : place + 1])), unsure_mm)
 
 
 @kernel

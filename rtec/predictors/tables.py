@@ -1,6 +1,6 @@
 """Tables of errors as machine tools use them: one direction and a backlash, or both directions.
 
-Between the points of a table the error is linear; beyond its ends it is that of the nearest point.
+Between the points of a table the error is linear or a monotone cubic; beyond its ends it is that of the nearest.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors import _kernels
 from rtec.predictors._columns import LARGEST, ascending, column, first_disorder
+from rtec.predictors.between import Between
 from rtec.predictors.protocol import FORWARD, REVERSE, Curve, Predictor
 
 Floats = npt.NDArray[np.float64]
@@ -36,6 +36,8 @@ class UnidirectionalTable(Curve):
     backlash_mm
         Error in reverse minus error forward, in mm: positive where the reverse curve lies above the forward curve (as
         on the thesis's lathe), negative where it lies below (as in the thesis's Figure 3.1).
+    between
+        What it says between the positions.
 
     Raises
     ------
@@ -58,6 +60,7 @@ class UnidirectionalTable(Curve):
     positions_mm: Floats
     errors_mm: Floats
     backlash_mm: float
+    between: Between = Between.LINES
 
     def __post_init__(self) -> None:
         positions = ascending("positions_mm", self.positions_mm)
@@ -120,12 +123,14 @@ class UnidirectionalTable(Curve):
     @property
     def function(self) -> Callable[..., float]:
         """The compiled function."""
-        return _kernels.table_error
+        return self.between.function
 
     @property
     def numbers(self) -> Floats:
         """A new array; its layout stands in ``_kernels.py``."""
-        return _both_ways((self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm))
+        return self.between.numbers(
+            (self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm)
+        )
 
     @property
     def range_mm(self) -> tuple[float, float]:
@@ -144,6 +149,8 @@ class BidirectionalTable(Curve):
         throughout, in the order of the motion, as the thesis's Table 3-3 does. The two stretches overlap.
     forward_errors_mm, reverse_errors_mm
         Error, actual minus target, in mm at each position. The compensation is its negative.
+    between
+        What it says between the positions.
 
     Raises
     ------
@@ -170,6 +177,7 @@ class BidirectionalTable(Curve):
     forward_errors_mm: Floats
     reverse_positions_mm: Floats
     reverse_errors_mm: Floats
+    between: Between = Between.LINES
 
     def __post_init__(self) -> None:
         forward = ascending("forward_positions_mm", self.forward_positions_mm)
@@ -268,12 +276,12 @@ class BidirectionalTable(Curve):
     @property
     def function(self) -> Callable[..., float]:
         """The compiled function."""
-        return _kernels.table_error
+        return self.between.function
 
     @property
     def numbers(self) -> Floats:
         """A new array; its layout stands in ``_kernels.py``."""
-        return _both_ways(
+        return self.between.numbers(
             (self.forward_positions_mm, self.forward_errors_mm), (self.reverse_positions_mm, self.reverse_errors_mm)
         )
 
@@ -284,11 +292,6 @@ class BidirectionalTable(Curve):
             float(max(self.forward_positions_mm[0], self.reverse_positions_mm[0])),
             float(min(self.forward_positions_mm[-1], self.reverse_positions_mm[-1])),
         )
-
-
-def _both_ways(forward: tuple[Floats, Floats], reverse: tuple[Floats, Floats]) -> Floats:
-    parts = [np.concatenate([[float(positions.size)], positions, errors]) for positions, errors in (forward, reverse)]
-    return np.concatenate(parts)
 
 
 def _averaged(targets: Floats, deviation: Floats) -> tuple[Floats, Floats]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.inference.results import Diagnosis
+from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan, PositioningFigures, Readings, joined
 from rtec.signal import EdgeStream
 
@@ -113,14 +114,6 @@ class Limit:
     """Largest error that the request's word can ask for."""
     largest_error_mm: float
     """Largest error of the study's predictor."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LeftOut:
-    """An effect of a model that a predictor of position and direction cannot hold."""
-
-    effect: str
-    why: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

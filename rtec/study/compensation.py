@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.inference.model import Model, Term
+from rtec.inference.static_predictor import Floats, LeftOut, predictor_of_model, static_part
 from rtec.predictors import FORWARD, REVERSE
-from rtec.report.results import LeftOut
-from rtec.study.model_predictor import Floats, predictor_of_model, static_part
 
 LINUXCNC_TRIPLETS = 256
 """Most nodes that LinuxCNC reads for a joint."""

@@ -12,13 +12,13 @@ from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.inference.static_predictor import LeftOut
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Growth, Laser, Machine
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS
 from rtec.machine.faults import Fault, FaultPlace, Strikes, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
-from rtec.report.results import LeftOut
 from rtec.requester import Conversation
 from rtec.sections import Section, brief, choice, parse_toml, read_toml
 from rtec.study.beliefs import LEARNED, axis_error_of, belief_of

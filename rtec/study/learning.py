@@ -17,13 +17,13 @@ from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis
+from rtec.inference.static_predictor import LeftOut, predictor_of_model, static_part
 from rtec.jobs import Tell
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, MeasuringPlan, Readings, joined, measurement_of_readings
 from rtec.predictors import BidirectionalTable, Predictor
-from rtec.report.results import Learned, LeftOut, Round, TruthScore
+from rtec.report.results import Learned, Round, TruthScore
 from rtec.study.definition import Study
-from rtec.study.model_predictor import predictor_of_model, static_part
 from rtec.units import MM_PER_INCH
 
 SOURCE = "readings/calibration.csv"

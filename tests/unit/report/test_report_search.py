@@ -14,10 +14,10 @@ from rich.console import Console
 from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model_file import read_model
+from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_positioning_test
 from rtec.report import (
     Learned,
-    LeftOut,
     Round,
     TruthScore,
     rounds_sentence,

@@ -11,7 +11,6 @@ from rtec.effects import Conditions
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
 from rtec.predictors import FORWARD, REVERSE, BidirectionalTable
-from rtec.report.results import LeftOut
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +19,14 @@ POINTS_A_WAVE = 50
 FEWEST_POINTS, MOST_POINTS = 5_000, 100_000
 FEWEST_POINTS_A_WAVE = 10
 """Below, a wave is left out: it would be followed by no better than 5 % of its amplitude."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """An effect of a model that a predictor of position and direction cannot hold."""
+
+    effect: str
+    why: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

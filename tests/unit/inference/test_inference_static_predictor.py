@@ -6,7 +6,7 @@ import pytest
 from rtec.effects import Shape, Units, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
-from rtec.study.model_predictor import FEWEST_POINTS, MOST_POINTS, predictor_of_model, static_part
+from rtec.inference.static_predictor import FEWEST_POINTS, MOST_POINTS, predictor_of_model, static_part
 
 UNITS = Units("mm", "mm", "s")
 

@@ -1,0 +1,331 @@
+"""Training a network: several starts, stopped where readings that it does not see are no longer foretold better."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.errors import ArgumentError
+from rtec.predictors._kernels import within_turn
+from rtec.predictors.fitting.algorithms import Algorithm, Problem
+from rtec.predictors.fitting.layers import Layers, Shape
+from rtec.predictors.fitting.samples import Samples, means_over_turns
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
+from rtec.predictors.network import TOUCH_MM
+
+Floats = npt.NDArray[np.float64]
+FIRST_SHARE = 0.6
+"""Of the time, that the first of two networks gets."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limit:
+    """What ends trainings from outside; the best so far is kept.
+
+    Parameters
+    ----------
+    until_s
+        Time of `time.perf_counter`.
+    stopped
+        Asked after every epoch.
+    """
+
+    until_s: float = math.inf
+    stopped: Callable[[], bool] = lambda: False
+
+    @property
+    def reached(self) -> bool:
+        """Whether training should end."""
+        return time.perf_counter() >= self.until_s or self.stopped()
+
+    def first(self, share: float) -> Limit:
+        """Return the limit of the first share of the time from now on."""
+        now = time.perf_counter()
+        return Limit(until_s=now + share * (self.until_s - now), stopped=self.stopped)
+
+
+TURN, WAY = "turn", "direction"
+_NO_LIMIT = Limit()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effort:
+    """How much work a network is worth.
+
+    Parameters
+    ----------
+    algorithm
+        That lowers the sum of squares.
+    starts
+        Trainings from weights drawn anew; the best is kept.
+    epochs
+        Of a training, at most.
+    patience
+        Epochs without a lower error on the readings that it does not see, after which a training ends.
+    goal_mm2
+        Sum of squares at which a training ends; 0: never.
+    seed
+        Draws the first weights.
+
+    Raises
+    ------
+    ArgumentError
+        A number that is not above zero.
+    """
+
+    algorithm: Algorithm = Algorithm.LM
+    starts: int = 10
+    epochs: int = 1000
+    patience: int = 200
+    goal_mm2: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("starts", "epochs", "patience"):
+            if getattr(self, name) < 1:
+                raise ArgumentError(name, getattr(self, name), "1 or more")
+
+
+@dataclass(slots=True, kw_only=True)
+class Course:
+    """How a training went.
+
+    Parameters
+    ----------
+    train_mm, unseen_mm
+        Root mean square after each epoch, of what was trained on and of what was not.
+    seconds
+        Of all starts together.
+    epochs
+        Of all starts together.
+    squares_mm2
+        Sum of squares of the weights that were kept, over what was trained on.
+    goal
+        Whether it was reached.
+    """
+
+    train_mm: list[float] = field(default_factory=list)
+    unseen_mm: list[float] = field(default_factory=list)
+    seconds: float = 0.0
+    epochs: int = 0
+    squares_mm2: float = math.nan
+    goal: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trained:
+    """A predictor of networks, and how each of them was trained."""
+
+    predictor: TrainedNetworks
+    courses: tuple[Course, ...]
+
+    @property
+    def weights(self) -> int:
+        """Number of all weights and biases."""
+        return sum(int(network.weights.size) for network in self.predictor.networks)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """Which networks describe an axis.
+
+    Parameters
+    ----------
+    hidden
+        Neurons of each hidden layer of the network for position, direction and, if ``within_turn`` is not given,
+        the place in the turn.
+    within_turn
+        Neurons of a second network for what repeats every turn; the first one then sees means over whole turns.
+    """
+
+    hidden: tuple[int, ...]
+    within_turn: int = 0
+
+    @property
+    def name(self) -> str:
+        """As in the thesis: 40, 30-10, 30 + 8."""
+        first = "-".join(map(str, self.hidden))
+        return f"{first} + {self.within_turn}" if self.within_turn else first
+
+
+def train(
+    design: Design,
+    seen: Samples,
+    unseen: Samples,
+    effort: Effort,
+    *,
+    pitch_mm: float | None = None,
+    limit: Limit = _NO_LIMIT,
+    tell: Callable[[float], None] = lambda loss_mm: None,
+) -> Trained:
+    """Train networks on averages of readings.
+
+    Parameters
+    ----------
+    design
+        Which networks.
+    seen, unseen
+        Readings that train, and readings at other places that say when to stop.
+    effort
+        How often and how long.
+    pitch_mm
+        Travel of a turn of the screw; without, no network looks at the place in the turn.
+    limit
+        What ends it from outside.
+    tell
+        Told the best root mean square of the unseen readings so far, in mm.
+
+    Raises
+    ------
+    ArgumentError
+        A network for the turn without a pitch, or fewer averages than weights.
+
+    References
+    ----------
+    Thesis 5.4.
+    """
+    averages, others = seen.averaged(), unseen.averaged()
+    span = seen.span_mm
+    pitch = 1.0 if pitch_mm is None else pitch_mm
+    if not design.within_turn:
+        inputs = ("position", WAY) if pitch_mm is None else ("position", WAY, TURN)
+        network, course = _trained(inputs, design.hidden, averages, others, effort, span, pitch, limit, tell)
+        return Trained(
+            predictor=TrainedNetworks(networks=(network,), range_mm=span, pitch_mm=pitch), courses=(course,)
+        )
+    if pitch_mm is None:
+        raise ArgumentError("screw_pitch", "nothing", "the travel of a turn", "--screw-pitch states it")
+    means = means_over_turns(averages, pitch)
+    fifth = np.arange(means.rows) % 5 == 2
+    inputs = ("position", WAY)
+    early = limit.first(FIRST_SHARE)
+    wide, first = _trained(
+        inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, early, tell
+    )
+    alone = TrainedNetworks(networks=(wide,), range_mm=span, pitch_mm=pitch)
+    left, left_over = (_less(alone, part) for part in (averages, others))
+    inputs = (TURN, WAY)
+    fine, second = _trained(inputs, (design.within_turn,), left, left_over, effort, span, pitch, limit, tell)
+    both = TrainedNetworks(networks=(wide, fine), range_mm=span, pitch_mm=pitch)
+    return Trained(predictor=both, courses=(first, second))
+
+
+def _less(predictor: TrainedNetworks, samples: Samples) -> Samples:
+    """Return what a predictor leaves of readings."""
+    left = samples.error_mm - predictor.error_mm(samples.position_mm, samples.direction)
+    return Samples(position_mm=samples.position_mm, direction=samples.direction, error_mm=left)
+
+
+def _trained(
+    inputs: tuple[str, ...],
+    hidden: tuple[int, ...],
+    seen: Samples,
+    unseen: Samples,
+    effort: Effort,
+    span_mm: tuple[float, float],
+    pitch_mm: float,
+    limit: Limit,
+    tell: Callable[[float], None],
+) -> tuple[LayeredNetwork, Course]:
+    """Return the best network of several starts."""
+    ends = {"position": span_mm, WAY: (0.0, 1.0), TURN: (0.0, pitch_mm)}
+    middle, half = (np.array([0.5 * (ends[n][1] + sign * ends[n][0]) for n in inputs]) for sign in (1.0, -1.0))
+    shape = Shape(inputs=len(inputs), hidden=hidden)
+    if seen.rows < shape.weights:
+        raise ArgumentError("readings", f"{seen.rows} averages", f"{shape.weights} or more, one for each weight")
+    bias, factor = float(seen.error_mm.mean()), float(seen.error_mm.std()) or 1.0
+
+    def scaled(samples: Samples) -> tuple[Floats, Floats]:
+        given = np.stack([seen_by(name, samples, pitch_mm) for name in inputs], axis=1)
+        return (given - middle) / half, (samples.error_mm - bias) / factor
+
+    given, wanted = scaled(seen)
+    problem = Problem(Layers(shape, given), wanted)
+    asked, answer = scaled(unseen)
+    best = _Best(Layers(shape, asked), answer, effort, factor, seen.rows, limit, tell)
+    rng = np.random.default_rng(effort.seed)
+    begun = time.perf_counter()
+    for _ in range(effort.starts):
+        best.begin()
+        with np.errstate(over="ignore", invalid="ignore"):  # a training that diverges is left, not reported
+            effort.algorithm.train(problem, shape.first_weights(rng), best.watch)
+        if limit.reached:
+            break
+    course = best.course
+    course.seconds = time.perf_counter() - begun
+    if best.weights is None:
+        raise ArgumentError("training", "diverged", "a sum of squares that falls", "another --seed, or more --starts")
+    network = LayeredNetwork(
+        inputs=inputs,
+        middle=middle,
+        half=half,
+        hidden=hidden,
+        weights=best.weights,
+        bias_mm=bias,
+        factor_mm=factor,
+    )
+    return network, course
+
+
+def seen_by(name: str, samples: Samples, pitch_mm: float) -> Floats:
+    """Return what an input of a network is at each reading, shape (n,): as the compiled predictor will have it."""
+    if name == WAY:
+        return np.where(samples.direction < 0.0, 1.0, 0.0)
+    if name == TURN:
+        return np.array([within_turn(x, pitch_mm, TOUCH_MM) for x in samples.position_mm])
+    return samples.position_mm
+
+
+class _Best:
+    """The best weights of all starts by what they say of unseen readings, and the course of the start they are of."""
+
+    def __init__(
+        self,
+        net: Layers,
+        wanted: Floats,
+        effort: Effort,
+        factor_mm: float,
+        rows: int,
+        limit: Limit,
+        tell: Callable[[float], None],
+    ) -> None:
+        self._net, self._wanted, self._effort = net, wanted, effort
+        self._factor, self._rows, self._limit, self._tell = factor_mm, rows, limit, tell
+        self.weights: Floats | None = None
+        self.course = Course()
+        self._lowest = math.inf
+        self._epochs = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin another start."""
+        self._course, self._here, self._since = Course(), math.inf, 0
+
+    def watch(self, weights: Floats, squares: float) -> bool:
+        """Take note of an epoch; False where it was the last one of this start."""
+        off = self._net.output(weights) - self._wanted
+        unseen = math.sqrt(float(off @ off) / off.size) * self._factor
+        course, effort = self._course, self._effort
+        if not math.isfinite(squares) or not math.isfinite(unseen):
+            return False
+        course.train_mm.append(math.sqrt(squares / self._rows) * self._factor)
+        course.unseen_mm.append(unseen)
+        squares_mm2 = squares * self._factor**2
+        course.goal = squares_mm2 <= effort.goal_mm2
+        self._since = 0 if unseen < self._here else self._since + 1
+        self._here = min(self._here, unseen)
+        if unseen < self._lowest:
+            self._lowest, self.weights = unseen, weights.copy()
+            course.squares_mm2 = squares_mm2
+            course.epochs = self.course.epochs
+            self.course = course
+            self._tell(unseen)
+        self._epochs += 1
+        self.course.epochs = self._epochs
+        more = len(course.train_mm) <= effort.epochs and self._since < effort.patience
+        return more and not course.goal and not self._limit.reached

@@ -1,0 +1,152 @@
+"""Trained networks as predictors: sums of networks of logistic neurons, their scaling kept with the weights."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.errors import ArgumentError
+from rtec.predictors import _kernels
+from rtec.predictors._columns import LARGEST, column
+from rtec.predictors.network import TOUCH_MM
+from rtec.predictors.protocol import Curve
+
+Floats = npt.NDArray[np.float64]
+
+INPUTS = {"position": (0, _kernels.PLAIN), "direction": (1, _kernels.SIGN), "turn": (0, _kernels.TURN)}
+"""What a network may look at: the position, the direction (0 forward, 1 reverse), the place in the turn; and how the
+compiled function finds it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LayeredNetwork:
+    """One network of logistic neurons with a linear output.
+
+    Parameters
+    ----------
+    inputs
+        Names of ``INPUTS``, in order.
+    middle, half
+        An input is what it stands for (mm; 0 or 1 for the direction) less its middle, divided by its half width; one
+        number an input.
+    hidden
+        Neurons of each hidden layer.
+    weights
+        Layer by layer: ``[input, neuron]``, then biases.
+    bias_mm, factor_mm
+        The error is ``bias_mm + factor_mm * output``.
+
+    Raises
+    ------
+    ArgumentError
+        An unknown input, columns of the wrong length, or numbers that are not finite.
+
+    Examples
+    --------
+    >>> LayeredNetwork(inputs=("position",), middle=[0.0], half=[10.0], hidden=(1,), weights=[1.0, 0.0, 2.0, -1.0],
+    ...                bias_mm=0.0, factor_mm=0.001).weights.size
+    4
+    """
+
+    inputs: tuple[str, ...]
+    middle: Floats
+    half: Floats
+    hidden: tuple[int, ...]
+    weights: Floats
+    bias_mm: float
+    factor_mm: float
+
+    def __post_init__(self) -> None:
+        for name in self.inputs:
+            if name not in INPUTS:
+                raise ArgumentError("inputs", repr(name)[:60], ", ".join(INPUTS))
+        if not 1 <= len(self.inputs) <= _kernels.MOST_NEURONS:
+            raise ArgumentError("inputs", len(self.inputs), "one or more")
+        if not self.hidden or not all(1 <= n <= _kernels.MOST_NEURONS for n in self.hidden):
+            found = ", ".join(map(str, self.hidden)) or "no layer"
+            raise ArgumentError("hidden", found[:60], f"layers of 1 to {_kernels.MOST_NEURONS} neurons")
+        widths = (len(self.inputs), *self.hidden, 1)
+        rows = sum((before + 1) * after for before, after in itertools.pairwise(widths))
+        for name, size in (("middle", widths[0]), ("half", widths[0]), ("weights", rows)):
+            values = column(name, getattr(self, name))
+            if values.size != size:
+                raise ArgumentError(name, f"{values.size} numbers", f"{size}, for {len(self.inputs)} inputs")
+            object.__setattr__(self, name, values)
+        if not (self.half > 0.0).all():
+            raise ArgumentError("half", f"{self.half.min():g}", "half widths above 0")
+        for name in ("bias_mm", "factor_mm"):
+            object.__setattr__(self, name, float(column(name, [getattr(self, name)])[0]))
+
+    @property
+    def numbers(self) -> Floats:
+        """The network as it stands in the numbers of a predictor (see ``_kernels.py``)."""
+        seen = [
+            [*map(float, INPUTS[name]), middle, half]
+            for name, middle, half in zip(self.inputs, self.middle, self.half, strict=True)
+        ]
+        head = [float(len(self.inputs)), float(len(self.hidden)), *map(float, self.hidden)]
+        return np.concatenate([head, *seen, self.weights, [self.bias_mm, self.factor_mm]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TrainedNetworks(Curve):
+    """Error of an axis as the sum of one network or several.
+
+    Parameters
+    ----------
+    networks
+        Whose outputs are added.
+    range_mm
+        Lowest and highest position for which they were trained. Beyond, the error of the end is held: a network says
+        anything there.
+    pitch_mm
+        Travel of a turn of the screw; above 0 mm. Without a network that looks at the turn it does not matter.
+
+    Raises
+    ------
+    ArgumentError
+        No network, a pitch not above zero, or a range without length.
+
+    References
+    ----------
+    Thesis 5.4 and Figures 5.5, 5.7.
+
+    Examples
+    --------
+    >>> flat = LayeredNetwork(inputs=("position",), middle=[0.0], half=[10.0], hidden=(1,),
+    ...                       weights=[0.0, 0.0, 2.0, 1.0], bias_mm=0.0, factor_mm=0.001)
+    >>> float(TrainedNetworks(networks=(flat,), range_mm=(0.0, 10.0)).error_mm(5.0, +1))
+    0.002
+    """
+
+    networks: tuple[LayeredNetwork, ...]
+    range_mm: tuple[float, float]
+    pitch_mm: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.networks) <= 4:
+            raise ArgumentError("networks", len(self.networks), "1 to 4 networks")
+        pitch = float(column("pitch_mm", [self.pitch_mm])[0])
+        if not pitch >= 1e-6:
+            raise ArgumentError("pitch_mm", pitch, f"1e-06 to {LARGEST:g} mm")
+        object.__setattr__(self, "pitch_mm", pitch)
+        low, high = column("range_mm", self.range_mm, rows=2).tolist()
+        if not low < high:
+            raise ArgumentError("range_mm", f"{low:g} to {high:g} mm", "the lower end first, and a length above 0")
+        object.__setattr__(self, "range_mm", (low, high))
+
+    @property
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return _kernels.layered_error
+
+    @property
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_kernels.py``."""
+        most = max(n for network in self.networks for n in (len(network.inputs), *network.hidden))
+        head = [*self.range_mm, self.pitch_mm, TOUCH_MM, float(len(self.networks)), float(most)]
+        return np.concatenate([head, np.zeros(2 * most), *(network.numbers for network in self.networks)])

@@ -1,0 +1,257 @@
+"""Trained predictors as TOML files that give back the same numbers.
+
+::
+
+    predictor = "networks"
+    version = 1
+    name = "network 40 lm"
+    source = "z_axis.csv"
+    range = ["25.4 mm", "1016 mm"]
+    interval = "1.8 um"
+    pitch = "6.35 mm"
+
+    [[network]]
+    inputs = ["position", "direction", "turn"]
+    middle = [520.7, 0.5, 3.175]
+    half = [495.3, 0.5, 3.175]
+    hidden = [40]
+    weights = [...]
+    bias_mm = 0.0783
+    factor_mm = 0.0351
+
+A ``table`` has ``between`` (linear, cubic), and ``[forward]`` and ``[reverse]`` with ``positions_mm`` and
+``errors_mm`` each; of one direction, ``[forward]`` and a ``backlash``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.predictors.between import Between
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
+from rtec.predictors.protocol import Predictor
+from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
+from rtec.sections import Section, read_toml
+from rtec.units import LENGTH
+from rtec.whole_file import WholeFile
+
+VERSION = 1
+NETWORKS, TABLE = "networks", "table"
+_HEAD = ("predictor", "version", "name", "source", "range", "interval")
+_NETWORK = ("inputs", "middle", "half", "hidden", "weights", "bias_mm", "factor_mm")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KnownPredictor:
+    """A predictor with what is known of it.
+
+    Parameters
+    ----------
+    predictor
+        A table or networks.
+    name, source
+        What it is, and the measurement that it was fitted to.
+    interval_mm
+        Half width of the interval in which 90 % of readings lie; infinite where that is not known.
+    """
+
+    predictor: Predictor
+    name: str
+    source: str = ""
+    interval_mm: float = math.inf
+
+
+def is_predictor_file(path: str | Path) -> bool:
+    """Return whether a TOML file holds a trained predictor, and no model of effects.
+
+    Raises
+    ------
+    FileFormatError
+        No readable TOML.
+    """
+    return "predictor" in read_toml(Path(path))
+
+
+def read_predictor(path: str | Path) -> KnownPredictor:
+    """Read a trained predictor.
+
+    Raises
+    ------
+    FileFormatError
+        No readable TOML, another version, an unknown key, or one that is missing.
+    ArgumentError
+        A value that cannot be: it names file and key.
+    """
+    given = read_toml(Path(path))
+    kinds = {NETWORKS: ("pitch", "network"), TABLE: ("between", "backlash", "forward", "reverse")}
+    kind = given.get("predictor")
+    if kind not in kinds:
+        raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in kinds))
+    if given.get("version") != VERSION:
+        found = f"version = {given.get('version')!r}"[:80]
+        raise FileFormatError(path, None, found, f"version = {VERSION}; train it again with this rtec")
+    top = Section(path, "", given, {}, optional=(*_HEAD, *kinds[kind]))
+    ends = top.texts("range")
+    if len(ends) != 2:
+        raise ArgumentError(top.where("range"), f"{len(ends)} values", "its lower and its upper end")
+    low_mm, high_mm = top.quantities("range", LENGTH)
+    with top.naming(range_mm="range", pitch_mm="pitch", networks="network"):
+        predictor = _networks(top, low_mm, high_mm) if kind == NETWORKS else _table(top)
+    if predictor.range_mm != (low_mm, high_mm):
+        found = f"{low_mm:g} to {high_mm:g} mm"
+        raise ArgumentError(top.where("range"), found, f"{predictor.range_mm[0]:g} to {predictor.range_mm[1]:g} mm")
+    interval = top.quantity("interval", LENGTH) if top.has("interval") else math.inf
+    if not interval >= 0.0:
+        raise ArgumentError(top.where("interval"), f"{interval:g} mm", "a length from 0")
+    return KnownPredictor(
+        predictor=predictor,
+        name=top.text("name"),
+        source=top.text("source") if top.has("source") else "",
+        interval_mm=interval,
+    )
+
+
+def _networks(top: Section, low_mm: float, high_mm: float) -> TrainedNetworks:
+    entries = top.raw("network")
+    if not isinstance(entries, list):
+        raise ArgumentError(top.where("network"), repr(entries)[:60], "tables [[network]]")
+    found = []
+    for number, entry in enumerate(entries, 1):
+        part = top.part(f"network[{number}]", entry, _NETWORK)
+        with part.naming(**{name: name for name in _NETWORK}):
+            found.append(
+                LayeredNetwork(
+                    inputs=tuple(part.texts("inputs")),
+                    middle=_numbers(part, "middle"),
+                    half=_numbers(part, "half"),
+                    hidden=tuple(_whole(part, "hidden")),
+                    weights=_numbers(part, "weights"),
+                    bias_mm=part.number("bias_mm", -1e6, 1e6),
+                    factor_mm=part.number("factor_mm", -1e6, 1e6),
+                )
+            )
+    pitch_mm = top.quantity("pitch", LENGTH) if top.has("pitch") else 1.0
+    if not top.has("pitch") and any("turn" in network.inputs for network in found):
+        raise FileFormatError(top.path, None, "no 'pitch' for an input 'turn'", 'pitch = "5 mm"')
+    return TrainedNetworks(networks=tuple(found), range_mm=(low_mm, high_mm), pitch_mm=pitch_mm)
+
+
+def _table(top: Section) -> UnidirectionalTable | BidirectionalTable:
+    between = top.choice("between", Between) if top.has("between") else Between.LINES
+    columns = ("positions_mm", "errors_mm")
+    sides = {side: top.part(side, top.raw(side), columns) for side in ("forward", "reverse") if top.has(side)}
+    if "forward" not in sides:
+        raise FileFormatError(top.path, None, "no table [forward]", "[forward] with positions_mm and errors_mm")
+    numbers = {side: [_numbers(part, name) for name in columns] for side, part in sides.items()}
+    if "reverse" not in sides:
+        return UnidirectionalTable(
+            positions_mm=numbers["forward"][0],
+            errors_mm=numbers["forward"][1],
+            backlash_mm=top.quantity("backlash", LENGTH),
+            between=between,
+        )
+    return BidirectionalTable(
+        forward_positions_mm=numbers["forward"][0],
+        forward_errors_mm=numbers["forward"][1],
+        reverse_positions_mm=numbers["reverse"][0],
+        reverse_errors_mm=numbers["reverse"][1],
+        between=between,
+    )
+
+
+def _numbers(part: Section, key: str) -> npt.NDArray[np.float64]:
+    values = part.raw(key)
+    if not isinstance(values, list) or not all(type(value) in (int, float) for value in values):
+        raise ArgumentError(part.where(key), repr(values)[:60], "a list of numbers")
+    return np.array(values, dtype=np.float64)
+
+
+def _whole(part: Section, key: str) -> list[int]:
+    values = part.raw(key)
+    if not isinstance(values, list) or not all(type(value) is int for value in values):
+        raise ArgumentError(part.where(key), repr(values)[:60], "a list of whole numbers")
+    return values
+
+
+def write_predictor(path: str | Path, known: KnownPredictor) -> None:
+    """Write a trained predictor; the file appears whole or not at all.
+
+    Raises
+    ------
+    ArgumentError
+        A predictor that is neither a table nor networks.
+    OutputError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> table = UnidirectionalTable(positions_mm=[0, 10], errors_mm=[0, 0.002], backlash_mm=0.003)
+    >>> file = Path(tempfile.mkdtemp()) / "p.toml"
+    >>> write_predictor(file, KnownPredictor(predictor=table, name="table"))
+    >>> read_predictor(file).predictor == table
+    True
+    """
+    predictor = known.predictor
+    if isinstance(predictor, TrainedNetworks):
+        kind, body = NETWORKS, _network_lines(predictor)
+    elif isinstance(predictor, UnidirectionalTable | BidirectionalTable):
+        kind, body = TABLE, _table_lines(predictor)
+    else:
+        raise ArgumentError("predictor", type(predictor).__name__, "a table or networks")
+    low_mm, high_mm = predictor.range_mm
+    lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {_text(known.name)}"]
+    lines += [f"source = {_text(known.source)}"] if known.source else []
+    lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
+    lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
+    with WholeFile(path) as out:
+        out.write("\n".join([*lines, *body, ""]).encode())
+
+
+def _network_lines(predictor: TrainedNetworks) -> Iterator[str]:
+    yield f'pitch = "{predictor.pitch_mm!r} mm"'
+    for network in predictor.networks:
+        yield ""
+        yield "[[network]]"
+        yield "inputs = [" + ", ".join(_text(name) for name in network.inputs) + "]"
+        yield f"middle = {_listed(network.middle)}"
+        yield f"half = {_listed(network.half)}"
+        yield f"hidden = {list(network.hidden)!r}"
+        yield f"weights = {_listed(network.weights)}"
+        yield f"bias_mm = {network.bias_mm!r}"
+        yield f"factor_mm = {network.factor_mm!r}"
+
+
+def _table_lines(table: UnidirectionalTable | BidirectionalTable) -> Iterator[str]:
+    yield f'between = "{table.between.value}"'
+    sides: dict[str, tuple[Any, Any]]
+    if isinstance(table, UnidirectionalTable):
+        yield f'backlash = "{table.backlash_mm!r} mm"'
+        sides = {"forward": (table.positions_mm, table.errors_mm)}
+    else:
+        sides = {
+            "forward": (table.forward_positions_mm, table.forward_errors_mm),
+            "reverse": (table.reverse_positions_mm, table.reverse_errors_mm),
+        }
+    for side, (positions, errors) in sides.items():
+        yield ""
+        yield f"[{side}]"
+        yield f"positions_mm = {_listed(positions)}"
+        yield f"errors_mm = {_listed(errors)}"
+
+
+def _listed(values: Iterable[float]) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+
+
+def _text(value: str) -> str:
+    plain = "".join(letter if letter.isprintable() and letter not in '"\\' else "?" for letter in value)
+    return f'"{plain[:200]}"'

@@ -1,0 +1,264 @@
+"""Every method on the same parts of a measurement, side by side, within a time."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from rtec.dataset.dataset import Dataset
+from rtec.errors import ArgumentError
+from rtec.jobs import cores
+from rtec.predictors import Predictor
+from rtec.predictors.fitting.samples import Samples
+from rtec.predictors.fitting.training import Effort, Limit
+from rtec.training.methods import Fitted, Kind, Method, Task, all_methods, turn_warning
+from rtec.training.parts import Parts, parts_of
+from rtec.training.results import PredictorComparison, Row
+
+COVERED = 0.9
+"""Share of readings at other places that an interval is to hold."""
+_LEAST_S = 0.5
+"""That a network gets however short the budget is."""
+_TIMED = 20_000
+"""Evaluations that are timed."""
+Progress = Callable[[str, float], None]
+
+
+def compare_predictors(
+    dataset: Dataset,
+    heldout: Dataset | None = None,
+    *,
+    effort: Effort | None = None,
+    budget_s: float | None = 60.0,
+    methods: Sequence[Method] | None = None,
+    seed: int = 0,
+    progress: Progress = lambda what, share: None,
+) -> PredictorComparison:
+    """Fit every kind of predictor to one measurement, and judge all of them by the same readings.
+
+    Parameters
+    ----------
+    dataset
+        The measurement.
+    heldout
+        Another one that judges; best one at other targets. Else a fifth of the places of the first.
+    effort
+        What a network is worth.
+    budget_s
+        Time for all networks together; they share it. None: each trains until its effort is spent.
+    methods
+        Which; None: all.
+    seed
+        Draws parts and first weights.
+    progress
+        Called with what is at work, with its loss, and the share done; from any thread, one at a time.
+
+    Returns
+    -------
+    PredictorComparison
+        A row for each method. Ctrl-C ends the trainings; each row then holds the best so far.
+
+    Raises
+    ------
+    ArgumentError
+        A measurement of which no predictor of positions can be made.
+    """
+    parts = parts_of(dataset, heldout, seed=seed)
+    pitch_mm = dataset.conditions.screw_pitch
+    chosen = tuple(all_methods() if methods is None else methods)
+    run = _Run(dataset, parts, pitch_mm, replace(effort or Effort(), seed=seed), budget_s, chosen, progress)
+    rows = run.rows()
+    warning = turn_warning(parts, pitch_mm)
+    return PredictorComparison(
+        source=dataset.source,
+        parts=parts,
+        rows=rows,
+        pitch_mm=pitch_mm,
+        noise_mm=repeatability_mm(parts.train),
+        notes=() if warning is None else (warning,),
+        interrupted=run.stopped,
+    )
+
+
+def repeatability_mm(samples: Samples) -> float | None:
+    """Return the standard deviation of a reading about the mean of its place and direction; None without repeats."""
+    cell = 2 * samples.place() + (samples.direction < 0.0)
+    counts = np.bincount(cell)
+    freedom = samples.rows - np.count_nonzero(counts)
+    if not freedom:
+        return None
+    mean = np.bincount(cell, samples.error_mm)[cell] / counts[cell]
+    return math.sqrt(float(np.sum((samples.error_mm - mean) ** 2)) / freedom)
+
+
+class _Run:
+    """The methods at work: what each may take, what all are told."""
+
+    def __init__(
+        self,
+        dataset: Dataset,
+        parts: Parts,
+        pitch_mm: float | None,
+        effort: Effort,
+        budget_s: float | None,
+        methods: tuple[Method, ...],
+        progress: Progress,
+    ) -> None:
+        self._dataset, self._parts, self._pitch_mm, self._effort = dataset, parts, pitch_mm, effort
+        self._budget_s, self._methods, self._progress = budget_s, methods, progress
+        self._networks = sum(method.kind is Kind.NETWORK for method in methods)
+        self._ended = threading.Event()
+        self._lock = threading.Lock()
+        self._begun = time.perf_counter()
+        self._done = 0
+
+    @property
+    def stopped(self) -> bool:
+        """Whether Ctrl-C ended it."""
+        return self._ended.is_set()
+
+    def rows(self) -> tuple[Row, ...]:
+        """Carry all methods out, and return their rows in the same order."""
+        found: dict[str, Row] = {}
+        alone = [method for method in self._methods if method.kind is not Kind.NETWORK]
+        try:
+            for method in alone:
+                found[method.name] = self._row(method)
+        except KeyboardInterrupt:
+            self._ended.set()
+        self._begun = time.perf_counter()
+        # trainings run side by side: a matrix product that takes all cores for itself would be in their way
+        with threadpool_limits(1), ThreadPoolExecutor(cores(), thread_name_prefix="rtec-train") as pool:
+            futures = {m.name: pool.submit(self._row, m) for m in self._methods if m.name not in found}
+            try:
+                found |= _results(futures)
+            except KeyboardInterrupt:
+                self._ended.set()
+                found |= _results(futures)
+        return tuple(found[method.name] for method in self._methods)
+
+    def _row(self, method: Method) -> Row:
+        limit = Limit(until_s=self._until(method), stopped=self._ended.is_set)
+        begun = time.perf_counter()
+
+        def tell(loss_mm: float) -> None:
+            self._tell(f"{method.name}: {1e3 * loss_mm:.3g} µm", self._done)
+
+        self._tell(method.name, self._done)
+        row = Row(name=method.name, kind=method.kind.value)
+        task = Task(
+            dataset=self._dataset,
+            parts=self._parts,
+            pitch_mm=self._pitch_mm,
+            effort=self._effort,
+            limit=limit,
+            tell=tell,
+        )
+        try:
+            if self._ended.is_set():
+                return replace(row, reason="ended before its turn")
+            fitted = method.fit(task)
+        except ArgumentError as error:
+            return replace(row, reason=str(error))
+        finally:
+            with self._lock:
+                self._done += 1
+        return judged(row, fitted, self._parts, time.perf_counter() - begun)
+
+    def _until(self, method: Method) -> float:
+        """Return when a method has to come to its end: networks share what is left of the budget."""
+        if method.kind is not Kind.NETWORK or self._budget_s is None:
+            return math.inf
+        now = time.perf_counter()
+        with self._lock:
+            left, self._networks = self._networks, self._networks - 1
+        share = min(cores(), left) / left
+        return now + max(_LEAST_S, (self._begun + self._budget_s - now) * share)
+
+    def _tell(self, what: str, done: int) -> None:
+        with self._lock:
+            share = done / len(self._methods)
+            if self._budget_s is not None:
+                passed = (time.perf_counter() - self._begun) / self._budget_s
+                share = max(share, min(passed, 0.99))
+            self._progress(what, min(share, 1.0))
+
+
+def _results(futures: Mapping[str, Future[Row]]) -> dict[str, Row]:
+    return {name: future.result() for name, future in futures.items()}
+
+
+def judged(row: Row, fitted: Fitted, parts: Parts, train_s: float) -> Row:
+    """Return the row of what a method gave: its errors, how sure it is, and what it costs."""
+    off_train, off_heldout = (_off(fitted.predictor, part) for part in (parts.train, parts.heldout))
+    unsure = fitted.predictor if fitted.unsure is None else fitted.unsure
+    interval = conformal_mm(_off(unsure, parts.sure))
+    return replace(
+        row,
+        predictor=fitted.predictor,
+        rms_train_mm=_rms(off_train),
+        rms_heldout_mm=_rms(off_heldout),
+        worst_heldout_mm=float(np.abs(off_heldout).max()),
+        train_s=train_s,
+        eval_ns=evaluation_ns(fitted.predictor, parts.train.span_mm),
+        parameters=fitted.parameters,
+        interval_mm=interval,
+        coverage=float(np.mean(np.abs(off_heldout) <= interval)),
+        notes=fitted.notes,
+        courses=fitted.courses,
+        tried=fitted.tried,
+        model=fitted.model,
+    )
+
+
+def conformal_mm(off_mm: np.ndarray, share: float = COVERED) -> float:
+    """Return the half width of the interval that holds a share of new readings (split-conformal).
+
+    Parameters
+    ----------
+    off_mm
+        What readings that took no part in the fit are off, in mm, shape (n,).
+    share
+        Of new readings, drawn as these were, that lie within on average.
+
+    Returns
+    -------
+    float
+        The ``ceil((n + 1) share)``-th of the absolute values; infinite where there are fewer than that.
+
+    References
+    ----------
+    Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World, 2005.
+
+    Examples
+    --------
+    >>> conformal_mm(np.arange(-9.0, 10.0)), conformal_mm(np.array([1.0, 2.0]))
+    (9.0, inf)
+    """
+    rank = math.ceil((off_mm.size + 1) * share - 1e-9)
+    return math.inf if rank > off_mm.size else float(np.sort(np.abs(off_mm))[rank - 1])
+
+
+def evaluation_ns(predictor: Predictor, span_mm: tuple[float, float]) -> float:
+    """Return what the error at one place takes in machine code, in ns of processor time."""
+    x = np.random.default_rng(0).uniform(*span_mm, _TIMED)
+    way = np.where(np.arange(_TIMED) % 2, 1, -1)
+    predictor.error_mm(x[:2], way[:2])  # compiled now
+    begun = time.thread_time()
+    predictor.error_mm(x, way)
+    return (time.thread_time() - begun) / _TIMED * 1e9
+
+
+def _off(predictor: Predictor, samples: Samples) -> np.ndarray:
+    return samples.error_mm - predictor.error_mm(samples.position_mm, samples.direction)
+
+
+def _rms(values: np.ndarray) -> float:
+    return math.sqrt(float(np.mean(values**2)))

@@ -1,0 +1,196 @@
+"""The predictors that compete: tables, the effects that a diagnosis finds, the thesis's networks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from rtec.dataset.dataset import Dataset
+from rtec.inference.diagnose import diagnose
+from rtec.inference.model import Model
+from rtec.inference.static_predictor import predictor_of_model
+from rtec.predictors import BidirectionalTable, NoError, Predictor, UnidirectionalTable
+from rtec.predictors.between import Between
+from rtec.predictors.fitting.algorithms import Algorithm
+from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN, Samples, points_a_turn
+from rtec.predictors.fitting.spaced_tables import Table, spaced_table, table_of
+from rtec.predictors.fitting.training import Course, Design, Effort, Limit, train
+from rtec.training.parts import Parts
+
+DESIGNS = (Design(hidden=(40,)), Design(hidden=(30, 10)), Design(hidden=(30,), within_turn=8))
+"""Of the thesis, section 5.4."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Task:
+    """What every method gets.
+
+    Parameters
+    ----------
+    dataset, parts
+        The measurement, and what its readings are for.
+    pitch_mm
+        Travel of a turn of the screw, None where it is not stated.
+    effort
+        What a network is worth.
+    limit
+        What ends a training from outside.
+    tell
+        Told the lowest root mean square error of the choosing readings so far, in mm.
+    """
+
+    dataset: Dataset
+    parts: Parts
+    pitch_mm: float | None
+    effort: Effort
+    limit: Limit
+    tell: Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """What a method gives.
+
+    Parameters
+    ----------
+    predictor
+        What goes to work.
+    parameters
+        Numbers that were fitted.
+    unsure
+        The same predictor fitted without the places that tell how sure it is; None where ``predictor`` is.
+    """
+
+    predictor: Predictor
+    parameters: int
+    unsure: Predictor | None = None
+    notes: tuple[str, ...] = ()
+    courses: tuple[Course, ...] = ()
+    tried: tuple[tuple[float, float], ...] = ()
+    model: Model | None = None
+
+
+class Kind(Enum):
+    """What a predictor is made of."""
+
+    NONE = "none"
+    TABLE = "table"
+    MODEL = "model"
+    NETWORK = "network"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Method:
+    """One way to a predictor."""
+
+    name: str
+    kind: Kind
+    fit: Callable[[Task], Fitted]
+
+
+def all_methods() -> tuple[Method, ...]:
+    """Return every method: what is quick first."""
+    tables = (
+        Method(name=f"table {side} {between.value}", kind=Kind.TABLE, fit=_fits_table(kind, between))
+        for side, kind in (("uni-directional", UnidirectionalTable), ("bi-directional", BidirectionalTable))
+        for between in Between
+    )
+    networks = (
+        Method(
+            name=f"network {design.name} {algorithm.value}", kind=Kind.NETWORK, fit=_fits_network(design, algorithm)
+        )
+        for design in DESIGNS
+        for algorithm in Algorithm
+    )
+    none = Method(name="none", kind=Kind.NONE, fit=lambda task: Fitted(predictor=NoError(), parameters=0))
+    return (none, *tables, Method(name="effects", kind=Kind.MODEL, fit=_fit_effects), *networks)
+
+
+def _together(*parts: Samples) -> Samples:
+    columns = ("position_mm", "direction", "error_mm")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in columns}
+    return Samples(**joined)
+
+
+def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]:
+    def fit(task: Task) -> Fitted:
+        parts = task.parts
+        chosen = spaced_table(parts.train, parts.choose, kind, between)
+        # the place without readings would be a gap that no control's table has
+        table = table_of(_together(parts.train, parts.choose, parts.sure), chosen)
+        points = sum(side.size for side in _errors(table))
+        notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
+        if task.pitch_mm is not None:
+            turn = task.pitch_mm / chosen.spacing_mm
+            notes.append(f"{turn:.3g} points a turn of the screw")
+            if turn < FEWEST_POINTS_A_TURN:
+                notes.append("what repeats every turn is not in it")
+        return Fitted(
+            predictor=table,
+            parameters=points + isinstance(table, UnidirectionalTable),
+            unsure=chosen.table,
+            notes=tuple(notes),
+            tried=chosen.tried,
+        )
+
+    return fit
+
+
+def _errors(table: Table) -> tuple[np.ndarray, ...]:
+    if isinstance(table, UnidirectionalTable):
+        return (table.errors_mm,)
+    return table.forward_errors_mm, table.reverse_errors_mm
+
+
+def _fit_effects(task: Task) -> Fitted:
+    """Find effects, and make a table of what depends on position and direction alone."""
+    found = diagnose(task.dataset.alone(task.parts.rows))
+    predictor, left_out = predictor_of_model(found.model, *task.parts.train.span_mm)
+    names = ", ".join(found.effects) or "none"
+    notes = [f"{found.verdict.value}: {names}"]
+    notes += [f"{one.effect} is not in it: {one.why}" for one in left_out]
+    numbers = sum(len(term.amplitudes or ()) for term in found.model.terms) + 1
+    return Fitted(predictor=predictor, parameters=numbers, notes=tuple(notes), model=found.model)
+
+
+def _fits_network(design: Design, algorithm: Algorithm) -> Callable[[Task], Fitted]:
+    def fit(task: Task) -> Fitted:
+        trained = train(
+            design,
+            task.parts.train,
+            task.parts.choose,
+            replace(task.effort, algorithm=algorithm),
+            pitch_mm=task.pitch_mm,
+            limit=task.limit,
+            tell=task.tell,
+        )
+        epochs = " + ".join(str(course.epochs) for course in trained.courses)
+        notes = [f"{epochs} epochs"]
+        if task.pitch_mm is None:
+            notes.append("without the place in the turn: no pitch of a screw is stated")
+        return Fitted(
+            predictor=trained.predictor, parameters=trained.weights, notes=tuple(notes), courses=trained.courses
+        )
+
+    return fit
+
+
+def turn_warning(task_parts: Parts, pitch_mm: float | None) -> str | None:
+    """Return what has to be said of too few places in a turn of the screw; None where there are enough.
+
+    References
+    ----------
+    Thesis 5.1: at intervals of an inch the measurement of a screw of a quarter of an inch was inconsistent.
+    """
+    if pitch_mm is None:
+        return None
+    points = points_a_turn(task_parts.train, pitch_mm)
+    if points >= FEWEST_POINTS_A_TURN:
+        return None
+    return (
+        f"{points:.2g} targets a turn of the screw are too few for what repeats every turn: "
+        f"measure every {pitch_mm / FEWEST_POINTS_A_TURN:.3g} mm or closer"
+    )

@@ -1,0 +1,126 @@
+"""What a comparison of predictors gives: a row each, and the best of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.inference.model import Model
+from rtec.predictors import Predictor
+from rtec.predictors.fitting.samples import Samples
+from rtec.predictors.fitting.training import Course
+from rtec.training.parts import Parts
+
+BASE = "none"
+"""Kind of the row without a predictor: how large the error is that the others are to foretell."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Row:
+    """One predictor.
+
+    Parameters
+    ----------
+    name, kind
+        What it is: ``table bi-directional linear``; ``none``, ``table``, ``model`` or ``network``.
+    predictor
+        None where there is none; ``reason`` says why.
+    rms_train_mm, rms_heldout_mm, worst_heldout_mm
+        Root mean square error on the readings that it was fitted to and on those held out, and the largest.
+    train_s
+        What the fit took.
+    eval_ns
+        What the error at one place takes.
+    parameters
+        Numbers that were fitted.
+    interval_mm
+        Half width of the interval about what it says in which 90 % of readings at other places lie (split-conformal);
+        infinite where too few places tell.
+    coverage
+        Share of the readings held out that lie in their interval.
+    notes
+        What else is to be said of it, in sentences.
+    reason
+        Why it has no figures.
+    courses
+        How its networks were trained.
+    tried
+        Spacings of a table that were tried, and the error of each, in mm.
+    model
+        Effects behind it, where it is made of them.
+    """
+
+    name: str
+    kind: str
+    predictor: Predictor | None = None
+    rms_train_mm: float | None = None
+    rms_heldout_mm: float | None = None
+    worst_heldout_mm: float | None = None
+    train_s: float | None = None
+    eval_ns: float | None = None
+    parameters: int | None = None
+    interval_mm: float | None = None
+    coverage: float | None = None
+    notes: tuple[str, ...] = ()
+    reason: str | None = None
+    courses: tuple[Course, ...] = ()
+    tried: tuple[tuple[float, float], ...] = ()
+    model: Model | None = None
+
+    def left_mm(self, samples: Samples) -> npt.NDArray[np.float64]:
+        """Return what the predictor leaves of readings, in mm, shape (n,); all of them where there is none."""
+        if self.predictor is None:
+            return samples.error_mm
+        return samples.error_mm - self.predictor.error_mm(samples.position_mm, samples.direction)
+
+    @property
+    def works(self) -> bool:
+        """Whether it has a figure, and is a predictor."""
+        return self.rms_heldout_mm is not None and self.kind != BASE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PredictorComparison:
+    """All predictors of one measurement.
+
+    Parameters
+    ----------
+    source
+        The measurement.
+    parts
+        What each part of it was for.
+    rows
+        In the order in which they were asked for.
+    pitch_mm
+        Travel of a turn of the screw, None where it is not stated.
+    noise_mm
+        Of one reading, from repeats; None without.
+    notes
+        On the measurement, in sentences.
+    interrupted
+        Whether it was ended before every training had come to its end.
+    """
+
+    source: str
+    parts: Parts
+    rows: tuple[Row, ...]
+    pitch_mm: float | None
+    noise_mm: float | None
+    notes: tuple[str, ...]
+    interrupted: bool
+
+    @property
+    def ranked(self) -> tuple[Row, ...]:
+        """Rows with a figure, the lowest held-out error first; then those without, in their order."""
+        return tuple(sorted(self.rows, key=lambda row: (row.rms_heldout_mm is None, row.rms_heldout_mm or 0.0)))
+
+    @property
+    def best(self) -> Row | None:
+        """The predictor with the lowest held-out error."""
+        return next((row for row in self.ranked if row.works), None)
+
+    def named(self, name: str) -> Row | None:
+        """Return the row of a name."""
+        return next((row for row in self.rows if row.name == name), None)
