@@ -1,4 +1,4 @@
-"""``rtec export``: a model as the compensation table of somebody else's program."""
+"""``rtec export``: a model or a trained predictor as compensation of another program."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ from rtec.cli._console import note, print_json
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rtec.inference.model import Model
-    from rtec.inference.static_predictor import LeftOut
+    from rtec.predictors import Predictor
+    from rtec.study.c_source import Precision
+    from rtec.study.compensation import Compensation
 
 _UNITS = {"mm": 1.0, "inch": 25.4}
+_SHORTEST_MM = 1e-3
 
 
 def _file(metavar: str, text: str) -> Any:
@@ -23,12 +28,15 @@ def _file(metavar: str, text: str) -> Any:
 
 
 def export(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="Model of an axis.", show_default=False)],
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL.toml", help="Model of an axis or trained predictor.", show_default=False)
+    ],
     linuxcnc: Annotated[
         Path | None, _file("F.comp", "For LinuxCNC: nominal, forward and reverse position (COMP_FILE_TYPE = 0).")
     ] = None,
     csv: Annotated[Path | None, _file("F.csv", "Position, error forward and reverse.")] = None,
-    c: Annotated[Path | None, _file("F.c", "A function in C99.")] = None,
+    c: Annotated[Path | None, _file("F.c", "A function in C99: a trained predictor itself, else the table.")] = None,
+    precision: Annotated[str, typer.Option(metavar="double|single", help="Of the numbers in C.")] = "double",
     start: Annotated[
         str | None, typer.Option("--from", metavar="'0 mm'", help="Begin of the table; where the measurement began.")
     ] = None,
@@ -42,9 +50,10 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
-    """Write what a model says of position and direction as a table, and say what its straight lines leave.
+    """Write what a model or a trained predictor says of position and direction, for another program.
 
-    Effects of time, temperature or speed have no place in such a table; they are named.
+    A table says how far its straight lines are from the model. Effects of time, temperature or speed have no place in
+    it; they are named. A trained predictor leaves as C whole: constants and one function.
 
     Example: rtec export found.toml --linuxcnc z.comp
     """
@@ -57,50 +66,69 @@ def export(
     for name, file in files.items():
         _measured.check_new_file(f"--{name}", file, force=force)
     from rtec.metrology.text_file import write_lines
-    from rtec.study.compensation import (
-        LINUXCNC_TRIPLETS,
-        MOST_NODES,
-        c_lines,
-        compensation_of,
-        csv_lines,
-        linuxcnc_lines,
-    )
+    from rtec.predictors.predictor_file import is_predictor_file, read_predictor
+    from rtec.sections import choice
+    from rtec.study.c_source import OF_EFFECTS, Precision, name_in_c, predictor_lines
+    from rtec.study.compensation import LINUXCNC_TRIPLETS, MOST_NODES, compensation_of
     from rtec.units import LENGTH, parse_quantity
 
-    known = _error_model(model)
+    digits = choice("--precision", precision, Precision)
+    trained = read_predictor(model) if is_predictor_file(model) else None
+    known = _error_model(model) if trained is None else trained.predictor
     low_mm, high_mm = _range(known, start, end)
     tolerance_mm = parse_quantity(within, LENGTH, name="--within")
     if tolerance_mm < 0.0:
         raise ArgumentError("--within", within, "a length from 0")
-    documents: list[dict[str, object]] = []
-    left_out: tuple[LeftOut, ...] = ()
+    documents: list[dict[str, Any]] = []
     for name, file in files.items():
-        most = LINUXCNC_TRIPLETS if name == "linuxcnc" else MOST_NODES
-        table = compensation_of(known, low_mm, high_mm, within_mm=tolerance_mm, most=most)
-        write = {"linuxcnc": lambda t: linuxcnc_lines(t, per_unit_mm=_UNITS[unit]), "csv": csv_lines, "c": c_lines}
-        left_out = table.left_out
-        write_lines(file, write[name](table))
-        documents.append(
-            {
-                "format": name,
-                "file": str(file),
+        document: dict[str, Any] = {"format": name, "file": str(file), "nodes": None}
+        document |= {"from_mm": low_mm, "to_mm": high_mm, "interpolation_error_um": 0.0, "left_out": []}
+        if name == "c":
+            prefix = OF_EFFECTS if trained is None else name_in_c(file)
+            document |= {"function": f"{prefix}_error_mm", "precision": precision}
+        if name == "c" and trained is not None:
+            lines = predictor_lines(trained, name_in_c(file), held_mm=(low_mm, high_mm), precision=digits)
+        else:
+            most = LINUXCNC_TRIPLETS if name == "linuxcnc" else MOST_NODES
+            table = compensation_of(known, low_mm, high_mm, within_mm=tolerance_mm, most=most)
+            lines = _lines(name, table, _UNITS[unit], digits)
+            document |= {
                 "nodes": int(table.position_mm.size),
-                "from_mm": low_mm,
-                "to_mm": high_mm,
                 "interpolation_error_um": 1e3 * table.interpolation_mm,
                 "left_out": [{"effect": one.effect, "why": one.why} for one in table.left_out],
             }
-        )
+        write_lines(file, lines)
+        documents.append(document)
     if json:
         print_json({"model": str(model), "tables": documents})
         return
-    for one in documents:
-        typer.echo(
-            f"{one['file']}: {one['nodes']} nodes from {low_mm:g} to {high_mm:g} mm; straight lines between them "
-            f"differ from the model by {one['interpolation_error_um']:.3g} µm at most"
+    for document in documents:
+        typer.echo(_sentence(document))
+    for left in documents[-1]["left_out"]:
+        note(f"{left['effect']} is not in the table: {left['why']}")
+
+
+def _lines(name: str, table: Compensation, per_unit_mm: float, precision: Precision) -> Iterator[str]:
+    from rtec.study.c_source import compensation_lines
+    from rtec.study.compensation import csv_lines, linuxcnc_lines
+
+    if name == "linuxcnc":
+        return linuxcnc_lines(table, per_unit_mm=per_unit_mm)
+    return csv_lines(table) if name == "csv" else compensation_lines(table, precision=precision)
+
+
+def _sentence(document: dict[str, Any]) -> str:
+    """Return what a file holds, in words."""
+    reach = f"from {document['from_mm']:g} to {document['to_mm']:g} mm"
+    if document["nodes"] is None:
+        return (
+            f"{document['file']}: {document['function']}(), the predictor itself {reach}, "
+            f"in {document['precision']} precision"
         )
-    for left in left_out:
-        note(f"{left.effect} is not in the table: {left.why}")
+    return (
+        f"{document['file']}: {document['nodes']} nodes {reach}; straight lines between them "
+        f"differ from the model by {document['interpolation_error_um']:.3g} µm at most"
+    )
 
 
 def _error_model(path: Path) -> Model:
@@ -122,12 +150,18 @@ def _error_model(path: Path) -> Model:
     return model
 
 
-def _range(model: Model, start: str | None, end: str | None) -> tuple[float, float]:
+def _range(known: Model | Predictor, start: str | None, end: str | None) -> tuple[float, float]:
     """Return the range of the table in mm: as given, else where the model was measured, else that of its maps."""
+    from rtec.inference.model import Model
     from rtec.units import LENGTH, parse_quantity
 
-    nodes = [x for term in model.terms for x in getattr(term.shape, "nodes", ())]
-    low, high = model.range or ((min(nodes), max(nodes)) if nodes else (None, None))
+    low: float | None
+    high: float | None
+    if isinstance(known, Model):
+        nodes = [x for term in known.terms for x in getattr(term.shape, "nodes", ())]
+        low, high = known.range or ((min(nodes), max(nodes)) if nodes else (None, None))
+    else:
+        low, high = known.range_mm
     low = low if start is None else parse_quantity(start, LENGTH, name="--from")
     high = high if end is None else parse_quantity(end, LENGTH, name="--to")
     if low is None or high is None:
@@ -135,6 +169,6 @@ def _range(model: Model, start: str | None, end: str | None) -> tuple[float, flo
         raise ArgumentError(
             what, "nothing", "a position such as '0 mm'", "the model does not say where it was measured"
         )
-    if not low < high:
-        raise ArgumentError("--to", f"{high:g} mm", f"a position beyond {low:g} mm")
+    if not high >= low + _SHORTEST_MM:
+        raise ArgumentError("--to", f"{high:g} mm", f"a position beyond {low:g} mm, by a micrometre or more")
     return low, high

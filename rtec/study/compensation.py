@@ -1,4 +1,4 @@
-"""A model as the compensation table of somebody else's program: nodes, between which straight lines are drawn."""
+"""A model or a predictor as the compensation table of another program: nodes, and straight lines between them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
-from rtec.inference.static_predictor import Floats, LeftOut, predictor_of_model, static_part
-from rtec.predictors import FORWARD, REVERSE
+from rtec.inference.static_predictor import MOST_POINTS, Floats, LeftOut, predictor_of_model, static_part
+from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors.layered import TrainedNetworks
+from rtec.predictors.network import TOUCH_MM
 
 LINUXCNC_TRIPLETS = 256
 """Most nodes that LinuxCNC reads for a joint."""
 MOST_NODES = 5_000
+POINTS_A_TURN = 200
+"""At which a network that sees the place in the turn is drawn."""
+FEWEST = 20_000
+"""Points at which any predictor is drawn."""
 _INSIDE_MM = 1e-6
 """Steps of the numbers that are written: a nanometre."""
 _BESIDE_MM = 1e-6
@@ -41,13 +48,15 @@ class Compensation:
     left_out: tuple[LeftOut, ...]
 
 
-def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: float, most: int) -> Compensation:
-    """Return the nodes that draw a model within a tolerance, or as well as so many of them can.
+def compensation_of(
+    known: Model | Predictor, low_mm: float, high_mm: float, *, within_mm: float, most: int
+) -> Compensation:
+    """Return the nodes that draw what is known of an axis within a tolerance, or as well as so many of them can.
 
     Parameters
     ----------
-    model
-        Of a deviation in mm over positions in mm, every effect fitted.
+    known
+        A model of a deviation in mm over positions in mm, every effect fitted; or a predictor.
     low_mm, high_mm
         Range of the table.
     within_mm
@@ -58,7 +67,7 @@ def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: f
     Raises
     ------
     ArgumentError
-        A model of something else, or an effect without numbers.
+        A model of something else, or an effect without numbers; more turns of the screw than a table can follow.
 
     Notes
     -----
@@ -75,12 +84,10 @@ def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: f
     >>> table.position_mm.tolist(), table.forward_mm.tolist()
     ([0.0, 100.0], [0.0, 0.002])
     """
-    table, left_out = predictor_of_model(model, low_mm, high_mm)
-    grid = table.forward_positions_mm
-    kept = model.with_terms(t for t in model.terms if t.name not in {one.effect for one in left_out})
-    finer = [np.linspace(low_mm, high_mm, 4 * grid.size)] if grid.size < MOST_NODES else []
-    fine = np.unique(np.concatenate([grid, *finer, *(_beside_steps(term, low_mm, high_mm) for term in kept.terms)]))
-    true = np.stack([static_part(kept, fine, way).error_mm for way in (FORWARD, REVERSE)])
+    if isinstance(known, Model):
+        fine, true, left_out = _model_drawn(known, low_mm, high_mm)
+    else:
+        fine, true, left_out = _predictor_drawn(known, low_mm, high_mm)
     nodes = _nodes(fine, true, within_mm, most)
     position = np.round(fine[nodes] / _INSIDE_MM) * _INSIDE_MM
     errors = np.round(true[:, nodes] / _INSIDE_MM) * _INSIDE_MM
@@ -94,11 +101,51 @@ def compensation_of(model: Model, low_mm: float, high_mm: float, *, within_mm: f
     )
 
 
+_Drawn = tuple[Floats, Floats, tuple[LeftOut, ...]]
+"""Positions close enough for all that bends or steps, shape (n,); the errors of both directions there, shape (2, n);
+and what is not in them."""
+
+
+def _model_drawn(model: Model, low_mm: float, high_mm: float) -> _Drawn:
+    table, left_out = predictor_of_model(model, low_mm, high_mm)
+    grid = table.forward_positions_mm
+    kept = model.with_terms(t for t in model.terms if t.name not in {one.effect for one in left_out})
+    finer = [np.linspace(low_mm, high_mm, 4 * grid.size)] if grid.size < MOST_NODES else []
+    fine = np.unique(np.concatenate([grid, *finer, *(_beside_steps(term, low_mm, high_mm) for term in kept.terms)]))
+    return fine, np.stack([static_part(kept, fine, way).error_mm for way in (FORWARD, REVERSE)]), left_out
+
+
+def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> _Drawn:
+    """Draw a predictor at its own points, on both sides of its steps, and between.
+
+    A network that sees the place in the turn steps at the end of the turn; see ``within_turn``.
+    """
+    points, special = FEWEST, [np.array([low_mm, high_mm, *predictor.range_mm])]
+    if isinstance(predictor, UnidirectionalTable):
+        special.append(predictor.positions_mm)
+    elif isinstance(predictor, BidirectionalTable):
+        special += [predictor.forward_positions_mm, predictor.reverse_positions_mm]
+    elif isinstance(predictor, TrainedNetworks) and any("turn" in one.inputs for one in predictor.networks):
+        turns = (high_mm - low_mm) / predictor.pitch_mm
+        if turns * POINTS_A_TURN > MOST_POINTS:
+            raise ArgumentError(
+                "--from, --to", f"{turns:.4g} turns of the screw", f"{MOST_POINTS // POINTS_A_TURN} for a table"
+            )
+        points = max(points, round(turns * POINTS_A_TURN))
+        special.append(_beside(-TOUCH_MM, predictor.pitch_mm, low_mm, high_mm))
+    places = np.concatenate([np.linspace(low_mm, high_mm, points + 1), *special])
+    fine = np.unique(np.round(np.clip(places, low_mm, high_mm) / _INSIDE_MM) * _INSIDE_MM)
+    return fine, np.stack([predictor.error_mm(fine, way) for way in (FORWARD, REVERSE)]), ()
+
+
 def _beside_steps(term: Term, low_mm: float, high_mm: float) -> Floats:
     """Return the places just before and just behind each step of an effect: a table steps between two nodes there."""
     at, period = getattr(term.shape, "step_at", 0.0), getattr(term.shape, "period", 0.0)
-    if at == 0.0:
-        return np.empty(0)
+    return np.empty(0) if at == 0.0 else _beside(at, period, low_mm, high_mm)
+
+
+def _beside(at: float, period: float, low_mm: float, high_mm: float) -> Floats:
+    """Return the places just before and just behind ``at`` and every period from there, within a range."""
     steps = at + period * np.arange(np.ceil((low_mm - at) / period), np.floor((high_mm - at) / period) + 1.0)
     found: Floats = np.clip(np.concatenate([steps - _BESIDE_MM, steps + _BESIDE_MM]), low_mm, high_mm)
     return found
@@ -162,39 +209,3 @@ def csv_lines(table: Compensation) -> Iterator[str]:
     yield "position_mm,forward_um,reverse_um"
     for x, up, down in zip(table.position_mm, table.forward_mm, table.reverse_mm, strict=True):
         yield f"{x:.6f},{1e3 * up:.3f},{1e3 * down:.3f}"
-
-
-def c_lines(table: Compensation) -> Iterator[str]:
-    """Yield the lines of a C99 file with ``double rtec_error_mm(double position_mm, int direction)``."""
-    yield "/* Error of an axis, actual less commanded position in mm, by commanded position and direction of motion."
-    yield "   Straight lines between the nodes; beyond the ends the error of the nearest end."
-    yield f"   They differ from the model by {1e3 * table.interpolation_mm:.3f} um at most."
-    for one in table.left_out:
-        yield f"   Left out: {one.effect}, {one.why.replace('*/', '')}."
-    yield "*/"
-    count = table.position_mm.size
-    yield f"enum {{ RTEC_NODES = {count} }};"
-    columns = {"position": table.position_mm, "forward": table.forward_mm, "reverse": table.reverse_mm}
-    for name, values in columns.items():
-        yield f"static const double rtec_{name}_mm[RTEC_NODES] = {{"
-        for begin in range(0, count, 8):
-            yield "    " + " ".join(f"{value:.6f}," for value in values[begin : begin + 8])
-        yield "};"
-    yield from _C_FUNCTION.splitlines()
-
-
-_C_FUNCTION = """
-double rtec_error_mm(double position_mm, int direction)
-{
-    const double *error_mm = direction < 0 ? rtec_reverse_mm : rtec_forward_mm;
-    int low = 0, high = RTEC_NODES - 1;
-    if (!(position_mm > rtec_position_mm[low])) return error_mm[low];
-    if (position_mm >= rtec_position_mm[high]) return error_mm[high];
-    while (high - low > 1) {
-        int middle = (low + high) / 2;
-        if (rtec_position_mm[middle] <= position_mm) low = middle; else high = middle;
-    }
-    return error_mm[low] + (error_mm[high] - error_mm[low])
-        * (position_mm - rtec_position_mm[low]) / (rtec_position_mm[high] - rtec_position_mm[low]);
-}
-"""

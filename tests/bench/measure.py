@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import figures_c_source
 import figures_check
 import figures_command
 import figures_diagnosis
@@ -42,6 +43,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "start-up": figures_command.start_up,
     "first-run": figures_command.first_run,
     "check": figures_check.check,
+    "c-source": figures_c_source.c_source,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,
     "firmware": figures_firmware.firmware,

@@ -147,6 +147,15 @@ From the start of the process to its end, on two cores: checks, hunt, cutting sh
 The algorithm with a bug is copied from the README. Building the Verilog counts.
 """,
     ),
+    "c-source": (
+        "Predictors in C",
+        """\
+Recorded only. The loop is that of the thesis (4.4.3) in C, compiled by `cc -O2` and run on this host: read the
+position, find the direction from the one before, keep it, scale, compute, return; the wait for the next of the marks,
+10 ms apart, is left out. It is the processor's time for a cycle, the axis moving there and back. Before, the function
+that `rtec export` writes has to say what the predictor says.
+""",
+    ),
     "sigrok": (
         "Beside sigrok",
         """\

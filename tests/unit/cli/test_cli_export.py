@@ -1,10 +1,16 @@
 """rtec export: tables for other programs, from a model file."""
 
 import json
+import shutil
+import subprocess
 
+import numpy as np
 import pytest
 
 from rtec.cli import main
+from rtec.predictors import BidirectionalTable
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
+from rtec.predictors.predictor_file import KnownPredictor, write_predictor
 
 MODEL = """
 observe = "deviation"
@@ -126,3 +132,108 @@ def test_a_diagnosis_says_where_it_was_measured(here, capsys):
     capsys.readouterr()
     assert said(capsys, "found.toml", "--linuxcnc", "z.comp")[0] == 0
     assert (here / "z.comp").read_text().split()[0] == "18.766000"
+
+
+# trained predictors
+
+TURN = LayeredNetwork(
+    inputs=("turn", "direction"), middle=[2.5, 0.5], half=[2.5, 0.5], hidden=(2,),
+    weights=[1.0, -2.0, 0.5, 0.3, 0.1, 0.2, 0.6, -0.4, 0.1], bias_mm=0.001, factor_mm=0.004,
+)  # fmt: skip
+NETWORKS = TrainedNetworks(networks=(TURN,), range_mm=(2.0, 43.0), pitch_mm=5.0)
+TABLE = BidirectionalTable(
+    forward_positions_mm=[0.0, 10.0, 30.0],
+    forward_errors_mm=[0.001, 0.004, -0.002],
+    reverse_positions_mm=[1.0, 11.0, 31.5],
+    reverse_errors_mm=[0.006, 0.009, 0.003],
+)
+
+
+@pytest.fixture
+def trained(here):
+    write_predictor(here / "n.toml", KnownPredictor(predictor=NETWORKS, name="network 2", interval_mm=0.001))
+    write_predictor(here / "t.toml", KnownPredictor(predictor=TABLE, name="table"))
+    return here
+
+
+def test_a_trained_predictor_leaves_as_c_whole(trained, capsys):
+    code, out, err = said(capsys, "n.toml", "--c", "z axis.c")
+    assert (code, err) == (0, "")
+    assert out == "z axis.c: z_axis_error_mm(), the predictor itself from 2 to 43 mm, in double precision\n"
+    assert "double z_axis_error_mm(double position_mm, int direction)\n" in (trained / "z axis.c").read_text()
+
+
+def test_its_document_says_function_and_precision(trained, capsys):
+    code, out, _ = said(
+        capsys, "n.toml", "--c", "z.c", "--csv", "z.csv", "--precision", "single", "--to", "40mm", "--json"
+    )
+    assert code == 0
+    tables = {table["format"]: table for table in json.loads(out)["tables"]}
+    whole = {"function": "z_error_mm", "precision": "single", "nodes": None, "interpolation_error_um": 0.0}
+    assert tables["c"].items() >= {**whole, "from_mm": 2.0, "to_mm": 40.0, "left_out": []}.items()
+    assert tables["csv"]["nodes"] > 16 and "function" not in tables["csv"]
+    assert "position_mm > 40.0f" in (trained / "z.c").read_text()
+
+
+@pytest.mark.parametrize(("file", "predictor", "most"), [("n.toml", NETWORKS, 256), ("t.toml", TABLE, 256)])
+def test_its_tables_are_within_what_was_asked_for(trained, capsys, file, predictor, most):
+    assert said(capsys, file, "--linuxcnc", "z.comp", "--csv", "z.csv", "--within", "0.05 um")[0] == 0
+    rows = np.loadtxt(trained / "z.csv", delimiter=",", skiprows=2)
+    comp = np.loadtxt(trained / "z.comp")
+    assert len(comp) <= most and (np.diff(rows[:, 0]) > 0).all()
+    assert (rows[0, 0], rows[-1, 0]) == pytest.approx(predictor.range_mm)
+    x = np.random.default_rng(5).uniform(*predictor.range_mm, 5000)
+    x = x[np.abs((x + 0.0005 + 2.5) % 5.0 - 2.5) > 2e-6]  # between the two nodes of a step
+    for column, way in ((1, 1), (2, -1)):
+        truth = predictor.error_mm(x, way)
+        assert np.abs(np.interp(x, rows[:, 0], 1e-3 * rows[:, column]) - truth).max() <= 0.0521e-3
+        assert np.abs(np.interp(x, comp[:, 0], comp[:, column] - comp[:, 0]) - truth).max() <= 0.0521e-3
+
+
+def test_the_steps_of_a_network_at_whole_turns_are_steps_of_the_table(trained, capsys):
+    assert said(capsys, "n.toml", "--csv", "z.csv")[0] == 0
+    rows = np.loadtxt(trained / "z.csv", delimiter=",", skiprows=2)
+    steps = [x for x, after in zip(rows[:, 0], rows[1:, 0], strict=False) if after - x < 3e-6]
+    assert steps == pytest.approx(np.arange(5.0, 43.0, 5.0) - 0.0005, abs=2e-6)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_the_c_of_a_model_of_effects_has_a_precision_too(trained, capsys, precision):
+    assert said(capsys, "m.toml", "--c", "z.c", "--precision", precision)[0] == 0
+    real = "double" if precision == "double" else "float"
+    text = (trained / "z.c").read_text()
+    assert f"{real} rtec_error_mm({real} position_mm, int direction)\n" in text
+    assert ("single precision" in text) == (precision == "single")
+    (trained / "main.c").write_text(
+        '#include <stdio.h>\n#include "z.c"\nint main(void) {\n'
+        '    printf("%.9f %.9f\\n", (double)rtec_error_mm(31.25, 1), (double)rtec_error_mm(31.25, -1));\n'
+        "    return 0;\n}\n"
+    )
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wdouble-promotion"]
+    subprocess.run(["cc", *flags, "main.c", "-o", "z"], cwd=trained, check=True, timeout=60)
+    ran = subprocess.run([trained / "z"], capture_output=True, text=True, check=True, timeout=60)
+    assert [float(x) for x in ran.stdout.split()] == pytest.approx([0.006 - 0.007, 0.006 + 0.007], abs=1.1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "says"),
+    [
+        (("version = 1", "version = 2"), (), "bad.toml: version = 2; allowed: version = 1"),
+        (("name =", 'colour = "red"\nname ='), (), "unknown key 'colour'"),
+        (('"networks"', '"oracle"'), (), "predictor = 'oracle'"),
+        (("predictor =", "study ="), (), "bad.toml: unknown key 'study'"),
+        (("half = [2.5", "half = [0.0"), (), "half"),
+        (("", ""), ("--precision", "quad"), "--precision: 'quad' is not allowed; allowed: double, single"),
+        (("", ""), ("--from", "50 mm"), "--to: 43 mm"),
+        (('pitch = "5.0 mm"', 'pitch = "0.00001 mm"'), ("--csv", "z.csv"), "4.1e+06 turns of the screw"),
+    ],
+)
+def test_a_bad_predictor_file_is_one_line_and_2(trained, capsys, change, words, says):
+    text = (trained / "n.toml").read_text()
+    assert change[0] in text
+    (trained / "bad.toml").write_text(text.replace(*change, 1))
+    code, out, err = said(capsys, "bad.toml", *(words if "--csv" in words else ("--c", "z.c", *words)))
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1 and says in err
+    assert not (trained / "z.c").exists() and not (trained / "z.csv").exists()

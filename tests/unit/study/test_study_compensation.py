@@ -8,10 +8,10 @@ import pytest
 
 from rtec.effects import Units, effect_named
 from rtec.inference.model import Model, Term
+from rtec.study.c_source import compensation_lines
 from rtec.study.compensation import (
     LINUXCNC_TRIPLETS,
     MOST_NODES,
-    c_lines,
     compensation_of,
     csv_lines,
     linuxcnc_lines,
@@ -91,7 +91,7 @@ def test_a_table_for_people_says_what_it_leaves_out_and_what_its_lines_leave():
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_a_compiler_takes_the_function_and_it_says_the_same(tmp_path):
     table = compensation_of(WAVE, 0.0, 300.0, within_mm=1e-4, most=MOST_NODES)
-    (tmp_path / "z.c").write_text("\n".join(c_lines(table)) + "\n")
+    (tmp_path / "z.c").write_text("\n".join(compensation_lines(table)) + "\n")
     (tmp_path / "main.c").write_text(
         '#include <stdio.h>\n#include "z.c"\nint main(void) {\n'
         "    for (int k = -20; k <= 320; ++k)\n"
