@@ -59,8 +59,7 @@ def levenberg_marquardt(problem: Problem, weights: Floats, watch: Watch) -> None
     residual = problem.residual(weights)
     squares = float(residual @ residual)
     while watch(weights, squares):
-        jacobian = problem.net.jacobian(weights)
-        normal, slope = jacobian @ jacobian.T, jacobian @ residual
+        normal, slope = problem.net.normal(weights, residual)
         while True:
             step = _solved(normal, damping, slope)
             tried = weights - step
