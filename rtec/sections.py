@@ -113,14 +113,18 @@ class Section:
 
     @contextmanager
     def naming(self, **keys: str) -> Iterator[None]:
-        """Let an error about an argument name the key that it came from; ``keys`` maps the one to the other."""
+        """Let an error about an argument name the key that it came from; ``keys`` maps the one to the other.
+
+        An error about one row of a column keeps the row.
+        """
         try:
             yield
         except ArgumentError as error:
-            key = keys.get(error.name)
+            name, comma, row = error.name.partition(", row ")
+            key = keys.get(name)
             if key is None:
                 raise
-            raise ArgumentError(self.where(key), error.value, error.allowed, error.hint) from None
+            raise ArgumentError(f"{self.where(key)}{comma}{row}", error.value, error.allowed, error.hint) from None
 
     def has(self, key: str) -> bool:
         """Return whether a key has a value."""

@@ -62,7 +62,7 @@ class LayeredNetwork:
 
     def __post_init__(self) -> None:
         for name in self.inputs:
-            if name not in INPUTS:
+            if name not in tuple(INPUTS):
                 raise ArgumentError("inputs", repr(name)[:60], ", ".join(INPUTS))
         if not 1 <= len(self.inputs) <= _kernels.MOST_NEURONS:
             raise ArgumentError("inputs", len(self.inputs), "one or more")

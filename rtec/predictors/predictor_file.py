@@ -35,6 +35,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.predictors._columns import column
 from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.protocol import Predictor
@@ -93,9 +94,9 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     given = read_toml(Path(path))
     kinds = {NETWORKS: ("pitch", "network"), TABLE: ("between", "backlash", "forward", "reverse")}
     kind = given.get("predictor")
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in kinds))
-    if given.get("version") != VERSION:
+    if given.get("version") != VERSION or type(given["version"]) is not int:
         found = f"version = {given.get('version')!r}"[:80]
         raise FileFormatError(path, None, found, f"version = {VERSION}; train it again with this rtec")
     top = Section(path, "", given, {}, optional=(*_HEAD, *kinds[kind]))
@@ -150,28 +151,27 @@ def _table(top: Section) -> UnidirectionalTable | BidirectionalTable:
     sides = {side: top.part(side, top.raw(side), columns) for side in ("forward", "reverse") if top.has(side)}
     if "forward" not in sides:
         raise FileFormatError(top.path, None, "no table [forward]", "[forward] with positions_mm and errors_mm")
-    numbers = {side: [_numbers(part, name) for name in columns] for side, part in sides.items()}
+    numbers = {f"{side}_{name}": _numbers(part, name) for side, part in sides.items() for name in columns}
     if "reverse" not in sides:
-        return UnidirectionalTable(
-            positions_mm=numbers["forward"][0],
-            errors_mm=numbers["forward"][1],
-            backlash_mm=top.quantity("backlash", LENGTH),
-            between=between,
-        )
-    return BidirectionalTable(
-        forward_positions_mm=numbers["forward"][0],
-        forward_errors_mm=numbers["forward"][1],
-        reverse_positions_mm=numbers["reverse"][0],
-        reverse_errors_mm=numbers["reverse"][1],
-        between=between,
-    )
+        with top.naming(backlash_mm="backlash", **{name: f"forward.{name}" for name in columns}):
+            return UnidirectionalTable(
+                positions_mm=numbers["forward_positions_mm"],
+                errors_mm=numbers["forward_errors_mm"],
+                backlash_mm=top.quantity("backlash", LENGTH),
+                between=between,
+            )
+    if top.has("backlash"):
+        allowed = "a backlash, or a table [reverse]: the errors of both directions hold it"
+        raise FileFormatError(top.path, None, "'backlash' beside [reverse]", allowed)
+    with top.naming(**{f"{side}_{name}": f"{side}.{name}" for side in sides for name in columns}):
+        return BidirectionalTable(**numbers, between=between)
 
 
 def _numbers(part: Section, key: str) -> npt.NDArray[np.float64]:
     values = part.raw(key)
     if not isinstance(values, list) or not all(type(value) in (int, float) for value in values):
         raise ArgumentError(part.where(key), repr(values)[:60], "a list of numbers")
-    return np.array(values, dtype=np.float64)
+    return column(part.where(key), values)
 
 
 def _whole(part: Section, key: str) -> list[int]:

@@ -59,8 +59,7 @@ def levenberg_marquardt(problem: Problem, weights: Floats, watch: Watch) -> None
     residual = problem.residual(weights)
     squares = float(residual @ residual)
     while watch(weights, squares):
-        jacobian = problem.net.jacobian(weights)
-        normal, slope = jacobian @ jacobian.T, jacobian @ residual
+        normal, slope = problem.net.normal(weights, residual)
         while True:
             step = _solved(normal, damping, slope)
             tried = weights - step
@@ -118,10 +117,12 @@ def scaled_conjugate_gradient(problem: Problem, weights: Floats, watch: Watch) -
             raised = 2.0 * (scale - curvature / length2)
             curvature, scale = scale * length2 - curvature, raised
         promise = float(along @ residual)
+        if promise**2 == 0.0:  # nothing is left to descend
+            return
         stride = promise / curvature
         tried = weights + stride * along
         found, there = problem.descent(tried)
-        quality = 2.0 * curvature * (squares - found) / promise**2 if promise != 0.0 else -1.0
+        quality = 2.0 * curvature * (squares - found) / promise**2
         success = quality >= 0.0
         raised = 0.0
         if success:

@@ -7,7 +7,6 @@ are scaled by whoever calls.
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,77 +102,106 @@ class Layers:
         """Make room."""
         rows = inputs.shape[0]
         self.shape = shape
-        self._pairs = list(itertools.pairwise(shape.widths))
-        self._begins = np.cumsum([0, *((before + 1) * after for before, after in self._pairs)]).tolist()
-        # what a layer sees, kept neuron by neuron: a row of numbers for each is read from end to end
-        self._seen = [np.ascontiguousarray(inputs.T), *(np.empty((n, rows)) for n in shape.hidden)]
+        pairs = list(itertools.pairwise(shape.widths))
+        ends = np.cumsum([(before + 1) * after for before, after in pairs]).tolist()
+        self._places = list(zip([0, *ends], ends, [after for _, after in pairs], strict=False))
+        # what a layer sees, kept neuron by neuron: a row of numbers for each is read from end to end; the last row is
+        # that of the biases
+        self._seen = [np.ones((n + 1, rows)) for n in shape.widths[:-1]]
+        self._seen[0][:-1] = inputs.T
         self._delta = [np.empty((n, rows)) for n in shape.hidden]
-        self._jacobian = np.empty((0, rows))
         self._rows = rows
+        self._sign = _sign_of(inputs)
+        self._jacobian = np.empty((0, rows))
 
-    def _weights(self, weights: Floats, layer: int) -> tuple[Floats, Floats]:
-        before, after = self._pairs[layer]
-        begin = self._begins[layer]
-        end = begin + before * after
-        return weights[begin:end].reshape(before, after), weights[end : end + after]
+    def _weights(self, weights: Floats, layer: int) -> Floats:
+        """Return the weights of a layer, ``[input, neuron]``, its biases in the last row."""
+        begin, end, after = self._places[layer]
+        return weights[begin:end].reshape(-1, after)
 
     def output(self, weights: Floats) -> Floats:
         """Return the output for every row of inputs, shape (n,)."""
-        for layer, level in enumerate(self._seen[1:]):
-            matrix, biases = self._weights(weights, layer)
-            np.matmul(matrix.T, self._seen[layer], out=level)
-            np.add(level, biases[:, None], out=level)
-            logistic(level)
-        matrix, bias = self._weights(weights, len(self._seen) - 1)
-        found: Floats = matrix[:, 0] @ self._seen[-1] + bias[0]
+        with np.errstate(over="ignore"):  # exp of a great number is infinite, and the neuron 0, as it should be
+            for layer in range(len(self._delta)):
+                level = self._seen[layer + 1][:-1]
+                np.matmul(-self._weights(weights, layer).T, self._seen[layer], out=level)
+                np.exp(level, out=level)
+                level += 1.0
+                np.reciprocal(level, out=level)
+        found: Floats = self._weights(weights, len(self._delta))[:, 0] @ self._seen[-1]
         return found
 
-    def _back(self, weights: Floats, carried: Floats) -> None:
-        """Carry a factor of the output, shape (n,) or a number, back to what each hidden neuron is given."""
+    def _back(self, weights: Floats) -> None:
+        """Find the slope of the output over what each hidden neuron is given."""
         last = len(self._delta) - 1
         for layer in range(last, -1, -1):
-            matrix, _ = self._weights(weights, layer + 1)
-            there, level = self._delta[layer], self._seen[layer + 1]
+            there, level = self._delta[layer], self._seen[layer + 1][:-1]
+            matrix = self._weights(weights, layer + 1)[:-1]
+            # the slope of the logistic function is level (1 - level)
             if layer == last:
-                np.multiply(matrix, carried, out=there)
+                np.subtract(1.0, level, out=there)
+                there *= matrix
             else:
                 np.matmul(matrix, self._delta[layer + 1], out=there)
+                there -= there * level
             there *= level
-            there -= there * level  # times the slope of the logistic function, level (1 - level)
 
     def gradient(self, weights: Floats, residual: Floats) -> Floats:
         """Return the gradient of half the sum of squares, shape (weights,), after ``output`` of the same weights."""
-        self._back(weights, residual)
-        parts: list[Floats] = []
-        for seen, delta in zip(self._seen, [*self._delta, residual[None, :]], strict=True):
-            parts += [(seen @ delta.T).ravel(), delta.sum(axis=1)]
-        return np.concatenate(parts)
+        self._back(weights)
+        parts = [(seen * residual) @ delta.T for seen, delta in zip(self._seen, self._delta, strict=False)]
+        return np.concatenate([*(part.ravel() for part in parts), self._seen[-1] @ residual])
 
     def jacobian(self, weights: Floats) -> Floats:
-        """Return the slopes of the output, shape (weights, n), after ``output`` of the same weights.
+        """Return the slopes of the output, shape (weights, n), after ``output`` of the same weights."""
+        found = np.empty((self.shape.weights, self._rows))
+        self._slopes(weights, found, None)
+        return found
 
-        The array is the same in every call.
-        """
-        if not self._jacobian.size:
-            self._jacobian = np.empty((self.shape.weights, self._rows))
-        self._back(weights, np.ones(1))
+    def _slopes(self, weights: Floats, out: Floats, without: int | None) -> None:
+        """Write the slopes of the output, those of the weights of one input left out."""
+        self._back(weights)
         row = 0
-        for seen, delta in zip(self._seen, [*self._delta, np.ones((1, self._rows))], strict=True):
-            for one in seen:
-                np.multiply(one, delta, out=self._jacobian[row : row + delta.shape[0]])
+        for layer, delta in enumerate(self._delta):
+            for number, one in enumerate(self._seen[layer]):
+                if layer == 0 and number == without:
+                    continue
+                np.multiply(one, delta, out=out[row : row + delta.shape[0]])
                 row += delta.shape[0]
-            self._jacobian[row : row + delta.shape[0]] = delta
-            row += delta.shape[0]
-        return self._jacobian
+        out[row:] = self._seen[-1]
+
+    def normal(self, weights: Floats, residual: Floats) -> tuple[Floats, Floats]:
+        """Return the Jacobian times its transpose and times the residual, after ``output`` of the same weights.
+
+        Where an input is a sign, -1 in the first rows and 1 in the others, the slopes of its weights are those of the
+        biases with that sign: their products are sums and differences of products that are there anyway.
+        """
+        if self._sign is None:
+            jacobian = self.jacobian(weights)
+            return jacobian @ jacobian.T, jacobian @ residual
+        number, split = self._sign
+        width = self.shape.hidden[0]
+        if not self._jacobian.size:
+            self._jacobian = np.empty((self.shape.weights - width, self._rows))
+        self._slopes(weights, self._jacobian, number)
+        halves = self._jacobian[:, :split], self._jacobian[:, split:]
+        minus, plus = (half @ half.T for half in halves)
+        down, up = halves[0] @ residual[:split], halves[1] @ residual[split:]
+        # places of the sign's weights among all, and of the biases among those that are left
+        begin = number * width
+        biases = slice((self.shape.inputs - 1) * width, self.shape.inputs * width)
+        total, difference = plus + minus, plus[biases] - minus[biases]
+        rows = np.concatenate([total[:begin], difference, total[begin:]])
+        columns = np.concatenate([difference[:, :begin], total[biases, biases], difference[:, begin:]], axis=1).T
+        products = np.concatenate([rows[:, :begin], columns, rows[:, begin:]], axis=1)
+        slope = up + down
+        return products, np.concatenate([slope[:begin], up[biases] - down[biases], slope[begin:]])
 
 
-def logistic(values: Floats) -> None:
-    """Turn values into 1 / (1 + exp(-value)) where they stand; far outside it is 0 or 1, without an overflow."""
-    np.clip(values, -_FAR, _FAR, out=values)
-    np.negative(values, out=values)
-    np.exp(values, out=values)
-    values += 1.0
-    np.reciprocal(values, out=values)
-
-
-_FAR = math.log(2.0**1000)
+def _sign_of(inputs: Floats) -> tuple[int, int] | None:
+    """Return which input is -1 in the first rows and 1 in all others, and the first of these; None where none is."""
+    for number, column in enumerate(inputs.T):
+        split = int(np.count_nonzero(column == -1.0))
+        if 0 < split < column.size and (column[:split] == -1.0).all() and (column[split:] == 1.0).all():
+            return number, split
+    return None

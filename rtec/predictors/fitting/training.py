@@ -244,7 +244,8 @@ def _trained(
         given = np.stack([seen_by(name, samples, pitch_mm) for name in inputs], axis=1)
         return (given - middle) / half, (samples.error_mm - bias) / factor
 
-    given, wanted = scaled(seen)
+    # reverse after forward: a direction in two blocks of rows is what `Layers.normal` makes use of
+    given, wanted = scaled(seen.take(np.argsort(-seen.direction, kind="stable")))
     problem = Problem(Layers(shape, given), wanted)
     asked, answer = scaled(unseen)
     best = _Best(Layers(shape, asked), answer, effort, factor, seen.rows, limit, tell)
