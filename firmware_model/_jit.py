@@ -43,12 +43,12 @@ def _compile(function: _F, **options: Any) -> _F:
 
 def step(function: _F) -> _F:
     """Compile a small function that is merged into every place that calls it."""
-    return _compile(function, forceinline=True)
+    return _machine_code.part(function, _nrt=False, forceinline=True)
 
 
 def helper(function: _F) -> _F:
     """Compile a function that loops call; LLVM decides whether it is merged into them."""
-    return _compile(function)
+    return _machine_code.part(function, _nrt=False)
 
 
 def kernel(function: _F) -> _F:

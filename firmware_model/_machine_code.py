@@ -13,12 +13,16 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config as _numba_config
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.registry import CPUDispatcher
 
 config: Any = _numba_config  # its settings are made at run time
 
@@ -105,6 +109,54 @@ class Locator:
     def get_disambiguator(self) -> str:
         """Return what tells functions of one name apart."""
         return str(self._line)
+
+
+class _PartLibrary(JITCodeLibrary):
+    """Code that kernels take in: there it is optimised, with all else of the kernel, so not by itself before."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+
+class _PartCompiler(Compiler):
+    """Compiles what kernels take in."""
+
+    def compile_extra(self, function: FunctionType) -> Any:
+        """Return the compiled function, in a library that is not optimised."""
+        library: Any = _PartLibrary  # numba's own classes have no types
+        whole: Any = super()
+        self.state.library = library(self.state.targetctx.codegen(), function.__qualname__)
+        return whole.compile_extra(function)
+
+
+class _Part(CPUDispatcher):
+    """A function that kernels take in, without what calling it from Python needs: compiling it takes half as long.
+
+    Called from Python all the same, as tests do, it is compiled a second time, as a function of its own.
+    """
+
+    def add_overload(self, result: Any) -> None:
+        """Keep the code for kernels, out of the reach of Python's calls."""
+        self.overloads[tuple(result.signature.args)] = result
+
+    def _compile_for_args(self, *_arguments: Any, **_named: Any) -> Any:
+        return self.alone
+
+    @cached_property
+    def alone(self) -> Any:
+        """The function as Python calls it."""
+        whole = {name: value for name, value in self.targetoptions.items() if name not in _NO_WRAPPERS}
+        return CPUDispatcher(py_func=self.py_func, targetoptions=whole)
+
+
+_NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def part(function: _F, **options: Any) -> _F:
+    """Return a function that numba compiles into each kernel that calls it."""
+    settings = {"nopython": True, "error_model": "numpy", "fastmath": False} | _NO_WRAPPERS | options
+    dispatcher: Any = _Part(py_func=function, targetoptions=settings, pipeline_class=_PartCompiler)
+    return cast(_F, function if config.DISABLE_JIT else dispatcher)
 
 
 def compiled(function: _F, folder: Path, **options: Any) -> _F:

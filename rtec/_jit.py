@@ -50,7 +50,7 @@ def _compile(function: _F, **options: Any) -> _F:
 
 def step(function: _F) -> _F:
     """Compile a scalar step function; it is merged into every loop that calls it."""
-    return _compile(function, forceinline=True, _nrt=False)
+    return _machine_code.part(function, forceinline=True, _nrt=False)
 
 
 def written_out(function: _F) -> _F:
@@ -60,7 +60,7 @@ def written_out(function: _F) -> _F:
 
 def helper(function: _F) -> _F:
     """Compile a function that loops call now and then, kept as one copy."""
-    return _compile(function, _nrt=False)
+    return _machine_code.part(function, _nrt=False)
 
 
 def kernel(function: _F) -> _F:
@@ -74,7 +74,7 @@ def kernel(function: _F) -> _F:
 
 def array_helper(function: _F) -> _F:
     """Compile a function that makes arrays of its own, and that array kernels call."""
-    return _compile(function)
+    return _machine_code.part(function)
 
 
 def array_kernel(function: _F) -> _F:

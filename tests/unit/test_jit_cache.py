@@ -7,7 +7,12 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numba
+import numpy as np
+import pytest
+
 from firmware_model import _machine_code
+from rtec import _jit
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -58,3 +63,15 @@ def test_a_copy_of_the_sources_loads_what_was_compiled_elsewhere(tmp_path):
         )  # fmt: skip
         misses.append(int(found.stdout))
     assert misses == [1, 0]
+
+
+@pytest.mark.parametrize("kind", [_jit.step, _jit.helper, _jit.array_helper])
+def test_what_kernels_take_in_can_be_called_from_python_before_and_after(kind):
+    part = kind(lambda numbers, factor: numbers[0] * factor)
+    kernel = numba.njit(lambda numbers, factor: part(numbers, factor) + 1)
+    numbers = np.array([1 << 62])
+    # compiled both times, for it wraps around without a word
+    assert part(numbers, 2) == -(1 << 63)
+    assert kernel(numbers, 2) == 1 - (1 << 63)
+    assert part(numbers, factor=4) == 0
+    assert kernel(numbers, 2.0) == 2.0**63 + 1
