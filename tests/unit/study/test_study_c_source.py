@@ -211,7 +211,9 @@ def test_many_turns_are_counted_whole(pitch_mm, tmp_path):
         bias_mm=0.0, factor_mm=0.01,
     )  # fmt: skip
     predictor = TrainedNetworks(networks=(part,), range_mm=(-5e5, 5e5), pitch_mm=pitch_mm)
-    function = compiled(tmp_path, source(predictor))
+    lines = source(predictor)
+    assert ("long long" in "\n".join(lines)) == (pitch_mm == 1e-6)  # a long has 32 bits on many controllers
+    function = compiled(tmp_path, lines)
     x = np.random.default_rng(9).uniform(-5e5, 5e5, 500)
     assert [function(at, 1) for at in x] == pytest.approx(predictor.error_mm(x, 1).tolist(), abs=1e-12)
 
@@ -231,7 +233,7 @@ def test_the_comment_says_what_it_is():
 
 @COMPILES
 def test_a_name_cannot_end_the_comment(tmp_path):
-    nasty = "*/ int x; /* \\ ??/ Fräse @ // double"
+    nasty = "*/ } /* \\ ??/ Fräse @ // double"
     function = compiled(tmp_path, source(PREDICTORS["40"], name=nasty, source=nasty))
     assert math.isfinite(function(1.0, 1))
 
