@@ -172,6 +172,13 @@ class Section:
         """Return a pure number."""
         return number_within(self.where(key), self.raw(key), low, high)
 
+    def yes_or_no(self, key: str) -> bool:
+        """Return true or false."""
+        value = self.raw(key)
+        if not isinstance(value, bool):
+            raise ArgumentError(self.where(key), brief(repr(value)), "true or false")
+        return value
+
     def choice(self, key: str, kind: Iterable[_E]) -> _E:
         """Return the one of these members whose value stands there."""
         return choice(self.where(key), self.raw(key), kind)

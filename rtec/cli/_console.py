@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Protocol
 
 COMPILING = "compiling the simulation for this machine, once (about a minute) ..."
 _PATIENCE_S = 1.0
@@ -56,22 +56,29 @@ def announce_compilation() -> None:
         note(COMPILING)
 
 
+class Show(Protocol):
+    """What long work calls with the share done, 0..1, and with what is being done where that changes."""
+
+    def __call__(self, share: float, what: str = "") -> None:
+        """Show it."""
+
+
 @contextmanager
-def progress(label: str) -> Iterator[Callable[[float], None]]:
+def progress(label: str) -> Iterator[Show]:
     """Show the share done of long work on stderr where that is a terminal.
 
     Yields
     ------
     Callable
-        To be called now and then with the share done, 0..1.
+        To be called now and then with the share done, 0..1, and what is being done where that changes.
     """
     if not sys.stderr.isatty():
-        yield lambda share: None
+        yield lambda share, what="": None
         return
     begun = time.monotonic()
     shown: list[tuple[Any, Any]] = []
 
-    def show(share: float) -> None:
+    def show(share: float, what: str = "") -> None:
         if not shown and time.monotonic() - begun > _PATIENCE_S:
             from rich.console import Console
             from rich.progress import Progress
@@ -80,7 +87,7 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
             bar.start()
             shown.append((bar, bar.add_task(label, total=1.0)))
         for bar, task in shown:
-            bar.update(task, completed=share)
+            bar.update(task, completed=share, description=f"{label}: {what}" if what else label)
 
     try:
         yield show

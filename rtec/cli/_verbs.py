@@ -67,11 +67,13 @@ def application() -> typer.Typer:
     from rtec.cli.safety import safety
     from rtec.cli.simulate import simulate
     from rtec.cli.tables import tables
+    from rtec.cli.train import train
 
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(_frame)
     for verb in (
-        run, compare, diagnose, add, export, effects, simulate, tables, check, envelope, safety, iso230, box, pc,
+        run, compare, diagnose, add, train, export, effects, simulate, tables, check, envelope, safety, iso230,
+        box, pc,
     ):  # fmt: skip
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")

@@ -62,8 +62,12 @@ def pc(
         str | None, option("--table-unit", MACHINE, "mm|inch", "Unit of a LinuxCNC table; the file does not say it.")
     ] = None,
     model: Annotated[
-        Path | None, option("--model", MACHINE, "M.toml", "Model of the error, as 'rtec diagnose --save' writes it.")
+        Path | None, option("--model", MACHINE, "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'.")
     ] = None,
+    cautious: Annotated[
+        bool,
+        typer.Option("--cautious", help="Ask for no more than its interval supports.", rich_help_panel=MACHINE),
+    ] = False,
     travel: Annotated[str, option("--travel", MACHINE, "1000mm", "From home on, for a --model.")] = "1000mm",
     home: Annotated[
         str | None, option("--home", MACHINE, "1inch", "Where home is in the predictor's positions.")
@@ -114,7 +118,7 @@ def pc(
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     check_dbc(dbc)
     numbers = axes_of(axis, axes)
-    predictor, home_mm = _predictor(table, table_unit, model, home, length(travel, "--travel"))
+    predictor, home_mm = _predictor(table, table_unit, model, home, length(travel, "--travel"), cautious)
     until_s = None if duration is None else seconds(duration, "--duration")
     limit_s = seconds(start_up, "--start-up")
     words = _NodeWords(
@@ -183,11 +187,18 @@ def _line_of_box(find_line: Callable[[str], str], name: str) -> str:
 
 
 def _predictor(
-    table: Path | None, table_unit: str | None, model: Path | None, home: str | None, travel_mm: float
+    table: Path | None,
+    table_unit: str | None,
+    model: Path | None,
+    home: str | None,
+    travel_mm: float,
+    cautious: bool,
 ) -> tuple[Predictor, float]:
     """Return what the PC knows of the axes' errors, and where home lies in its positions, in mm."""
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
+    if cautious and model is None:
+        raise ArgumentError("--cautious", "given without --model", "a predictor of rtec train: it has an interval")
     if table is not None and model is not None:
         raise ArgumentError("--model", model, "--table or --model", "leave one of them out")
     if table_unit is not None and (table is None or table.suffix.lower() == ".csv"):
@@ -202,19 +213,17 @@ def _predictor(
     elif table is not None:
         known = read_table(table)
     elif model is not None:
-        known = _of_model(model, home_mm, travel_mm)
+        known = _of_model(model, home_mm, travel_mm, cautious)
     else:
         known = LatheNetwork()
         home_mm = known.range_mm[0] if home is None else home_mm
     return known, home_mm
 
 
-def _of_model(model: Path, home_mm: float, travel_mm: float) -> Predictor:
-    from rtec.effects import Units
-    from rtec.inference.model_file import read_model
-    from rtec.inference.static_predictor import predictor_of_model
+def _of_model(model: Path, home_mm: float, travel_mm: float, cautious: bool) -> Predictor:
+    from rtec.inference.predictor_of_file import predictor_of_file
 
-    predictor, left_out = predictor_of_model(read_model(model, Units("mm", "mm", "s")), home_mm, home_mm + travel_mm)
+    predictor, left_out = predictor_of_file(model, home_mm, home_mm + travel_mm, cautious=cautious)
     for effect in left_out:
         note(f"warning: {effect.effect} is left out: {effect.why}")
     return predictor

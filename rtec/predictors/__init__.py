@@ -7,8 +7,12 @@ control holds its negative.
 """
 
 from rtec.predictors._rows import LengthUnit
+from rtec.predictors.between import Between
+from rtec.predictors.cautious import Cautious
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
 from rtec.predictors.network import LatheNetwork, SigmoidLayer, SigmoidNetwork
+from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
 from rtec.predictors.protocol import FORWARD, REVERSE, Model, NoError, Outside, Predictor
 from rtec.predictors.step_model import StepModel, growth
 from rtec.predictors.table_files import read_table, write_table
@@ -17,9 +21,13 @@ from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 __all__ = [
     "FORWARD",
     "REVERSE",
+    "Between",
     "BidirectionalTable",
+    "Cautious",
     "CompensationKind",
+    "KnownPredictor",
     "LatheNetwork",
+    "LayeredNetwork",
     "LengthUnit",
     "Model",
     "NoError",
@@ -28,9 +36,13 @@ __all__ = [
     "SigmoidLayer",
     "SigmoidNetwork",
     "StepModel",
+    "TrainedNetworks",
     "UnidirectionalTable",
     "growth",
+    "is_predictor_file",
     "read_linuxcnc_table",
+    "read_predictor",
     "read_table",
+    "write_predictor",
     "write_table",
 ]

@@ -261,12 +261,22 @@ def growth_error(
 
 
 @helper
+def sure_of(error_mm: float, unsure_mm: float) -> float:
+    """Return the end of the interval about an error that is nearer to zero; zero where the interval holds it."""
+    if error_mm > unsure_mm:
+        return error_mm - unsure_mm
+    if error_mm < -unsure_mm:
+        return error_mm + unsure_mm
+    return 0.0 if abs(error_mm) <= unsure_mm else error_mm
+
+
+@helper
 def error_at(curve: Any, x_mm: float, direction: int) -> float:
     """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
-    function, numbers, _, _, _, inputs, memory, sd = curve
+    function, numbers, _, _, _, inputs, memory, sd, unsure_mm = curve
     inputs[0] = x_mm
     inputs[1] = direction
-    return float(function(numbers, inputs, memory[0], sd))
+    return sure_of(float(function(numbers, inputs, memory[0], sd)), unsure_mm)
 
 
 @helper
@@ -274,16 +284,16 @@ def believed_mm(model: Any, sensors: npt.NDArray[np.float64], place: int) -> flo
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
-    value of each that it knows, room for the inputs, and a memory and room for a standard deviation for each
-    ``place`` at which it is at work.
+    value of each that it knows, room for the inputs, a memory and room for a standard deviation for each ``place`` at
+    which it is at work, and by how much it may be off.
     """
-    function, numbers, wanted, low, high, inputs, memory, sd = model
+    function, numbers, wanted, low, high, inputs, memory, sd, unsure_mm = model
     sd[place] = math.nan
     for k in range(wanted.size):
         inputs[k] = sensors[wanted[k]]
         if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
             return math.nan
-    return float(function(numbers, inputs, memory[place], sd[place : place + 1]))
+    return sure_of(float(function(numbers, inputs, memory[place], sd[place : place + 1])), unsure_mm)
 
 
 @kernel

@@ -38,6 +38,8 @@ def bound(
 ) -> tuple[Any, ...]:
     """Return a model as the kernels take it, with room of its own for inputs and memory.
 
+    A model with an ``unsure_mm`` is believed less by so much (`rtec.predictors.Cautious`).
+
     Parameters
     ----------
     model
@@ -86,6 +88,7 @@ def bound(
         np.zeros(len(names)),
         np.tile(memory, (places, 1)),
         np.full(places, np.nan),
+        float(getattr(model, "unsure_mm", 0.0)),
     )
 
 

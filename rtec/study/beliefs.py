@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from rtec.effects import Units
 from rtec.errors import ArgumentError, nearest
-from rtec.inference.model_file import read_model
-from rtec.inference.static_predictor import LeftOut, predictor_of_model
+from rtec.inference.predictor_of_file import predictor_of_file
+from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
-from rtec.sections import Section, read_toml
+from rtec.sections import Section
 from rtec.units import MM_PER_INCH
 
 LEARNED, LATHE, TRUTH = "learned", "lathe", "axis"
@@ -59,6 +58,10 @@ def belief_of(
         Another word, a file that cannot be read, or a model that predicts no deviation.
     """
     name = section.text("model")
+    cautious = section.yes_or_no("cautious")
+    if cautious and not name.lower().endswith(".toml"):
+        allowed = "a predictor in a file NAME.toml that rtec train wrote: it knows how far it may be off"
+        raise ArgumentError(section.where("cautious"), f"true with {name!r}", allowed)
     known: dict[str, Callable[[], Predictor]] = {LEARNED: NoError, LATHE: LatheNetwork, TRUTH: lambda: truth}
     if name in known:
         return known[name](), ()
@@ -67,9 +70,12 @@ def belief_of(
         return read_table(file), ()
     if file.suffix.lower() != ".toml":
         words = ", ".join(known)
-        allowed = f"{words}, a table in a file NAME.csv, or a model in a file NAME.toml"
+        allowed = f"{words}, a table in a file NAME.csv, or a model or trained predictor in a file NAME.toml"
         raise ArgumentError(section.where("model"), repr(name), allowed, nearest(name, known))
-    clock = read_toml(file).get("clock")
-    model = read_model(file, Units("mm", "mm", clock if isinstance(clock, str) else "s"))
-    with section.naming(model="model"):
-        return predictor_of_model(model, plan.start_inch * MM_PER_INCH, plan.end_inch * MM_PER_INCH)
+    with section.naming(model="model", cautious="cautious"):
+        return predictor_of_file(
+            file,
+            plan.start_inch * MM_PER_INCH,
+            plan.end_inch * MM_PER_INCH,
+            cautious=cautious,
+        )

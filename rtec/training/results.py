@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from rtec.inference.model import Model
 from rtec.predictors import Predictor
+from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.training import Course
 from rtec.training.parts import Parts
 
@@ -64,6 +68,12 @@ class Row:
     courses: tuple[Course, ...] = ()
     tried: tuple[tuple[float, float], ...] = ()
     model: Model | None = None
+
+    def left_mm(self, samples: Samples) -> npt.NDArray[np.float64]:
+        """Return what the predictor leaves of readings, in mm, shape (n,); all of them where there is none."""
+        if self.predictor is None:
+            return samples.error_mm
+        return samples.error_mm - self.predictor.error_mm(samples.position_mm, samples.direction)
 
     @property
     def works(self) -> bool:

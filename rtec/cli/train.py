@@ -1,0 +1,143 @@
+"""``rtec train``: every kind of predictor fitted to a measurement and compared; the best one written to a file."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli import _measured
+from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.errors import ArgumentError, nearest
+
+if TYPE_CHECKING:
+    from rtec.predictors.fitting.training import Effort
+    from rtec.training import PredictorComparison, Row
+
+_INTERRUPTED = 130
+
+
+def train(
+    data: _measured.Data,
+    heldout: Annotated[
+        Path | None,
+        typer.Option("--heldout", metavar="FILE", help="Another measurement that judges, best at other targets."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="MODEL.toml", help="Write the best predictor.")
+    ] = None,
+    pick: Annotated[
+        str | None, typer.Option("--pick", metavar="NAME", help="Write the predictor of this row instead.")
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
+    ] = None,
+    budget: Annotated[str, typer.Option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
+    starts: Annotated[int, typer.Option(min=1, max=1000, help="Trainings of a network, from other weights.")] = 10,
+    thesis: Annotated[
+        bool,
+        typer.Option("--thesis", help="Up to 10 000 epochs a training, no budget and no early end: hours."),
+    ] = False,
+    screw_pitch: _measured.ScrewPitch = None,
+    counts_per_rev: _measured.CountsPerRev = None,
+    seed: Annotated[int, typer.Option(min=0, help="Draws what is held out, and the first weights.")] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    json: _measured.Json = False,
+) -> None:
+    """Fit tables, physical effects and networks to one measurement, and compare them by readings that none has seen.
+
+    A fifth of the places is held out, unless --heldout names another measurement. Ctrl-C ends the training and keeps
+    the best so far.
+
+    Example: rtec train z_axis.csv --heldout check.csv -o best.toml
+    """
+    if pick is not None and output is None:
+        raise ArgumentError("--pick", pick, "it together with -o MODEL.toml")
+    if output is not None:
+        if output.suffix.lower() != ".toml":
+            raise ArgumentError("--output", output.name, "a name that ends in .toml")
+        _measured.check_new_file("--output", output, force=force)
+    if figure is not None:
+        _measured.check_new_figure("--figure", figure, force=force)
+    from rtec.training import all_methods, compare_predictors
+    from rtec.units import TIME, parse_quantity
+
+    names = [method.name for method in all_methods() if method.name != "none"]
+    if pick is not None and pick not in names:
+        raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
+    budget_s = parse_quantity(budget, TIME, name="--budget")
+    if not 0.0 < budget_s <= 1e6:
+        raise ArgumentError("--budget", budget, "a time above 0 s")
+    facts = _measured.facts_of(screw_pitch, None, counts_per_rev, None)
+    with progress(f"training on {data.name}") as show:
+        given = _measured.read_inputs(data, model=None, heldout=heldout, lock=False, observe=None, facts=facts)
+        announce_compilation()
+        result = compare_predictors(
+            given.dataset,
+            given.heldout,
+            effort=_effort(starts, thesis),
+            budget_s=None if thesis else budget_s,
+            seed=seed,
+            progress=lambda what, share: show(share, what),
+        )
+    chosen = _chosen(result, pick) if output is not None else None
+    if output is not None and chosen is not None:
+        _write(output, result, chosen)
+    if figure is not None:
+        from rtec.report.figures_training import write_training_figure
+
+        write_training_figure(figure, result)
+    _show(result, output, chosen, notes=given.dataset.notes, json=json)
+    if result.interrupted:
+        raise typer.Exit(_INTERRUPTED)
+
+
+def _effort(starts: int, thesis: bool) -> Effort:
+    from rtec.predictors.fitting.training import Effort
+
+    return Effort(starts=starts, epochs=10_000, patience=10_000) if thesis else Effort(starts=starts)
+
+
+def _chosen(result: PredictorComparison, pick: str | None) -> Row:
+    """Return the row that is to be written."""
+    row = result.best if pick is None else result.named(pick)
+    if row is None or not row.works:
+        why = "no predictor has a figure" if row is None or row.reason is None else row.reason
+        raise ArgumentError("--output" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
+    return row
+
+
+def _write(path: Path, result: PredictorComparison, row: Row) -> None:
+    """Write a predictor: effects as a model that ``rtec compare`` reads, too, all others with their numbers."""
+    from rtec.inference.model_file import write_model
+    from rtec.predictors import KnownPredictor, write_predictor
+
+    if row.model is not None:
+        write_model(path, row.model)
+    elif row.predictor is not None:
+        interval_mm = math.inf if row.interval_mm is None else row.interval_mm
+        source = Path(result.source).name
+        known = KnownPredictor(predictor=row.predictor, name=row.name, source=source, interval_mm=interval_mm)
+        write_predictor(path, known)
+
+
+def _show(
+    result: PredictorComparison, output: Path | None, chosen: Row | None, *, notes: tuple[str, ...], json: bool
+) -> None:
+    from rtec.report.training import training_document, training_sentence, training_table
+
+    if json:
+        written = {} if output is None or chosen is None else {"model": str(output), "written": chosen.name}
+        print_json(training_document(result) | written)
+        return
+    from rich.console import Console
+
+    for sentence in (*notes, *result.notes):
+        note(sentence)
+    console = Console(highlight=False)
+    console.print(training_table(result))
+    console.print(training_sentence(result), soft_wrap=True, markup=False)
+    if output is not None and chosen is not None:
+        typer.echo(f"{output}: {chosen.name}")
