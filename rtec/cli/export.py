@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -69,7 +70,6 @@ def export(
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
     from rtec.sections import choice
     from rtec.study.c_source import OF_EFFECTS, Precision, name_in_c, predictor_lines
-    from rtec.study.compensation import LINUXCNC_TRIPLETS, MOST_NODES, compensation_of
     from rtec.units import LENGTH, parse_quantity
 
     digits = choice("--precision", precision, Precision)
@@ -81,22 +81,23 @@ def export(
         raise ArgumentError("--within", within, "a length from 0")
     documents: list[dict[str, Any]] = []
     for name, file in files.items():
-        document: dict[str, Any] = {"format": name, "file": str(file), "nodes": None}
-        document |= {"from_mm": low_mm, "to_mm": high_mm, "interpolation_error_um": 0.0, "left_out": []}
-        if name == "c":
-            prefix = OF_EFFECTS if trained is None else name_in_c(file)
-            document |= {"function": f"{prefix}_error_mm", "precision": precision}
-        if name == "c" and trained is not None:
-            lines = predictor_lines(trained, name_in_c(file), held_mm=(low_mm, high_mm), precision=digits)
+        document: dict[str, Any] = {"format": name, "file": str(file)}
+        if name == "c" and trained is not None:  # of its own ends, which the directions may have at different places
+            held_mm = -math.inf if start is None else low_mm, math.inf if end is None else high_mm
+            lines = predictor_lines(trained, name_in_c(file), held_mm=held_mm, precision=digits)
+            document |= {"nodes": None, "interpolation_error_um": 0.0, "left_out": []}
         else:
-            most = LINUXCNC_TRIPLETS if name == "linuxcnc" else MOST_NODES
-            table = compensation_of(known, low_mm, high_mm, within_mm=tolerance_mm, most=most)
+            table = _table(name, known, (low_mm, high_mm), tolerance_mm)
             lines = _lines(name, table, _UNITS[unit], digits)
             document |= {
                 "nodes": int(table.position_mm.size),
                 "interpolation_error_um": 1e3 * table.interpolation_mm,
                 "left_out": [{"effect": one.effect, "why": one.why} for one in table.left_out],
             }
+        document |= {"from_mm": low_mm, "to_mm": high_mm}
+        if name == "c":
+            prefix = OF_EFFECTS if trained is None else name_in_c(file)
+            document |= {"function": f"{prefix}_error_mm", "precision": precision}
         write_lines(file, lines)
         documents.append(document)
     if json:
@@ -106,6 +107,13 @@ def export(
         typer.echo(_sentence(document))
     for left in documents[-1]["left_out"]:
         note(f"{left['effect']} is not in the table: {left['why']}")
+
+
+def _table(name: str, known: Model | Predictor, range_mm: tuple[float, float], within_mm: float) -> Compensation:
+    from rtec.study.compensation import LINUXCNC_TRIPLETS, MOST_NODES, compensation_of
+
+    most = LINUXCNC_TRIPLETS if name == "linuxcnc" else MOST_NODES
+    return compensation_of(known, *range_mm, within_mm=within_mm, most=most)
 
 
 def _lines(name: str, table: Compensation, per_unit_mm: float, precision: Precision) -> Iterator[str]:

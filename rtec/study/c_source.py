@@ -108,25 +108,25 @@ def predictor_lines(
     """
     predictor = known.predictor
     if isinstance(predictor, TrainedNetworks):
-        low_mm, high_mm = predictor.range_mm
-        held_mm = min(max(held_mm[0], low_mm), high_mm), max(min(held_mm[1], high_mm), low_mm)
         _check_networks(predictor, precision)
+        held_mm = _within(held_mm, predictor.range_mm)
         body, library = _networks(predictor, held_mm, precision), precision.code("the only library function is exp()")
     elif isinstance(predictor, UnidirectionalTable | BidirectionalTable):
         ways = _ways(predictor)
         own = min(way[0, 0] for way in ways), max(way[0, -1] for way in ways)
-        held_mm = max(held_mm[0], own[0]), min(held_mm[1], own[1])
+        held_mm = _within(held_mm, own)
         body, library = _table(*ways, precision, None if held_mm == own else held_mm), "no library function is called"
     else:
         raise ArgumentError("predictor", type(predictor).__name__, "a table or networks")
+    low_mm, high_mm = _within(held_mm, predictor.range_mm)
     sure = f"90 % of readings lie within {1e3 * known.interval_mm:.3g} um of it."
     trained_on = f", trained on {known.source}" if known.source else ""
     head = (
         f"{name}_error_mm: error of an axis, actual minus target, in mm. A compensation is its negative.",
         f"Predictor: {known.name}{trained_on}.",
         sure if math.isfinite(known.interval_mm) else "How far readings lie from it is not known.",
-        f"position_mm is the target, from {held_mm[0]:.10g} to {held_mm[1]:.10g} mm. Outside, the error of the",
-        "nearest end is held; what is no number counts as the lower end.",
+        f"position_mm is the target. Both directions are known from {low_mm:.10g} to {high_mm:.10g} mm; where one",
+        "ends, its error there is held. What is no number counts as the lower end.",
         "direction is below 0 in reverse (towards smaller positions), else forward.",
         *_on_precision(held_mm, precision),
         f"Nothing is allocated, and {library}.",
@@ -153,6 +153,11 @@ def compensation_lines(table: Compensation, *, precision: Precision = Precision.
         *(f"Left out: {one.effect}, {one.why}." for one in table.left_out),
     )
     yield from _file(OF_EFFECTS, head, _table(forward, reverse, precision, None), precision)
+
+
+def _within(range_mm: Range, outer_mm: Range) -> Range:
+    low, high = (min(max(end, outer_mm[0]), outer_mm[1]) for end in range_mm)
+    return low, high
 
 
 def _on_precision(range_mm: Range, precision: Precision) -> tuple[str, ...]:

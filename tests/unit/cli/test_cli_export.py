@@ -175,6 +175,20 @@ def test_its_document_says_function_and_precision(trained, capsys):
     assert "position_mm > 40.0f" in (trained / "z.c").read_text()
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_each_direction_of_a_table_keeps_its_own_ends(trained, capsys):
+    assert said(capsys, "t.toml", "--c", "z.c")[0] == 0
+    assert "Both directions are known from 1 to 30 mm" in (trained / "z.c").read_text()
+    (trained / "main.c").write_text(
+        '#include <stdio.h>\n#include "z.c"\nint main(void) {\n'
+        '    printf("%.17g %.17g\\n", z_error_mm(0.5, 1), z_error_mm(31.25, -1));\n    return 0;\n}\n'
+    )
+    subprocess.run(["cc", "-std=c99", "main.c", "-o", "z"], cwd=trained, check=True, timeout=60)
+    ran = subprocess.run([trained / "z"], capture_output=True, text=True, check=True, timeout=60)
+    reverse = 0.009 - 0.006 * (31.25 - 11.0) / 20.5
+    assert [float(x) for x in ran.stdout.split()] == pytest.approx([0.001 + 0.003 * 0.05, reverse], abs=1e-15)
+
+
 @pytest.mark.parametrize(("file", "predictor", "most"), [("n.toml", NETWORKS, 256), ("t.toml", TABLE, 256)])
 def test_its_tables_are_within_what_was_asked_for(trained, capsys, file, predictor, most):
     assert said(capsys, file, "--linuxcnc", "z.comp", "--csv", "z.csv", "--within", "0.05 um")[0] == 0

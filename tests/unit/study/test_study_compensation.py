@@ -8,6 +8,8 @@ import pytest
 
 from rtec.effects import Units, effect_named
 from rtec.inference.model import Model, Term
+from rtec.predictors import BidirectionalTable, UnidirectionalTable
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.study.c_source import compensation_lines
 from rtec.study.compensation import (
     LINUXCNC_TRIPLETS,
@@ -116,3 +118,37 @@ def test_a_step_is_a_step_in_the_table_and_its_error_says_so():
     assert off <= 1.05 * table.interpolation_mm + 1e-6 < 2e-4
     jump = np.interp([7.00001, 6.99999], table.position_mm, table.forward_mm)
     assert jump[0] - jump[1] == pytest.approx(0.005, abs=1e-5)
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_straight_lines_of_a_table_are_drawn_by_its_own_points(both):
+    at, error = np.array([-3.337, 1.11, 50.0071, 51.0, 97.77]), np.array([0.001, -0.004, 0.012, 0.0123, -0.02])
+    if both:
+        table = BidirectionalTable(
+            forward_positions_mm=at, forward_errors_mm=error, reverse_positions_mm=at + 0.213, reverse_errors_mm=error
+        )
+        places = np.sort(np.concatenate([at, at[:-1] + 0.213]))[1:]
+    else:
+        table, places = UnidirectionalTable(positions_mm=at, errors_mm=error, backlash_mm=0.0071), at
+    drawn = compensation_of(table, *table.range_mm, within_mm=1e-8, most=MOST_NODES)
+    assert drawn.position_mm.tolist() == pytest.approx(places.tolist())
+    assert drawn.left_out == () and drawn.interpolation_mm < 1e-6
+    assert drawn.reverse_mm == pytest.approx(table.error_mm(places, -1), abs=1e-6)
+
+
+def test_beyond_its_range_a_predictor_is_held_and_so_is_its_table():
+    table = UnidirectionalTable(positions_mm=[1.0, 7.0], errors_mm=[0.001, 0.004], backlash_mm=0.002)
+    drawn = compensation_of(table, -20.0, 30.0, within_mm=1e-8, most=MOST_NODES)
+    assert drawn.position_mm.tolist() == [-20.0, 1.0, 7.0, 30.0]
+    assert drawn.reverse_mm.tolist() == [0.003, 0.003, 0.006, 0.006]
+
+
+def test_the_range_of_a_network_begins_and_ends_at_nodes():
+    rising = LayeredNetwork(
+        inputs=("position",), middle=[4.0], half=[3.0], hidden=(1,), weights=[1.0, 0.0, 1.0, 0.0],
+        bias_mm=0.0, factor_mm=0.1,
+    )  # fmt: skip
+    known = TrainedNetworks(networks=(rising,), range_mm=(1.0007, 7.0003))
+    drawn = compensation_of(known, -20.0, 30.0, within_mm=1e-5, most=MOST_NODES)
+    assert drawn.position_mm[[0, 1, -2, -1]].tolist() == [-20.0, 1.0007, 7.0003, 30.0]
+    assert drawn.forward_mm[[0, -1]] == pytest.approx(0.1 / (1.0 + np.exp([0.9998, -1.0001])), abs=2e-5)
