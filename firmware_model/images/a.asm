@@ -17,23 +17,28 @@ ARMING          = ARMING_A
         .include "common.asm"
 
         .if ONE_CLOCK
-; Behind a table the first change would come after 16 clocks. The exclusive OR tells two of the four states, so one look
-; at A tells the rest. The lines are held in the pause after the first change.
+; Behind a table the first change would come after 18 clocks. The exclusive OR tells two of the four states, so one look
+; behind the latch tells the rest: at the line that changes second. Where the axis turned back before the latch closed,
+; the other line is not as it has to be; then its pulse changes nothing, that of the second line goes the way of the
+; step and back, and a look at the exclusive OR behind them says that nothing is inserted.
         .macro  BEFORE_SEARCH
         .endm
-        .macro  PULSES  first,second
-        clr     first                   ; 11 clocks after the look's begin, or 10
-        PAUSE_AND_HOLD
+        .macro  BEFORE_QUESTION
+        .endm
+        .macro  PULSES  first,second,made
+        clr     first                   ; 13 clocks after the look's begin, or 12
+        PAUSE
         clr     second
         PAUSE
         setb    first
         PAUSE
         setb    second
-        PAUSE
+        PAUSE_AND_LOOK  DIFFER
         setb    HOLD_N
-        ajmp    inserted
+        ajmp    made
         .endm
         .macro  INSERT_AFTER_FALL
+        GATE_FINE
         jb      F_MINUS,same_arm_minus
         jnb     DIFFER,same_late        ; it came just now: too late for this one
         jb      IE0,same_lost           ; two transitions between two looks
@@ -42,10 +47,11 @@ same_armed_plus:
         jb      DIFFER,same_armed_plus
 same_plus:
         clr     EA                      ; neither tick nor probe from here on
-        jb      LINE_A_PIN,s3_plus
-        PULSES  DRIVE_A_N,DRIVE_B_N     ; 00 -> 10 11 01 00
+        clr     HOLD_N
+        jb      LINE_B_PIN,s3_plus
+        PULSES  DRIVE_A_N,DRIVE_B_N,made_same   ; 00 -> 10 11 01 00
 s3_plus:
-        PULSES  PULL_A_N,PULL_B_N       ; 11 -> 01 00 10 11
+        PULSES  PULL_A_N,PULL_B_N,made_same     ; 11 -> 01 00 10 11
 same_lost:
         ajmp    refused_fall
 same_late:
@@ -58,12 +64,14 @@ same_armed_minus:
         jb      DIFFER,same_armed_minus
 same_minus:
         clr     EA
+        clr     HOLD_N
         jb      LINE_A_PIN,s3_minus
-        PULSES  DRIVE_B_N,DRIVE_A_N     ; 00 -> 01 11 10 00
+        PULSES  DRIVE_B_N,DRIVE_A_N,made_same   ; 00 -> 01 11 10 00
 s3_minus:
-        PULSES  PULL_B_N,PULL_A_N       ; 11 -> 10 00 01 11
+        PULSES  PULL_B_N,PULL_A_N,made_same     ; 11 -> 10 00 01 11
         .endm
         .macro  INSERT_AFTER_RISE
+        GATE_FINE
         jb      F_MINUS,differ_arm_minus
         jb      DIFFER,differ_late
         jb      IE0,differ_lost
@@ -72,10 +80,11 @@ differ_armed_plus:
         jnb     DIFFER,differ_armed_plus
 differ_plus:
         clr     EA
+        clr     HOLD_N
         jb      LINE_A_PIN,s2_plus
-        PULSES  PULL_B_N,DRIVE_A_N      ; 01 -> 00 10 11 01
+        PULSES  PULL_B_N,DRIVE_A_N,made_differ  ; 01 -> 00 10 11 01
 s2_plus:
-        PULSES  DRIVE_B_N,PULL_A_N      ; 10 -> 11 01 00 10
+        PULSES  DRIVE_B_N,PULL_A_N,made_differ  ; 10 -> 11 01 00 10
 differ_lost:
         ajmp    refused_rise
 differ_late:
@@ -88,12 +97,22 @@ differ_armed_minus:
         jnb     DIFFER,differ_armed_minus
 differ_minus:
         clr     EA
-        jb      LINE_A_PIN,s2_minus
-        PULSES  DRIVE_A_N,PULL_B_N      ; 01 -> 11 10 00 01
-s2_minus:
-        PULSES  PULL_A_N,DRIVE_B_N      ; 10 -> 00 01 11 10
+        clr     HOLD_N
+        jb      LINE_B_PIN,s4_minus
+        PULSES  PULL_A_N,DRIVE_B_N,made_differ  ; 10 -> 00 01 11 10
+s4_minus:
+        PULSES  DRIVE_A_N,PULL_B_N,made_differ  ; 01 -> 11 10 00 01
         .endm
         .include "seek_xor.asm"
+
+; The exclusive OR behind the latch: low behind a fall, high behind a rise, where the step has been inserted.
+made_same:
+        jnc     made
+        ajmp    turned_rise
+made_differ:
+        jc      made
+        ajmp    turned_fall
+made:   ajmp    inserted
 
 at_rest:
         clr     HOLD_N                  ; the latch closes before the state is read
@@ -121,6 +140,8 @@ rest_differ_minus:
         jnb     F_MINUS,chosen
         mov     dptr,#backward_cycles
 chosen:
+        .endm
+        .macro  BEFORE_QUESTION
         .endm
         .macro  INSERT_AFTER_FALL       ?armed,?late,?lost
         jnb     DIFFER,late             ; it came just now: too late for this one
