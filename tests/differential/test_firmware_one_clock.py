@@ -16,10 +16,10 @@ OK, NOT_HOMED = 0, 1
 LEAST_NS = 80
 # clocks of the table: the look loop and the way to the first change; whole instructions of 2 clocks at least follow
 LOOP = 4
-FIRST_CHANGE = {"original": 9, "a": 10, "c": 9}
-# clocks from the first change to the last: 2 clocks or 80 ns each, and at 25 MHz the hold of A between
+FIRST_CHANGE = {"original": 12, "a": 12, "c": 12}
+# clocks from the first change to the last: 2 clocks or 80 ns each
 LAST_CHANGE = {
-    ("original", 25): 6, ("a", 25): 8, ("c", 25): 2, ("original", 100): 24, ("a", 100): 24, ("c", 100): 8,
+    ("original", 25): 6, ("a", 25): 6, ("c", 25): 2, ("original", 100): 24, ("a", 100): 24, ("c", 100): 8,
 }  # fmt: skip
 EDGES_TIMED = {"original": 4, "a": 2, "c": 2}
 RESERVE = 1.15
@@ -27,7 +27,7 @@ RESERVE = 1.15
 
 def gate_clocks(name, mhz):
     """The shortest time that a gate may let through: each edge of it as far as the worst insertion and 15 %."""
-    slow_a = 1 if name == "a" else 0  # where the look at A branches
+    slow_a = 1 if name == "a" else 0  # where the look at a line branches
     worst = LOOP + FIRST_CHANGE[name] + slow_a + LAST_CHANGE[name, mhz]
     return EDGES_TIMED[name] * worst * RESERVE
 
@@ -106,15 +106,18 @@ def test_lines_change_in_the_right_order_and_time(name, mhz, direction, total):
 @pytest.mark.parametrize("mhz", CLOCKS_MHZ)
 @pytest.mark.parametrize("name", ["original", "a", "c"])
 def test_lines_are_held_as_long_and_no_longer(name, mhz):
-    """From the first change, or before, until one change's distance after the last."""
+    """From 5 clocks before the first change (A: or 6) until one change's distance after the last.
+
+    A looks at the state in between, which takes two clocks; at 100 MHz they are part of that distance.
+    """
     box, _ = moving(name, mhz, 211.0, 3)
     apart = LEAST_NS * mhz // 1000
     latches = list(itertools.pairwise([(0, 0xFF), *box.port_1()]))
     first_held = [clock for (_, old), (clock, new) in latches if old & ~new & RELEASED]
     released = [clock for (_, old), (clock, new) in latches if new & ~old & RELEASED]
     for clocks, held, free in zip(box.insertions(), first_held, released, strict=True):
-        assert abs(held - clocks[0]) == 2
-        assert free - clocks[-1] == apart
+        assert clocks[0] - held in ({5, 6} if name == "a" else {5})
+        assert free - clocks[-1] == apart + (2 if (name, mhz) == ("a", 25) else 0)
 
 
 @pytest.mark.parametrize("mhz", CLOCKS_MHZ)
