@@ -149,9 +149,7 @@ def test_too_fast_is_refused(name, mhz):
 
 
 # C at 25 MHz is not here: below 48 clocks, beyond its gate, it is the decoder's speed that refuses
-@pytest.mark.parametrize(
-    ("name", "mhz"), [("original", 25), ("original", 100), ("a", 25), ("a", 100), ("c", 100)]
-)
+@pytest.mark.parametrize(("name", "mhz"), [("original", 25), ("original", 100), ("a", 25), ("a", 100), ("c", 100)])
 def test_the_gate_alone_refuses_what_is_too_fast(name, mhz):
     """The decoder's speed hidden from the program, so that it searches: every transition is timed and refused."""
     box = Box(name, mhz)

@@ -52,7 +52,8 @@ def test_a_turn_between_look_and_latch_loses_no_count(name, processor):
                 levels = [states[int(count) % 4] for count in counts]
                 edges = EdgeStream(times, np.array(levels, np.uint8), initial=0)
                 asked = Totals([int(times[8]) + 777], [total])
-                stimuli.append(Stimulus(edges=edges, requests=asked, until_ps=int(times[-1]) + 8 * box.bench.reading_ps))
+                until_ps = int(times[-1]) + 8 * box.bench.reading_ps
+                stimuli.append(Stimulus(edges=edges, requests=asked, until_ps=until_ps))
     assert box.begun_ps(stimuli[0]) > 0
     for stimulus, response in zip(stimuli, box.play(stimuli), strict=True):
         sent, seen = stimulus.edges.counts(), response.edges.counts()
