@@ -25,8 +25,8 @@ PARTS = {
 def motion(tick_ps, every, way, turn, after):
     """Steady edges; behind each fourth one the axis turns back, or goes on, so many ticks later, and comes again."""
     times, moves = [], []
-    for k in range(16):
-        at = (k + 20) * every * tick_ps
+    for k in range(40):
+        at = round((k + 20) * (every + 0.37) * tick_ps)
         times.append(at)
         moves.append(way)
         times.append(at + round(after * tick_ps))
