@@ -23,7 +23,7 @@ PARTS = {
 
 
 def motion(tick_ps, every, way, turn, after):
-    """Steady edges; behind each fourth one the axis turns back, or goes on, so many ticks later, and comes again."""
+    """Steady edges; behind each one the axis turns back, or goes on, so many ticks later, and comes again."""
     times, moves = [], []
     for k in range(40):
         at = round((k + 20) * (every + 0.37) * tick_ps)
@@ -32,7 +32,7 @@ def motion(tick_ps, every, way, turn, after):
         times.append(at + round(after * tick_ps))
         moves.append(turn)
         if turn == -way:
-            times.append(at + every * tick_ps // 2)
+            times.append(at + every * tick_ps // (5 if every == 150 else 2))
             moves.append(way)
     return np.array(times, np.int64), np.cumsum(moves)
 
