@@ -17,97 +17,136 @@ ARMING          = ARMING_A
         .include "common.asm"
 
         .if ONE_CLOCK
-; Behind a table the first change would come after 16 clocks. The exclusive OR tells two of the four states, so one look
-; at A tells the rest. The lines are held in the pause after the first change.
-        .macro  BEFORE_SEARCH
+; Reading the state behind the latch would take 8 clocks before the first change. So the state is foretold: from the lines
+; at the arming, and the way that the axis went in the last tick. Where another one comes, the pulses change nothing, or
+; one line and back; a look behind them says so, and no step is booked.
+        .macro  BEFORE_SEARCH   ?backward,?chosen
+        mov     a,DELTA_HIGH
+        jb      ACC+7,backward
+        mov     dptr,#forward_plus
+        jnb     F_MINUS,chosen
+        mov     dptr,#forward_minus
+        sjmp    chosen
+backward:
+        mov     dptr,#backward_plus
+        jnb     F_MINUS,chosen
+        mov     dptr,#backward_minus
+chosen:
         .endm
-        .macro  PULSES  first,second
-        clr     first                   ; 11 clocks after the look's begin, or 10
-        PAUSE_AND_HOLD
+        .macro  BEFORE_QUESTION
+        GATE_FINE
+        .endm
+        .macro  INSERT_AFTER_FALL       ?late
+        mov     a,P3
+        jnb     DIFFER,late             ; it came just now: too late for this one
+        ARM_BY_TABLE
+late:   ajmp    late_fall
+        .endm
+        .macro  INSERT_AFTER_RISE       ?late
+        mov     a,P3
+        jb      DIFFER,late
+        ARM_BY_TABLE
+late:   ajmp    late_rise
+        .endm
+        .macro  ARM_BY_TABLE
+        anl     a,#LINES
+        rl      a
+        rl      a
+        jmp     @a+dptr                 ; the levels of A (40h) and B (80h): a piece has 64 bytes
+        .endm
+        .include "seek_xor.asm"
+
+lost_fall:
+        jnb     DIFFER,came_late
+        ajmp    refused_fall            ; two transitions between two looks
+came_late:
+        ajmp    late_fall
+lost_rise:
+        jb      DIFFER,rose_late
+        ajmp    refused_rise
+rose_late:
+        ajmp    late_rise
+
+; The pulses are over; A has the lines behind the latch, and 0 where they are those of the foretold state.
+made:   jz      inserted_a
+        jb      DIFFER,other_rise
+        ajmp    turned_fall
+other_rise:
+        ajmp    turned_rise
+inserted_a:
+        ajmp    inserted
+
+; One piece: the last questions, the loop, and the step in the state that is foretold.
+        .macro  PULSES  first,second,state
+        clr     EA                      ; neither tick nor probe from here on
+        clr     HOLD_N
+        clr     first                   ; 9 clocks after the look's begin
+        PAUSE
         clr     second
         PAUSE
         setb    first
         PAUSE
         setb    second
-        PAUSE
+        PAUSE_AND_LOOK
         setb    HOLD_N
-        ajmp    inserted
+        anl     a,#LINES
+        xrl     a,#state
+        ajmp    made
         .endm
-        .macro  INSERT_AFTER_FALL
-        jb      F_MINUS,same_arm_minus
-        jnb     DIFFER,same_late        ; it came just now: too late for this one
-        jb      IE0,same_lost           ; two transitions between two looks
-        jnb     DIFFER,same_late        ; ... or it came between
-same_armed_plus:
-        jb      DIFFER,same_armed_plus
-same_plus:
-        clr     EA                      ; neither tick nor probe from here on
-        jb      LINE_A_PIN,s3_plus
-        PULSES  DRIVE_A_N,DRIVE_B_N     ; 00 -> 10 11 01 00
-s3_plus:
-        PULSES  PULL_A_N,PULL_B_N       ; 11 -> 01 00 10 11
-same_lost:
-        ajmp    refused_fall
-same_late:
-        ajmp    late_fall
-same_arm_minus:
-        jnb     DIFFER,same_late
-        jb      IE0,same_lost
-        jnb     DIFFER,same_late
-same_armed_minus:
-        jb      DIFFER,same_armed_minus
-same_minus:
-        clr     EA
-        jb      LINE_A_PIN,s3_minus
-        PULSES  DRIVE_B_N,DRIVE_A_N     ; 00 -> 01 11 10 00
-s3_minus:
-        PULSES  PULL_B_N,PULL_A_N       ; 11 -> 10 00 01 11
+        .macro  FALL    first,second,state,?begin,?armed,?late,?lost
+begin:  jb      IE0,lost
+        jnb     DIFFER,late             ; ... or it came between
+armed:  jb      DIFFER,armed
+        PULSES  first,second,state
+lost:   ajmp    lost_fall
+late:   ajmp    late_fall
+        .ds     64 - (. - begin)
         .endm
-        .macro  INSERT_AFTER_RISE
-        jb      F_MINUS,differ_arm_minus
-        jb      DIFFER,differ_late
-        jb      IE0,differ_lost
-        jb      DIFFER,differ_late
-differ_armed_plus:
-        jnb     DIFFER,differ_armed_plus
-differ_plus:
-        clr     EA
-        jb      LINE_A_PIN,s2_plus
-        PULSES  PULL_B_N,DRIVE_A_N      ; 01 -> 00 10 11 01
-s2_plus:
-        PULSES  DRIVE_B_N,PULL_A_N      ; 10 -> 11 01 00 10
-differ_lost:
-        ajmp    refused_rise
-differ_late:
-        ajmp    late_rise
-differ_arm_minus:
-        jb      DIFFER,differ_late
-        jb      IE0,differ_lost
-        jb      DIFFER,differ_late
-differ_armed_minus:
-        jnb     DIFFER,differ_armed_minus
-differ_minus:
-        clr     EA
-        jb      LINE_A_PIN,s2_minus
-        PULSES  DRIVE_A_N,PULL_B_N      ; 01 -> 11 10 00 01
-s2_minus:
-        PULSES  PULL_A_N,DRIVE_B_N      ; 10 -> 00 01 11 10
+        .macro  RISE    first,second,state,?begin,?armed,?late,?lost
+begin:  jb      IE0,lost
+        jb      DIFFER,late
+armed:  jnb     DIFFER,armed
+        PULSES  first,second,state
+lost:   ajmp    lost_rise
+late:   ajmp    late_rise
+        .ds     64 - (. - begin)
         .endm
-        .include "seek_xor.asm"
+forward_plus:
+        RISE    DRIVE_B_N,PULL_A_N,LINE_A       ; from 00: 10 11 01 00 10
+        FALL    PULL_A_N,PULL_B_N,LINES         ; from 10: 11 01 00 10 11
+        FALL    DRIVE_A_N,DRIVE_B_N,0           ; from 01: 00 10 11 01 00
+        RISE    PULL_B_N,DRIVE_A_N,LINE_B       ; from 11: 01 00 10 11 01
+forward_minus:
+        RISE    PULL_A_N,DRIVE_B_N,LINE_A       ; from 00: 10 00 01 11 10
+        FALL    PULL_B_N,PULL_A_N,LINES         ; from 10: 11 10 00 01 11
+        FALL    DRIVE_B_N,DRIVE_A_N,0           ; from 01: 00 01 11 10 00
+        RISE    DRIVE_A_N,PULL_B_N,LINE_B       ; from 11: 01 11 10 00 01
+backward_plus:
+        RISE    PULL_B_N,DRIVE_A_N,LINE_B       ; from 00: 01 00 10 11 01
+        FALL    DRIVE_A_N,DRIVE_B_N,0           ; from 10: 00 10 11 01 00
+        FALL    PULL_A_N,PULL_B_N,LINES         ; from 01: 11 01 00 10 11
+        RISE    DRIVE_B_N,PULL_A_N,LINE_A       ; from 11: 10 11 01 00 10
+backward_minus:
+        RISE    DRIVE_A_N,PULL_B_N,LINE_B       ; from 00: 01 11 10 00 01
+        FALL    DRIVE_B_N,DRIVE_A_N,0           ; from 10: 00 01 11 10 00
+        FALL    PULL_B_N,PULL_A_N,LINES         ; from 01: 11 10 00 01 11
+        RISE    PULL_A_N,DRIVE_B_N,LINE_A       ; from 11: 10 00 01 11 10
 
+; No loop at rest, but the piece that waits for this state where the axis goes forward: from A as B is, B as A is not.
+LOOKED          = 9             ; bytes of the questions and the loop
 at_rest:
         clr     HOLD_N                  ; the latch closes before the state is read
-        mov     c,F_MINUS
-        jb      DIFFER,rest_differ
-        jc      rest_same_minus
-        ljmp    same_plus
-rest_same_minus:
-        ljmp    same_minus
-rest_differ:
-        jc      rest_differ_minus
-        ljmp    differ_plus
-rest_differ_minus:
-        ljmp    differ_minus
+        mov     dptr,#(forward_plus + LOOKED)
+        jnb     F_MINUS,rest_plus
+        mov     dptr,#(forward_minus + LOOKED)
+rest_plus:
+        clr     a
+        mov     c,LINE_B_PIN
+        mov     ACC+6,c
+        mov     c,LINE_A_PIN
+        cpl     c
+        mov     ACC+7,c
+        jmp     @a+dptr
 
         .else
         .macro  INSERT_NOW
@@ -121,6 +160,8 @@ rest_differ_minus:
         jnb     F_MINUS,chosen
         mov     dptr,#backward_cycles
 chosen:
+        .endm
+        .macro  BEFORE_QUESTION
         .endm
         .macro  INSERT_AFTER_FALL       ?armed,?late,?lost
         jnb     DIFFER,late             ; it came just now: too late for this one

@@ -17,50 +17,80 @@ ARMING          = ARMING_C
         .include "common.asm"
 
 ; The order is known before the transition comes: it leads to "same" where it falls, to "different" where it rises.
+; Where it turned back, or went on, before the latch closed, the order would be the wrong one: hence one look more behind
+; the latch.
         .macro  TOGGLE  first,second
-        clr     HOLD_N                  ; cycle 3
-        cpl     first                   ; cycle 4: 4 us after the look
+        cpl     first                   ; cycle 6: 6 us after the look
         PAUSE
-        cpl     second                  ; cycle 5
+        cpl     second                  ; cycle 7
         PAUSE
-        setb    HOLD_N                  ; cycle 6
+        setb    HOLD_N                  ; cycle 8
         ajmp    inserted
         .endm
-        .macro  INSERT_AFTER_FALL       ?plus,?minus,?late,?arm,?lost
+        .macro  LOOK_FOR_FALL   late
+        .if ONE_CLOCK                   ; a 12-clock part has no time for it
+        jnb     DIFFER,late
+        .endif
+        .endm
+        .macro  LOOK_FOR_RISE   late
+        .if ONE_CLOCK
+        jb      DIFFER,late
+        .endif
+        .endm
+        .macro  INSERT_AFTER_FALL       ?plus,?minus,?late,?arm,?seen,?turned
         jb      F_MINUS,arm
+        LOOK_FOR_FALL   late
+        jb      IE0,seen
         jnb     DIFFER,late             ; it came just now: too late for this one
-        jb      IE0,lost                ; two transitions between two looks
-        jnb     DIFFER,late             ; ... or it came between
 plus:   jb      DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2: neither tick nor probe from here on
+        clr     HOLD_N                  ; cycle 3
+        jb      DIFFER,turned           ; cycles 4, 5
         TOGGLE  INVERT_A_N,INVERT_B_N
-arm:    jnb     DIFFER,late
-        jb      IE0,lost
+arm:    LOOK_FOR_FALL   late
+        jb      IE0,seen
         jnb     DIFFER,late
 minus:  jb      DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
+        clr     HOLD_N                  ; cycle 3
+        jb      DIFFER,turned           ; cycles 4, 5
         TOGGLE  INVERT_B_N,INVERT_A_N
-lost:   ajmp    refused_fall
-late:   ajmp    late_fall
+turned: ajmp    turned_rise
+seen:   jnb     DIFFER,late
+        ajmp    refused_fall            ; two transitions between two looks
+late:                                   ; late_fall is what follows
         .endm
-        .macro  INSERT_AFTER_RISE       ?plus,?minus,?late,?arm,?lost
+        .macro  INSERT_AFTER_RISE       ?plus,?minus,?late,?arm,?lost,?turned
         jb      F_MINUS,arm
-        jb      DIFFER,late
+        LOOK_FOR_RISE   late
         jb      IE0,lost
         jb      DIFFER,late
 plus:   jnb     DIFFER,plus             ; cycles 0, 1
         clr     EA                      ; cycle 2
+        clr     HOLD_N                  ; cycle 3
+        jnb     DIFFER,turned           ; cycles 4, 5
         TOGGLE  INVERT_B_N,INVERT_A_N
-arm:    jb      DIFFER,late
+arm:    LOOK_FOR_RISE   late
         jb      IE0,lost
         jb      DIFFER,late
 minus:  jnb     DIFFER,minus            ; cycles 0, 1
         clr     EA                      ; cycle 2
+        clr     HOLD_N                  ; cycle 3
+        jnb     DIFFER,turned           ; cycles 4, 5
         TOGGLE  INVERT_A_N,INVERT_B_N
+turned: ajmp    turned_fall
 lost:   ajmp    refused_rise
 late:   ajmp    late_rise
         .endm
         .macro  BEFORE_SEARCH
+        .endm
+        .macro  BEFORE_QUESTION
+        .if ONE_CLOCK
+        .else
+        nop                             ; behind a rise the timer is over when it is asked for the first time; a turn
+        nop                             ; of the loop more would be 4 cycles
+        nop
+        .endif
         .endm
         .include "seek_xor.asm"
 

@@ -23,13 +23,7 @@ work:
         jnb     F_REST,seek
         jb      IE0,seek                ; it has just begun to move
         jb      LOW_N,seek              ; at rest, but not in state 1: nothing can be done
-        clr     EA                      ; at rest there is no transition to wait for: the insertion just starts,
-        clr     HOLD_N                  ; but an axis that creeps may leave state 1 at any moment: the latch closes first
-        jnb     LOW_N,rest_low
-        setb    HOLD_N
-        setb    EA
-        sjmp    seek
-rest_low:
+        clr     EA                      ; at rest there is no transition to wait for: the insertion just starts
         jb      F_MINUS,rest_minus
         sjmp    insert_plus
 rest_minus:
@@ -58,6 +52,9 @@ too_fast:
         inc     REFUSED                 ; the next signal came before the timer ran out; time from this one
         sjmp    start_timing
 slow_enough:
+        .if ONE_CLOCK
+        nop                             ; the gate's fine adjustment
+        .endif
         jb      IE0,too_fast            ; one went by between two looks
         jb      F_MINUS,arm_minus
         jnb     LOW_N,too_fast          ; it came just now: too late for it
@@ -66,17 +63,21 @@ armed_plus:
         clr     EA                      ; cycle 2: neither tick nor probe from here on
 insert_plus:
         clr     HOLD_N                  ; cycle 3
-        clr     DRIVE_A_N               ; cycle 4: A high, 4 us after the look
+        jb      LOW_N,turned            ; cycles 4, 5: behind the latch; where it turned back before, it is not state 1
+        clr     DRIVE_A_N               ; cycle 6: A high, 6 us after the look
         PAUSE
-        clr     DRIVE_B_N               ; cycle 5: B high
+        clr     DRIVE_B_N               ; cycle 7: B high
         PAUSE
-        setb    DRIVE_A_N               ; cycle 6: A low, 2 us wide
+        setb    DRIVE_A_N               ; cycle 8: A low, 2 us wide
         PAUSE
-        setb    DRIVE_B_N               ; cycle 7: B low, 3 us after the first change
+        setb    DRIVE_B_N               ; cycle 9: B low, 3 us after the first change
         PAUSE
-        setb    HOLD_N                  ; cycle 8
-        clr     ET0                     ; cycle 9: the 9 us are over; the tick waits until this one is booked
+        setb    HOLD_N                  ; cycle 10: the 11 us are over
         sjmp    inserted
+turned: setb    HOLD_N                  ; out of state 1 before the latch closed: nothing is inserted
+        setb    EA
+        jb      F_REST,seek
+        sjmp    too_fast
 arm_minus:
         jnb     LOW_N,too_fast
 armed_minus:
@@ -84,17 +85,18 @@ armed_minus:
         clr     EA                      ; cycle 2
 insert_minus:
         clr     HOLD_N                  ; cycle 3
-        clr     DRIVE_B_N               ; cycle 4: B high, 4 us after the look
+        jb      LOW_N,turned            ; cycles 4, 5: behind the latch; where it turned back before, it is not state 1
+        clr     DRIVE_B_N               ; cycle 6: B high, 6 us after the look
         PAUSE
-        clr     DRIVE_A_N               ; cycle 5
+        clr     DRIVE_A_N               ; cycle 7: A high
         PAUSE
-        setb    DRIVE_B_N               ; cycle 6
+        setb    DRIVE_B_N               ; cycle 8: B low, 2 us wide
         PAUSE
-        setb    DRIVE_A_N               ; cycle 7
+        setb    DRIVE_A_N               ; cycle 9: A low, 3 us after the first change
         PAUSE
-        setb    HOLD_N                  ; cycle 8
-        clr     ET0                     ; cycle 9
+        setb    HOLD_N                  ; cycle 10: the 11 us are over
 inserted:
+        clr     ET0                     ; the tick waits until this one is booked
         GATE_START                      ; the signal just used is the first of the next pair; timed late: no harm
         clr     IE0
         setb    F_TIMED

@@ -1,7 +1,7 @@
 ; Designs A and C: search for a transition slow enough to insert behind, by the exclusive OR of A and B on P3.2.
-; An image defines before it includes this file: ARMING; the macro BEFORE_SEARCH; the macros INSERT_AFTER_FALL and
-; INSERT_AFTER_RISE, which wait for the transition in a loop of one JB or JNB, insert and go on at `inserted`; and the
-; label `at_rest`.
+; An image defines before it includes this file: ARMING; the macros BEFORE_SEARCH and, for the gate's length,
+; BEFORE_QUESTION; the macros INSERT_AFTER_FALL and INSERT_AFTER_RISE, which wait for the transition in a loop of one JB
+; or JNB, insert and go on at `inserted`, or at `turned_rise` and `turned_fall`; and the label `at_rest`.
 
 ; A reading is over: insert, search, or wait for the next one.
 work:
@@ -45,6 +45,7 @@ time_rise:
         GATE_START                      ; cycles 5, 6
         setb    F_LEVEL
         clr     F_HALF
+        BEFORE_QUESTION
         setb    F_TIMED
         jb      IE0,refused_fall        ; one came meanwhile
 high_gate:
@@ -68,6 +69,7 @@ time_fall:
         GATE_START
         clr     F_LEVEL
         clr     F_HALF
+        BEFORE_QUESTION
         setb    F_TIMED
         GATE_EVEN
 low_gate:
@@ -84,9 +86,7 @@ between_high:
 ; What comes during the arming is the one between, and the period, long enough by then, ends with the next. Where it is
 ; that next one, it is too fast.
 late_rise:
-        jnb     F_HALF,rise_between
-        ajmp    refused_rise
-rise_between:
+        jb      F_HALF,refused_rise
         clr     F_TIMED
         setb    F_MOVED
         setb    F_HALF
@@ -102,6 +102,16 @@ fall_between:
         setb    F_HALF
 arm_rise:
         INSERT_AFTER_RISE
+
+; The axis turned back, or went on, before the latch closed: a refusal, timed from the transition that came then.
+turned_rise:
+        setb    HOLD_N
+        setb    EA
+        ajmp    refused_rise
+turned_fall:
+        setb    HOLD_N
+        setb    EA
+        ajmp    refused_fall
 
 ; The insertion is over, interrupts are off.
 inserted:

@@ -16,10 +16,10 @@ OK, NOT_HOMED = 0, 1
 LEAST_NS = 80
 # clocks of the table: the look loop and the way to the first change; whole instructions of 2 clocks at least follow
 LOOP = 4
-FIRST_CHANGE = {"original": 9, "a": 10, "c": 9}
-# clocks from the first change to the last: 2 clocks or 80 ns each, and at 25 MHz the hold of A between
+FIRST_CHANGE = {"original": 12, "a": 9, "c": 12}
+# clocks from the first change to the last: 2 clocks or 80 ns each
 LAST_CHANGE = {
-    ("original", 25): 6, ("a", 25): 8, ("c", 25): 2, ("original", 100): 24, ("a", 100): 24, ("c", 100): 8,
+    ("original", 25): 6, ("a", 25): 6, ("c", 25): 2, ("original", 100): 24, ("a", 100): 24, ("c", 100): 8,
 }  # fmt: skip
 EDGES_TIMED = {"original": 4, "a": 2, "c": 2}
 RESERVE = 1.15
@@ -27,8 +27,7 @@ RESERVE = 1.15
 
 def gate_clocks(name, mhz):
     """The shortest time that a gate may let through: each edge of it as far as the worst insertion and 15 %."""
-    slow_a = 1 if name == "a" else 0  # where the look at A branches
-    worst = LOOP + FIRST_CHANGE[name] + slow_a + LAST_CHANGE[name, mhz]
+    worst = LOOP + FIRST_CHANGE[name] + LAST_CHANGE[name, mhz]
     return EDGES_TIMED[name] * worst * RESERVE
 
 
@@ -98,23 +97,25 @@ def test_lines_change_in_the_right_order_and_time(name, mhz, direction, total):
             assert levels == [STATES[(start + sign * k) % 4] for k in range(1, len(levels) + 1)]
             assert clocks[-1] - clocks[0] == LAST_CHANGE[name, mhz]
             edge = box.times[box.times < clocks[0]][-1]
-            slow_a = 1 if name == "a" else 0
-            assert FIRST_CHANGE[name] <= clocks[0] - edge <= FIRST_CHANGE[name] + slow_a + LOOP - 1
+            assert FIRST_CHANGE[name] <= clocks[0] - edge <= FIRST_CHANGE[name] + LOOP - 1
     assert starts == ({0} if name == "original" else {0, 1, 2, 3})
 
 
 @pytest.mark.parametrize("mhz", CLOCKS_MHZ)
 @pytest.mark.parametrize("name", ["original", "a", "c"])
 def test_lines_are_held_as_long_and_no_longer(name, mhz):
-    """From the first change, or before, until one change's distance after the last."""
+    """From 5 clocks before the first change (A: 2) until one change's distance after the last.
+
+    A looks at the state behind its pulses, which takes two clocks; at 100 MHz they are part of that distance.
+    """
     box, _ = moving(name, mhz, 211.0, 3)
     apart = LEAST_NS * mhz // 1000
     latches = list(itertools.pairwise([(0, 0xFF), *box.port_1()]))
     first_held = [clock for (_, old), (clock, new) in latches if old & ~new & RELEASED]
     released = [clock for (_, old), (clock, new) in latches if new & ~old & RELEASED]
     for clocks, held, free in zip(box.insertions(), first_held, released, strict=True):
-        assert abs(held - clocks[0]) == 2
-        assert free - clocks[-1] == apart
+        assert clocks[0] - held == (2 if name == "a" else 5)
+        assert free - clocks[-1] == apart + (2 if (name, mhz) == ("a", 25) else 0)
 
 
 @pytest.mark.parametrize("mhz", CLOCKS_MHZ)
@@ -123,7 +124,7 @@ def test_no_gate_lets_a_shorter_time_through(name, mhz):
     """Around the gate's speed, with edges shaken by up to a tenth: every insertion has its time before it."""
     needed = gate_clocks(name, mhz)
     made = 0
-    for k, factor in enumerate((0.9, 0.94, 0.98, 1.0, 1.03, 1.06, 1.1, 1.2, 1.3, 1.5, 1.7)):
+    for k, factor in enumerate((0.9, 0.94, 0.98, 1.0, 1.03, 1.06, 1.1, 1.2, 1.3, 1.5, 1.7, 1.9, 2.2)):
         for total in (3, -3):
             every = factor * needed / EDGES_TIMED[name]
             box, _ = moving(name, mhz, every, total, phase=k, jitter=0.05)
@@ -145,8 +146,10 @@ def test_too_fast_is_refused(name, mhz):
         assert is_legal(box)
 
 
-@pytest.mark.parametrize("mhz", CLOCKS_MHZ)
-@pytest.mark.parametrize("name", ["original", "a", "c"])
+# C at 25 MHz is not here: edges come every 20 clocks then, and where two follow within 24 clocks both can pass unseen
+# between the arming and the first look, so that C takes the third for the second. Its gate is so short that it leaves
+# these to the decoder's limit of 50 clocks a half cycle; with that one shown, test_too_fast_is_refused has C, too.
+@pytest.mark.parametrize(("name", "mhz"), [("original", 25), ("original", 100), ("a", 25), ("a", 100), ("c", 100)])
 def test_the_gate_alone_refuses_what_is_too_fast(name, mhz):
     """The decoder's speed hidden from the program, so that it searches: every transition is timed and refused."""
     box = Box(name, mhz)
@@ -165,8 +168,7 @@ def test_the_gate_alone_refuses_what_is_too_fast(name, mhz):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_500_khz_is_reached_at_100_mhz(name):
     """An edge every 50 clocks, in every phase between edges and program: all three are made while the axis moves."""
-    for phase in range(0, 50, 5):
-        total = 3 if phase % 10 else -3
+    for phase, total in itertools.product(range(0, 50, 5), (3, -3)):
         box, words = moving(name, 100, 50.0, total, phase=phase)
         assert is_legal(box)
         assert words.completed == total
