@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +28,8 @@ _LEAST_S = 0.5
 """That a network gets however short the budget is."""
 _TIMED = 20_000
 """Evaluations that are timed."""
+_LOOK_S = 0.2
+"""Between two looks for Ctrl-C: one that comes just before a wait begins does not end it."""
 Progress = Callable[[str, float], None]
 
 
@@ -114,10 +116,11 @@ class _Run:
         self._dataset, self._parts, self._pitch_mm, self._effort = dataset, parts, pitch_mm, effort
         self._budget_s, self._methods, self._progress = budget_s, methods, progress
         self._networks = sum(method.kind is Kind.NETWORK for method in methods)
-        self._ended = threading.Event()
+        self._ended, self._handed_out = threading.Event(), threading.Event()
         self._lock = threading.Lock()
         self._begun = time.perf_counter()
         self._done = 0
+        self._found: dict[str, Row] = {}
 
     @property
     def stopped(self) -> bool:
@@ -126,23 +129,35 @@ class _Run:
 
     def rows(self) -> tuple[Row, ...]:
         """Carry all methods out, and return their rows in the same order."""
-        found: dict[str, Row] = {}
-        alone = [method for method in self._methods if method.kind is not Kind.NETWORK]
         try:
-            for method in alone:
-                found[method.name] = self._row(method)
+            for method in self._methods:
+                if method.kind is not Kind.NETWORK:
+                    self._keep(method)
         except KeyboardInterrupt:
             self._ended.set()
         self._begun = time.perf_counter()
+        left = [method for method in self._methods if method.name not in self._found]
         # trainings run side by side: a matrix product that takes all cores for itself would be in their way
         with threadpool_limits(1), ThreadPoolExecutor(cores(), thread_name_prefix="rtec-train") as pool:
-            futures = {m.name: pool.submit(self._row, m) for m in self._methods if m.name not in found}
             try:
-                found |= _results(futures)
+                futures = [pool.submit(self._in_turn, method) for method in left]
+                self._handed_out.set()
+                while wait(futures, timeout=_LOOK_S).not_done:
+                    pass
+                for future in futures:
+                    future.result()
             except KeyboardInterrupt:
                 self._ended.set()
-                found |= _results(futures)
-        return tuple(found[method.name] for method in self._methods)
+                self._handed_out.set()
+        return tuple(self._found.get(method.name) or self._row(method) for method in self._methods)
+
+    def _in_turn(self, method: Method) -> None:
+        """Begin when all are handed out: for a thread that Ctrl-C finds starting, the pool would not wait."""
+        self._handed_out.wait()
+        self._keep(method)
+
+    def _keep(self, method: Method) -> None:
+        self._found[method.name] = self._row(method)
 
     def _row(self, method: Method) -> Row:
         limit = Limit(until_s=self._until(method), stopped=self._ended.is_set)
@@ -189,10 +204,6 @@ class _Run:
                 passed = (time.perf_counter() - self._begun) / self._budget_s
                 share = max(share, min(passed, 0.99))
             self._progress(what, min(share, 1.0))
-
-
-def _results(futures: Mapping[str, Future[Row]]) -> dict[str, Row]:
-    return {name: future.result() for name, future in futures.items()}
 
 
 def judged(row: Row, fitted: Fitted, parts: Parts, train_s: float) -> Row:

@@ -24,6 +24,7 @@ import figures_link
 import figures_live
 import figures_machine
 import figures_signal
+import figures_train
 from figures import Figure, Setting, on_cores
 from page import page
 
@@ -36,6 +37,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "run": figures_command.run,
     "diagnosis": figures_diagnosis.diagnosis,
     "scan": figures_diagnosis.scan,
+    "train": figures_train.train,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,
     "live": figures_live.live,

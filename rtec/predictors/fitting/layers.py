@@ -132,17 +132,20 @@ class Layers:
         return found
 
     def _back(self, weights: Floats) -> None:
-        """Find the slope of the output over what each hidden neuron is given."""
+        """Find the slope of the output over what each hidden neuron is given; in the last layer, without its weight.
+
+        There the weight goes before sums over all readings are made or behind them, whichever is less work.
+        """
         last = len(self._delta) - 1
+        outer = self._weights(weights, last + 1)[:-1, 0]
         for layer in range(last, -1, -1):
             there, level = self._delta[layer], self._seen[layer + 1][:-1]
-            matrix = self._weights(weights, layer + 1)[:-1]
             # the slope of the logistic function is level (1 - level)
             if layer == last:
                 np.subtract(1.0, level, out=there)
-                there *= matrix
             else:
-                np.matmul(matrix, self._delta[layer + 1], out=there)
+                matrix = self._weights(weights, layer + 1)[:-1]
+                np.matmul(matrix * outer if layer + 1 == last else matrix, self._delta[layer + 1], out=there)
                 there -= there * level
             there *= level
 
@@ -150,6 +153,7 @@ class Layers:
         """Return the gradient of half the sum of squares, shape (weights,), after ``output`` of the same weights."""
         self._back(weights)
         parts = [(seen * residual) @ delta.T for seen, delta in zip(self._seen, self._delta, strict=False)]
+        parts[-1] *= self._weights(weights, len(self._delta))[:-1, 0]
         return np.concatenate([*(part.ravel() for part in parts), self._seen[-1] @ residual])
 
     def jacobian(self, weights: Floats) -> Floats:
@@ -161,6 +165,7 @@ class Layers:
     def _slopes(self, weights: Floats, out: Floats, without: int | None) -> None:
         """Write the slopes of the output, those of the weights of one input left out."""
         self._back(weights)
+        self._delta[-1] *= self._weights(weights, len(self._delta))[:-1]
         row = 0
         for layer, delta in enumerate(self._delta):
             for number, one in enumerate(self._seen[layer]):

@@ -75,7 +75,7 @@ class Effort:
     Raises
     ------
     ArgumentError
-        A number that is not above zero.
+        A number that is not above zero; a goal or a seed below zero.
     """
 
     algorithm: Algorithm = Algorithm.LM
@@ -89,6 +89,9 @@ class Effort:
         for name in ("starts", "epochs", "patience"):
             if getattr(self, name) < 1:
                 raise ArgumentError(name, getattr(self, name), "1 or more")
+        for name in ("goal_mm2", "seed"):
+            if not getattr(self, name) >= 0:
+                raise ArgumentError(name, getattr(self, name), "0 or more")
 
 
 @dataclass(slots=True, kw_only=True)
