@@ -15,7 +15,7 @@ STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
 MCU = Microcontroller.named("8051-12mhz")
 # docs/firmware.md, "Timing of the insertions": from the look to the pin, in cycles of 1 us, and a quarter of one as
 # the look is in S5P2 and the pin follows in S1P1 of the next cycle
-FIRST = {Design.ORIGINAL: 4, Design.A: 8, Design.C: 4}
+FIRST = {Design.ORIGINAL: 6, Design.A: 8, Design.C: 6}
 CHANGES = {Design.ORIGINAL: 4, Design.A: 4, Design.C: 2}
 
 
