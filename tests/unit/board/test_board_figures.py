@@ -90,10 +90,10 @@ def test_the_originals_nine_microseconds():
     late = EdgeStream([*real.times_ps[before], b_down + US // 2], [*real.levels[before], 1], initial=0)
     held = again.process(late, until_ps=b_down + 20 * US)
     assert int(held.times_ps[-1]) == b_down + US
-    # 2 us after: so long the program is busy with it still, `CLR ET0` being the last of its nine microseconds
+    # the program is busy with it still: a jump of 2 us, then `CLR ET0`
     single = homed(Design.ORIGINAL, hold_latch=True)
     single.ask(1)
-    single.process(EdgeStream(real.times_ps[before], real.levels[before], initial=0), until_ps=b_down + US + 1)
+    single.process(EdgeStream(real.times_ps[before], real.levels[before], initial=0), until_ps=b_down + 3 * US + 1)
     clear_et0 = bytes.fromhex("C2A9")
     assert single.cpu.code[single.cpu.pc :][:2] == clear_et0 or single.cpu.code[single.cpu.pc - 2 :][:2] == clear_et0
 
