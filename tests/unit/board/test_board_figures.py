@@ -15,7 +15,7 @@ STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
 MCU = Microcontroller.named("8051-12mhz")
 # docs/firmware.md, "Timing of the insertions": from the look to the pin, in cycles of 1 us, and a quarter of one as
 # the look is in S5P2 and the pin follows in S1P1 of the next cycle
-FIRST = {Design.ORIGINAL: 4, Design.A: 8, Design.C: 4}
+FIRST = {Design.ORIGINAL: 6, Design.A: 8, Design.C: 6}
 CHANGES = {Design.ORIGINAL: 4, Design.A: 4, Design.C: 2}
 
 
@@ -90,10 +90,10 @@ def test_the_originals_nine_microseconds():
     late = EdgeStream([*real.times_ps[before], b_down + US // 2], [*real.levels[before], 1], initial=0)
     held = again.process(late, until_ps=b_down + 20 * US)
     assert int(held.times_ps[-1]) == b_down + US
-    # 2 us after: so long the program is busy with it still, `CLR ET0` being the last of its nine microseconds
+    # the program is busy with it still: a jump of 2 us, then `CLR ET0`
     single = homed(Design.ORIGINAL, hold_latch=True)
     single.ask(1)
-    single.process(EdgeStream(real.times_ps[before], real.levels[before], initial=0), until_ps=b_down + US + 1)
+    single.process(EdgeStream(real.times_ps[before], real.levels[before], initial=0), until_ps=b_down + 3 * US + 1)
     clear_et0 = bytes.fromhex("C2A9")
     assert single.cpu.code[single.cpu.pc :][:2] == clear_et0 or single.cpu.code[single.cpu.pc - 2 :][:2] == clear_et0
 
