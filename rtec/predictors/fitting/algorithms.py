@@ -46,7 +46,7 @@ class Problem:
         return self.net.output(weights) - self.target
 
     def curvature(self, weights: Floats, along: Floats) -> float:
-        """Return the second derivative of the sum of squares along a direction, after ``descent`` of these weights."""
+        """Return the second derivative of the sum of squares along a direction, after ``descent`` there."""
         return 2.0 * self.net.curvature(weights, along, self._left)
 
     def descent(self, weights: Floats) -> tuple[float, Floats]:

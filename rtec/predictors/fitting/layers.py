@@ -165,15 +165,15 @@ class Layers:
         After ``output`` of the same weights. It is exact (Pearlmutter 1994), and takes no exponential.
         """
         first = second = self._along[0][0]
-        for layer, (first_here, second_here) in enumerate(self._along):
+        for layer, here in enumerate(self._along):
             matrix, change = self._weights(weights, layer), self._weights(along, layer)
-            np.matmul(change.T, self._seen[layer], out=first_here)
+            np.matmul(change.T, self._seen[layer], out=here[0])
             if layer:
-                first_here += matrix[:-1].T @ first
-                np.matmul(matrix[:-1].T, second, out=second_here)
-                second_here += 2.0 * (change[:-1].T @ first)
-            bend(self._seen[layer + 1][:-1], first_here, second_here, layer > 0)
-            first, second = first_here, second_here
+                np.add(here[0], matrix[:-1].T @ first, out=here[0])
+                np.matmul(matrix[:-1].T, second, out=here[1])
+                np.add(here[1], 2.0 * (change[:-1].T @ first), out=here[1])
+            bend(self._seen[layer + 1][:-1], *here, layer > 0)
+            first, second = here
         last = len(self._delta)
         matrix, change = self._weights(weights, last)[:, 0], self._weights(along, last)[:, 0]
         slope = change @ self._seen[-1] + matrix[:-1] @ first
