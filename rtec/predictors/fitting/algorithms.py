@@ -22,7 +22,7 @@ Watch = Callable[[Floats, float], bool]
 
 _DAMPING, _LESS, _MORE, _MOST_DAMPING = 1e-3, 0.1, 10.0, 1e10
 _STEP, _SHORTER, _LONGER, _LONGEST = 0.07, 0.5, 1.2, 50.0
-_SIGMA, _LAMBDA = 5e-5, 5e-7
+_LAMBDA = 5e-7
 
 
 class Problem:
@@ -39,14 +39,19 @@ class Problem:
     def __init__(self, net: Layers, target: Floats) -> None:
         """Keep both."""
         self.net, self.target = net, target
+        self._left = np.empty(0)
 
     def residual(self, weights: Floats) -> Floats:
         """Return output less target, shape (n,)."""
         return self.net.output(weights) - self.target
 
+    def curvature(self, weights: Floats, along: Floats) -> float:
+        """Return the second derivative of the sum of squares along a direction, after ``descent`` there."""
+        return 2.0 * self.net.curvature(weights, along, self._left)
+
     def descent(self, weights: Floats) -> tuple[float, Floats]:
         """Return the sum of squares and its gradient, shape (weights,)."""
-        residual = self.residual(weights)
+        self._left = residual = self.residual(weights)
         return float(residual @ residual), 2.0 * self.net.gradient(weights, residual)
 
 
@@ -100,7 +105,10 @@ def resilient_backpropagation(problem: Problem, weights: Floats, watch: Watch) -
 
 
 def scaled_conjugate_gradient(problem: Problem, weights: Floats, watch: Watch) -> None:
-    """Train by scaled conjugate gradient (Moller 1993): each step comes from the curvature along it."""
+    """Train by scaled conjugate gradient (Moller 1993): each step comes from the curvature along it.
+
+    The curvature is the exact one (Pearlmutter 1994); Moller takes a difference of two gradients.
+    """
     squares, slope = problem.descent(weights)
     along, residual = -slope, -slope
     scale, raised, success, since = _LAMBDA, 0.0, True, 0
@@ -110,8 +118,7 @@ def scaled_conjugate_gradient(problem: Problem, weights: Floats, watch: Watch) -
             length2 = float(along @ along)
             if length2 == 0.0:
                 return
-            sigma = _SIGMA / np.sqrt(length2)
-            curvature = float(along @ (problem.descent(weights + sigma * along)[1] - slope)) / sigma
+            curvature = problem.curvature(weights, along)
         curvature += (scale - raised) * length2
         if curvature <= 0.0:  # make the Hessian positive definite along this direction
             raised = 2.0 * (scale - curvature / length2)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
+from rtec.predictors.fitting._layers_kernels import bend
 
 Floats = npt.NDArray[np.float64]
 
@@ -110,6 +111,8 @@ class Layers:
         self._seen = [np.ones((n + 1, rows)) for n in shape.widths[:-1]]
         self._seen[0][:-1] = inputs.T
         self._delta = [np.empty((n, rows)) for n in shape.hidden]
+        # first and second derivatives of levels along a direction of the weights
+        self._along = [(np.empty((n, rows)), np.empty((n, rows))) for n in shape.hidden]
         self._rows = rows
         self._sign = _sign_of(inputs)
         self._jacobian = np.empty((0, rows))
@@ -155,6 +158,26 @@ class Layers:
         parts = [(seen * residual) @ delta.T for seen, delta in zip(self._seen, self._delta, strict=False)]
         parts[-1] *= self._weights(weights, len(self._delta))[:-1, 0]
         return np.concatenate([*(part.ravel() for part in parts), self._seen[-1] @ residual])
+
+    def curvature(self, weights: Floats, along: Floats, residual: Floats) -> float:
+        """Return the second derivative of half the sum of squares along a direction of the weights.
+
+        After ``output`` of the same weights. It is exact (Pearlmutter 1994), and takes no exponential.
+        """
+        first = second = self._along[0][0]
+        for layer, here in enumerate(self._along):
+            matrix, change = self._weights(weights, layer), self._weights(along, layer)
+            np.matmul(change.T, self._seen[layer], out=here[0])
+            if layer:
+                np.add(here[0], matrix[:-1].T @ first, out=here[0])
+                np.matmul(matrix[:-1].T, second, out=here[1])
+                np.add(here[1], 2.0 * (change[:-1].T @ first), out=here[1])
+            bend(self._seen[layer + 1][:-1], *here, layer > 0)
+            first, second = here
+        last = len(self._delta)
+        matrix, change = self._weights(weights, last)[:, 0], self._weights(along, last)[:, 0]
+        slope = change @ self._seen[-1] + matrix[:-1] @ first
+        return float(slope @ slope + residual @ (2.0 * (change[:-1] @ first) + matrix[:-1] @ second))
 
     def jacobian(self, weights: Floats) -> Floats:
         """Return the slopes of the output, shape (weights, n), after ``output`` of the same weights."""

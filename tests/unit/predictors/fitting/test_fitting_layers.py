@@ -30,6 +30,23 @@ def test_output_jacobian_and_gradient_are_those_of_the_loops(inputs, hidden):
     assert_allclose(net.gradient(weights, residual), slopes @ residual, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize(("inputs", "hidden"), SHAPES)
+def test_curvature_along_a_direction_is_that_of_second_differences_of_the_loops(inputs, hidden):
+    shape, given, weights = case(inputs, hidden)
+    net = Layers(shape, given)
+    target = np.linspace(-1.0, 2.0, len(given))
+    along = np.random.default_rng(9).normal(0.0, 1.0, shape.weights)
+
+    def half_squares(step):
+        here = [layers_oracle.output(hidden, weights + step * along, row).real for row in given]
+        return 0.5 * np.sum((np.array(here) - target) ** 2)
+
+    step = 1e-3
+    expected = (half_squares(step) - 2.0 * half_squares(0.0) + half_squares(-step)) / step**2
+    residual = net.output(weights) - target
+    assert_allclose(net.curvature(weights, along, residual), expected, rtol=1e-4)
+
+
 def test_gradient_is_that_of_finite_differences():
     shape, given, weights = case(3, (6, 4), rows=20)
     net = Layers(shape, given)
