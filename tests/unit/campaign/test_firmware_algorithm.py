@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from firmware_model import Image, read_hex
@@ -165,9 +164,10 @@ def hunted(design, chip, *, tries):
     return hunt(trials, tries=tries).worst
 
 
-@pytest.mark.parametrize("design", [Design.A, Design.B])
-def test_programs_that_read_the_state_behind_the_latch_stand_the_hunt(design):
-    assert hunted(design, CHIP, tries=1_500) is None
+@pytest.mark.parametrize("design", list(Design))
+def test_the_programs_stand_the_hunt(design):
+    # docs/firmware.md, "A turn before the latch": what they insert in is looked at behind the closed latch
+    assert hunted(design, CHIP, tries=700) is None
 
 
 @pytest.mark.parametrize(
@@ -177,13 +177,13 @@ def test_programs_that_read_the_state_behind_the_latch_stand_the_hunt(design):
         (Design.C, "01 1us:+ 761.6113us:r1 1.072ms:- 1.098ms:+ 1.09981ms:- 5.574999987ms:end"),
     ],
 )
-def test_a_turn_between_look_and_latch_is_what_these_programs_do_not_stand(design, stream):
-    # docs/firmware.md, "A turn before the latch": the order is chosen before the latch has closed
+def test_a_turn_between_look_and_latch_inserts_nothing(design, stream):
+    # an order chosen before the latch has closed counted the wrong way here (C), or booked nothing (Original)
     trials = Trials(on_board(design), Contract.of(design, delay_ps=5 * 10**9))
-    run = trials.one(Case(title="a turn", stream=Stream.read(stream)))
-    assert run.judgement.violation.fault is Fault.COUNT
-    edges = Stream.read(stream).edges_ps
-    # turned back a little later, behind the latch, and the same insertion is right
-    later = Stream.read(stream)
-    moved = dataclasses.replace(later, edges_ps=np.r_[edges[:-1], edges[-1] + 6_000_000])
-    assert trials.one(Case(title="a turn", stream=moved)).right
+    judgement = trials.one(Case(title="a turn", stream=Stream.read(stream))).judgement
+    if design is Design.ORIGINAL:  # the axis stays in a state in which it has no insertion
+        assert judgement.violation.fault is Fault.UNFINISHED
+        assert judgement.completed == 0
+    else:
+        assert judgement.violation is None
+        assert judgement.completed == 1

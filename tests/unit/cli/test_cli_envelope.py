@@ -88,12 +88,14 @@ def test_lines_passed_on_alone(capsys, image):
     assert row["gate_hz"] is None
 
 
-def test_plain_gates_are_safe_at_no_speed_where_the_axis_turns_within_insertions(capsys):
+def test_plain_gates_merge_an_edge_where_the_axis_turns_within_insertions(capsys):
     words = ["--design", "c", "--processor", "8051-12mhz", "--motion", "reversal", "--acceleration", "100 MHz/s"]
     code, out, err = said(capsys, *words, "--json")
     assert (code, err) == (0, "")
     [row] = json.loads(out)["rows"]
-    assert (row["motion"], row["at_500khz"], row["gate_hz"], row["max_safe_hz"]) == ("reversal", "fails", None, 0.0)
+    # a turn before the first change is refused, one behind it merges with the pulses: at some speed the turns meet it
+    assert (row["motion"], row["gate_hz"]) == ("reversal", None)
+    assert 1_000 < row["max_safe_hz"] < 5_000
     assert row["limited_by"] in ("insertion window", "polling")
     # the failing stream can be played again
     assert row["failing"]["stream"].endswith("end")
