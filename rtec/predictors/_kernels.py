@@ -273,7 +273,7 @@ def sure_of(error_mm: float, unsure_mm: float) -> float:
 @helper
 def error_at(curve: Any, x_mm: float, direction: int) -> float:
     """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
-    function, numbers, _, _, _, inputs, memory, sd, unsure_mm = curve
+    function, numbers, _, _, _, inputs, memory, unsure_mm, sd = curve
     inputs[0] = x_mm
     inputs[1] = direction
     return sure_of(float(function(numbers, inputs, memory[0], sd)), unsure_mm)
@@ -284,10 +284,10 @@ def believed_mm(model: Any, sensors: npt.NDArray[np.float64], place: int) -> flo
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
-    value of each that it knows, room for the inputs, a memory and room for a standard deviation for each ``place`` at
-    which it is at work, and by how much it may be off.
+    value of each that it knows, room for the inputs, a memory for each ``place`` at which it is at work, by how much
+    it may be off, and room for a standard deviation for each place.
     """
-    function, numbers, wanted, low, high, inputs, memory, sd, unsure_mm = model
+    function, numbers, wanted, low, high, inputs, memory, unsure_mm, sd = model
     sd[place] = math.nan
     for k in range(wanted.size):
         inputs[k] = sensors[wanted[k]]

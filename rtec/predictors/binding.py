@@ -87,8 +87,8 @@ def bound(
         high.copy(),
         np.zeros(len(names)),
         np.tile(memory, (places, 1)),
-        np.full(places, np.nan),
         float(getattr(model, "unsure_mm", 0.0)),
+        np.full(places, np.nan),
     )
 
 

@@ -258,7 +258,8 @@ def test_study_keys_are_those_of_the_builtin_study():
         name, _, rest = key.partition(".")
         value = builtin[name] if not rest else builtin[name].get(rest)
         if isinstance(value, str | int | float) and key != "title":  # in words on the page
-            assert shown.strip("`") == str(value), key
+            said = str(value).lower() if isinstance(value, bool) else str(value)  # as TOML has it
+            assert shown.strip("`") == said, key
 
 
 def keys_of(document, under=("params", "not_testable", "minimum_detectable", "probability", "lack_of_fit", "final")):

@@ -133,7 +133,7 @@ def test_a_model_of_effects_is_a_predictor(tmp_path):
 
     file = tmp_path / "m.toml"
     file.write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "80 um"\n')
-    predictor, home_mm = _predictor(None, None, file, "0mm", 100.0)
+    predictor, home_mm = _predictor(None, None, file, "0mm", 100.0, False)
     assert home_mm == 0.0
     # half of the backlash either way
     assert predictor.error_mm([50.0, 50.0], [1, -1]) == pytest.approx([0.04, -0.04]) or predictor.error_mm(
@@ -148,6 +148,6 @@ def test_a_table_of_linuxcnc(tmp_path):
 
     file = Path(tmp_path) / "z.comp"
     file.write_text("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
-    predictor, home_mm = _predictor(file, "mm", None, None, 0.0)
+    predictor, home_mm = _predictor(file, "mm", None, None, 0.0, False)
     assert home_mm == 0.0
     assert predictor.error_mm([10.0, 10.0], [1, -1]) == pytest.approx([0.002, -0.001])
