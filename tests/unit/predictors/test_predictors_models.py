@@ -42,8 +42,8 @@ def test_what_is_bound_has_room_of_its_own():
     one, other = bound(MODEL, places=3), bound(MODEL)
     assert one[5] is not other[5]
     assert one[6].shape == (3, 0)
-    assert np.isnan(one[7]).all()
-    assert one[7].shape == (3,)
+    assert np.isnan(one[-1]).all()
+    assert one[-1].shape == (3,)
 
 
 @pytest.mark.parametrize(
