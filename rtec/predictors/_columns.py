@@ -53,6 +53,44 @@ def column(name: str, values: npt.ArrayLike, *, rows: int | None = None) -> Floa
     return array
 
 
+def length(name: str, value: float) -> float:
+    """Return a length in mm that is clearly above zero.
+
+    Raises
+    ------
+    ArgumentError
+        No finite number, or below a nanometre.
+
+    Examples
+    --------
+    >>> length("pitch_mm", 6.35)
+    6.35
+    """
+    found = float(column(name, [value])[0])
+    if not found >= 1e-6:
+        raise ArgumentError(name, found, f"1e-06 to {LARGEST:g} mm")
+    return found
+
+
+def span(name: str, ends: npt.ArrayLike) -> tuple[float, float]:
+    """Return the lowest and the highest position of a range, in mm.
+
+    Raises
+    ------
+    ArgumentError
+        Not two finite numbers, or a range without length.
+
+    Examples
+    --------
+    >>> span("range_mm", [0, 10])
+    (0.0, 10.0)
+    """
+    low, high = column(name, ends, rows=2).tolist()
+    if not low < high:
+        raise ArgumentError(name, f"{low:g} to {high:g} mm", "the lower end first, and a length above 0")
+    return low, high
+
+
 def first_disorder(positions: Floats) -> int | None:
     """Return the index of the first position that is not above the one before it, or None.
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
-from rtec.predictors._columns import LARGEST, column
+from rtec.predictors._columns import column, length, span
 from rtec.predictors.network import TOUCH_MM
 from rtec.predictors.protocol import Curve
 
@@ -130,14 +130,8 @@ class TrainedNetworks(Curve):
     def __post_init__(self) -> None:
         if not 1 <= len(self.networks) <= 4:
             raise ArgumentError("networks", len(self.networks), "1 to 4 networks")
-        pitch = float(column("pitch_mm", [self.pitch_mm])[0])
-        if not pitch >= 1e-6:
-            raise ArgumentError("pitch_mm", pitch, f"1e-06 to {LARGEST:g} mm")
-        object.__setattr__(self, "pitch_mm", pitch)
-        low, high = column("range_mm", self.range_mm, rows=2).tolist()
-        if not low < high:
-            raise ArgumentError("range_mm", f"{low:g} to {high:g} mm", "the lower end first, and a length above 0")
-        object.__setattr__(self, "range_mm", (low, high))
+        object.__setattr__(self, "pitch_mm", length("pitch_mm", self.pitch_mm))
+        object.__setattr__(self, "range_mm", span("range_mm", self.range_mm))
 
     @property
     def function(self) -> Callable[..., float]:

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rtec.errors import ArgumentError
 from rtec.predictors import _kernels, _lathe_weights
-from rtec.predictors._columns import LARGEST, column
+from rtec.predictors._columns import column, length, span
 from rtec.predictors.protocol import Curve
 from rtec.units import MM_PER_INCH
 
@@ -128,14 +127,8 @@ class SigmoidNetwork(Curve):
 
     def __post_init__(self) -> None:
         for name in ("pitch_mm", "unit_mm"):
-            value = float(column(name, [getattr(self, name)])[0])
-            if not value >= 1e-6:
-                raise ArgumentError(name, value, f"1e-06 to {LARGEST:g} mm")
-            object.__setattr__(self, name, value)
-        low, high = column("range_mm", self.range_mm, rows=2).tolist()
-        if not low < high:
-            raise ArgumentError("range_mm", f"{low:g} to {high:g} mm", "the lower end first, and a length above 0")
-        object.__setattr__(self, "range_mm", (low, high))
+            object.__setattr__(self, name, length(name, getattr(self, name)))
+        object.__setattr__(self, "range_mm", span("range_mm", self.range_mm))
 
     @property
     def function(self) -> Callable[..., float]:

@@ -164,9 +164,9 @@ class _Run:
         begun = time.perf_counter()
 
         def tell(loss_mm: float) -> None:
-            self._tell(f"{method.name}: {1e3 * loss_mm:.3g} µm", self._done)
+            self._tell(f"{method.name}: {1e3 * loss_mm:.3g} µm")
 
-        self._tell(method.name, self._done)
+        self._tell(method.name)
         row = Row(name=method.name, kind=method.kind.value)
         task = Task(
             dataset=self._dataset,
@@ -197,9 +197,9 @@ class _Run:
         share = min(cores(), left) / left
         return now + max(_LEAST_S, (self._begun + self._budget_s - now) * share)
 
-    def _tell(self, what: str, done: int) -> None:
+    def _tell(self, what: str) -> None:
         with self._lock:
-            share = done / len(self._methods)
+            share = self._done / len(self._methods)
             if self._budget_s is not None:
                 passed = (time.perf_counter() - self._begun) / self._budget_s
                 share = max(share, min(passed, 0.99))
