@@ -66,7 +66,7 @@ def conditions_of(rows: Rows) -> Ints:
     speed = None if rows.velocity is None else np.abs(rows.velocity)
     if speed is not None and rows.coordinate == "velocity":  # measured speeds are never quite the same
         speed = place_numbers(np.log(np.maximum(speed, _SAME_SPEED * speed.max() + 1e-300)), _SAME_SPEED) + 0.0
-    return condition_numbers(rows.position, rows.direction, speed)
+    return condition_numbers(rows.position, rows.direction, speed, rows.other_axes.values())
 
 
 def _refuse_other_unit(rows: Rows, quantity: str) -> None:

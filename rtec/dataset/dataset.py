@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,14 @@ from rtec.dataset.repeats import cells_of
 from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Effect, Floats, Observable, Shape, Units
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.columns import axis_of_heading
 
 _ROUNDING, _NOTHING = 1e-12, 1e-100  # a filter turns a constant into nearly a constant: share of the largest value
 _STATED = ("screw_pitch", "signal_period", "revolution")  # facts of the axis that one file may take from another
 _SCANNED_AT_ONCE = 1 << 23  # numbers of full-rate columns (64 MiB) that a scan holds at one time
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Dataset:
     """A measurement, ready to be explained.
 
@@ -59,6 +61,8 @@ class Dataset:
         several speeds, which has no positions (all are 0).
     cutoff_hz
         Of the low pass in front of the derivatives; None where positions were not filtered.
+    axis
+        Number of the axis that was measured; None where the file does not say it (``# axis: 1``).
     """
 
     source: str
@@ -75,6 +79,7 @@ class Dataset:
     resample: Resample | None = None
     coordinate: str = "target"
     cutoff_hz: float | None = None
+    axis: int | None = None
 
     def __post_init__(self) -> None:
         """Check that everything has the same rows."""
@@ -108,6 +113,29 @@ class Dataset:
     def coordinates(self) -> Conditions:
         """The conditions row by row, for pictures and tables."""
         return self.conditions if self.resample is None else self.conditions.take(self.resample.kept)
+
+    @cached_property
+    def other_axes_mm(self) -> dict[int, Floats]:
+        """Positions of other axes by their numbers, shape (rows,), in mm: columns ``position_NUMBER_UNIT``.
+
+        Raises
+        ------
+        FileFormatError
+            Two columns for one axis, or one for the axis that was measured.
+        """
+        found: dict[int, Floats] = {}
+        for heading, values in self.unknown:
+            if (axis := axis_of_heading(heading)) is not None:
+                if axis[0] in found or axis[0] == self.axis:
+                    what = (
+                        "the position of the measured axis"
+                        if axis[0] == self.axis
+                        else "a second position of its axis"
+                    )
+                    allowed = "one column for the position of each other axis"
+                    raise FileFormatError(self.source, None, f"{heading} is {what}", allowed)
+                found[axis[0]] = values * axis[1].factor
+        return dict(sorted(found.items()))
 
     def columns(self, effect: Effect, shape: Shape) -> Floats:
         """Return the contribution of unit amplitudes to what is observed, shape (rows, amplitudes)."""

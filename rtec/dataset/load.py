@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -31,6 +32,7 @@ from rtec.effects import Units
 from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
 from rtec.errors import FileFormatError
 from rtec.metrology import Measurement, is_laser_file, measurement_of_readings, read_laser_file, read_measurement
+from rtec.metrology.columns import MOST_AXES
 from rtec.metrology.text_file import read_text
 
 _FEWEST_ROWS = 3  # below, nothing at all can be told from noise
@@ -195,7 +197,10 @@ def _name_what_is_not_used(rows: Rows) -> None:
         used.add("feed")
     idle = [column.heading for name, column in rows.measurement.columns.items() if name not in used]
     text = [name for name in rows.measurement.unknown if name not in rows.unknown]
-    unused = {"not used": idle, "of no known quantity, looked at but used by no effect": rows.unknown}
+    others = rows.other_axes
+    strange = [name for name in rows.unknown if name not in others]
+    unused = {"not used": idle, "of no known quantity, looked at but used by no effect": strange}
+    unused["positions of other axes, used by no effect but by rtec train"] = list(others)
     unused["not used, because not all of it are numbers"] = text
     rows.notes += [f"{what}: {', '.join(names)}" for what, names in unused.items() if names]
 
@@ -253,7 +258,18 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         resample=resample,
         coordinate=rows.coordinate,
         cutoff_hz=cutoff_hz,
+        axis=_axis_of(rows.measurement),
     )
+
+
+def _axis_of(measurement: Measurement) -> int | None:
+    """Return the number of the axis that a file is of; a letter names an axis, but tells no number."""
+    text = measurement.facts.get("axis", "").strip()
+    if not re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
+        return None
+    if text in map(str, range(1, MOST_AXES + 1)):
+        return int(text)
+    raise FileFormatError(measurement.source, None, f"axis: {text}", f"a number from 1 to {MOST_AXES}")
 
 
 def _under_one_load(cell: Ints, passage: Ints, load: Floats) -> Ints:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from rtec.dataset.standstill import Ints
@@ -25,12 +27,17 @@ def pair_numbers(first: Ints, second: Ints) -> Ints:
     return np.asarray(np.unique(pair, return_inverse=True)[1], dtype=np.int64)
 
 
-def condition_numbers(position: Floats, direction: Floats | None, speed: Floats | None) -> Ints:
+def condition_numbers(
+    position: Floats, direction: Floats | None, speed: Floats | None, others: Iterable[Floats] = ()
+) -> Ints:
     """Return a number for each reading that is the same where place, direction of approach and feed are the same.
 
-    They are 0, 1, ... in the order in which they come first.
+    ``others`` are positions of other axes, which belong to the place. The numbers are 0, 1, ... in the order in which
+    they come first.
     """
     number = place_numbers(position)
+    for other in others:
+        number = pair_numbers(number, place_numbers(other))
     if direction is not None:
         number = pair_numbers(number, np.sign(direction).astype(np.int64))
     if speed is not None:

@@ -12,6 +12,7 @@ from rtec.dataset.observed import DRIVE
 from rtec.dataset.standstill import Ints, group_means
 from rtec.effects.conditions import Floats
 from rtec.metrology import Measurement
+from rtec.metrology.columns import axis_of_heading
 
 _NAMES = ("run", "rest", "direction", "held_direction")  # numbers that only name something: no mean of them
 
@@ -60,6 +61,11 @@ class Rows:
     def of_drive(self) -> bool:
         """Whether a quantity of the drive is explained."""
         return self.observe in DRIVE
+
+    @property
+    def other_axes(self) -> dict[str, Floats]:
+        """Positions of other axes, by heading, in the unit of the file."""
+        return {heading: values for heading, values in self.unknown.items() if axis_of_heading(heading) is not None}
 
     def keep(self, rows: NDArray[np.bool_]) -> None:
         """Leave out rows."""

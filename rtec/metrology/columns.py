@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rtec.units import MM_PER_INCH
@@ -77,6 +78,9 @@ UNITS_OF_QUANTITY: dict[str, dict[str, ColumnUnit]] = {
 """Quantities of a measurement file and the units their headings may carry; the unit inside is one of them too."""
 
 _SYNONYMS = {"command": "target"}
+_AXIS = re.compile(r"position_([0-9]{1,2})(?:_([a-z]+))?", re.ASCII)
+MOST_AXES = 15
+"""That a machine on a bus has (`rtec.link`)."""
 _ANY_UNIT = re.compile(r"[a-z][a-z0-9]{0,15}", re.ASCII)
 """Of a load: a mass, a force, a torque or a share of what is rated, whatever the file says."""
 
@@ -115,6 +119,30 @@ def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
     return None if found is None else (name, found)
 
 
+def axis_of_heading(heading: str) -> tuple[int, ColumnUnit] | None:
+    """Return the number of the axis whose position a heading names, and its unit; None where it names none.
+
+    Such columns tell where the other axes of a machine stood, with the names of `rtec.predictors.Model.inputs`.
+
+    Parameters
+    ----------
+    heading
+        ``position_NUMBER_UNIT``, without regard to case; a number from 1 to 15, a unit of length.
+
+    Examples
+    --------
+    >>> axis_of_heading("Position_2_inch")
+    (2, ColumnUnit(inside='mm', factor=25.4, offset=0.0))
+    >>> axis_of_heading("position_2_deg") is axis_of_heading("position_16_mm") is None
+    True
+    """
+    found = _AXIS.fullmatch(heading.strip().lower())
+    unit = _POSITION.get(found[2] or "") if found else None
+    if found is None or unit is None or unit.inside != "mm" or not 1 <= int(found[1]) <= MOST_AXES:
+        return None
+    return int(found[1]), unit
+
+
 def units_lacking(heading: str) -> str | None:
     """Return the headings that were probably meant where ``heading`` is a bare quantity that needs a unit.
 
@@ -126,7 +154,9 @@ def units_lacking(heading: str) -> str | None:
     True
     """
     text = heading.strip().lower()
-    units = UNITS_OF_QUANTITY.get(_SYNONYMS.get(text, text))
+    units: Iterable[str] | None = UNITS_OF_QUANTITY.get(_SYNONYMS.get(text, text))
+    if units is None and (axis := _AXIS.fullmatch(text)) and not axis[2]:
+        units = [unit for unit, what in _POSITION.items() if what.inside == "mm"]
     if units is None or "" in units:
         return None
     return ", ".join(f"{text}_{unit}" for unit in units)

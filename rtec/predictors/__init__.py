@@ -1,12 +1,14 @@
 """Error models that tell the PC what to correct.
 
 A model maps what sensors say - position, direction, velocity, time, temperatures, positions of other axes - to the
-error of the axis: actual minus target, in mm, as measured. A predictor is a model of position and direction alone.
+error of the axis: actual minus target, in mm, as measured. A predictor is a model of position and direction, and
+perhaps of where other axes stand.
 The correction counters are driven towards the error (added counts pull the axis back); a compensation table of a
 control holds its negative.
 """
 
 from rtec.predictors._rows import LengthUnit
+from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.between import Between
 from rtec.predictors.cautious import Cautious
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
@@ -21,6 +23,8 @@ from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 __all__ = [
     "FORWARD",
     "REVERSE",
+    "AxisTable",
+    "AxisTables",
     "Between",
     "BidirectionalTable",
     "Cautious",

@@ -32,7 +32,14 @@ A curve is a model of position and direction, in this order, alone.
     are added: ``inputs, hidden layers, neurons of each``; for each input ``place, kind, middle, half``; weights and
     biases layer by layer as `rtec.predictors.fitting.layers` has them; ``bias, factor`` of the output in mm. An input
     of kind PLAIN is what stands at its place less the middle, divided by the half; before that, a SIGN is 0 forward
-    and 1 in reverse, a TURN the position within a turn of the screw in mm.
+    and 1 in reverse, a TURN the position within a turn of the screw in mm; a HELD is held within the half of the
+    middle.
+
+`tables_error`
+    ``low, high`` (mm) in which the first input is held, the number of tables; then each table, which are added:
+    ``place, direction, arm, arm_low, arm_high, n, positions[n], values[n]``. A table is linear between its points,
+    held beyond them, and counts in its direction alone, in both where that is 0. An arm is the place of another
+    input, held within its ends: the value is multiplied by how far it is from their middle; -1: none.
 """
 
 from __future__ import annotations
@@ -54,12 +61,16 @@ TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
 """Place of the first temperature in degrees Celsius."""
 SENSORS = TEMPERATURES + MOST_TEMPERATURES
 
-PLAIN, SIGN, TURN = 0, 1, 2
+PLAIN, SIGN, TURN, HELD = 0, 1, 2, 3
 """Kinds of inputs of a layered network."""
 LAYERED_HEAD = 6
 """Numbers in front of the room of layered networks."""
 MOST_NEURONS = 64
 """In a layer."""
+TABLE_HEAD = 6
+"""Numbers in front of the positions of a table in a sum."""
+MOST_TABLES = 1000
+"""In a sum."""
 NETWORK_HEAD = 5
 """Numbers in front of the first network."""
 
@@ -226,6 +237,8 @@ def layered_error(
                 value = 0.0 if value >= 0.0 else 1.0
             elif int(numbers[at + 1]) == TURN:
                 value = within_turn(value, numbers[2], numbers[3])
+            elif int(numbers[at + 1]) == HELD:
+                value = min(max(value, numbers[at + 2] - numbers[at + 3]), numbers[at + 2] + numbers[at + 3])
             numbers[seen + i] = (value - numbers[at + 2]) / numbers[at + 3]
             at += 4
         for layer in range(layers):
@@ -246,6 +259,32 @@ def layered_error(
         at += before + 1
         total += numbers[at] + numbers[at + 1] * output
         at += 2
+    return total
+
+
+@kernel
+def tables_error(
+    numbers: npt.NDArray[np.float64],
+    inputs: npt.NDArray[np.float64],
+    memory: npt.NDArray[np.float64],
+    sd: npt.NDArray[np.float64],
+) -> float:
+    """Return the sum of tables of the positions of several axes."""
+    held_mm = min(max(inputs[0], numbers[0]), numbers[1])
+    at = 3
+    total = 0.0
+    for _ in range(int(numbers[2])):
+        n = int(numbers[at + 5])
+        if numbers[at + 1] == 0.0 or (numbers[at + 1] > 0.0) == (inputs[1] >= 0.0):
+            place = int(numbers[at])
+            value = _interpolate(numbers, at + TABLE_HEAD, n, held_mm if place == 0 else inputs[place])
+            arm = int(numbers[at + 2])
+            if arm >= 0:
+                low_mm, high_mm = numbers[at + 3], numbers[at + 4]
+                out_mm = min(max(held_mm if arm == 0 else inputs[arm], low_mm), high_mm)
+                value *= out_mm - 0.5 * (low_mm + high_mm)
+            total += value
+        at += TABLE_HEAD + 2 * n
     return total
 
 
@@ -301,8 +340,14 @@ def errors_along(
     curve: Any,
     x_mm: npt.NDArray[np.float64],
     direction: npt.NDArray[np.int64],
+    others_mm: npt.NDArray[np.float64],
     error_mm: npt.NDArray[np.float64],
 ) -> None:
-    """Write the error of a curve at each position, approached in each direction, into ``error_mm``."""
+    """Write the error at each position, approached in each direction, into ``error_mm``.
+
+    ``others_mm`` are further inputs, shape (inputs, positions).
+    """
     for i in range(x_mm.size):
+        for k in range(others_mm.shape[0]):
+            curve[5][2 + k] = others_mm[k, i]  # the room for inputs
         error_mm[i] = error_at(curve, x_mm[i], direction[i])

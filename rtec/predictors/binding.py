@@ -19,13 +19,39 @@ if TYPE_CHECKING:
 CURVE = ("position", "direction")
 """Inputs of a curve over the position, one for each direction."""
 OF_AXIS, OF_TEMPERATURE = "position_", "temperature_"
+
+
+def axis_name(axis: int) -> str:
+    """Return the name of the input that is the position of an axis.
+
+    Examples
+    --------
+    >>> axis_name(2)
+    'position_2'
+    """
+    return f"{OF_AXIS}{axis}"
+
+
 _PLACES = {
     "position": _kernels.POSITION,
     "direction": _kernels.DIRECTION,
     "velocity": _kernels.VELOCITY,
     "time": _kernels.TIME,
 }
+_AXIS = re.compile(rf"{OF_AXIS}([1-9][0-9]?)", re.ASCII)
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,31}", re.ASCII)
+
+
+def is_other_axis(name: object) -> bool:
+    """Return whether an input is the position of an axis by its number.
+
+    Examples
+    --------
+    >>> is_other_axis("position_15"), is_other_axis("position_16"), is_other_axis("position")
+    (True, False, False)
+    """
+    found = _AXIS.fullmatch(name) if isinstance(name, str) else None
+    return found is not None and int(found[1]) <= MOST_AXES
 
 
 def bound(
@@ -67,10 +93,10 @@ def bound(
     """
     names = tuple(model.inputs)
     heat = {OF_TEMPERATURE + name: k for k, name in enumerate(sensor_names(temperatures), _kernels.TEMPERATURES)}
-    known = _PLACES | {f"{OF_AXIS}{axis + 1}": _kernels.AXES + axis for axis in range(axes)} | heat
+    known = _PLACES | {axis_name(axis + 1): _kernels.AXES + axis for axis in range(axes)} | heat
     for name in names:
         if name not in known:
-            several = f"{OF_AXIS}1" + (f" to {OF_AXIS}{axes}" if axes > 1 else "")
+            several = axis_name(1) + (f" to {axis_name(axes)}" if axes > 1 else "")
             allowed = f"what is sensed: {', '.join([*_PLACES, several, *heat])}"
             raise ArgumentError("model", f"an input {name!r}"[:80], allowed, nearest(name, known))
     ranges = dict(model.ranges)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +49,16 @@ class Cautious(Curve):
     def function(self) -> Callable[..., float]:
         """That of the predictor; what calls it takes the interval off."""
         return self.predictor.function
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Those of the predictor."""
+        return tuple(self.predictor.inputs)
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Those of the predictor."""
+        return self.predictor.ranges
 
     @property
     def numbers(self) -> npt.NDArray[np.float64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,8 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
 from rtec.predictors._columns import column, length, span
+from rtec.predictors.axis_tables import beside, reach_of
+from rtec.predictors.binding import CURVE, is_other_axis
 from rtec.predictors.network import TOUCH_MM
 from rtec.predictors.protocol import Curve
 
@@ -29,7 +31,7 @@ class LayeredNetwork:
     Parameters
     ----------
     inputs
-        Names of ``INPUTS``, in order.
+        Names of ``INPUTS``, or positions of other axes (``position_NUMBER``), in order.
     middle, half
         An input is what it stands for (mm; 0 or 1 for the direction) less its middle, divided by its half width; one
         number an input.
@@ -62,8 +64,8 @@ class LayeredNetwork:
 
     def __post_init__(self) -> None:
         for name in self.inputs:
-            if name not in tuple(INPUTS):
-                raise ArgumentError("inputs", repr(name)[:60], ", ".join(INPUTS))
+            if name not in tuple(INPUTS) and not is_other_axis(name):
+                raise ArgumentError("inputs", repr(name)[:60], ", ".join([*INPUTS, "position_2"]))
         if not 1 <= len(self.inputs) <= _kernels.MOST_NEURONS:
             raise ArgumentError("inputs", len(self.inputs), "one or more")
         if not self.hidden or not all(1 <= n <= _kernels.MOST_NEURONS for n in self.hidden):
@@ -82,12 +84,17 @@ class LayeredNetwork:
             object.__setattr__(self, name, float(column(name, [getattr(self, name)])[0]))
 
     @property
-    def numbers(self) -> Floats:
-        """The network as it stands in the numbers of a predictor (see ``_kernels.py``)."""
-        seen = [
-            [*map(float, INPUTS[name]), middle, half]
-            for name, middle, half in zip(self.inputs, self.middle, self.half, strict=True)
-        ]
+    def reach_mm(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest position of each other axis that it looks at, by its name."""
+        ends = zip(self.inputs, self.middle - self.half, self.middle + self.half, strict=True)
+        return {name: (float(low), float(high)) for name, low, high in ends if name not in INPUTS}
+
+    def numbers(self, inputs: Sequence[str]) -> Floats:
+        """Return the network as it stands in the numbers of a predictor with these inputs (see ``_kernels.py``)."""
+        seen = []
+        for name, middle, half in zip(self.inputs, self.middle, self.half, strict=True):
+            place, kind = INPUTS[name] if name in INPUTS else (inputs.index(name), _kernels.HELD)
+            seen.append([float(place), float(kind), middle, half])
         head = [float(len(self.inputs)), float(len(self.hidden)), *map(float, self.hidden)]
         return np.concatenate([head, *seen, self.weights, [self.bias_mm, self.factor_mm]])
 
@@ -139,8 +146,19 @@ class TrainedNetworks(Curve):
         return _kernels.layered_error
 
     @property
+    def inputs(self) -> tuple[str, ...]:
+        """Position and direction, then positions of other axes."""
+        return (*CURVE, *reach_of(network.reach_mm for network in self.networks))
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Where the other axes stood, and a little beyond."""
+        return beside(reach_of(network.reach_mm for network in self.networks))
+
+    @property
     def numbers(self) -> Floats:
         """A new array; its layout stands in ``_kernels.py``."""
+        inputs = self.inputs
         most = max(n for network in self.networks for n in (len(network.inputs), *network.hidden))
         head = [*self.range_mm, self.pitch_mm, TOUCH_MM, float(len(self.networks)), float(most)]
-        return np.concatenate([head, np.zeros(2 * most), *(network.numbers for network in self.networks)])
+        return np.concatenate([head, np.zeros(2 * most), *(network.numbers(inputs) for network in self.networks)])

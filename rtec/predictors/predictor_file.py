@@ -20,7 +20,10 @@
     factor_mm = 0.0351
 
 A ``table`` has ``between`` (linear, cubic), and ``[forward]`` and ``[reverse]`` with ``positions_mm`` and
-``errors_mm`` each; of one direction, ``[forward]`` and a ``backlash``.
+``errors_mm`` each; of one direction, ``[forward]`` and a ``backlash``. ``tables of axes`` have a ``[[table]]`` for
+each part: ``of`` (position, position_2), perhaps a ``direction`` (forward, reverse), ``positions_mm`` and
+``errors_mm``; or ``angles_rad`` with an ``arm`` (position_3) and its ends ``arm_mm``. Inputs of networks may be
+positions of other axes as well; ``axis`` is the number of the axis itself, where it is known.
 """
 
 from __future__ import annotations
@@ -35,19 +38,23 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.predictors._columns import column
+from rtec.link._frame_kernels import MOST_AXES
+from rtec.predictors._columns import column, span
+from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.protocol import Predictor
+from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 from rtec.sections import Section, read_toml
 from rtec.units import LENGTH
 from rtec.whole_file import WholeFile
 
 VERSION = 1
-NETWORKS, TABLE = "networks", "table"
-_HEAD = ("predictor", "version", "name", "source", "range", "interval")
+NETWORKS, TABLE, AXES = "networks", "table", "tables of axes"
+_HEAD = ("predictor", "version", "name", "source", "axis", "range", "interval")
 _NETWORK = ("inputs", "middle", "half", "hidden", "weights", "bias_mm", "factor_mm")
+_TABLE = ("of", "direction", "arm", "arm_mm", "positions_mm", "errors_mm", "angles_rad")
+_WAYS = {"forward": FORWARD, "reverse": REVERSE}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,12 +69,15 @@ class KnownPredictor:
         What it is, and the measurement that it was fitted to.
     interval_mm
         Half width of the interval in which 90 % of readings lie; infinite where that is not known.
+    axis
+        Number of the axis, None where the measurement did not say it.
     """
 
     predictor: Predictor
     name: str
     source: str = ""
     interval_mm: float = math.inf
+    axis: int | None = None
 
 
 def is_predictor_file(path: str | Path) -> bool:
@@ -93,6 +103,7 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     """
     given = read_toml(Path(path))
     kinds = {NETWORKS: ("pitch", "network"), TABLE: ("between", "backlash", "forward", "reverse")}
+    kinds[AXES] = ("table",)
     kind = given.get("predictor")
     if not isinstance(kind, str) or kind not in kinds:
         raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in kinds))
@@ -104,8 +115,14 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     if len(ends) != 2:
         raise ArgumentError(top.where("range"), f"{len(ends)} values", "its lower and its upper end")
     low_mm, high_mm = top.quantities("range", LENGTH)
-    with top.naming(range_mm="range", pitch_mm="pitch", networks="network"):
-        predictor = _networks(top, low_mm, high_mm) if kind == NETWORKS else _table(top)
+    predictor: TrainedNetworks | UnidirectionalTable | BidirectionalTable | AxisTables
+    with top.naming(range_mm="range", pitch_mm="pitch", networks="network", tables="table"):
+        if kind == NETWORKS:
+            predictor = _networks(top, low_mm, high_mm)
+        elif kind == TABLE:
+            predictor = _table(top)
+        else:
+            predictor = AxisTables(tables=tuple(_axis_tables(top)), range_mm=(low_mm, high_mm))
     if predictor.range_mm != (low_mm, high_mm):
         found = f"{low_mm:g} to {high_mm:g} mm"
         raise ArgumentError(top.where("range"), found, f"{predictor.range_mm[0]:g} to {predictor.range_mm[1]:g} mm")
@@ -117,7 +134,31 @@ def read_predictor(path: str | Path) -> KnownPredictor:
         name=top.text("name"),
         source=top.text("source") if top.has("source") else "",
         interval_mm=interval,
+        axis=top.whole("axis", 1, MOST_AXES) if top.has("axis") else None,
     )
+
+
+def _axis_tables(top: Section) -> Iterator[AxisTable]:
+    entries = top.raw("table")
+    if not isinstance(entries, list):
+        raise ArgumentError(top.where("table"), repr(entries)[:60], "tables [[table]]")
+    for number, entry in enumerate(entries, 1):
+        part = top.part(f"table[{number}]", entry, _TABLE)
+        arm = part.text("arm") if part.has("arm") else None
+        values = "errors_mm" if arm is None else "angles_rad"
+        way = part.text("direction") if part.has("direction") else ""
+        if way and way not in _WAYS:
+            raise ArgumentError(part.where("direction"), repr(way)[:60], " or ".join(_WAYS))
+        with part.naming(of="of", arm="arm", arm_mm="arm_mm", positions_mm="positions_mm", values=values):
+            ends = (0.0, 1.0) if arm is None else span("arm_mm", _numbers(part, "arm_mm"))
+            yield AxisTable(
+                of=part.text("of"),
+                positions_mm=_numbers(part, "positions_mm"),
+                values=_numbers(part, values),
+                direction=_WAYS.get(way, 0),
+                arm=arm,
+                arm_mm=ends,
+            )
 
 
 def _networks(top: Section, low_mm: float, high_mm: float) -> TrainedNetworks:
@@ -205,11 +246,14 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
         kind, body = NETWORKS, _network_lines(predictor)
     elif isinstance(predictor, UnidirectionalTable | BidirectionalTable):
         kind, body = TABLE, _table_lines(predictor)
+    elif isinstance(predictor, AxisTables):
+        kind, body = AXES, _axis_lines(predictor)
     else:
-        raise ArgumentError("predictor", type(predictor).__name__, "a table or networks")
+        raise ArgumentError("predictor", type(predictor).__name__, "tables or networks")
     low_mm, high_mm = predictor.range_mm
     lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {_text(known.name)}"]
     lines += [f"source = {_text(known.source)}"] if known.source else []
+    lines += [f"axis = {known.axis}"] if known.axis is not None else []
     lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
     lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
     with WholeFile(path) as out:
@@ -246,6 +290,21 @@ def _table_lines(table: UnidirectionalTable | BidirectionalTable) -> Iterator[st
         yield f"[{side}]"
         yield f"positions_mm = {_listed(positions)}"
         yield f"errors_mm = {_listed(errors)}"
+
+
+def _axis_lines(predictor: AxisTables) -> Iterator[str]:
+    names = {way: name for name, way in _WAYS.items()}
+    for table in predictor.tables:
+        yield ""
+        yield "[[table]]"
+        yield f"of = {_text(table.of)}"
+        if table.direction:
+            yield f'direction = "{names[table.direction]}"'
+        if table.arm is not None:
+            yield f"arm = {_text(table.arm)}"
+            yield f"arm_mm = {_listed(table.arm_mm)}"
+        yield f"positions_mm = {_listed(table.positions_mm)}"
+        yield f"{'errors_mm' if table.arm is None else 'angles_rad'} = {_listed(table.values)}"
 
 
 def _listed(values: Iterable[float]) -> str:

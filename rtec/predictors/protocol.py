@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
-from rtec.predictors.binding import CURVE, bound_curve
+from rtec.predictors.binding import CURVE, bound
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,10 +66,14 @@ class Model(Protocol):
 
 @runtime_checkable
 class Predictor(Model, Protocol):
-    """A model of position and direction alone: a curve for each direction."""
+    """A model of position and direction, a curve for each direction; perhaps of where other axes stand, too."""
 
     def error_mm(
-        self, position_mm: npt.ArrayLike, direction: npt.ArrayLike, *, outside: Outside = Outside.HOLD
+        self,
+        position_mm: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        *others_mm: npt.ArrayLike,
+        outside: Outside = Outside.HOLD,
     ) -> Floats:
         """Return the error in mm at each position."""
 
@@ -110,7 +114,11 @@ class Curve(ABC):
         """Lowest and highest position, in mm, for which both directions are known."""
 
     def error_mm(
-        self, position_mm: npt.ArrayLike, direction: npt.ArrayLike, *, outside: Outside = Outside.HOLD
+        self,
+        position_mm: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        *others_mm: npt.ArrayLike,
+        outside: Outside = Outside.HOLD,
     ) -> Floats:
         """Return the error, actual minus target, at each position.
 
@@ -120,8 +128,10 @@ class Curve(ABC):
             Positions in mm, of any shape.
         direction
             +1 forward or -1 reverse, of a shape that broadcasts with the positions.
+        *others_mm
+            Where other axes stand, in mm, in the order of ``inputs``; of such shapes, too.
         outside
-            What to do with positions outside ``range_mm``.
+            What to do with positions outside ``range_mm``, and of other axes outside ``ranges``.
 
         Returns
         -------
@@ -131,42 +141,40 @@ class Curve(ABC):
         Raises
         ------
         ArgumentError
-            A position that is not a finite number, a direction other than +1 and -1, shapes that do not fit, or, with
-            ``Outside.REFUSE``, a position outside the range.
+            A position that is not a finite number, a direction other than +1 and -1, shapes that do not fit, more or
+            fewer axes than the predictor looks at, or, with ``Outside.REFUSE``, a position outside the range.
 
         Examples
         --------
         >>> NoError().error_mm([0.0, 12.5], FORWARD)
         array([0., 0.])
         """
-        position = _numbers("position_mm", position_mm)
-        way = _directions(direction)
+        names = self.inputs[len(CURVE) :]
+        if len(others_mm) != len(names):
+            raise ArgumentError("others_mm", f"{len(others_mm)} columns", ", ".join(names) or "none")
+        x, others = _numbers("position_mm", position_mm), list(map(_numbers, names, others_mm))
+        given = [x, _directions(direction).astype(np.float64), *others]
         try:
-            position, way = np.broadcast_arrays(position, way)
+            columns = np.broadcast_arrays(*given)
         except ValueError:
-            raise ArgumentError("direction", f"shape {way.shape}", f"a shape that fits {position.shape}") from None
+            found = ", ".join(str(each.shape) for each in given[1:])
+            raise ArgumentError("direction", f"shape {found}", f"a shape that fits {given[0].shape}") from None
         if outside is Outside.REFUSE:
-            self._refuse_outside(position)
-        x_mm = np.array(position, dtype=np.float64).ravel()
-        error = np.empty_like(x_mm)
-        _kernels.errors_along(bound_curve(self), x_mm, np.array(way, dtype=np.int64).ravel(), error)
-        return error.reshape(position.shape)
-
-    def _refuse_outside(self, position_mm: Floats) -> None:
-        low, high = self.range_mm
-        beyond = position_mm[(position_mm < low) | (position_mm > high)]
-        if beyond.size:
-            raise ArgumentError(
-                "position_mm",
-                f"{beyond.flat[0]:.12g} mm",
-                f"{low:.12g} to {high:.12g} mm, the range of the predictor",
-                "stay inside, or hold the error at the ends",
-            )
+            _refuse_outside("position_mm", x, self.range_mm)
+            for name, values in zip(names, others, strict=True):
+                _refuse_outside(name, values, self.ranges.get(name, (-np.inf, np.inf)))
+        x_mm, way = columns[0].ravel(), columns[1].astype(np.int64).ravel()
+        along = np.array([each.ravel() for each in columns[2:]]).reshape(len(names), x_mm.size)
+        error = np.empty(x_mm.size)
+        _kernels.errors_along(bound(self), np.array(x_mm), way, along, error)
+        return error.reshape(columns[0].shape)
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self) or not isinstance(other, Curve):
             return NotImplemented
-        return self.range_mm == other.range_mm and np.array_equal(self.numbers, other.numbers)
+        if (self.range_mm, self.inputs) != (other.range_mm, other.inputs):
+            return False
+        return np.array_equal(self.numbers, other.numbers)
 
     def __hash__(self) -> int:
         return hash((type(self), self.numbers.tobytes()))
@@ -200,6 +208,18 @@ class NoError(Curve):
 
     def __repr__(self) -> str:
         return "NoError()"
+
+
+def _refuse_outside(name: str, values: Floats, ends: tuple[float, float]) -> None:
+    low, high = ends
+    beyond = values[(values < low) | (values > high)]
+    if beyond.size:
+        raise ArgumentError(
+            name,
+            f"{beyond.flat[0]:.12g} mm",
+            f"{low:.12g} to {high:.12g} mm, the range of the predictor",
+            "stay inside, or hold the error at the ends",
+        )
 
 
 def _numbers(name: str, values: npt.ArrayLike) -> Floats:

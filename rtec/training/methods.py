@@ -15,7 +15,7 @@ from rtec.inference.static_predictor import predictor_of_model
 from rtec.predictors import BidirectionalTable, NoError, Predictor, UnidirectionalTable
 from rtec.predictors.between import Between
 from rtec.predictors.fitting.algorithms import Algorithm
-from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN, Samples, points_a_turn
+from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN, points_a_turn, together
 from rtec.predictors.fitting.spaced_tables import Table, spaced_table, table_of
 from rtec.predictors.fitting.training import Course, Design, Effort, Limit, train
 from rtec.training.parts import Parts
@@ -109,18 +109,12 @@ def all_methods() -> tuple[Method, ...]:
     return (none, *tables, Method(name="effects", kind=Kind.MODEL, fit=_fit_effects), *networks)
 
 
-def _together(*parts: Samples) -> Samples:
-    columns = ("position_mm", "direction", "error_mm")
-    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in columns}
-    return Samples(**joined)
-
-
 def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]:
     def fit(task: Task) -> Fitted:
         parts = task.parts
         chosen = spaced_table(parts.train, parts.choose, kind, between)
         # the place without readings would be a gap that no control's table has
-        table = table_of(_together(parts.train, parts.choose, parts.sure), chosen)
+        table = table_of(together([parts.train, parts.choose, parts.sure]), chosen)
         points = sum(side.size for side in _errors(table))
         notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
         if task.pitch_mm is not None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import column
-from rtec.predictors.protocol import FORWARD, REVERSE
+from rtec.predictors.binding import axis_name
+from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 from rtec.predictors.tables import SAME_TARGET_MM
 
 Floats = npt.NDArray[np.float64]
@@ -33,6 +34,8 @@ class Samples:
         +1 or -1, the direction of approach, shape (n,).
     error_mm
         Actual minus target, shape (n,), in mm.
+    others_mm
+        Where other axes stood, by the number of the axis, each of shape (n,), in mm.
 
     Raises
     ------
@@ -49,11 +52,14 @@ class Samples:
     position_mm: Floats
     direction: Floats
     error_mm: Floats
+    others_mm: Mapping[int, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         rows = column("position_mm", self.position_mm).size
         for name in ("position_mm", "direction", "error_mm"):
             object.__setattr__(self, name, column(name, getattr(self, name), rows=rows))
+        others = {axis: column(axis_name(axis), self.others_mm[axis], rows=rows) for axis in sorted(self.others_mm)}
+        object.__setattr__(self, "others_mm", others)
         bad = np.flatnonzero(np.abs(self.direction) != 1.0)
         if bad.size:
             row = int(bad[0])
@@ -69,19 +75,48 @@ class Samples:
         """Lowest and highest place."""
         return float(self.position_mm.min()), float(self.position_mm.max())
 
+    def seen_by(self, inputs: Sequence[str]) -> dict[str, Floats]:
+        """Return what the inputs of a predictor are at each reading, by their names.
+
+        Raises
+        ------
+        ArgumentError
+            One that readings of this kind do not tell.
+        """
+        known = {"position": self.position_mm, "direction": self.direction}
+        known |= {axis_name(axis): values for axis, values in self.others_mm.items()}
+        for name in inputs:
+            if name not in known:
+                raise ArgumentError("readings", f"no {name}", f"where the axes stood: {', '.join(inputs)}")
+        return {name: known[name] for name in inputs}
+
+    def left_by(self, predictor: Predictor) -> Floats:
+        """Return what a predictor leaves of the readings, in mm, shape (n,)."""
+        others = [self.seen_by(predictor.inputs)[name] for name in predictor.inputs[2:]]
+        return self.error_mm - predictor.error_mm(self.position_mm, self.direction, *others)
+
     def take(self, rows: npt.NDArray[np.bool_] | Ints) -> Samples:
         """Return some of the readings."""
         return Samples(
-            position_mm=self.position_mm[rows], direction=self.direction[rows], error_mm=self.error_mm[rows]
+            position_mm=self.position_mm[rows],
+            direction=self.direction[rows],
+            error_mm=self.error_mm[rows],
+            others_mm={axis: values[rows] for axis, values in self.others_mm.items()},
         )
 
+    def with_error(self, error_mm: Floats) -> Samples:
+        """Return readings of other errors at the same places."""
+        return replace(self, error_mm=error_mm)
+
     def place(self) -> Ints:
-        """Return the number of the place of each reading, 0, 1, ... along the axis; both directions have the same."""
-        order = np.argsort(self.position_mm, kind="stable")
-        new = np.diff(self.position_mm[order], prepend=self.position_mm[order[:1]]) > SAME_TARGET_MM
-        place = np.empty(self.rows, dtype=np.int64)
-        place[order] = np.cumsum(new)
-        return place
+        """Return the number of the place of each reading, 0, 1, ... along the axis; both directions have the same.
+
+        Where other axes stood belongs to the place.
+        """
+        columns = [_steps_of(self.position_mm), *(_steps_of(values) for values in self.others_mm.values())]
+        if len(columns) == 1:
+            return columns[0]
+        return np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)[1].ravel()
 
     def averaged(self) -> Samples:
         """Return the mean of the readings of each place and direction.
@@ -91,7 +126,15 @@ class Samples:
         cell = 2 * self.place() + (self.direction < 0.0)
         found, first, number = np.unique(cell, return_index=True, return_inverse=True)
         mean = np.bincount(number, weights=self.error_mm) / np.bincount(number, minlength=found.size)
-        return Samples(position_mm=self.position_mm[first], direction=self.direction[first], error_mm=mean)
+        return self.take(first).with_error(mean)
+
+    def lines(self) -> Iterator[Samples]:
+        """Yield the readings of each direction, and of each place of the other axes, in the order of their places."""
+        place = [_steps_of(values) for values in self.others_mm.values()]
+        line = np.unique(np.stack([-self.direction, *place], axis=1), axis=0, return_inverse=True)[1].ravel()
+        for number in range(int(line.max()) + 1):
+            rows = np.flatnonzero(line == number)
+            yield self.take(rows[np.argsort(self.position_mm[rows], kind="stable")])
 
     def ways(self) -> Iterator[tuple[int, Samples]]:
         """Yield each direction that was measured, with its readings in the order of their places."""
@@ -99,6 +142,14 @@ class Samples:
             rows = np.flatnonzero(self.direction == way)
             if rows.size:
                 yield way, self.take(rows[np.argsort(self.position_mm[rows], kind="stable")])
+
+
+def _steps_of(values: Floats) -> Ints:
+    """Return the number of each value, 0, 1, ... ascending; what is nearly the same has one number."""
+    order = np.argsort(values, kind="stable")
+    number = np.empty(values.size, dtype=np.int64)
+    number[order] = np.cumsum(np.diff(values[order], prepend=values[order[:1]]) > SAME_TARGET_MM)
+    return number
 
 
 def points_a_turn(samples: Samples, pitch_mm: float) -> float:
@@ -156,17 +207,32 @@ def means_over_turns(averages: Samples, pitch_mm: float) -> Samples:
     (4, True)
     """
     parts = []
-    for way, readings in averages.ways():
-        x, y = readings.position_mm, readings.error_mm
+    for line in averages.lines():
+        x, y = line.position_mm, line.error_mm
         turns = float(x[-1] - x[0]) / pitch_mm
         if not turns > 2.0 - 1e-9:
-            found = f"{x[-1] - x[0]:g} mm in direction {way:+d}"
+            found = f"{x[-1] - x[0]:g} mm in direction {line.direction[0]:+g}"
             raise ArgumentError("readings", found, f"two turns of the screw or more, {2.0 * pitch_mm:g} mm")
         begin = x[0] + np.arange(math.floor(turns + 1e-9)) * pitch_mm
         area = _areas(x, y, begin + pitch_mm) - _areas(x, y, begin)
-        parts.append((begin + 0.5 * pitch_mm, np.full(begin.size, float(way)), area / pitch_mm))
-    position, direction, error = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return Samples(position_mm=position, direction=direction, error_mm=error)
+        means = line.take(np.zeros(begin.size, dtype=np.int64)).with_error(area / pitch_mm)
+        parts.append(replace(means, position_mm=begin + 0.5 * pitch_mm))
+    return together(parts)
+
+
+def together(parts: Sequence[Samples]) -> Samples:
+    """Return the readings of several parts, one part after the other.
+
+    Examples
+    --------
+    >>> one = Samples(position_mm=[1.0], direction=[1], error_mm=[0.001], others_mm={2: [5.0]})
+    >>> together([one, one]).others_mm[2].tolist()
+    [5.0, 5.0]
+    """
+    names = ("position_mm", "direction", "error_mm")
+    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    others = {axis: np.concatenate([part.others_mm[axis] for part in parts]) for axis in parts[0].others_mm}
+    return Samples(**columns, others_mm=others)
 
 
 def _areas(x: Floats, y: Floats, ends: Floats) -> Floats:

@@ -118,7 +118,7 @@ def test_other_toml_is_no_predictor(tmp_path):
 
 
 def test_other_predictors_and_places_are_not_written(tmp_path):
-    with pytest.raises(ArgumentError, match="a table or networks"):
+    with pytest.raises(ArgumentError, match="tables or networks"):
         write_predictor(tmp_path / "p.toml", KnownPredictor(predictor=NoError(), name="none"))
     table = UnidirectionalTable(positions_mm=[0, 10], errors_mm=[0, 0.002], backlash_mm=0.003)
     with pytest.raises(OutputError):
