@@ -176,18 +176,18 @@ def watch(
     until_ps: int,
     slice_ps: int,
     stop_after_ps: int,
-    model: Any,
+    models: Any,
     truth: Any,
 ) -> int:
     """Run the machine to ``until_ps`` and look at every axis each ``slice_ps``; return the time reached.
 
-    It ends early where an axis has been stopped for ``stop_after_ps``. ``model`` is what the PC predicts by,
+    It ends early where an axis has been stopped for ``stop_after_ps``. ``models`` are what the PC predicts by,
     ``truth`` what it should.
     """
     stations = axes[0]
     while c.now_ps < until_ps:
         t_ps = min(c.now_ps + slice_ps, until_ps)
-        run(c, axes, boxes, steps, pcs, faults, t_ps, model)
+        run(c, axes, boxes, steps, pcs, faults, t_ps, models)
         for i in range(stations.size):
             a = watches[i]
             follow(a, stations[i].encoder.count)

@@ -159,7 +159,7 @@ class WatchedCell(Cell):
         run: Any = kernels.watch
         run(
             *self._parts, self._watches, until_ps, self._slice_ps,
-            stop_after_ps, self._model, self._truth,
+            stop_after_ps, self._models, self._truth,
         )  # fmt: skip
 
     def truth_is(self, predictor: Predictor) -> None:

@@ -64,7 +64,7 @@ def train(
     from rtec.training import all_methods, compare_predictors
     from rtec.units import TIME, parse_quantity
 
-    names = [method.name for method in all_methods() if method.name != "none"]
+    names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
     if pick is not None and pick not in names:
         raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
     budget_s = parse_quantity(budget, TIME, name="--budget")
@@ -119,7 +119,9 @@ def _write(path: Path, result: PredictorComparison, row: Row) -> None:
     elif row.predictor is not None:
         interval_mm = math.inf if row.interval_mm is None else row.interval_mm
         source = Path(result.source).name
-        known = KnownPredictor(predictor=row.predictor, name=row.name, source=source, interval_mm=interval_mm)
+        known = KnownPredictor(
+            predictor=row.predictor, name=row.name, source=source, interval_mm=interval_mm, axis=result.axis
+        )
         write_predictor(path, known)
 
 

@@ -89,9 +89,9 @@ def turn_pc(
     faults: NDArray[np.void],
     i: int,
     t_ps: int,
-    model: Any,
+    models: Any,
 ) -> None:
-    """Let the PC take its turn for axis ``i + 1``."""
+    """Let the PC take its turn for axis ``i + 1``, by the model of that axis."""
     n = pcs[i]
     pc_ps = t_ps + c.pc_offset_ps
     if is_off(faults, PC_PLACE, t_ps):
@@ -102,7 +102,7 @@ def turn_pc(
             known = other.has_position == 1 and other.valid == 1
             n.pc.sensors[AXES + j] = other.pc.home_mm + other.position * other.pc.count_mm if known else math.nan
         read_thermometers(c.thermometers, t_ps, n.pc.sensors)
-        pc_believe(n, pc_ps, model, i)
+        pc_believe(n, pc_ps, models[i])
         late = abs(n.pc.target - stations[i].injector.completed)
         c.late_steps[i] = max(c.late_steps[i], late)
     for k in range(n.out.waiting):
@@ -167,9 +167,12 @@ def run(
     pcs: NDArray[np.void],
     faults: NDArray[np.void],
     until_ps: int,
-    model: Any,
+    models: Any,
 ) -> None:
-    """Run the cell to ``until_ps``; ``axes``, ``boxes`` and ``steps`` as in `rtec.machine._station_kernels`."""
+    """Run the cell to ``until_ps``; ``axes``, ``boxes`` and ``steps`` as in `rtec.machine._station_kernels`.
+
+    ``models`` are what the PC believes of as many axes as a cell may have, so that it is compiled once for all cells.
+    """
     advance, change_fault = steps
     stations = axes[0]
     bus = c.bus
@@ -213,7 +216,7 @@ def run(
         elif box_ps == t_ps:
             turn_box(c, axes, boxes, steps, faults, due, t_ps)
         else:
-            turn_pc(c, stations, pcs, faults, pc, t_ps, model)
+            turn_pc(c, stations, pcs, faults, pc, t_ps, models)
         if stations[0].line_acceleration > 0.0:
             watch_lines(c, axes, boxes, steps, t_ps)
     for i in range(stations.size):

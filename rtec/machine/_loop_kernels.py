@@ -82,7 +82,7 @@ def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     if pc_read(m.pc, m.node.up, t_ps):
         read_thermometers(m.thermometers, t_ps, m.pc.sensors)
         sense(m.pc, t_ps, m.node.up.delivered_ps, 1)
-        pc_request(m.pc, m.node.down, t_ps, believed_mm(model, m.pc.sensors, 0))
+        pc_request(m.pc, m.node.down, t_ps, believed_mm(model, m.pc.sensors))
 
 
 @step

@@ -18,7 +18,7 @@ from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
-from rtec.predictors.binding import bound
+from rtec.predictors.binding import bound, check_axis
 from rtec.requester import HoldReason, PcState, Status, _pc_node_kernels
 from rtec.signal import NEVER
 
@@ -59,7 +59,7 @@ class Cell:
     moves
         The program of each, over and over; or lines that all follow together, once.
     predictor
-        What the PC knows of the axes' errors.
+        What the PC knows of the axes' errors: one model for all of them, or one for each.
     thermometers
         Temperatures that the PC reads.
     faults
@@ -95,7 +95,7 @@ class Cell:
         self,
         stations: Sequence[StationSettings],
         moves: Moves,
-        predictor: Model,
+        predictor: Model | Sequence[Model],
         *,
         faults: Sequence[Fault] = (),
         thermometers: Sequence[Thermometer] = (),
@@ -138,7 +138,7 @@ class Cell:
     def run(self, *, until_ps: int) -> None:
         """Run to ``until_ps``; time never runs back."""
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
-        self._run(*self._parts, until_ps, self._model)
+        self._run(*self._parts, until_ps, self._models)
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
@@ -154,15 +154,19 @@ class Cell:
         for pc in self._pcs:
             pc.pc.large_meant = 1
 
-    def predict_by(self, predictor: Model) -> None:
-        """Give the PC another predictor from now on."""
+    def predict_by(self, predictor: Model | Sequence[Model]) -> None:
+        """Give the PC another predictor from now on, or another one for each axis."""
         count = len(self._pcs)
-        self._model = bound(predictor, self._temperatures, axes=count, places=count)
-        low_mm, high_mm = predictor.range_mm
-        for pc in self._pcs:
-            pc.low_mm, pc.high_mm = max(low_mm, -1e9), min(high_mm, 1e9)
+        each = [predictor] * count if isinstance(predictor, Model) else list(predictor)
+        if len(each) != count:
+            raise ArgumentError("predictor", f"{len(each)} models", f"one for all axes, or {count}, one for each")
+        for axis, (pc, one) in enumerate(zip(self._pcs, each, strict=True), 1):
+            check_axis(one, axis)
+            pc.low_mm, pc.high_mm = max(one.range_mm[0], -1e9), min(one.range_mm[1], 1e9)
+        filled = [*each, *each[-1:] * (_MOST_CELL_AXES - count)]
+        self._models = tuple(bound(one, self._temperatures, axes=count) for one in filled)
         self._parts = self._cell, *self._axes.parts, self._axes.steps, self._pcs, self._faults
-        self._run = prepared(_cell_kernels.run, *self._parts, 0, self._model)
+        self._run = prepared(_cell_kernels.run, *self._parts, 0, self._models)
 
     @property
     def now_ps(self) -> int:

@@ -315,24 +315,24 @@ def error_at(curve: Any, x_mm: float, direction: int) -> float:
     function, numbers, _, _, _, inputs, memory, unsure_mm, sd = curve
     inputs[0] = x_mm
     inputs[1] = direction
-    return sure_of(float(function(numbers, inputs, memory[0], sd)), unsure_mm)
+    return sure_of(float(function(numbers, inputs, memory, sd)), unsure_mm)
 
 
 @helper
-def believed_mm(model: Any, sensors: npt.NDArray[np.float64], place: int) -> float:
+def believed_mm(model: Any, sensors: npt.NDArray[np.float64]) -> float:
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
-    value of each that it knows, room for the inputs, a memory for each ``place`` at which it is at work, by how much
-    it may be off, and room for a standard deviation for each place.
+    value of each that it knows, room for the inputs, its memory, by how much it may be off, and room for a standard
+    deviation.
     """
     function, numbers, wanted, low, high, inputs, memory, unsure_mm, sd = model
-    sd[place] = math.nan
+    sd[0] = math.nan
     for k in range(wanted.size):
         inputs[k] = sensors[wanted[k]]
         if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
             return math.nan
-    return sure_of(float(function(numbers, inputs, memory[place], sd[place : place + 1])), unsure_mm)
+    return sure_of(float(function(numbers, inputs, memory, sd)), unsure_mm)
 
 
 @kernel

@@ -59,7 +59,6 @@ def bound(
     temperatures: Sequence[str] = (),
     *,
     axes: int = MOST_AXES,
-    places: int = 1,
     margin_mm: float = 0.0,
 ) -> tuple[Any, ...]:
     """Return a model as the kernels take it, with room of its own for inputs and memory.
@@ -74,8 +73,6 @@ def bound(
         Names of the temperature sensors, as in ``temperature_NAME``, in the order in which they are read.
     axes
         Number of axes whose positions the PC knows.
-    places
-        Number of axes at which the model is at work: each has a memory of its own.
     margin_mm
         How far beyond the ends of its positions a model is still asked. A curve holds its ends.
 
@@ -112,10 +109,23 @@ def bound(
         low.copy(),
         high.copy(),
         np.zeros(len(names)),
-        np.tile(memory, (places, 1)),
+        memory,
         float(getattr(model, "unsure_mm", 0.0)),
-        np.full(places, np.nan),
+        np.full(1, np.nan),
     )
+
+
+def check_axis(model: Model, axis: int) -> None:
+    """Refuse a predictor for an axis that it takes for another one.
+
+    Raises
+    ------
+    ArgumentError
+        Its position is given by its number, too: then it was made for another axis.
+    """
+    if hasattr(model, "error_mm") and axis_name(axis) in model.inputs:
+        found = f"a predictor that looks at {axis_name(axis)}"
+        raise ArgumentError(f"model of axis {axis}", found, "one that was made for this axis, which is its position")
 
 
 def bound_curve(curve: Model, name: str = "curve") -> tuple[Any, ...]:

@@ -228,8 +228,8 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
 
 
 @helper
-def pc_believe(n: Record, t_ps: int, model: Any, place: int) -> None:
-    """End the turn by what a model, at work at this ``place``, sees in what the sensors say.
+def pc_believe(n: Record, t_ps: int, model: Any) -> None:
+    """End the turn by what a model sees in what the sensors say.
 
     Until all the axes that it looks at have been home, nothing is asked for; after that a sensor that is lost holds
     the machine, as does whatever the model was not made for.
@@ -243,11 +243,11 @@ def pc_believe(n: Record, t_ps: int, model: Any, place: int) -> None:
             say_request(n, p.sent, 0)
             return
     n.believed = 1
-    pc_finish(n, t_ps, believed_mm(model, p.sensors, place))
+    pc_finish(n, t_ps, believed_mm(model, p.sensors))
 
 
 @kernel
 def turn(n: Record, t_ps: int, model: Any) -> None:
     """Let the PC take the turn that is due, from outside; the model as `rtec.predictors.binding` makes it."""
     if pc_prepare(n, t_ps):
-        pc_believe(n, t_ps, model, 0)
+        pc_believe(n, t_ps, model)

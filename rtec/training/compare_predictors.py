@@ -73,8 +73,9 @@ def compare_predictors(
         A measurement of which no predictor of positions can be made.
     """
     parts = parts_of(dataset, heldout, seed=seed)
+    axes = len(parts.train.others_mm)
     pitch_mm = dataset.conditions.screw_pitch
-    chosen = tuple(all_methods() if methods is None else methods)
+    chosen = tuple(all_methods(several_axes=axes > 0) if methods is None else methods)
     run = _Run(dataset, parts, pitch_mm, replace(effort or Effort(), seed=seed), budget_s, chosen, progress)
     rows = run.rows()
     warning = turn_warning(parts, pitch_mm)
@@ -84,9 +85,16 @@ def compare_predictors(
         rows=rows,
         pitch_mm=pitch_mm,
         noise_mm=repeatability_mm(parts.train),
-        notes=() if warning is None else (warning,),
+        notes=(*_stood_still(dataset, parts), *(() if warning is None else (warning,))),
         interrupted=run.stopped,
+        axis=dataset.axis,
     )
+
+
+def _stood_still(dataset: Dataset, parts: Parts) -> list[str]:
+    """Return what has to be said of other axes that did not move."""
+    still = [axis for axis in dataset.other_axes_mm if axis not in parts.train.others_mm]
+    return [f"axis {axis} stood still: nothing is learnt of what it does" for axis in still]
 
 
 def repeatability_mm(samples: Samples) -> float | None:
@@ -261,14 +269,16 @@ def evaluation_ns(predictor: Predictor, span_mm: tuple[float, float]) -> float:
     """Return what the error at one place takes in machine code, in ns of processor time."""
     x = np.random.default_rng(0).uniform(*span_mm, _TIMED)
     way = np.where(np.arange(_TIMED) % 2, 1, -1)
-    predictor.error_mm(x[:2], way[:2])  # compiled now
+    rng = np.random.default_rng(1)
+    others = [rng.uniform(*predictor.ranges[name], _TIMED) for name in predictor.inputs[2:]]
+    predictor.error_mm(x[:2], way[:2], *(other[:2] for other in others))  # compiled now
     begun = time.thread_time()
-    predictor.error_mm(x, way)
+    predictor.error_mm(x, way, *others)
     return (time.thread_time() - begun) / _TIMED * 1e9
 
 
 def _off(predictor: Predictor, samples: Samples) -> np.ndarray:
-    return samples.error_mm - predictor.error_mm(samples.position_mm, samples.direction)
+    return samples.left_by(predictor)
 
 
 def _rms(values: np.ndarray) -> float:

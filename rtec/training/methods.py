@@ -16,6 +16,7 @@ from rtec.predictors import BidirectionalTable, NoError, Predictor, Unidirection
 from rtec.predictors.between import Between
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN, points_a_turn, together
+from rtec.predictors.fitting.several_axes import Geometry, fit_across
 from rtec.predictors.fitting.spaced_tables import Table, spaced_table, table_of
 from rtec.predictors.fitting.training import Course, Design, Effort, Limit, train
 from rtec.training.parts import Parts
@@ -78,6 +79,7 @@ class Kind(Enum):
 
     NONE = "none"
     TABLE = "table"
+    GEOMETRY = "geometry"
     MODEL = "model"
     NETWORK = "network"
 
@@ -91,8 +93,14 @@ class Method:
     fit: Callable[[Task], Fitted]
 
 
-def all_methods() -> tuple[Method, ...]:
-    """Return every method: what is quick first."""
+def all_methods(*, several_axes: bool = False) -> tuple[Method, ...]:
+    """Return every method: what is quick first.
+
+    Parameters
+    ----------
+    several_axes
+        Whether the measurement tells where other axes stood: then their geometry competes, too.
+    """
     tables = (
         Method(name=f"table {side} {between.value}", kind=Kind.TABLE, fit=_fits_table(kind, between))
         for side, kind in (("uni-directional", UnidirectionalTable), ("bi-directional", BidirectionalTable))
@@ -105,8 +113,13 @@ def all_methods() -> tuple[Method, ...]:
         for design in DESIGNS
         for algorithm in Algorithm
     )
+    geometries = (
+        Method(name=geometry.value, kind=Kind.GEOMETRY, fit=_fits_geometry(geometry))
+        for geometry in Geometry
+        if several_axes
+    )
     none = Method(name="none", kind=Kind.NONE, fit=lambda task: Fitted(predictor=NoError(), parameters=0))
-    return (none, *tables, Method(name="effects", kind=Kind.MODEL, fit=_fit_effects), *networks)
+    return (none, *tables, *geometries, Method(name="effects", kind=Kind.MODEL, fit=_fit_effects), *networks)
 
 
 def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]:
@@ -137,6 +150,20 @@ def _errors(table: Table) -> tuple[np.ndarray, ...]:
     if isinstance(table, UnidirectionalTable):
         return (table.errors_mm,)
     return table.forward_errors_mm, table.reverse_errors_mm
+
+
+def _fits_geometry(geometry: Geometry) -> Callable[[Task], Fitted]:
+    def fit(task: Task) -> Fitted:
+        parts = [task.parts.train, task.parts.choose]
+        found = fit_across(together([*parts, task.parts.sure]), geometry)
+        return Fitted(
+            predictor=found.predictor,
+            parameters=found.parameters,
+            unsure=fit_across(together(parts), geometry).predictor,
+            notes=tuple(map(str, found.across)),
+        )
+
+    return fit
 
 
 def _fit_effects(task: Task) -> Fitted:

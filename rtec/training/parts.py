@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,9 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.errors import ArgumentError
+from rtec.predictors.binding import axis_name
 from rtec.predictors.fitting.samples import Samples
+from rtec.predictors.tables import SAME_TARGET_MM
 
 HELD_OUT = 0.2
 """Share of the places that judge."""
@@ -49,13 +52,20 @@ class Parts:
     heldout_by: str
 
 
-def samples_of(dataset: Dataset) -> tuple[Samples, NDArray[np.int64]]:
+def samples_of(dataset: Dataset, axes: Sequence[int] | None = None) -> tuple[Samples, NDArray[np.int64]]:
     """Return the readings of a data set that have a direction, and their rows.
+
+    Parameters
+    ----------
+    dataset
+        The measurement.
+    axes
+        Other axes whose places are to be told; None: all that moved.
 
     Raises
     ------
     ArgumentError
-        No deviation in mm over positions in mm, or no direction.
+        No deviation in mm over positions in mm, no direction, or no place of one of ``axes``.
     """
     units = dataset.units
     found = (dataset.observe, units.observed, units.position)
@@ -71,8 +81,17 @@ def samples_of(dataset: Dataset) -> tuple[Samples, NDArray[np.int64]]:
     if c.direction is None:
         raise ArgumentError(f"{dataset.source}: direction", "nothing", "a column direction, or runs to and fro")
     rows = np.flatnonzero(c.direction != 0.0)
+    others = dataset.other_axes_mm
+    if axes is None:
+        axes = [axis for axis, x in others.items() if np.ptp(x) > SAME_TARGET_MM]
+    for axis in axes:
+        if axis not in others:
+            raise ArgumentError(dataset.source, f"no column {axis_name(axis)}_mm", "one, as in the file that trains")
     samples = Samples(
-        position_mm=c.position[rows], direction=np.sign(c.direction[rows]), error_mm=dataset.observed[rows]
+        position_mm=c.position[rows],
+        direction=np.sign(c.direction[rows]),
+        error_mm=dataset.observed[rows],
+        others_mm={axis: others[axis][rows] for axis in axes},
     )
     return samples, rows
 
@@ -110,7 +129,7 @@ def parts_of(dataset: Dataset, heldout: Dataset | None = None, *, seed: int = 0)
     chooses = _choosing(samples, place, judges | sure, inner[judging + telling :], rng)
     kept = np.zeros(dataset.rows, dtype=np.bool_)
     kept[rows[~(judges | sure)]] = True
-    other = samples.take(judges) if heldout is None else samples_of(heldout)[0]
+    other = samples.take(judges) if heldout is None else samples_of(heldout, list(samples.others_mm))[0]
     return Parts(
         train=samples.take(~(judges | sure | chooses)),
         choose=samples.take(chooses),

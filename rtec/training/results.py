@@ -73,7 +73,7 @@ class Row:
         """Return what the predictor leaves of readings, in mm, shape (n,); all of them where there is none."""
         if self.predictor is None:
             return samples.error_mm
-        return samples.error_mm - self.predictor.error_mm(samples.position_mm, samples.direction)
+        return samples.left_by(self.predictor)
 
     @property
     def works(self) -> bool:
@@ -99,6 +99,8 @@ class PredictorComparison:
         Of one reading, from repeats; None without.
     notes
         On the measurement, in sentences.
+    axis
+        Number of the axis, None where the measurement does not say it.
     interrupted
         Whether it was ended before every training had come to its end.
     """
@@ -110,6 +112,7 @@ class PredictorComparison:
     noise_mm: float | None
     notes: tuple[str, ...]
     interrupted: bool
+    axis: int | None = None
 
     @property
     def ranked(self) -> tuple[Row, ...]:

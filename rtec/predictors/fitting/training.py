@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors._kernels import within_turn
+from rtec.predictors.binding import axis_name
 from rtec.predictors.fitting.algorithms import Algorithm, Problem
 from rtec.predictors.fitting.layers import Layers, Shape
 from rtec.predictors.fitting.samples import Samples, means_over_turns
@@ -193,10 +194,11 @@ def train(
     Thesis 5.4.
     """
     averages, others = seen.averaged(), unseen.averaged()
+    elsewhere = tuple(axis_name(axis) for axis in seen.others_mm)
     span = seen.span_mm
     pitch = 1.0 if pitch_mm is None else pitch_mm
     if not design.within_turn:
-        inputs = ("position", WAY) if pitch_mm is None else ("position", WAY, TURN)
+        inputs = ("position", WAY, *elsewhere) if pitch_mm is None else ("position", WAY, *elsewhere, TURN)
         network, course = _trained(inputs, design.hidden, averages, others, effort, span, pitch, limit, tell)
         return Trained(
             predictor=TrainedNetworks(networks=(network,), range_mm=span, pitch_mm=pitch), courses=(course,)
@@ -205,23 +207,17 @@ def train(
         raise ArgumentError("screw_pitch", "nothing", "the travel of a turn", "--screw-pitch states it")
     means = means_over_turns(averages, pitch)
     fifth = np.arange(means.rows) % 5 == 2
-    inputs = ("position", WAY)
+    inputs = ("position", WAY, *elsewhere)
     early = limit.first(FIRST_SHARE)
     wide, first = _trained(
         inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, early, tell
     )
     alone = TrainedNetworks(networks=(wide,), range_mm=span, pitch_mm=pitch)
-    left, left_over = (_less(alone, part) for part in (averages, others))
+    left, left_over = (part.with_error(part.left_by(alone)) for part in (averages, others))
     inputs = (TURN, WAY)
     fine, second = _trained(inputs, (design.within_turn,), left, left_over, effort, span, pitch, limit, tell)
     both = TrainedNetworks(networks=(wide, fine), range_mm=span, pitch_mm=pitch)
     return Trained(predictor=both, courses=(first, second))
-
-
-def _less(predictor: TrainedNetworks, samples: Samples) -> Samples:
-    """Return what a predictor leaves of readings."""
-    left = samples.error_mm - predictor.error_mm(samples.position_mm, samples.direction)
-    return Samples(position_mm=samples.position_mm, direction=samples.direction, error_mm=left)
 
 
 def _trained(
@@ -237,6 +233,7 @@ def _trained(
 ) -> tuple[LayeredNetwork, Course]:
     """Return the best network of several starts."""
     ends = {"position": span_mm, WAY: (0.0, 1.0), TURN: (0.0, pitch_mm)}
+    ends |= {axis_name(axis): (float(x.min()), float(x.max())) for axis, x in seen.others_mm.items()}
     middle, half = (np.array([0.5 * (ends[n][1] + sign * ends[n][0]) for n in inputs]) for sign in (1.0, -1.0))
     shape = Shape(inputs=len(inputs), hidden=hidden)
     if seen.rows < shape.weights:
@@ -282,7 +279,7 @@ def seen_by(name: str, samples: Samples, pitch_mm: float) -> Floats:
         return np.where(samples.direction < 0.0, 1.0, 0.0)
     if name == TURN:
         return np.array([within_turn(x, pitch_mm, TOUCH_MM) for x in samples.position_mm])
-    return samples.position_mm
+    return samples.seen_by([name])[name]
 
 
 class _Best:
