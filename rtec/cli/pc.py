@@ -61,8 +61,9 @@ def pc(
     table_unit: Annotated[
         str | None, option("--table-unit", MACHINE, "mm|inch", "Unit of a LinuxCNC table; the file does not say it.")
     ] = None,
-    model: Annotated[
-        Path | None, option("--model", MACHINE, "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'.")
+    models: Annotated[
+        list[Path] | None,
+        option("--model", MACHINE, "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis."),
     ] = None,
     cautious: Annotated[
         bool,
@@ -118,14 +119,16 @@ def pc(
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     check_dbc(dbc)
     numbers = axes_of(axis, axes)
-    predictor, home_mm = _predictor(table, table_unit, model, home, length(travel, "--travel"), cautious)
+    predictors, home_mm = _predictors(
+        numbers, table, table_unit, models or [], home, length(travel, "--travel"), cautious
+    )
     until_s = None if duration is None else seconds(duration, "--duration")
     limit_s = seconds(start_up, "--start-up")
     words = _NodeWords(
         design=design, count=count, window=window, cycle=cycle, watch=watch, patience=patience, limit=deviation_limit
     )
     announce_compilation()
-    for node in _nodes([1], predictor, home_mm, words, at_ps=0):
+    for node in _nodes(predictors, home_mm, words, at_ps=0):
         _warm_up(node)
     events = Events(teller(as_json))
     with ExitStack() as stack:
@@ -138,7 +141,7 @@ def pc(
         stop = stack.enter_context(StopWish())
         view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=False))
         stack.enter_context(quiet_collector())
-        nodes = _nodes(numbers, predictor, home_mm, words, at_ps=transport.now_ps())
+        nodes = _nodes(predictors, home_mm, words, at_ps=transport.now_ps())
         for node in nodes:
             node.probe(probe)
             if large:
@@ -186,21 +189,22 @@ def _line_of_box(find_line: Callable[[str], str], name: str) -> str:
         raise LinkError("line", name, "no box offers it", hint) from None
 
 
-def _predictor(
+def _predictors(
+    numbers: list[int],
     table: Path | None,
     table_unit: str | None,
-    model: Path | None,
+    models: list[Path],
     home: str | None,
     travel_mm: float,
     cautious: bool,
-) -> tuple[Predictor, float]:
-    """Return what the PC knows of the axes' errors, and where home lies in its positions, in mm."""
+) -> tuple[dict[int, Predictor], float]:
+    """Return what the PC knows of each axis' error, and where home lies in its positions, in mm."""
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
-    if cautious and model is None:
+    if cautious and not models:
         raise ArgumentError("--cautious", "given without --model", "a predictor of rtec train: it has an interval")
-    if table is not None and model is not None:
-        raise ArgumentError("--model", model, "--table or --model", "leave one of them out")
+    if table is not None and models:
+        raise ArgumentError("--model", models[0], "--table or --model", "leave one of them out")
     if table_unit is not None and (table is None or table.suffix.lower() == ".csv"):
         raise ArgumentError("--table-unit", table_unit, "it with a table of LinuxCNC", "a .csv says its units itself")
     home_mm = 0.0 if home is None else length(home, "--home")
@@ -212,21 +216,50 @@ def _predictor(
         known = read_linuxcnc_table(table, unit=units[choice(table_unit, units, name="--table-unit")])
     elif table is not None:
         known = read_table(table)
-    elif model is not None:
-        known = _of_model(model, home_mm, travel_mm, cautious)
+    elif models:
+        return _of_models(numbers, models, home_mm, travel_mm, cautious), home_mm
     else:
         known = LatheNetwork()
         home_mm = known.range_mm[0] if home is None else home_mm
-    return known, home_mm
+    return dict.fromkeys(numbers, known), home_mm
 
 
-def _of_model(model: Path, home_mm: float, travel_mm: float, cautious: bool) -> Predictor:
-    from rtec.inference.predictor_of_file import predictor_of_file
+def _of_models(
+    numbers: list[int], models: list[Path], home_mm: float, travel_mm: float, cautious: bool
+) -> dict[int, Predictor]:
+    """Return the predictor of each axis: a file that names its axis is for that one, one that does not for all."""
+    from rtec.inference.predictor_of_file import axis_of_file, predictor_of_file
+    from rtec.predictors import NoError
+    from rtec.predictors.binding import axis_name
 
-    predictor, left_out = predictor_of_file(model, home_mm, home_mm + travel_mm, cautious=cautious)
-    for effect in left_out:
-        note(f"warning: {effect.effect} is left out: {effect.why}")
-    return predictor
+    found: dict[int, Predictor] = {}
+    for path in models:
+        predictor, left_out = predictor_of_file(path, home_mm, home_mm + travel_mm, cautious=cautious)
+        for effect in left_out:
+            note(f"warning: {effect.effect} is left out: {effect.why}")
+        axis = axis_of_file(path)
+        if axis is None and len(models) == 1 and len(predictor.inputs) == 2:
+            return dict.fromkeys(numbers, predictor)
+        if axis is None:
+            allowed = "files with 'axis = 2', as rtec train writes them of measurements that say '# axis: 2'"
+            raise ArgumentError("--model", f"{path}, which does not say of which axis it is", allowed)
+        if axis not in numbers or axis in found:
+            what = "a second file of" if axis in found else "a file of"
+            raise ArgumentError("--model", f"{path}, {what} axis {axis}", f"one of axis {_listed(numbers)}")
+        found[axis] = predictor
+    for predictor in found.values():
+        for name in predictor.inputs[2:]:
+            if name not in map(axis_name, numbers):
+                allowed = f"--axes with the axis of {name}, which the predictor looks at"
+                raise ArgumentError("--model", f"axis {_listed(numbers)} alone", allowed)
+    idle = [axis for axis in numbers if axis not in found]
+    if idle:
+        note(f"axis {_listed(idle)}: not corrected, as no --model is of it")
+    return {axis: found.get(axis) or NoError() for axis in numbers}
+
+
+def _listed(numbers: list[int]) -> str:
+    return ", ".join(map(str, numbers))
 
 
 class _NodeWords:
@@ -269,9 +302,7 @@ class _NodeWords:
             raise ArgumentError(names.get(error.name, error.name), error.value, error.allowed, error.hint) from None
 
 
-def _nodes(
-    numbers: list[int], predictor: Predictor, home_mm: float, words: _NodeWords, *, at_ps: int
-) -> list[PcNode]:
+def _nodes(predictors: dict[int, Predictor], home_mm: float, words: _NodeWords, *, at_ps: int) -> list[PcNode]:
     from rtec.requester import PcNode
 
     period_ps = words.conversation.pc_period_ps
@@ -286,13 +317,13 @@ def _nodes(
                 step_counts=words.design.step_counts,
                 word_limit=words.design.word_limit,
                 # one after the other, so that their frames do not queue
-                start_ps=at_ps + period_ps + k * period_ps // (4 * len(numbers)),
+                start_ps=at_ps + period_ps + k * period_ps // (4 * len(predictors)),
                 # a PC started again must not repeat what it said
                 first_sequence=secrets.randbelow(256),
                 home_mm=home_mm,
                 margin_mm=MARGIN_MM,
             )
-            for k, number in enumerate(numbers)
+            for k, (number, predictor) in enumerate(predictors.items())
         ]
     except ArgumentError as error:
         name = "--home" if error.name == "home_mm" else error.name

@@ -13,6 +13,17 @@ from rtec.predictors import Cautious, Predictor, is_predictor_file, read_predict
 from rtec.sections import read_toml
 
 
+def axis_of_file(path: Path) -> int | None:
+    """Return the number of the axis that a file says it is of; None where it says none.
+
+    Raises
+    ------
+    RtecError
+        As for `predictor_of_file`.
+    """
+    return read_predictor(path).axis if is_predictor_file(path) else None
+
+
 def predictor_of_file(
     path: Path, low_mm: float, high_mm: float, *, cautious: bool = False
 ) -> tuple[Predictor, tuple[LeftOut, ...]]:

@@ -174,6 +174,17 @@ class Cell:
         return int(self._cell.now_ps)
 
     @property
+    def positions_mm(self) -> tuple[float, ...]:
+        """Return where the axes stand, by their encoders."""
+        pairs = zip(self._stations, self.settings, strict=True)
+        return tuple(float(state.servo.x * settings.encoder.count_mm) for state, settings in pairs)
+
+    @property
+    def moves(self) -> int:
+        """Return how many moves of the program the first axis has made."""
+        return int(self._stations[0].moves)
+
+    @property
     def held_ps(self) -> int | None:
         """Return when the machine was first held, None if it never was."""
         return None if self._cell.held_at_once_ps == NEVER else int(self._cell.held_at_once_ps)

@@ -13,7 +13,7 @@ from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.predictors import Model
 from rtec.predictors._kernels import AXES, TEMPERATURES
-from rtec.predictors.binding import bound, sees_axes, sensor_names
+from rtec.predictors.binding import bound, check_axis, sees_axes, sensor_names
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
@@ -142,6 +142,7 @@ class PcNode:
 
     def predict_by(self, predictor: Model) -> None:
         """Take another predictor from now on; home has to lie in its range."""
+        check_axis(predictor, self.axis)
         model = bound(predictor, self._temperatures, margin_mm=self._margin_mm)
         low_mm, high_mm = predictor.range_mm
         home_mm, margin_mm = float(self._node.pc.home_mm), self._margin_mm

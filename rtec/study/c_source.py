@@ -11,7 +11,7 @@ import itertools
 import math
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from pathlib import Path
 
@@ -19,8 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors import BidirectionalTable, UnidirectionalTable
+from rtec.predictors import AxisTables, BidirectionalTable, Predictor, UnidirectionalTable
 from rtec.predictors.between import Between
+from rtec.predictors.binding import CURVE, OF_AXIS
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.network import TOUCH_MM
 from rtec.predictors.predictor_file import KnownPredictor
@@ -82,10 +83,12 @@ def predictor_lines(
 ) -> Iterator[str]:
     """Yield the lines of a C99 file with ``double NAME_error_mm(double position_mm, int direction)``.
 
+    A predictor that looks at other axes takes ``double position_2_mm`` and so on behind them.
+
     Parameters
     ----------
     known
-        A trained table, or trained networks.
+        Trained tables, or trained networks.
     name
         What all names in the file begin with.
     held_mm
@@ -116,8 +119,11 @@ def predictor_lines(
         own = min(way[0, 0] for way in ways), max(way[0, -1] for way in ways)
         held_mm = _within(held_mm, own)
         body, library = _table(*ways, precision, None if held_mm == own else held_mm), "no library function is called"
+    elif isinstance(predictor, AxisTables):
+        held_mm = _within(held_mm, predictor.range_mm)
+        body, library = _axis_tables(predictor, held_mm, precision), "no library function is called"
     else:
-        raise ArgumentError("predictor", type(predictor).__name__, "a table or networks")
+        raise ArgumentError("predictor", type(predictor).__name__, "tables or networks")
     low_mm, high_mm = _within(held_mm, predictor.range_mm)
     sure = f"90 % of readings lie within {1e3 * known.interval_mm:.3g} um of it."
     trained_on = f", trained on {known.source}" if known.source else ""
@@ -128,6 +134,7 @@ def predictor_lines(
         f"position_mm is the target. Both directions are known from {low_mm:.10g} to {high_mm:.10g} mm; where one",
         "ends, its error there is held. What is no number counts as the lower end.",
         "direction is below 0 in reverse (towards smaller positions), else forward.",
+        *_on_others(predictor),
         *_on_precision(held_mm, precision),
         f"Nothing is allocated, and {library}.",
     )
@@ -158,6 +165,12 @@ def compensation_lines(table: Compensation, *, precision: Precision = Precision.
 def _within(range_mm: Range, outer_mm: Range) -> Range:
     low, high = (min(max(end, outer_mm[0]), outer_mm[1]) for end in range_mm)
     return low, high
+
+
+def _on_others(predictor: Predictor) -> Iterator[str]:
+    for name, (low, high) in predictor.ranges.items():
+        axis = name.removeprefix(OF_AXIS)
+        yield f"{name}_mm is where axis {axis} stands; the predictor was made for {low:.10g} to {high:.10g} mm."
 
 
 def _on_precision(range_mm: Range, precision: Precision) -> tuple[str, ...]:
@@ -220,20 +233,20 @@ def _table(forward: Floats, reverse: Floats, precision: Precision, held_mm: Rang
     sizes = f"{forward.shape[1]}"
     if forward.shape[1] != reverse.shape[1]:
         sizes = f"(direction < 0 ? {reverse.shape[1]} : {forward.shape[1]})"
-    yield from _BEGIN
+    yield from _begin(())
     yield from chosen
     yield f"    int low = 0, high = {sizes} - 1, middle;"
     yield from _hold(held_mm, precision) if held_mm is not None else ()
     yield from (_TABLE + (_CUBIC if len(columns) == 3 else _LINES)).splitlines()
 
 
-_BEGIN = (
-    "",
-    "double @_error_mm(double position_mm, int direction);",
-    "",
-    "double @_error_mm(double position_mm, int direction)",
-    "{",
-)
+def _begin(others: Sequence[str]) -> Iterator[str]:
+    """Yield the head of the function, which takes the places of other axes, too."""
+    head = ", ".join(
+        ["double @_error_mm(double position_mm, int direction", *(f"double {name}_mm" for name in others)]
+    )
+    yield from ("", f"{head});", "", f"{head})", "{")
+
 
 _TABLE = """\
     double width, t;
@@ -260,6 +273,63 @@ _CUBIC = """\
 """
 
 
+_INTERPOLATED = """
+/* straight lines between points, the ends held */
+static double @_table(const double *at, const double *value, int points, double x)
+{
+    int low = 0, high = points - 1, middle;
+    double t;
+    if (!(x > at[0])) return value[0];
+    if (x >= at[high]) return value[high];
+    while (high - low > 1) {
+        middle = (low + high) / 2;
+        if (at[middle] <= x) low = middle; else high = middle;
+    }
+    t = (x - at[low]) / (at[high] - at[low]);
+    return (1.0 - t) * value[low] + t * value[high];
+}
+"""
+
+_HELD = """
+/* x within its ends; what is no number counts as the lower one */
+static double @_held(double x, double low, double high)
+{
+    if (!(x > low)) return low;
+    return x > high ? high : x;
+}
+"""
+
+
+def _held(place: str, ends: Range, precision: Precision) -> str:
+    low, high = map(precision.number, ends)
+    return f"@_held({place}, {low}, {high})"
+
+
+# Sums of tables
+
+
+def _axis_tables(predictor: AxisTables, held_mm: Range, precision: Precision) -> Iterator[str]:
+    for number, table in enumerate(predictor.tables, 1):
+        yield from _constants(f"at{number}", table.positions_mm, precision)
+        yield from _constants(f"value{number}", table.values, precision)
+    yield from _INTERPOLATED.splitlines()
+    yield from _HELD.splitlines() if any(table.arm for table in predictor.tables) else ()
+    yield from _begin(predictor.inputs[len(CURVE) :])
+    yield "    double error_mm = 0.0;"
+    yield from _hold(held_mm, precision)
+    if not any(table.direction for table in predictor.tables):
+        yield "    (void)direction;"
+    for number, table in enumerate(predictor.tables, 1):
+        value = f"@_table(@_at{number}, @_value{number}, {table.positions_mm.size}, {table.of}_mm)"
+        if table.arm is not None:
+            middle = 0.5 * (table.arm_mm[0] + table.arm_mm[1])
+            value += f" * ({_held(f'{table.arm}_mm', table.arm_mm, precision)} - ({precision.number(middle)}))"
+        way = {0: "", 1: "if (direction >= 0) ", -1: "if (direction < 0) "}[table.direction]
+        yield f"    {way}error_mm += {value};"
+    yield "    return error_mm;"
+    yield "}"
+
+
 # Networks
 
 
@@ -282,7 +352,9 @@ def _networks(predictor: TrainedNetworks, held_mm: Range, precision: Precision) 
         for layer, rows in enumerate(_layers(network), 1):
             yield from _constants(f"network{number}_layer{layer}", rows, precision)
     yield from _LAYER.splitlines()
-    yield from _BEGIN
+    others = predictor.inputs[len(CURVE) :]
+    yield from _HELD.splitlines() if others else ()
+    yield from _begin(others)
     most = max(n for network in predictor.networks for n in (len(network.inputs), *network.hidden))
     yield f"    double seen[{most}], given[{most}], error_mm = 0.0;"
     seen = {name for network in predictor.networks for name in network.inputs}
@@ -322,7 +394,8 @@ def _network(number: int, network: LayeredNetwork, precision: Precision) -> Iter
     names = {"position": "position_mm", "direction": "reverse", "turn": "turn_mm"}
     for i, (name, middle, half) in enumerate(zip(network.inputs, network.middle, network.half, strict=True)):
         less = f"+ {precision.number(-middle)}" if middle < 0.0 else f"- {precision.number(middle)}"
-        yield f"    seen[{i}] = ({names[name]} {less}) / {precision.number(half)};"
+        place = names.get(name) or _held(f"{name}_mm", (middle - half, middle + half), precision)
+        yield f"    seen[{i}] = ({place} {less}) / {precision.number(half)};"
     here, there = "seen", "given"
     widths = (len(network.inputs), *network.hidden)
     for layer, (before, after) in enumerate(itertools.pairwise(widths), 1):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag, null_space
 
 from rtec.errors import ArgumentError
 from rtec.predictors.axis_tables import AxisTable, AxisTables
@@ -27,13 +28,13 @@ _TOLD_APART = 1e-6
 
 
 class Geometry(Enum):
-    """What of a machine's geometry is looked for; each holds those before it."""
+    """What of a machine's geometry is looked for; each holds those before it, and the axis' own error."""
 
     SQUARENESS = "squareness"
     """Axes that do not stand at right angles: an error in proportion to where another axis stands."""
-    STRAIGHTNESS = "squareness + straightness"
+    STRAIGHTNESS = "straightness"
     """Ways that are not straight: any curve of where another axis stands."""
-    ANGLES = "squareness + straightness + angles"
+    ANGLES = "angles"
     """Slides that roll, pitch and yaw: an angle of one axis acts by how far out another one stands."""
 
 
@@ -79,25 +80,35 @@ class AcrossAxes:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Part:
-    """A table to be fitted: its points, and the column that each of them weighs with, shape (rows, points)."""
+    """A table to be fitted.
+
+    Parameters
+    ----------
+    table
+        Its points.
+    weights
+        By how much each of them counts in each reading, shape (rows, points).
+    basis
+        Its values are this times what is fitted, shape (points, numbers).
+    axis
+        The other axis whose squareness and straightness it tells; None for all else.
+    """
 
     table: AxisTable
-    columns: Floats
-    smooth: bool = True
+    weights: Floats
+    basis: Floats
     axis: int | None = None
 
-    def fitted(self, values: Floats) -> AxisTable:
-        table, points = self.table, self.table.positions_mm
-        if not self.smooth:  # one slope about the middle
-            values = values[0] * (points - points.mean())
-        return AxisTable(
-            of=table.of,
-            positions_mm=points,
-            values=values,
-            direction=table.direction,
-            arm=table.arm,
-            arm_mm=table.arm_mm,
-        )
+    @property
+    def columns(self) -> Floats:
+        """Shape (rows, numbers)."""
+        return self.weights @ self.basis
+
+    @property
+    def bends(self) -> Floats:
+        """Rows that keep it smooth where no reading holds it, shape (points - 2, numbers)."""
+        size = math.sqrt(_SMOOTH) * float(np.abs(self.weights).max())
+        return size * np.diff(self.basis, 2, axis=0)
 
 
 def fit_across(samples: Samples, geometry: Geometry) -> AcrossAxes:
@@ -119,8 +130,8 @@ def fit_across(samples: Samples, geometry: Geometry) -> AcrossAxes:
     Notes
     -----
     A table has a point at each place that was measured, up to 200 of the axis itself and 30 of others; more places
-    share equidistant points. What a sum leaves free (a constant may stand in any of its tables) is chosen such that
-    the values are smallest.
+    share equidistant points. Tables of other axes and of angles have the sum zero. What two angles share (a product
+    of the places of two axes) is split such that the values are smallest.
 
     References
     ----------
@@ -141,11 +152,13 @@ def fit_across(samples: Samples, geometry: Geometry) -> AcrossAxes:
     means = samples.averaged()
     parts = list(_parts(means, geometry))
     _check_apart(means, parts)
-    design = np.concatenate([part.columns for part in parts], axis=1)
+    design = np.hstack([part.columns for part in parts])
     rows, numbers = design.shape
     if rows < numbers:
         raise ArgumentError("readings", f"{rows} places", f"{numbers} or more, one for each number")
-    u, s, vt = np.linalg.svd(np.concatenate([design, *_bends(parts, numbers)]), full_matrices=False)
+    u, s, vt = np.linalg.svd(
+        np.concatenate([design, block_diag(*(part.bends for part in parts))]), full_matrices=False
+    )
     kept = s > 1e-9 * s[0]
     inverse = vt[kept].T / s[kept]
     values = inverse @ (u[:rows, kept].T @ means.error_mm)
@@ -153,11 +166,12 @@ def fit_across(samples: Samples, geometry: Geometry) -> AcrossAxes:
     variance = float(left @ left) / max(rows - int(np.count_nonzero(kept)), 1)
     tables, across, begin = [], [], 0
     for part in parts:
-        mine = slice(begin, begin + part.columns.shape[1])
+        mine = slice(begin, begin + part.basis.shape[1])
         begin = mine.stop
-        tables.append(part.fitted(values[mine]))
+        tables.append(replace(part.table, values=part.basis @ values[mine]))
         if part.axis is not None:
-            across.append(_across(part, tables[-1], math.sqrt(variance) * inverse[mine]))
+            spread = math.sqrt(variance) * part.basis @ inverse[mine]
+            across.append(_across(part.axis, tables[-1], spread))
     predictor = AxisTables(tables=tuple(tables), range_mm=means.span_mm)
     return AcrossAxes(predictor=predictor, across=tuple(across), parameters=numbers)
 
@@ -167,28 +181,34 @@ def _parts(means: Samples, geometry: Geometry) -> Iterator[_Part]:
     places = {"position": means.position_mm} | {axis_name(axis): x for axis, x in means.others_mm.items()}
     for way in ways:
         points = _points(means.position_mm, MOST_OWN)
-        columns = _hats(points, means.position_mm) * (means.direction == way)[:, np.newaxis]
-        direction = int(way) if ways.size > 1 else 0
-        yield _Part(table=_empty("position", points, direction=direction), columns=columns)
+        weights = _hats(points, means.position_mm) * (means.direction == way)[:, np.newaxis]
+        table = _empty("position", points, direction=int(way) if ways.size > 1 else 0)
+        yield _Part(table=table, weights=weights, basis=np.eye(points.size))
     for axis, x in means.others_mm.items():
-        name = axis_name(axis)
+        points = _points(x, MOST_OTHERS)
         if geometry is Geometry.SQUARENESS:
-            ends = np.array([x.min(), x.max()])
-            if not ends[1] - ends[0] > SAME_TARGET_MM:
-                raise ArgumentError(name, f"{ends[0]:g} mm alone", "readings at several places of that axis")
-            slope = (x - ends.mean())[:, np.newaxis]
-            yield _Part(table=_empty(name, ends), columns=slope, smooth=False, axis=axis)
-        else:
-            points = _points(x, MOST_OTHERS)
-            yield _Part(table=_empty(name, points), columns=_hats(points, x), axis=axis)
+            points = points[[0, -1]]
+        yield _Part(
+            table=_empty(axis_name(axis), points), weights=_hats(points, x), basis=_about_zero(points), axis=axis
+        )
     if geometry is not Geometry.ANGLES:
         return
     for arm, out in places.items():
         for of, x in places.items():
             if arm not in ("position", of):  # an angle does not act along the measured axis itself
                 points, reach = _points(x, MOST_OTHERS), (float(out.min()), float(out.max()))
-                columns = _hats(points, x) * (out - 0.5 * sum(reach))[:, np.newaxis]
-                yield _Part(table=_empty(of, points, arm=arm, arm_mm=reach), columns=columns)
+                weights = _hats(points, x) * (out - 0.5 * sum(reach))[:, np.newaxis]
+                table = _empty(of, points, arm=arm, arm_mm=reach)
+                yield _Part(table=table, weights=weights, basis=_about_zero(points))
+
+
+def _about_zero(points: Floats) -> Floats:
+    """Return a basis of the values whose sum is zero, shape (points, points - 1).
+
+    A constant belongs to the axis' own table, a constant angle to the squareness of its arm.
+    """
+    basis: Floats = null_space(np.ones((1, points.size)))
+    return basis
 
 
 def _empty(
@@ -223,20 +243,6 @@ def _hats(points: Floats, x: Floats) -> Floats:
     return columns
 
 
-def _bends(parts: list[_Part], numbers: int) -> Iterator[Floats]:
-    """Yield rows that keep each table smooth where no reading holds it."""
-    begin = 0
-    for part in parts:
-        points = part.columns.shape[1]
-        if part.smooth and points > 2:
-            rows = np.zeros((points - 2, numbers))
-            size = math.sqrt(_SMOOTH) * max(float(np.abs(part.columns).max()), 1e-300)
-            for shift, weight in ((0, 1.0), (1, -2.0), (2, 1.0)):
-                rows[np.arange(points - 2), begin + shift + np.arange(points - 2)] = size * weight
-            yield rows
-        begin += points
-
-
 def _check_apart(means: Samples, parts: list[_Part]) -> None:
     """Refuse axes that moved together: no readings tell what each of them did."""
     own = np.hstack([part.columns for part in parts if part.table.of == "position" and part.table.arm is None])
@@ -249,12 +255,16 @@ def _check_apart(means: Samples, parts: list[_Part]) -> None:
             raise ArgumentError(axis_name(axis), found, "a grid, in which each axis moves on its own")
 
 
-def _across(part: _Part, table: AxisTable, factors: Floats) -> Across:
-    """Return what a table says of another axis; ``factors`` times themselves are the covariance of its values."""
+def _across(axis: int, table: AxisTable, spread: Floats) -> Across:
+    """Return what a table says of another axis; ``spread`` times itself is the covariance of its values."""
     points = table.positions_mm - table.positions_mm.mean()
     weights = points / float(points @ points)
     slope = float(weights @ table.values)
     bent = table.values - table.values.mean() - slope * points
-    sd = float(np.linalg.norm((weights if part.smooth else np.ones(1)) @ factors))
-    bend_mm = float(np.ptp(bent)) if part.smooth else 0.0
-    return Across(axis=part.axis or 0, squareness=slope, sd=sd, straightness_mm=bend_mm)
+    straightness_mm = float(np.ptp(bent)) if points.size > 2 else 0.0
+    return Across(
+        axis=axis,
+        squareness=slope,
+        sd=float(np.linalg.norm(weights @ spread)),
+        straightness_mm=straightness_mm,
+    )

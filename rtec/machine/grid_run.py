@@ -1,0 +1,178 @@
+"""Several axes that visit a grid of places together, and a tracker that sees where the tool really is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.checks import number_within
+from rtec.errors import ArgumentError
+from rtec.machine.cell import AxisOutcome, Cell
+from rtec.machine.moves import Line
+from rtec.machine.station_settings import StationSettings
+from rtec.machine.volume import Volume
+from rtec.metrology import Column, Measurement
+from rtec.predictors import Model, NoError
+
+Floats = npt.NDArray[np.float64]
+_MS = 10**9
+_LOOK_PS = 20 * _MS
+"""Between two looks at the axes; a reading is what the last one before they go on has seen."""
+_LEAD_MM = 2.0
+"""Below the first place, from where all axes come to it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GridReadings:
+    """What a tracker saw of all axes.
+
+    Parameters
+    ----------
+    target_mm, direction, deviation_mm
+        Place, direction of the last motion, and actual minus target of each axis, shape (readings, axes).
+    run
+        Number of the visit, from 1, shape (readings,).
+    outcomes
+        What came of each axis.
+    held
+        Whether the machine was held before the end: then there are fewer readings than places.
+    """
+
+    target_mm: Floats
+    direction: Floats
+    deviation_mm: Floats
+    run: npt.NDArray[np.int64]
+    outcomes: tuple[AxisOutcome, ...]
+    held: bool
+
+    def of_axis(self, axis: int) -> Measurement:
+        """Return the readings of one axis as a measurement: what `rtec train` takes.
+
+        Parameters
+        ----------
+        axis
+            Its number; the places of the others are columns ``position_NUMBER_mm``.
+        """
+        count = self.target_mm.shape[1]
+        if not 1 <= axis <= count:
+            raise ArgumentError("axis", axis, f"1 to {count}")
+        mine = axis - 1
+        columns = {
+            "run": Column("run", "", self.run.astype(np.float64)),
+            "direction": Column("direction", "", self.direction[:, mine]),
+            "target": Column("target", "mm", self.target_mm[:, mine]),
+            "deviation": Column("deviation", "mm", self.deviation_mm[:, mine]),
+        }
+        others = {f"position_{k + 1}_mm": self.target_mm[:, k] for k in range(count) if k != mine}
+        return Measurement(source="grid", facts={"axis": str(axis)}, columns=columns, unknown=others)
+
+
+def measure_grid(
+    stations: Sequence[StationSettings],
+    volume: Volume,
+    places_mm: Sequence[Sequence[float]],
+    *,
+    predictor: Model | Sequence[Model] | None = None,
+    runs: int = 1,
+    feed_mm_s: float = 100.0,
+    rest_s: float = 0.4,
+    repeatability_mm: float = 0.0005,
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda share: None,
+) -> GridReadings:
+    """Let three axes of a cell visit places one after the other, and measure the tool at each of them.
+
+    Parameters
+    ----------
+    stations
+        Axes 1 to 3 with their boxes.
+    volume
+        What their slides do to the tool.
+    places_mm
+        Targets of the three axes, in the order in which they are visited.
+    predictor
+        What the PC corrects by, one model for all or one for each; None: it corrects nothing.
+    runs
+        How often the places are visited.
+    feed_mm_s, rest_s
+        Along the lines, and how long the axes rest at each place.
+    repeatability_mm
+        Standard deviation of a reading along each axis: normally distributed, drawn anew for each.
+    seed
+        Draws it.
+    progress
+        Told the share done.
+
+    Returns
+    -------
+    GridReadings
+        In the order of the visits.
+
+    Raises
+    ------
+    ArgumentError
+        Not three axes, places of another number of axes, or a value outside its range.
+
+    Examples
+    --------
+    >>> from rtec.machine.volume import Slide
+    >>> leaning = Volume(slides=(Slide(), Slide(tilt_rad=(30e-6, 0.0, 0.0)), Slide()))
+    >>> axes = [StationSettings(axis=axis) for axis in (1, 2, 3)]
+    >>> found = measure_grid(axes, leaning, [(1.0, 0.0, 0.0), (1.0, 20.0, 0.0)], repeatability_mm=0.0)
+    >>> round(found.deviation_mm[1, 0] - found.deviation_mm[0, 0], 9)
+    0.0006
+    """
+    if len(stations) != 3:
+        raise ArgumentError("stations", f"{len(stations)} axes", "three")
+    if not places_mm:
+        raise ArgumentError("places_mm", "none", "one or more")
+    number_within("repeatability_mm", repeatability_mm, 0.0, 1.0, unit="mm")
+    number_within("rest_s", rest_s, 0.1, 3600.0, unit="s")
+    visits = [tuple(place) for _ in range(runs) for place in places_mm]
+    lead = tuple(x - _LEAD_MM for x in visits[0])
+    # a line without length has no share of which axes could be at the same one
+    stops = [lead, *(place for before, place in zip([lead, *visits], visits, strict=False) if place != before)]
+    lines = [Line(targets_mm=stop, speed_mm_s=feed_mm_s, rest_s=rest_s) for stop in stops]
+    cell = Cell(stations, lines, NoError() if predictor is None else predictor)
+    seen = _seen_at_stops(cell, len(stops), progress)
+    target, direction, position, run = [], [], [], []
+    way, at = np.ones(3), 0
+    for number, place in enumerate(visits):
+        if np.any(np.asarray(place) != np.asarray(stops[at])):
+            step = np.subtract(stops[at + 1], stops[at])
+            way = np.where(step == 0.0, way, np.sign(step))
+            at += 1
+        if at >= len(seen):
+            break
+        target.append(place)
+        direction.append(way)
+        position.append(seen[at])
+        run.append(1 + number // len(places_mm))
+    shape = -1, 3
+    targets, ways, places = (
+        np.array(each, dtype=np.float64).reshape(shape) for each in (target, direction, position)
+    )
+    noise = np.random.default_rng(seed).normal(0.0, repeatability_mm, places.shape)
+    return GridReadings(
+        target_mm=targets,
+        direction=ways,
+        deviation_mm=places + volume.error_mm(places, ways) - targets + noise,
+        run=np.array(run, dtype=np.int64),
+        outcomes=cell.axes,
+        held=len(seen) < len(stops),
+    )
+
+
+def _seen_at_stops(cell: Cell, stops: int, progress: Callable[[float], None]) -> list[tuple[float, ...]]:
+    """Run a program to its end, or until the machine is held; return where the axes rested at each stop."""
+    found: list[tuple[float, ...]] = []
+    while len(found) < stops and cell.held_ps is None:
+        places = cell.positions_mm
+        cell.run(until_ps=cell.now_ps + _LOOK_PS)
+        if cell.moves > len(found):
+            found.append(places)
+            progress(len(found) / stops)
+    return found
