@@ -138,10 +138,11 @@ def _judges(result: PredictorComparison) -> str:
 
 
 def _beside(result: PredictorComparison, best: Row) -> list[str]:
-    """Return what a network buys over a table and over named physics."""
+    """Return what a network buys over a table, over the geometry of several axes and over named physics."""
     lines = []
-    for kind, words in (("table", "the best table"), ("model", "the effects that were found"), ("network", "the best "
-                        "network")):  # fmt: skip
+    kinds = {"table": "the best table", "geometry": "the best geometry of all axes"}
+    kinds |= {"model": "the effects that were found", "network": "the best network"}
+    for kind, words in kinds.items():
         row = next((r for r in result.ranked if r.kind == kind and r.rms_heldout_mm is not None), None)
         if row is None or row is best or row.rms_heldout_mm is None or best.rms_heldout_mm is None:
             continue
@@ -149,4 +150,6 @@ def _beside(result: PredictorComparison, best: Row) -> list[str]:
         figure = f"{_three(row.rms_heldout_mm)} µm with {row.parameters} numbers"
         verdict = "as good" if more <= ALIKE else f"{100.0 * more:.0f} % more"
         lines.append(f"{words[0].upper()}{words[1:]} ({row.name}): {figure}, {verdict}.")
+        if kind == "geometry":
+            lines += [f"  {note}" for note in row.notes]
     return lines

@@ -10,6 +10,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag, null_space
+from threadpoolctl import threadpool_limits
 
 from rtec.errors import ArgumentError
 from rtec.predictors.axis_tables import AxisTable, AxisTables
@@ -156,9 +157,9 @@ def fit_across(samples: Samples, geometry: Geometry) -> AcrossAxes:
     rows, numbers = design.shape
     if rows < numbers:
         raise ArgumentError("readings", f"{rows} places", f"{numbers} or more, one for each number")
-    u, s, vt = np.linalg.svd(
-        np.concatenate([design, block_diag(*(part.bends for part in parts))]), full_matrices=False
-    )
+    bends = block_diag(*(part.bends for part in parts))
+    with threadpool_limits(1):  # so small a matrix is not worth the waiting of threads for each other
+        u, s, vt = np.linalg.svd(np.concatenate([design, bends]), full_matrices=False)
     kept = s > 1e-9 * s[0]
     inverse = vt[kept].T / s[kept]
     values = inverse @ (u[:rows, kept].T @ means.error_mm)
