@@ -7,6 +7,7 @@ import time
 import pytest
 
 from rtec.cli import main
+from rtec.errors import ArgumentError
 
 ERRORS = "position_mm,forward_um,reverse_um\n-10,12,12\n50,12,12\n"
 
@@ -129,11 +130,13 @@ def test_bad_words_are_refused_in_one_line(capsys, words, said):
 
 
 def test_a_model_of_effects_is_a_predictor(tmp_path):
-    from rtec.cli.pc import _predictor
+    from rtec.cli.pc import _predictors
 
     file = tmp_path / "m.toml"
     file.write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "80 um"\n')
-    predictor, home_mm = _predictor(None, None, file, "0mm", 100.0, False)
+    predictors, home_mm = _predictors([1, 2], None, None, [file], "0mm", 100.0, False)
+    predictor = predictors[1]
+    assert predictors[2] is predictor
     assert home_mm == 0.0
     # half of the backlash either way
     assert predictor.error_mm([50.0, 50.0], [1, -1]) == pytest.approx([0.04, -0.04]) or predictor.error_mm(
@@ -144,10 +147,50 @@ def test_a_model_of_effects_is_a_predictor(tmp_path):
 def test_a_table_of_linuxcnc(tmp_path):
     from pathlib import Path
 
-    from rtec.cli.pc import _predictor
+    from rtec.cli.pc import _predictors
 
     file = Path(tmp_path) / "z.comp"
     file.write_text("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
-    predictor, home_mm = _predictor(file, "mm", None, None, 0.0, False)
+    predictors, home_mm = _predictors([1], file, "mm", [], None, 0.0, False)
+    predictor = predictors[1]
     assert home_mm == 0.0
     assert predictor.error_mm([10.0, 10.0], [1, -1]) == pytest.approx([0.002, -0.001])
+
+
+def axis_file(folder, axis, others, name=None):
+    """Write a predictor of an axis that looks at others."""
+    from rtec.predictors import AxisTable, AxisTables, KnownPredictor, write_predictor
+
+    tables = [AxisTable(of=of, positions_mm=[0.0, 300.0], values=[0.0, 0.01]) for of in ("position", *others)]
+    file = folder / (name or f"axis_{axis}.toml")
+    predictor = AxisTables(tables=tuple(tables), range_mm=(0.0, 300.0))
+    write_predictor(file, KnownPredictor(predictor=predictor, name="straightness", axis=axis))
+    return file
+
+
+def of_files(numbers, *files):
+    from rtec.cli.pc import _predictors
+
+    return _predictors(numbers, None, None, list(files), "0mm", 300.0, False)[0]
+
+
+def test_files_are_for_the_axes_that_they_name(tmp_path, capsys):
+    third, first = axis_file(tmp_path, 3, ["position_1"]), axis_file(tmp_path, 1, ["position_2", "position_3"])
+    found = of_files([1, 2, 3], third, first)
+    assert [found[axis].inputs[2:] for axis in (1, 2, 3)] == [("position_2", "position_3"), (), ("position_1",)]
+    assert "axis 2: not corrected" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("numbers", "files", "says"),
+    [
+        ([1, 2], [(3, [])], "axis_3.toml, a file of axis 3"),
+        ([1, 2], [(1, []), (1, [])], "a second file of axis 1"),
+        ([1, 2], [(None, ["position_2"])], "does not say of which axis"),
+        ([1, 2], [(1, []), (None, [])], "does not say of which axis"),
+        ([1], [(1, ["position_2"])], "axis 1 alone"),
+    ],
+)
+def test_files_that_leave_an_axis_open_are_refused(tmp_path, numbers, files, says):
+    with pytest.raises(ArgumentError, match=says):
+        of_files(numbers, *(axis_file(tmp_path, axis, others) for axis, others in files))

@@ -12,7 +12,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from rtec.errors import ArgumentError
-from rtec.predictors import BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors import AxisTable, AxisTables, BidirectionalTable, LatheNetwork, UnidirectionalTable
 from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
@@ -107,7 +107,7 @@ def positions():
 # through the compiler
 
 
-def compiled(folder, lines, precision=Precision.DOUBLE, name="corr"):
+def compiled(folder, lines, precision=Precision.DOUBLE, name="corr", others=0):
     """Return the function of a C file, from a shared library."""
     (folder / "corr.c").write_text("\n".join(lines) + "\n")
     library = f"corr{len(list(folder.iterdir()))}.so"  # the loader takes a file of the same name for the one it has
@@ -115,7 +115,7 @@ def compiled(folder, lines, precision=Precision.DOUBLE, name="corr"):
     subprocess.run(command, cwd=folder, check=True, timeout=60)
     function = getattr(ctypes.CDLL(str(folder / library)), f"{name}_error_mm")
     real = ctypes.c_double if precision is Precision.DOUBLE else ctypes.c_float
-    function.argtypes, function.restype = (real, ctypes.c_int), real
+    function.argtypes, function.restype = (real, ctypes.c_int, *[real] * others), real
     return function
 
 
@@ -249,7 +249,7 @@ def test_a_file_named_after_a_type_of_c_compiles_in_single_precision(tmp_path):
 
 
 def test_what_c_cannot_hold_is_refused():
-    with pytest.raises(ArgumentError, match="a table or networks"):
+    with pytest.raises(ArgumentError, match="tables or networks"):
         source(LatheNetwork())
     thin = LayeredNetwork(
         inputs=("position",), middle=[0.0], half=[1e-50], hidden=(1,), weights=[1.0, 0.0, 1.0, 0.0],
@@ -257,3 +257,56 @@ def test_what_c_cannot_hold_is_refused():
     )  # fmt: skip
     with pytest.raises(ArgumentError, match="half width 1e-50"):
         source(TrainedNetworks(networks=(thin,), range_mm=(0.0, 1.0)), Precision.SINGLE)
+
+
+# predictors that look at other axes
+
+
+def of_axes():
+    random = np.random.default_rng(11)
+    at = np.array([-50.0, -3.0, 20.0, 260.0])
+    tables = (
+        AxisTable(of="position", positions_mm=X, values=Y, direction=1),
+        AxisTable(of="position", positions_mm=X + 0.3, values=2.0 * Y, direction=-1),
+        AxisTable(of="position_2", positions_mm=at, values=random.normal(0.0, 0.01, 4)),
+        AxisTable(of="position_10", positions_mm=at, values=random.normal(0.0, 0.01, 4)),
+        AxisTable(
+            of="position", positions_mm=at, values=random.normal(0, 1e-4, 4), arm="position_10", arm_mm=(-20.0, 90.0)
+        ),
+    )
+    scale = {"position_2": (105.0, 155.0), "position_10": (30.0, 110.0)}
+    network = LayeredNetwork(
+        inputs=("direction", "position_10", "turn", "position_2"),
+        middle=[0.5, scale["position_10"][0], PITCH / 2, scale["position_2"][0]],
+        half=[0.5, scale["position_10"][1], PITCH / 2, scale["position_2"][1]],
+        hidden=(7, 3),
+        weights=random.normal(0.0, 1.5, 4 * 7 + 7 + 7 * 3 + 3 + 3 + 1),
+        bias_mm=0.002,
+        factor_mm=0.013,
+    )
+    flat = tuple(table for table in tables if not table.direction and table.arm is None)
+    return {
+        "tables": AxisTables(tables=tables, range_mm=(LOW, HIGH)),
+        "tables of both directions": AxisTables(tables=flat, range_mm=(LOW, HIGH)),
+        "networks": networks(network),
+    }
+
+
+@COMPILES
+@pytest.mark.parametrize("kind", of_axes())
+def test_a_predictor_of_several_axes_takes_their_places_as_arguments(kind, tmp_path):
+    predictor = of_axes()[kind]
+    lines = source(predictor, name=kind)
+    text = "\n".join(lines)
+    assert (
+        "double corr_error_mm(double position_mm, int direction, double position_2_mm, double position_10_mm)" in text
+    )
+    function = compiled(tmp_path, lines, others=2)
+    random = np.random.default_rng(12)
+    x, y, z = (random.uniform(LOW - 50, HIGH + 50, 4000), *random.uniform(-150.0, 350.0, (2, 4000)))
+    for way in (1, -1):
+        found = np.array([function(a, way, b, c) for a, b, c in zip(x, y, z, strict=True)])
+        assert np.abs(found - predictor.error_mm(x, way, y, z)).max() <= 1e-12
+    single = compiled(tmp_path, source(predictor, Precision.SINGLE), Precision.SINGLE, others=2)
+    off = [single(a, 1, b, c) - predictor.error_mm(a, 1, b, c) for a, b, c in zip(x[:99], y, z, strict=False)]
+    assert 0.0 < np.median(np.abs(off)) < 2e-6  # but for places beside the end of a turn
