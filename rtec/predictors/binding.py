@@ -133,10 +133,21 @@ def bound_curve(curve: Model, name: str = "curve") -> tuple[Any, ...]:
 
     ``name`` is what an error message calls it.
     """
+    check_curve(curve, name)
+    return bound(curve)
+
+
+def check_curve(curve: Model, name: str, *, hint: str = "") -> None:
+    """Refuse a model that looks at more than position and direction, or remembers.
+
+    Raises
+    ------
+    ArgumentError
+        Called ``name``, with a hint what to do.
+    """
     if tuple(curve.inputs) != CURVE or np.size(curve.memory):
         found = f"a model of {', '.join(curve.inputs)}" + (" with a memory" if np.size(curve.memory) else "")
-        raise ArgumentError(name, found[:200], f"a curve: of {' and '.join(CURVE)} alone")
-    return bound(curve)
+        raise ArgumentError(name, found[:200], f"a curve: of {' and '.join(CURVE)} alone", hint)
 
 
 def rests(model: Model) -> bool:

@@ -10,6 +10,7 @@ from rtec.inference.predictor_of_file import predictor_of_file
 from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
+from rtec.predictors.binding import check_curve
 from rtec.sections import Section
 from rtec.units import MM_PER_INCH
 
@@ -73,9 +74,11 @@ def belief_of(
         allowed = f"{words}, a table in a file NAME.csv, or a model or trained predictor in a file NAME.toml"
         raise ArgumentError(section.where("model"), repr(name), allowed, nearest(name, known))
     with section.naming(model="model", cautious="cautious"):
-        return predictor_of_file(
+        predictor, left_out = predictor_of_file(
             file,
             plan.start_inch * MM_PER_INCH,
             plan.end_inch * MM_PER_INCH,
             cautious=cautious,
         )
+        check_curve(predictor, "model", hint="a study has one axis; rtec pc takes predictors of several")
+        return predictor, left_out

@@ -11,6 +11,7 @@ from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
 from rtec.inference.static_predictor import MOST_POINTS, Floats, LeftOut, predictor_of_model, static_part
 from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors.binding import check_curve
 from rtec.predictors.layered import TrainedNetworks
 from rtec.predictors.network import TOUCH_MM
 
@@ -120,6 +121,7 @@ def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> _Dr
 
     A network that sees the place in the turn steps at the end of the turn; see ``within_turn``.
     """
+    check_curve(predictor, "model", hint="--c holds a predictor of several axes, a table does not")
     points, special = FEWEST, [np.array([low_mm, high_mm, *predictor.range_mm])]
     if isinstance(predictor, UnidirectionalTable):
         special.append(predictor.positions_mm)
