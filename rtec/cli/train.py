@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rtec.training import PredictorComparison, Row
 
 _INTERRUPTED = 130
+_WHOLE_LINES = 1000
 
 
 def train(
@@ -137,7 +138,10 @@ def _show(
     for sentence in (*notes, *result.notes):
         note(sentence)
     console = Console(highlight=False)
-    console.print(training_table(result))
+    if console.is_terminal:
+        console.print(training_table(result, console.width))
+    else:  # a file or another program gets whole lines
+        Console(highlight=False, width=_WHOLE_LINES).print(training_table(result))
     console.print(training_sentence(result), soft_wrap=True, markup=False)
     if output is not None and chosen is not None:
         typer.echo(f"{output}: {chosen.name}")

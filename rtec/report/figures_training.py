@@ -113,7 +113,8 @@ def _draw_errors(axes: Axes, result: PredictorComparison) -> None:
         axes.plot(shown[-2:], [place, place], color=colour, linewidth=0.8, alpha=0.5)
         axes.plot(shown[-2], place, "o", color=colour, markersize=5.5)
         axes.plot(shown[-1], place, "|", color=colour, markersize=8)
-    axes.set_yticks(y, ["no correction" if row.kind == BASE else row.name for row in result.ranked], fontsize=7.5)
+    names = ["none (no correction)" if row.kind == BASE else row.name for row in result.ranked]
+    axes.set_yticks(y, names, fontsize=7.5)
     axes.set_ylim(-0.7, y.size - 0.3)
     dashed = "; dashed: repeatability" if result.noise_mm else ""
     axes.set_xlabel(f"error, µm: RMS (dot), largest (bar){dashed}")

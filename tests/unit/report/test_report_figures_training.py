@@ -68,7 +68,7 @@ def marks(axes, marker):
 def test_each_row_has_its_name_and_its_errors_or_says_that_it_has_no_figure(result, panels):
     axes = panels["Error on the readings at places held out"]
     names = [label.get_text() for label in axes.get_yticklabels()]
-    assert names == ["no correction" if row.kind == "none" else row.name for row in result.ranked]
+    assert names == ["none (no correction)" if row.kind == "none" else row.name for row in result.ranked]
     found = dict(zip(axes.get_yticks(), result.ranked, strict=True))
     dots = {y: x for x, y in marks(axes, "o")}
     assert dots == {y: pytest.approx(1e3 * row.rms_heldout_mm) for y, row in found.items() if row.rms_heldout_mm}
