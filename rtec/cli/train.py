@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -115,10 +116,10 @@ def _write(path: Path, result: PredictorComparison, row: Row) -> None:
     from rtec.inference.model_file import write_model
     from rtec.predictors import KnownPredictor, write_predictor
 
+    interval_mm = math.inf if row.interval_mm is None else row.interval_mm
     if row.model is not None:
-        write_model(path, row.model)
+        write_model(path, replace(row.model, interval=interval_mm if math.isfinite(interval_mm) else None))
     elif row.predictor is not None:
-        interval_mm = math.inf if row.interval_mm is None else row.interval_mm
         source = Path(result.source).name
         known = KnownPredictor(predictor=row.predictor, name=row.name, source=source, interval_mm=interval_mm)
         write_predictor(path, known)

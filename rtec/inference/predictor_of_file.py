@@ -21,7 +21,7 @@ def predictor_of_file(
     Parameters
     ----------
     path
-        Written by ``rtec train`` or ``rtec diagnose --save``.
+        Written by ``rtec train`` or ``rtec diagnose --save``; the latter states no interval.
     low_mm, high_mm
         A model of effects is tabled over this range.
     cautious
@@ -37,15 +37,18 @@ def predictor_of_file(
     RtecError
         A file that cannot be read, a model that predicts no deviation, or caution with a file that has no interval.
     """
+    left_out: tuple[LeftOut, ...] = ()
     if is_predictor_file(path):
         known = read_predictor(path)
-        if not cautious:
-            return known.predictor, ()
-        if math.isfinite(known.interval_mm):
-            return Cautious(predictor=known.predictor, unsure_mm=known.interval_mm), ()
-    if cautious:
-        allowed = "a file with an interval, as rtec train writes it for tables and networks"
+        predictor, interval_mm = known.predictor, known.interval_mm
+    else:
+        clock = read_toml(path).get("clock")
+        model = read_model(path, Units("mm", "mm", clock if isinstance(clock, str) else "s"))
+        predictor, left_out = predictor_of_model(model, low_mm, high_mm)
+        interval_mm = math.inf if model.interval is None else model.interval
+    if not cautious:
+        return predictor, left_out
+    if not math.isfinite(interval_mm):
+        allowed = "a file with an interval, as rtec train writes it where enough places tell"
         raise ArgumentError("cautious", f"{path} without an interval", allowed)
-    clock = read_toml(path).get("clock")
-    model = read_model(path, Units("mm", "mm", clock if isinstance(clock, str) else "s"))
-    return predictor_of_model(model, low_mm, high_mm)
+    return Cautious(predictor=predictor, unsure_mm=interval_mm), left_out
