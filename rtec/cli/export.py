@@ -69,7 +69,7 @@ def export(
     from rtec.metrology.text_file import write_lines
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
     from rtec.sections import choice
-    from rtec.study.c_source import OF_EFFECTS, Precision, name_in_c, predictor_lines
+    from rtec.study.c_source import Precision, name_in_c, predictor_lines
     from rtec.units import LENGTH, parse_quantity
 
     digits = choice("--precision", precision, Precision)
@@ -88,7 +88,7 @@ def export(
             document |= {"nodes": None, "interpolation_error_um": 0.0, "left_out": []}
         else:
             table = _table(name, known, (low_mm, high_mm), tolerance_mm)
-            lines = _lines(name, table, _UNITS[unit], digits)
+            lines = _lines(name, file, table, _UNITS[unit], digits)
             document |= {
                 "nodes": int(table.position_mm.size),
                 "interpolation_error_um": 1e3 * table.interpolation_mm,
@@ -96,8 +96,7 @@ def export(
             }
         document |= {"from_mm": low_mm, "to_mm": high_mm}
         if name == "c":
-            prefix = OF_EFFECTS if trained is None else name_in_c(file)
-            document |= {"function": f"{prefix}_error_mm", "precision": precision}
+            document |= {"function": f"{name_in_c(file)}_error_mm", "precision": precision}
         write_lines(file, lines)
         documents.append(document)
     if json:
@@ -116,13 +115,13 @@ def _table(name: str, known: Model | Predictor, range_mm: tuple[float, float], w
     return compensation_of(known, *range_mm, within_mm=within_mm, most=most)
 
 
-def _lines(name: str, table: Compensation, per_unit_mm: float, precision: Precision) -> Iterator[str]:
-    from rtec.study.c_source import compensation_lines
+def _lines(name: str, file: Path, table: Compensation, per_unit_mm: float, precision: Precision) -> Iterator[str]:
+    from rtec.study.c_source import compensation_lines, name_in_c
     from rtec.study.compensation import csv_lines, linuxcnc_lines
 
     if name == "linuxcnc":
         return linuxcnc_lines(table, per_unit_mm=per_unit_mm)
-    return csv_lines(table) if name == "csv" else compensation_lines(table, precision=precision)
+    return csv_lines(table) if name == "csv" else compensation_lines(table, name_in_c(file), precision=precision)
 
 
 def _sentence(document: dict[str, Any]) -> str:
@@ -133,8 +132,9 @@ def _sentence(document: dict[str, Any]) -> str:
             f"{document['file']}: {document['function']}(), the predictor itself {reach}, "
             f"in {document['precision']} precision"
         )
+    what = f"{document['function']}(), " if "function" in document else ""
     return (
-        f"{document['file']}: {document['nodes']} nodes {reach}; straight lines between them "
+        f"{document['file']}: {what}{document['nodes']} nodes {reach}; straight lines between them "
         f"differ from the model by {document['interpolation_error_um']:.3g} µm at most"
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from rtec.training import PredictorComparison, Row
 
 _INTERRUPTED = 130
+_WHOLE_LINES = 1000
 
 
 def train(
@@ -114,10 +116,10 @@ def _write(path: Path, result: PredictorComparison, row: Row) -> None:
     from rtec.inference.model_file import write_model
     from rtec.predictors import KnownPredictor, write_predictor
 
+    interval_mm = math.inf if row.interval_mm is None else row.interval_mm
     if row.model is not None:
-        write_model(path, row.model)
+        write_model(path, replace(row.model, interval=interval_mm if math.isfinite(interval_mm) else None))
     elif row.predictor is not None:
-        interval_mm = math.inf if row.interval_mm is None else row.interval_mm
         source = Path(result.source).name
         known = KnownPredictor(
             predictor=row.predictor, name=row.name, source=source, interval_mm=interval_mm, axis=result.axis
@@ -139,7 +141,10 @@ def _show(
     for sentence in (*notes, *result.notes):
         note(sentence)
     console = Console(highlight=False)
-    console.print(training_table(result))
+    if console.is_terminal:
+        console.print(training_table(result, console.width))
+    else:  # a file or another program gets whole lines
+        Console(highlight=False, width=_WHOLE_LINES).print(training_table(result))
     console.print(training_sentence(result), soft_wrap=True, markup=False)
     if output is not None and chosen is not None:
         typer.echo(f"{output}: {chosen.name}")

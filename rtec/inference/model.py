@@ -81,6 +81,9 @@ class Model:
     range
         First and last position of the measurement that it was fitted to, in the unit of positions; None where it is
         not known.
+    interval
+        Half width about what it says in which 90 % of other readings lie, in the observed unit inside; None where it
+        is not known.
     """
 
     observe: str
@@ -88,6 +91,7 @@ class Model:
     terms: tuple[Term, ...] = ()
     datum: float = 0.0
     range: tuple[float, float] | None = None
+    interval: float | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -108,5 +112,5 @@ class Model:
         return total
 
     def with_terms(self, terms: Iterable[Term], datum: float | None = None) -> Model:
-        """Return the model with other terms."""
-        return replace(self, terms=tuple(terms), datum=self.datum if datum is None else datum)
+        """Return the model with other terms; how far off it then is, nobody knows."""
+        return replace(self, terms=tuple(terms), datum=self.datum if datum is None else datum, interval=None)

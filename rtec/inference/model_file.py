@@ -8,6 +8,7 @@
     clock = "s"
     range = ["0 mm", "300 mm"]
     datum = "3.2 um"
+    interval = "1.7 um"
 
     [[effect]]
     name = "cyclic"
@@ -59,7 +60,7 @@ MAX_EFFECTS = 200
 MAX_DOTS = 500
 """In a line: the parser's time and memory grow with the square of the parts of a dotted key."""
 _UNITS = ("observed", "position", "clock")
-_TOP = ("observe", *_UNITS, "load", "range", "datum", "effect")
+_TOP = ("observe", *_UNITS, "load", "range", "datum", "interval", "effect")
 _LISTS = ("amplitudes", "errors")
 _LARGEST = sys.float_info.max
 _UNIT = re.compile(r"[a-z][a-z_/0-9^*]{0,15}", re.ASCII | re.IGNORECASE)
@@ -97,7 +98,7 @@ def read_model(path: str | Path, units: Units | None = None) -> Model:
     for entry in _effects(path, top):
         terms.append(entry.term(model.units))
         entry.check_place(model.observe, terms)
-    return model.with_terms(terms, datum=datum)
+    return replace(model.with_terms(terms, datum=datum), interval=_interval(path, top, model.units))
 
 
 def read_observe(path: str | Path) -> str:
@@ -141,6 +142,8 @@ def write_model(path: str | Path, model: Model) -> None:
         lines.append(f"range = {shown_list(ends)}")
     if model.datum != 0.0:
         lines.append(f'datum = "{written(model.datum, units.shown[0], inside=units.shown[1])}"')
+    if model.interval is not None:
+        lines.append(f'interval = "{written(model.interval, units.shown[0], inside=units.shown[1])}"')
     for term in model.terms:
         lines += ["", "[[effect]]", f"name = {shown_text(term.name)}", *_term_lines(term, units)]
     write_lines(path, lines)
@@ -245,6 +248,17 @@ def _range(path: str | Path, top: Mapping[str, Any], units: Units) -> tuple[floa
     if not low <= high:
         raise FileFormatError(path, None, f"range from {low:g} to {high:g} {units.position}", "the lower end first")
     return low, high
+
+
+def _interval(path: str | Path, top: Mapping[str, Any], units: Units) -> float | None:
+    """Return how far readings lie from what the model says, where the file states it."""
+    if "interval" not in top:
+        return None
+    unit, factor = units.shown
+    half = parse_in(top["interval"], unit, name=f"{path}: interval", inside=factor)
+    if half < 0.0:
+        raise ArgumentError(f"{path}: interval", _brief(repr(top["interval"])), "from 0")
+    return half
 
 
 def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[_Entry]:

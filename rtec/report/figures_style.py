@@ -7,10 +7,11 @@ user's own do not reach them, and the same results give the same bytes.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from rtec.whole_file import WholeFile
 
@@ -25,6 +26,9 @@ GUIDE = "#b0b0b0"
 """Colour of guide lines."""
 INK = "#222222"
 ALARM = "#c1121f"
+_NEARLY_EQUAL = 4.0
+_DECADES = 250.0
+"""Range up to which a logarithmic axis has room for three labels a decade."""
 
 _FAMILIES = (
     "axes", "errorbar", "figure", "font", "grid", "hatch", "image", "legend", "lines", "markers", "mathtext",
@@ -162,3 +166,38 @@ def guide(axes: Axes, *, x: float | None = None, y: float | None = None, text: s
         place = blended(axes.transAxes, axes.transData)
         axes.annotate(text, (1.0, y), (-2, 3), xycoords=place, textcoords="offset points", color=colour,
                       ha="right", va="bottom", fontsize=8.5)  # fmt: skip
+
+
+def magnitudes(axes: Axes, which: Literal["x", "y"], values: Iterable[float]) -> None:
+    """Let an axis show numbers above zero that differ by factors: a logarithmic one, labelled 1, 2, 5, 10, ...
+
+    Where they hardly differ, or some are zero, it stays linear.
+
+    Parameters
+    ----------
+    axes
+        To change.
+    which
+        Its horizontal or its vertical axis.
+    values
+        All that is to be seen.
+
+    Examples
+    --------
+    >>> axes = new_figure(1.0).add_subplot()
+    >>> magnitudes(axes, "x", [1.0, 300.0])
+    >>> magnitudes(axes, "y", [1.0, 1.2])
+    >>> axes.get_xscale(), axes.get_yscale()
+    ('log', 'linear')
+    """
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter  # noqa: PLC0415 - as above
+
+    low, high = min(values := [*values], default=0.0), max(values, default=0.0)
+    if not 0.0 < _NEARLY_EQUAL * low < high < math.inf:
+        return
+    axes.set(**{f"{which}scale": "log"})
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    steps = (1.0, 2.0, 5.0) if high < _DECADES * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_formatter(NullFormatter())

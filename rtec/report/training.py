@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 from rich.box import SIMPLE
 from rich.table import Table
 
-from rtec.report.appearance import printable
+from rtec.report.appearance import MISSING, joined, printable
+from rtec.training.results import BASE
 
 if TYPE_CHECKING:
     from rtec.training import PredictorComparison, Row
 
 ALIKE = 0.1
 """Two held-out errors that differ by no more than this share are as good as each other."""
+_LEAST_FIRST = (8, 7, 6, 1, 3)
+"""Columns in the order in which a narrow terminal does without."""
+_TIMES = 10.0
+"""Beyond which share an error is said to be so many times another one."""
 
 
 def training_document(result: PredictorComparison) -> dict[str, object]:
@@ -63,40 +68,60 @@ def _um(value_mm: float | None) -> float | None:
     return None if value_mm is None or not math.isfinite(value_mm) else 1e3 * value_mm
 
 
-def training_table(result: PredictorComparison) -> Table:
-    """Return the rows, the lowest held-out error first; it fits 100 columns.
+def training_table(result: PredictorComparison, width: int | None = None) -> Table:
+    """Return the rows, the lowest held-out error first.
 
     Parameters
     ----------
     result
         The comparison.
+    width
+        Of the terminal. Where it is too narrow for all columns, those that say least are left out, and the caption
+        names them. None: all columns.
     """
-    judge = "held out" if result.parts.heldout_by == "places" else "other file"
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("predictor", no_wrap=True)
-    for heading in ("fitted, µm", f"{judge}, µm", "worst, µm", "90 % within, µm", "held", "numbers", "fit", "ns"):
-        table.add_column(heading, justify="right")
-    best = result.best
-    for row in result.ranked:
-        if row.rms_heldout_mm is None:
-            table.add_row(row.name, *[""] * 8)
-            continue
-        style = "bold green" if row is best else "dim" if not row.works else ""
-        interval = row.interval_mm if row.interval_mm is not None else math.inf
-        held = "–" if not math.isfinite(interval) or row.coverage is None else f"{100.0 * row.coverage:.0f} %"
-        table.add_row(
-            row.name,
-            _three(row.rms_train_mm),
-            _three(row.rms_heldout_mm),
-            _three(row.worst_heldout_mm),
-            f"±{_three(interval)}" if math.isfinite(interval) else "–",
-            held,
-            str(row.parameters),
-            f"{row.train_s:.1f} s",
-            f"{row.eval_ns:.0f}",
-            style=style,
+    judge = "held\nout, µm" if result.parts.heldout_by == "places" else "other\nfile, µm"
+    headings = ("predictor", "fitted\nµm", judge, "worst\nµm", "90 %\n± µm", "held", "numbers", "fit", "ns")
+    cells = [_cells(row) for row in result.ranked]
+    wide = [max(_length(heading), *(len(row[column]) for row in cells)) for column, heading in enumerate(headings)]
+    shown = list(range(len(headings)))
+    for least in _LEAST_FIRST:
+        if width is not None and sum(wide[column] + 1 for column in shown) > width + 1:
+            shown.remove(least)
+    left_out = [headings[column].replace("\n", " ") for column in range(len(headings)) if column not in shown]
+    loose = width is None or sum(wide[column] + 2 for column in shown) <= width + 1
+    table = Table(box=SIMPLE, show_edge=False, pad_edge=False, padding=(0, int(loose), 0, 0), caption_justify="left")
+    table.caption = f"a wider terminal also shows: {', '.join(left_out)}" if left_out else None
+    for column in shown:
+        table.add_column(
+            headings[column], justify="right" if column else "left", no_wrap=True, min_width=wide[column]
         )
+    for row, text in zip(result.ranked, cells, strict=True):
+        style = "bold green" if row is result.best else "dim" if not row.works else ""
+        table.add_row(*(text[column] for column in shown), style=style)
     return table
+
+
+def _length(heading: str) -> int:
+    return max(map(len, heading.split("\n")))
+
+
+def _cells(row: Row) -> list[str]:
+    """Return what stands in a row; nothing beside the name where it has no figure."""
+    if row.rms_heldout_mm is None:
+        return [row.name, *[""] * 8]
+    interval = row.interval_mm if row.interval_mm is not None else math.inf
+    sure = math.isfinite(interval) and row.coverage is not None
+    return [
+        row.name,
+        _three(row.rms_train_mm),
+        _three(row.rms_heldout_mm),
+        _three(row.worst_heldout_mm),
+        _three(interval) if sure else MISSING,
+        f"{100.0 * (row.coverage or 0.0):.0f} %" if sure else MISSING,
+        str(row.parameters),
+        f"{row.train_s:.1f} s",
+        f"{row.eval_ns:.0f}",
+    ]
 
 
 def _three(value_mm: float | None) -> str:
@@ -118,10 +143,11 @@ def training_sentence(result: PredictorComparison) -> str:
     else:
         lines.append(f"Best: {best.name}, {_three(best.rms_heldout_mm)} µm on {_judges(result)}.")
         lines += _beside(result, best)
+        lines += _beside_nothing(result, best)
     if result.noise_mm is not None:
         lines.append(f"Repeated readings differ by {_three(result.noise_mm)} µm (standard deviation): no predictor "
                      "can do better than that.")  # fmt: skip
-    lines += [f"{row.name}: {printable(row.reason)}" for row in result.rows if row.reason]
+    lines += _reasons(result)
     if result.parts.heldout_by == "places":
         lines.append(
             "Held-out places leave gaps, and a table needs its neighbours: --heldout with a measurement at other "
@@ -148,8 +174,31 @@ def _beside(result: PredictorComparison, best: Row) -> list[str]:
             continue
         more = row.rms_heldout_mm / best.rms_heldout_mm - 1.0
         figure = f"{_three(row.rms_heldout_mm)} µm with {row.parameters} numbers"
-        verdict = "as good" if more <= ALIKE else f"{100.0 * more:.0f} % more"
+        verdict = f"{100.0 * more:.0f} % more" if more < _TIMES else f"{1.0 + more:.3g} times as much"
+        verdict = "as good" if more <= ALIKE else verdict
         lines.append(f"{words[0].upper()}{words[1:]} ({row.name}): {figure}, {verdict}.")
         if kind == "geometry":
             lines += [f"  {note}" for note in row.notes]
+    return lines
+
+
+def _beside_nothing(result: PredictorComparison, best: Row) -> list[str]:
+    """Return that a correction is hardly worth it, where that is so."""
+    bare = next((row for row in result.rows if row.kind == BASE and row.rms_heldout_mm is not None), None)
+    if bare is None or (best.rms_heldout_mm or 0.0) <= (1.0 - ALIKE) * (bare.rms_heldout_mm or 0.0):
+        return []
+    return [f"Without any correction it is {_three(bare.rms_heldout_mm)} µm: no predictor is worth its place here."]
+
+
+def _reasons(result: PredictorComparison) -> list[str]:
+    """Return why rows have no figure, those of one design that say the same in one line."""
+    said: dict[tuple[str, str], list[str]] = {}
+    for row in result.rows:
+        if row.reason:
+            design, _, last = row.name.rpartition(" ")
+            said.setdefault((design, row.reason), []).append(last)
+    lines = []
+    for (design, reason), lasts in said.items():
+        name = joined(lasts)
+        lines.append(f"{design} {name}: {printable(reason)}" if design else f"{name}: {printable(reason)}")
     return lines

@@ -30,8 +30,6 @@ from rtec.study.compensation import Compensation
 Floats = npt.NDArray[np.float64]
 Range = tuple[float, float]
 
-OF_EFFECTS = "rtec"
-"""Begins the names of a model of effects."""
 _LONGEST_LONG = 2**31 - 2
 """Turns of the screw that a ``long`` can count wherever C99 runs."""
 
@@ -141,25 +139,28 @@ def predictor_lines(
     yield from _file(name, head, body, precision)
 
 
-def compensation_lines(table: Compensation, *, precision: Precision = Precision.DOUBLE) -> Iterator[str]:
-    """Yield the lines of a C99 file with ``double rtec_error_mm(double position_mm, int direction)``.
+def compensation_lines(table: Compensation, name: str, *, precision: Precision = Precision.DOUBLE) -> Iterator[str]:
+    """Yield the lines of a C99 file with ``double NAME_error_mm(double position_mm, int direction)``.
 
     Parameters
     ----------
     table
         Nodes, between which straight lines are drawn.
+    name
+        What all names in the file begin with.
     precision
         Of all constants and variables, the arguments included.
     """
     forward, reverse = (np.stack([table.position_mm, e]) for e in (table.forward_mm, table.reverse_mm))
     head = (
-        "Error of an axis, actual less commanded position in mm, by commanded position and direction of motion.",
+        f"{name}_error_mm: error of an axis, actual less commanded position in mm, by commanded position and",
+        "direction of motion (below 0 in reverse, else forward). A compensation is its negative.",
         "Straight lines between the nodes; beyond the ends the error of the nearest end.",
         f"They differ from the model by {1e3 * table.interpolation_mm:.3f} um at most.",
         *_on_precision((table.position_mm[0], table.position_mm[-1]), precision),
         *(f"Left out: {one.effect}, {one.why}." for one in table.left_out),
     )
-    yield from _file(OF_EFFECTS, head, _table(forward, reverse, precision, None), precision)
+    yield from _file(name, head, _table(forward, reverse, precision, None), precision)
 
 
 def _within(range_mm: Range, outer_mm: Range) -> Range:

@@ -22,8 +22,11 @@ def check_range(section: Section, plan: MeasuringPlan, what: str, predictor: Pre
     low, high = (end / MM_PER_INCH for end in predictor.range_mm)
     for key, inch in (("start", plan.start_inch), ("end", plan.end_inch)):
         if not low - 1e-9 <= inch <= high + 1e-9:
+            low_mm, high_mm = predictor.range_mm
             raise ArgumentError(
-                section.where(key), f"{inch:g} inch", f"{low:g} to {high:g} inch, the range of {what}"
+                section.where(key),
+                f"{inch:g} inch ({inch * MM_PER_INCH:g} mm)",
+                f"{low:g} to {high:g} inch, the range of {what} ({low_mm:g} to {high_mm:g} mm)",
             )
 
 

@@ -52,7 +52,7 @@ def test_every_format_at_once(here, capsys):
     assert "drift is not in the table: it changes with time or temperature" in err
     first, *_, last = (here / "z.comp").read_text().splitlines()
     assert (first, last.split()[0]) == ("0.000000 -0.007000 0.007000", "300.000000")
-    assert "double rtec_error_mm(double position_mm, int direction)" in (here / "z.c").read_text()
+    assert "double z_error_mm(double position_mm, int direction)" in (here / "z.c").read_text()
 
 
 def test_the_document_says_range_nodes_and_error(here, capsys):
@@ -217,11 +217,11 @@ def test_the_c_of_a_model_of_effects_has_a_precision_too(trained, capsys, precis
     assert said(capsys, "m.toml", "--c", "z.c", "--precision", precision)[0] == 0
     real = "double" if precision == "double" else "float"
     text = (trained / "z.c").read_text()
-    assert f"{real} rtec_error_mm({real} position_mm, int direction)\n" in text
+    assert f"{real} z_error_mm({real} position_mm, int direction)\n" in text
     assert ("single precision" in text) == (precision == "single")
     (trained / "main.c").write_text(
         '#include <stdio.h>\n#include "z.c"\nint main(void) {\n'
-        '    printf("%.9f %.9f\\n", (double)rtec_error_mm(31.25, 1), (double)rtec_error_mm(31.25, -1));\n'
+        '    printf("%.9f %.9f\\n", (double)z_error_mm(31.25, 1), (double)z_error_mm(31.25, -1));\n'
         "    return 0;\n}\n"
     )
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wdouble-promotion"]

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from rtec.cli import main
+from rtec.errors import ArgumentError
+from rtec.inference.predictor_of_file import predictor_of_file
 from rtec.predictors import read_predictor
 from rtec.study.definition import read_study
 
@@ -137,3 +139,18 @@ def test_a_file_that_exists_is_not_written_over(files, capsys):
     assert main(["train", str(files / "axis.csv"), "-o", str(files / "mine.toml")]) == 2
     assert "exists" in capsys.readouterr().err
     assert (files / "mine.toml").read_text() == "keep me"
+
+
+def test_effects_know_how_sure_they_are_and_are_believed_with_caution(files, trained):
+    file = files / "effects.toml"
+    words = [str(files / "axis.csv"), "--heldout", str(files / "check.csv"), "-o", str(file), "--pick", "effects"]
+    assert main(["train", *words, "--budget", "1 s", "--starts", "1"]) == 0
+    bold, careful = (predictor_of_file(file, 0.0, 80.0, cautious=cautious)[0] for cautious in (False, True))
+    interval_mm = bold.error_mm(40.0, +1) - careful.error_mm(40.0, +1)
+    assert 1e3 * interval_mm == pytest.approx(row_named(trained[1], "effects")["interval_um"])
+
+
+def test_caution_with_a_model_of_a_diagnosis_is_refused(tmp_path):
+    (tmp_path / "m.toml").write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n')
+    with pytest.raises(ArgumentError, match="without an interval"):
+        predictor_of_file(tmp_path / "m.toml", 0.0, 80.0, cautious=True)

@@ -40,6 +40,11 @@ def term_of(folder, lines, units=UNITS, observe="deviation"):
     return term
 
 
+def test_other_terms_make_another_model_whose_interval_nobody_knows():
+    known = Model(observe="deviation", units=UNITS, interval=0.0017)
+    assert known.with_terms(()).interval is None
+
+
 # what people write
 
 
@@ -217,6 +222,7 @@ def models(draw):
         units=units,
         terms=tuple(draw(terms(effect, units)) for effect in chosen),
         datum=draw(st.just(0.0) | finite()),
+        interval=draw(st.none() | finite().map(abs)),
     )
 
 
@@ -226,6 +232,7 @@ def test_a_model_reads_back_to_the_same_numbers(tmp_path_factory, model):
     write_model(file, model)
     for found in (read_model(file), read_model(file, model.units)):
         assert (found.observe, found.units, found.datum) == (model.observe, model.units, model.datum)
+        assert found.interval == model.interval
         for term, original in zip(found.terms, model.terms, strict=True):
             assert term.effect is original.effect
             assert term.shape == original.shape
@@ -258,13 +265,14 @@ def test_a_written_model_is_read_by_any_toml_reader_and_by_people(tmp_path):
         Term(effect=effect_named("backlash"), shape=Shape(), amplitudes=(0.0123,), errors=(0.0004,)),
     )
     file = tmp_path / "m.toml"
-    write_model(file, Model(observe="deviation", units=UNITS, terms=terms_, datum=0.0032))
+    write_model(file, Model(observe="deviation", units=UNITS, terms=terms_, datum=0.0032, interval=0.0017))
     assert tomllib.loads(file.read_text()) == {
         "observe": "deviation",
         "observed": "mm",
         "position": "mm",
         "clock": "s",
         "datum": "3.2 um",
+        "interval": "1.7 um",
         "effect": [
             {
                 "name": "cyclic",
@@ -367,6 +375,8 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         (HEAD + 'name = "thermal_growth"\nsensor = "a\\nb"', ["sensor", "printable"]),
         ('observe = "deviation"\ndatum = "3 s"', ["datum", "such as '1.5 um'"]),
         ('observe = "deviation"\ndatum = 3', ["datum", "unit"]),
+        ('observe = "deviation"\ninterval = "-1 um"', ["interval", "from 0"]),
+        ('observe = "deviation"\ninterval = ["1 um"]', ["interval"]),
         ('observe = "deviation"\nposition = "deg"', ["position in deg", "the measurement has mm"]),
         ('observe = "deviation"\nposition = 3', ["position = 3"]),
         ('observe = "deviation"\nobserved = \nclock = "s"', ["line 2"]),

@@ -93,11 +93,11 @@ def test_a_table_for_people_says_what_it_leaves_out_and_what_its_lines_leave():
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_a_compiler_takes_the_function_and_it_says_the_same(tmp_path):
     table = compensation_of(WAVE, 0.0, 300.0, within_mm=1e-4, most=MOST_NODES)
-    (tmp_path / "z.c").write_text("\n".join(compensation_lines(table)) + "\n")
+    (tmp_path / "z.c").write_text("\n".join(compensation_lines(table, "z")) + "\n")
     (tmp_path / "main.c").write_text(
         '#include <stdio.h>\n#include "z.c"\nint main(void) {\n'
         "    for (int k = -20; k <= 320; ++k)\n"
-        '        printf("%.9f %.9f\\n", rtec_error_mm(k + 0.25, 1), rtec_error_mm(k + 0.25, -1));\n'
+        '        printf("%.9f %.9f\\n", z_error_mm(k + 0.25, 1), z_error_mm(k + 0.25, -1));\n'
         "    return 0;\n}\n"
     )
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1"]

@@ -1,0 +1,193 @@
+"""The picture of a comparison of predictors: it shows the numbers of its rows, and nothing covers another."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+
+from rtec.dataset.load import load_dataset
+from rtec.errors import ArgumentError
+from rtec.predictors.fitting.training import Effort
+from rtec.report.figures_predicted import COLOURS
+from rtec.report.figures_style import figure_style, magnitudes, new_figure
+from rtec.report.figures_training import training_figure
+from rtec.training import all_methods, compare_predictors
+
+EFFORT = Effort(starts=1, epochs=5)
+
+
+def dataset(folder, *, pitch="10 mm", ways=(1, -1), step=0.5):
+    """A bow with a backlash of 4 µm and a wave of the screw: 200 mm, two runs."""
+    rng = np.random.default_rng(0)
+    lines = [f"# screw_pitch: {pitch}"] * (pitch is not None) + ["run,direction,target_mm,deviation_um"]
+    for run, way in itertools.product((1, 2), ways):
+        for x in np.arange(0.0, 200.1, step):
+            error = 1e-3 * x * (200.0 - x) + 4.0 * (way < 0) + 3.0 * math.sin(0.2 * math.pi * x)
+            lines.append(f"{run},{way},{x:g},{error + rng.normal(0.0, 0.3):.4f}")
+    file = folder / "axis.csv"
+    file.write_text("\n".join([*lines, ""]))
+    return load_dataset(file, facts={})
+
+
+def compared(data, *starts):
+    methods = [method for method in all_methods() if method.name.startswith(starts)]
+    return compare_predictors(data, effort=EFFORT, budget_s=None, methods=methods)
+
+
+def drawn(result):
+    with figure_style():
+        figure = training_figure(result)
+    return {axes.get_title(loc="left"): axes for axes in figure.axes}
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    """Tables and one network with figures, one that has none (30 + 8: too few means for its weights)."""
+    names = ("none", "table", "network 40 lm", "network 40 scg", "network 30 + 8 lm")
+    return compared(dataset(tmp_path_factory.mktemp("a")), *names)
+
+
+@pytest.fixture(scope="module")
+def panels(result):
+    return drawn(result)
+
+
+def marks(axes, marker):
+    return [
+        (x, y)
+        for line in axes.lines
+        if line.get_marker() == marker
+        for x, y in zip(*line.get_data(), strict=True)
+        if np.isfinite([x, y]).all()
+    ]
+
+
+def test_each_row_has_its_name_and_its_errors_or_says_that_it_has_no_figure(result, panels):
+    axes = panels["Error on the readings at places held out"]
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names == ["none (no correction)" if row.kind == "none" else row.name for row in result.ranked]
+    found = dict(zip(axes.get_yticks(), result.ranked, strict=True))
+    dots = {y: x for x, y in marks(axes, "o")}
+    assert dots == {y: pytest.approx(1e3 * row.rms_heldout_mm) for y, row in found.items() if row.rms_heldout_mm}
+    bars = {y: x for x, y in marks(axes, "|")}
+    assert bars == {y: pytest.approx(1e3 * row.worst_heldout_mm) for y, row in found.items() if row.worst_heldout_mm}
+    without = [text.get_position()[1] for text in axes.texts if text.get_text() == "no figure"]
+    assert without == [y for y, row in found.items() if row.reason] == [0]
+
+
+@pytest.mark.parametrize(("title", "cost"), [("Error against size", "parameters"), ("Error against time", "train_s")])
+def test_the_error_stands_against_what_it_costs(result, panels, title, cost):
+    rows = [row for row in result.rows if row.works]
+    wanted = sorted((getattr(row, cost), 1e3 * row.rms_heldout_mm) for row in rows)
+    found = sorted(pair for marker in "osD^v" for pair in marks(panels[title], marker))
+    assert found == [pytest.approx(pair) for pair in wanted]
+
+
+def test_the_chosen_spacing_is_ringed_where_the_curve_of_a_table_is_lowest(result, panels):
+    axes = panels["Tables: tried (dots), chosen (ring), judged (×)"]
+    tables = [row for row in result.rows if row.kind == "table"]
+    rings = [min(row.tried, key=lambda pair: pair[1]) for row in tables]
+    assert marks(axes, "o") == [pytest.approx((spacing, 1e3 * rms)) for spacing, rms in rings]
+    judged = [pytest.approx((ring[0], 1e3 * row.rms_heldout_mm)) for ring, row in zip(rings, tables, strict=True)]
+    assert marks(axes, "x") == judged
+    assert len(marks(axes, ".")) == sum(len(row.tried) for row in tables)
+
+
+def test_each_training_has_a_curve_in_the_colour_of_its_algorithm(result, panels):
+    axes = panels["network 40"]
+    curves = {line.get_label(): line.get_data()[1] for line in axes.lines}
+    assert sorted(curves) == ["lm", "scg"]
+    for algorithm, curve in curves.items():
+        row = result.named(f"network 40 {algorithm}")
+        assert list(curve) == pytest.approx([1e3 * value for value in row.courses[-1].unseen_mm])
+    assert len({line.get_color() for line in axes.lines}) == 2
+
+
+def test_lines_of_the_best_of_each_kind_go_through_the_readings_in_both_directions(result, panels):
+    axes = panels["In the middle, 2 turns of the screw: the best of each kind"]
+    best = next(row for row in result.ranked if row.kind == "table")
+    lines = [line for line in axes.lines if to_hex(line.get_color()) == COLOURS["table"] and line.get_data()[0].size]
+    assert len(lines) == 2
+    for line, way in zip(lines, (1, -1), strict=True):
+        x, y = line.get_data()
+        assert x[-1] - x[0] == pytest.approx(20.0)
+        assert y[100] == pytest.approx(1e3 * best.predictor.error_mm(float(x[100]), way))
+    assert len(marks(axes, "o")) >= 2  # readings that judge, one of them in the middle
+
+
+def test_what_is_left_is_folded_over_the_turn(result, panels):
+    axes = next(axes for title, axes in panels.items() if title.startswith("Left within a turn"))
+    points = marks(axes, ".")
+    assert len(points) == result.parts.heldout.rows
+    assert {round(x, 6) for x, _ in points} <= {0.5 * k for k in range(20)}
+    left = 1e3 * result.best.left_mm(result.parts.heldout)
+    assert sorted(y for _, y in points) == pytest.approx(sorted(left))
+
+
+def test_the_interval_stands_against_the_share_that_it_held(result, panels):
+    axes = panels["How sure: intervals for 90 % of the readings"]
+    found = sorted(pair for marker in "osD^v" for pair in marks(axes, marker))
+    rows = [row for row in result.rows if row.works and math.isfinite(row.interval_mm)]
+    assert found == [pytest.approx(pair) for pair in sorted((1e3 * r.interval_mm, 100.0 * r.coverage) for r in rows)]
+
+
+def labels_overlap(axis, renderer):
+    low, high = axis.get_view_interval()
+    ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+    boxes = [tick.label1.get_window_extent(renderer) for tick in ticks if tick.label1.get_text()]
+    assert len(boxes) > 1
+    return any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
+def test_no_words_cover_each_other(panels):
+    figure = next(iter(panels.values())).figure
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    assert not any(labels_overlap(axis, renderer) for axes in figure.axes for axis in (axes.xaxis, axes.yaxis))
+    titles = [axes._left_title.get_window_extent(renderer) for axes in figure.axes]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(titles, 2))
+    assert max(box.x1 for box in titles) <= figure.bbox.x1
+
+
+def test_without_a_pitch_the_axis_is_drawn_alone_and_the_middle_is_some_targets(tmp_path):
+    data = dataset(tmp_path, pitch=None)
+    titles = drawn(compared(data, "none", "table bi"))
+    assert not any("turn" in title for title in titles)
+    assert any(title.startswith("In the middle, between the targets") for title in titles)
+    assert not any(title.startswith("network") for title in titles)
+
+
+def test_one_direction_alone_is_drawn_with_what_has_a_figure(tmp_path):
+    result = compared(dataset(tmp_path, ways=(1,), step=0.25), "none", "table", "network 40 lm")
+    titles = drawn(result)
+    axes = titles["Tables: tried (dots), chosen (ring), judged (×)"]
+    assert [text.get_text() for text in axes.texts] == ["no table has a figure"]
+    along = next(axes for title, axes in titles.items() if title.startswith("Readings along"))
+    assert [text.get_text() for text in along.get_legend().get_texts()] == ["forward"]
+
+
+def test_without_any_figure_there_is_no_picture(tmp_path):
+    with pytest.raises(ArgumentError, match="no predictor has a figure"):
+        training_figure(compared(dataset(tmp_path, ways=(1,)), "none", "table"))
+
+
+@pytest.mark.parametrize(
+    ("values", "scale"), [((1.0, 3.0), "linear"), ((1.0, 5.0), "log"), ((0.0, 9.0), "linear"), ((), "linear")]
+)
+def test_an_axis_is_logarithmic_where_its_values_differ_by_factors(values, scale):
+    axes = new_figure(1.0).add_subplot()
+    magnitudes(axes, "y", iter(values))
+    assert axes.get_yscale() == scale
+
+
+@pytest.mark.parametrize("most", [8.0, 90.0, 240.0, 1000.0, 10_000.0])
+def test_labels_of_magnitudes_have_room_in_a_third_of_the_page(most):
+    with figure_style():
+        figure = new_figure(2.5)
+        axes = figure.subplots(1, 3)[1]
+        magnitudes(axes, "x", [1.0, most])
+        axes.plot([1.0, most], [1.0, 2.0])
+        figure.draw_without_rendering()
+        assert not labels_overlap(axes.xaxis, FigureCanvasAgg(figure).get_renderer())
