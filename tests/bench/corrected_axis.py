@@ -214,7 +214,7 @@ def trained(name: str, readings: Readings, *, period_mm: float, starts: int = ST
     dataset = load_dataset(calibration_measurement(readings, period_mm))
     task = Task(
         dataset=dataset,
-        parts=parts_of(dataset),
+        parts=parts_of(dataset, dataset),  # no place is kept back to judge: the test does that
         pitch_mm=period_mm,
         effort=Effort(starts=starts),
         limit=Limit(),
@@ -223,9 +223,10 @@ def trained(name: str, readings: Readings, *, period_mm: float, starts: int = ST
     return method.fit(task).predictor
 
 
-def by_training(name: str, lathe: Lathe, rounds: int, title: str) -> Recipe:
+def by_training(name: str, lathe: Lathe, rounds: int, title: str, starts: int = STARTS) -> Recipe:
     """Return the recipe of a row of ``rtec train``."""
-    return Recipe(name=title, rounds=rounds, fit=functools.partial(trained, name, period_mm=lathe.study.period_mm))
+    fit = functools.partial(trained, name, period_mm=lathe.study.period_mm, starts=starts)
+    return Recipe(name=title, rounds=rounds, fit=fit)
 
 
 def side_by_side(do: Callable[[_In], _Out], each: Iterable[_In]) -> list[_Out]:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from contributions import CAUSES, Contributions, Stack, root
 from corrected_axis import (
+    STARTS,
     Lathe,
     Recipe,
     Repeatability,
@@ -56,18 +57,19 @@ BEGIN, END = (
 )
 
 
-def recipes(lathe: Lathe) -> dict[str, Recipe]:
+def recipes(lathe: Lathe, starts: int = STARTS) -> dict[str, Recipe]:
     """Return the predictors in the order of the tables: of the thesis's calibration, then of both rounds."""
     first = (
         Recipe(name="uni-directional", rounds=1, fit=uni_directional),
         Recipe(name=BI, rounds=1, fit=bi_directional),
         Recipe(name="bi-directional, read at the target", rounds=1, fit=at_the_command),
         Recipe(name="bi-directional, every inch", rounds=1, fit=every_inch),
-        by_training("network 30 + 8 lm", lathe, 1, NETWORK),
+        by_training("network 30 + 8 lm", lathe, 1, NETWORK, starts),
     )
     second = (
         by_training("table bi-directional linear", lathe, 2, "two rounds: bi-directional, spacing chosen"),
-        by_training("network 30 + 8 lm", lathe, 2, f"two rounds: {NETWORK}"),
+        by_training("network 30 + 8 lm", lathe, 2, f"two rounds: {NETWORK}", starts),
+        by_training("effects", lathe, 2, "two rounds: effects"),
     )
     return {recipe.name: recipe for recipe in (*first, *second)}
 
@@ -79,6 +81,7 @@ STACKED = (
     NETWORK,
     "two rounds: bi-directional, spacing chosen",
     f"two rounds: {NETWORK}",
+    "two rounds: effects",
 )
 DRAWN = {
     "uni-directional": "uni-directional",
@@ -235,8 +238,9 @@ def tables(draws: int) -> tuple[str, list[Stack]]:
     lathe = Lathe()
     every = recipes(lathe)
     measured, asked = Contributions(lathe, STUDY), Contributions(lathe, ASKED, designs=(None, Design.ORIGINAL))
-    real = {name: r.fit(lathe.calibration(STUDY, 0, rounds=r.rounds)) for name, r in every.items()}
-    stacks = [stack for name in STACKED for stack in measured.stacks(every[name], measured.split(every[name]))]
+    splits = dict(zip(every, side_by_side(measured.split, every.values()), strict=True))
+    real = {name: split.real for name, split in splits.items()}
+    stacks = [stack for name in STACKED for stack in measured.stacks(every[name], splits[name])]
     few = (BI, NETWORK)
     others = [stack for name in few for stack in asked.stacks(every[name], asked.split(every[name]))]
     note = (
@@ -263,6 +267,9 @@ def main() -> int:
     given = parser.parse_args()
     if given.draws < 2:
         parser.error(f"argument --draws: {given.draws} have no standard deviation; 2 or more")
+    page = "" if given.output is None else given.output.read_text(encoding="utf-8")
+    if given.output is not None and not 0 <= page.find(BEGIN) < page.find(END):
+        parser.error(f"argument -o: {given.output} lacks the lines {BEGIN.strip()} and {END.strip()}")
     with threadpool_limits(1):
         text, stacks = tables(given.draws)
     if given.figure is not None:
@@ -270,11 +277,8 @@ def main() -> int:
     if given.output is None:
         sys.stdout.write(text)
         return 0
-    page = given.output.read_text(encoding="utf-8")
-    before, found, rest = page.partition(BEGIN)
-    _, ended, after = rest.partition(END)
-    if not found or not ended:
-        parser.error(f"argument -o: {given.output} lacks the lines {BEGIN.strip()} and {END.strip()}")
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
     given.output.write_text(f"{before}{BEGIN}\n{text}{END}{after}", encoding="utf-8")
     return 0
 
