@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ _STATED = ("screw_pitch", "signal_period", "revolution")  # facts of the axis th
 _SCANNED_AT_ONCE = 1 << 23  # numbers of full-rate columns (64 MiB) that a scan holds at one time
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dataset:
     """A measurement, ready to be explained.
 
@@ -114,7 +113,7 @@ class Dataset:
         """The conditions row by row, for pictures and tables."""
         return self.conditions if self.resample is None else self.conditions.take(self.resample.kept)
 
-    @cached_property
+    @property
     def other_axes_mm(self) -> dict[int, Floats]:
         """Positions of other axes by their numbers, shape (rows,), in mm: columns ``position_NUMBER_UNIT``.
 

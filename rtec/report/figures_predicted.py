@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-COLOURS = {"table": "#e69f00", "model": "#009e73", "network": "#7b3294", BASE: "#777777"}
+COLOURS = {"table": "#e69f00", "geometry": "#0072b2", "model": "#009e73", "network": "#7b3294", BASE: "#777777"}
 """Of each kind of predictor."""
 _WAYS = ((1.0, FORWARD, "forward"), (-1.0, REVERSE, "reverse"))
-_KINDS = {"table": "table", "model": "effects", "network": "network"}
-_LINES = {"table": "-", "model": "--", "network": "-."}
+_KINDS = {"table": "table", "geometry": "geometry", "model": "effects", "network": "network"}
+_LINES = {"table": "-", "geometry": ":", "model": "--", "network": "-."}
 _MOST_POINTS, _MANY = 2000, 200
 _BINS, _A_BIN = 50, 10
 """Means that are drawn at most, and readings in each of them at least, on average."""
@@ -54,7 +54,7 @@ def draw_along(axes: Axes, result: PredictorComparison, best: Row) -> None:
             continue
         axes.plot(x, 1e3 * y, ".", color=colour, markersize=2.0 if x.size > _MANY else 5.0, alpha=0.35)
         places = np.linspace(*readings.span_mm, _FINE)
-        axes.plot(places, _says(best, places, way), color=colour, linewidth=0.9, label=words)
+        axes.plot(places, _says(best, places, way, readings), color=colour, linewidth=0.9, label=words)
     axes.set(xlabel="position, mm", ylabel="error, µm")
     axes.set_title(f"Readings along the axis, and {best.name}")
     _legend(axes)
@@ -87,8 +87,9 @@ def draw_between(axes: Axes, result: PredictorComparison, rows: list[Row]) -> No
         best = next((row for row in rows if row.kind == kind), None)
         for way, _, _ in _WAYS:
             if best is not None and way in measured:
-                axes.plot(places, _says(best, places, way), _LINES[kind], color=COLOURS[kind], linewidth=1.2,
-                          label=words if way == min(measured) else None)  # fmt: skip
+                says = _says(best, places, way, result.parts.train)
+                label = words if way == min(measured) else None
+                axes.plot(places, says, _LINES[kind], color=COLOURS[kind], linewidth=1.2, label=label)
     axes.set(xlabel="position, mm", ylabel="error, µm")
     turns = "between the targets" if result.pitch_mm is None else f"{_TURNS:g} turns of the screw"
     axes.set_title(f"In the middle, {turns}: the best of each kind")
@@ -131,11 +132,13 @@ def draw_left(axes: Axes, heldout: Samples, best: Row, pitch_mm: float | None) -
     _legend(axes)
 
 
-def _says(row: Row, places_mm: Floats, way: float) -> Floats:
-    """Return what a predictor says, in µm."""
+def _says(row: Row, places_mm: Floats, way: float, readings: Samples) -> Floats:
+    """Return what a predictor says, in µm; other axes that it looks at stand in the middle of their readings."""
     if row.predictor is None:
         return np.zeros(places_mm.size)
-    return 1e3 * np.asarray(row.predictor.error_mm(places_mm, np.full(places_mm.size, way)))
+    inputs = row.predictor.inputs
+    others = [np.median(readings.seen_by(inputs)[name]) for name in inputs[2:]]
+    return 1e3 * np.asarray(row.predictor.error_mm(places_mm, np.full(places_mm.size, way), *others))
 
 
 def _thinned(samples: Samples, way: float) -> tuple[Floats, Floats]:

@@ -103,3 +103,11 @@ def test_columns_that_contradict_give_one_error(tmp_path, head, third, says):
 
 def test_a_letter_names_an_axis_but_no_number(tmp_path):
     assert load_dataset(written(tmp_path, head="# axis: z\n")).axis is None
+
+
+def test_a_comparison_of_several_axes_has_a_picture(tmp_path):
+    from rtec.report.figures_training import write_training_figure
+
+    result = compare_predictors(load_dataset(written(tmp_path)), methods=of(NAMES[:-1]))
+    write_training_figure(tmp_path / "grid.png", result)
+    assert (tmp_path / "grid.png").stat().st_size > 10_000
