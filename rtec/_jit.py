@@ -53,6 +53,16 @@ def step(function: _F) -> _F:
     return _machine_code.part(function, forceinline=True, _nrt=False)
 
 
+def fused_step(function: _F) -> _F:
+    """Compile a step in which a product and the sum it goes into may be one instruction, rounded once."""
+    return _machine_code.part(function, forceinline=True, _nrt=False, fastmath={"contract"})
+
+
+def fused_kernel(function: _F) -> _F:
+    """Compile a kernel as `kernel` does; a product and the sum it goes into may be one instruction, rounded once."""
+    return _compile(function, cache=True, nogil=True, _nrt=False, fastmath={"contract"})
+
+
 def written_out(function: _F) -> _F:
     """Write a function out in every place that calls it, before types are known: compiled code returns no records."""
     return _compile(function, inline="always", _nrt=False)
