@@ -73,6 +73,11 @@ def helper(function: _F) -> _F:
     return _machine_code.part(function, _nrt=False)
 
 
+def summing_helper(function: _F) -> _F:
+    """Compile a helper whose sums may be made in any order, so that the compiler makes several at once."""
+    return _machine_code.part(function, _nrt=False, fastmath={"contract", "nsz", "reassoc"})
+
+
 def kernel(function: _F) -> _F:
     """Compile a loop that Python calls; its machine code is cached on disk.
 

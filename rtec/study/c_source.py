@@ -21,8 +21,7 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError
 from rtec.predictors import BidirectionalTable, UnidirectionalTable
 from rtec.predictors.between import Between
-from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.network import TOUCH_MM
+from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
 from rtec.study.compensation import Compensation
 
