@@ -169,7 +169,7 @@ def compiled(function: _F, folder: Path, **options: Any) -> _F:
     try:
         for name, value in settings.items():
             setattr(config, name, value)
-        dispatcher: _F = njit(error_model="numpy", fastmath=False, **options)(function)
+        dispatcher: _F = njit(**{"error_model": "numpy", "fastmath": False} | options)(function)
         return dispatcher
     finally:
         for name, value in before.items():

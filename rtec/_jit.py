@@ -53,6 +53,16 @@ def step(function: _F) -> _F:
     return _machine_code.part(function, forceinline=True, _nrt=False)
 
 
+def fused_step(function: _F) -> _F:
+    """Compile a step in which a product and the sum it goes into may be one instruction, rounded once."""
+    return _machine_code.part(function, forceinline=True, _nrt=False, fastmath={"contract"})
+
+
+def fused_kernel(function: _F) -> _F:
+    """Compile a kernel as `kernel` does; a product and the sum it goes into may be one instruction, rounded once."""
+    return _compile(function, cache=True, nogil=True, _nrt=False, fastmath={"contract"})
+
+
 def written_out(function: _F) -> _F:
     """Write a function out in every place that calls it, before types are known: compiled code returns no records."""
     return _compile(function, inline="always", _nrt=False)
@@ -61,6 +71,11 @@ def written_out(function: _F) -> _F:
 def helper(function: _F) -> _F:
     """Compile a function that loops call now and then, kept as one copy."""
     return _machine_code.part(function, _nrt=False)
+
+
+def summing_helper(function: _F) -> _F:
+    """Compile a helper whose sums may be made in any order, so that the compiler makes several at once."""
+    return _machine_code.part(function, _nrt=False, fastmath={"contract", "nsz", "reassoc"})
 
 
 def kernel(function: _F) -> _F:

@@ -13,7 +13,7 @@ from rtec.predictors.between import Between
 from rtec.predictors.cautious import Cautious
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
-from rtec.predictors.network import LatheNetwork, SigmoidLayer, SigmoidNetwork
+from rtec.predictors.network import LatheNetwork
 from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
 from rtec.predictors.protocol import FORWARD, REVERSE, Model, NoError, Outside, Predictor
 from rtec.predictors.step_model import StepModel, growth
@@ -37,8 +37,6 @@ __all__ = [
     "NoError",
     "Outside",
     "Predictor",
-    "SigmoidLayer",
-    "SigmoidNetwork",
     "StepModel",
     "TrainedNetworks",
     "UnidirectionalTable",

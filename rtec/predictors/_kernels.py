@@ -15,25 +15,20 @@ A curve is a model of position and direction, in this order, alone.
 `growth_error`
     The temperature at which there is none, and mm for each degree; the temperature is the only input.
 
-`network_error`
-    ``low, high, pitch, touch, unit`` (mm), then the long-range network, then the cyclic one, each as
-    ``n, weights[n], biases_forward[n], biases_reverse[n], layer_weights[n], bias``. Inputs and outputs of both are in
-    ``unit``. The position is held in low .. high; the cyclic network sees it modulo ``pitch``, and a position at most
-    ``touch`` below a multiple of the pitch counts as that multiple (input 0): the cyclic network is not continuous
-    there, and rounding would choose the side. A network of n = 0 neurons gives its bias; the pitch is above zero.
-
 `cubic_error`
     ``n, positions[n], errors[n], slopes[n]`` of the forward direction, then the same of the reverse direction: a
     cubic between two points that has their errors and slopes.
 
 `layered_error`
     ``low, high`` (mm) in which the first input is held, ``pitch, touch`` (mm), the number of networks, the most
-    neurons of a layer and room for twice as many, which the function writes into; then each network, whose outputs
-    are added: ``inputs, hidden layers, neurons of each``; for each input ``place, kind, middle, half``; weights and
-    biases layer by layer as `rtec.predictors.fitting.layers` has them; ``bias, factor`` of the output in mm. An input
-    of kind PLAIN is what stands at its place less the middle, divided by the half; before that, a SIGN is 0 forward
-    and 1 in reverse, a TURN the position within a turn of the screw in mm; a HELD is held within the half of the
-    middle.
+    neurons of a layer rounded up to a multiple of EIGHT, and room for twice as many, which the function writes into;
+    then each network, whose outputs are added: ``inputs, hidden layers, neurons of each``; for each input ``place,
+    kind, middle, half``; weights and biases layer by layer as `rtec.predictors.fitting.layers` has them; ``bias,
+    factor`` of the output in mm. An input of kind PLAIN is what stands at its place less the middle, divided by the
+    half; before that, a SIGN is 0 forward and 1 in reverse, a TURN the position within a turn of the screw in mm. A
+    position at most ``touch`` below a multiple of the pitch counts as that multiple: a network need not be continuous
+    there, and rounding would choose the side.
+    A HELD is held within the half of the middle.
 
 `tables_error`
     ``low, high`` (mm) in which the first input is held, the number of tables; then each table, which are added:
@@ -50,8 +45,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rtec._jit import helper, kernel
+from rtec._jit import fused_kernel, helper, kernel, summing_helper
 from rtec.link._frame_kernels import MOST_AXES
+from rtec.predictors._logistic_kernels import logistic
 
 POSITION, DIRECTION, VELOCITY, TIME = 0, 1, 2, 3
 """Places of what the PC senses of its own axis: mm, +1 or -1, mm/s, and its clock in s."""
@@ -65,14 +61,14 @@ PLAIN, SIGN, TURN, HELD = 0, 1, 2, 3
 """Kinds of inputs of a layered network."""
 LAYERED_HEAD = 6
 """Numbers in front of the room of layered networks."""
+EIGHT = 8
+"""Neurons that answer at once; those beyond the last of a layer answer, too, to nobody."""
 MOST_NEURONS = 64
 """In a layer."""
 TABLE_HEAD = 6
 """Numbers in front of the positions of a table in a sum."""
 MOST_TABLES = 1000
 """In a sum."""
-NETWORK_HEAD = 5
-"""Numbers in front of the first network."""
 
 
 @helper
@@ -123,25 +119,12 @@ def _cubic(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> flo
     return left + t * (rising + t * (3.0 * rise - 2.0 * rising - falling + t * (rising + falling - 2.0 * rise)))
 
 
-@helper
-def _logsig(x: float) -> float:
-    """Return 1 / (1 + exp(-x)) without an overflow on either side."""
-    if x >= 0.0:
-        return 1.0 / (1.0 + math.exp(-x))
-    rising = math.exp(x)
-    return rising / (1.0 + rising)
-
-
-@helper
-def _network(par: npt.NDArray[np.float64], start: int, position: float, direction: int) -> float:
-    """Return the output of the network whose count of neurons stands at index ``start``."""
-    n = int(par[start])
-    weights = start + 1
-    biases = weights + n if direction >= 0 else weights + 2 * n
-    layer = weights + 3 * n
-    total = par[layer + n]
-    for i in range(n):
-        total += par[layer + i] * _logsig(par[biases + i] + par[weights + i] * position)
+@summing_helper
+def _product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> float:
+    """Return the sum of products of two columns."""
+    total = 0.0
+    for i in range(left.size):
+        total += left[i] * right[i]
     return total
 
 
@@ -179,24 +162,6 @@ def table_error(
 
 
 @kernel
-def network_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
-    """Return the error of a pair of sigmoid networks, long-range and cyclic."""
-    held_mm = min(max(inputs[0], numbers[0]), numbers[1])
-    direction = 1 if inputs[1] >= 0.0 else -1
-    pitch_mm = numbers[2]
-    phase_mm = within_turn(held_mm, pitch_mm, numbers[3])
-    unit_mm = numbers[4]
-    cyclic = NETWORK_HEAD + 4 * int(numbers[NETWORK_HEAD]) + 2
-    long_range = _network(numbers, NETWORK_HEAD, held_mm / unit_mm, direction)
-    return float((long_range + _network(numbers, cyclic, phase_mm / unit_mm, direction)) * unit_mm)
-
-
-@kernel
 def cubic_error(
     numbers: npt.NDArray[np.float64],
     inputs: npt.NDArray[np.float64],
@@ -211,7 +176,7 @@ def cubic_error(
     return float(_cubic(numbers, reverse + 1, int(numbers[reverse]), inputs[0]))
 
 
-@kernel
+@fused_kernel
 def layered_error(
     numbers: npt.NDArray[np.float64],
     inputs: npt.NDArray[np.float64],
@@ -221,11 +186,10 @@ def layered_error(
     """Return the sum of networks of logistic neurons."""
     held_mm = min(max(inputs[0], numbers[0]), numbers[1])
     most = int(numbers[5])
-    seen = LAYERED_HEAD
-    given = seen + most
-    at = given + most
+    at = LAYERED_HEAD + 2 * most
     total = 0.0
     for _ in range(int(numbers[4])):
+        seen, given = LAYERED_HEAD, LAYERED_HEAD + most
         before = int(numbers[at])
         layers = int(numbers[at + 1])
         widths = at + 2
@@ -243,19 +207,23 @@ def layered_error(
             at += 4
         for layer in range(layers):
             after = int(numbers[widths + layer])
-            biases = at + before * after
+            level = numbers[given : given + EIGHT * ((after + EIGHT - 1) // EIGHT)]
+            # slices: of their indices the compiler knows that they are not negative
+            biases = numbers[at + before * after : at + (before + 1) * after]
             for j in range(after):
-                numbers[given + j] = numbers[biases + j]
+                level[j] = biases[j]
             for i in range(before):
+                one = numbers[seen + i]
+                weight = numbers[at : at + after]
                 for j in range(after):
-                    numbers[given + j] += numbers[seen + i] * numbers[at + i * after + j]
-            for j in range(after):
-                numbers[seen + j] = _logsig(numbers[given + j])
-            at = biases + after
+                    level[j] += one * weight[j]
+                at += after
+            for j in range(level.size):
+                level[j] = logistic(level[j])
+            at += after
             before = after
-        output = numbers[at + before]
-        for i in range(before):
-            output += numbers[seen + i] * numbers[at + i]
+            seen, given = given, seen
+        output = numbers[at + before] + _product(numbers[seen : seen + before], numbers[at : at + before])
         at += before + 1
         total += numbers[at] + numbers[at + 1] * output
         at += 2

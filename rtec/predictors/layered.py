@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,6 @@ from rtec.predictors import _kernels
 from rtec.predictors._columns import column, length, span
 from rtec.predictors.axis_tables import beside, reach_of
 from rtec.predictors.binding import CURVE, is_other_axis
-from rtec.predictors.network import TOUCH_MM
 from rtec.predictors.protocol import Curve
 
 Floats = npt.NDArray[np.float64]
@@ -22,6 +22,13 @@ Floats = npt.NDArray[np.float64]
 INPUTS = {"position": (0, _kernels.PLAIN), "direction": (1, _kernels.SIGN), "turn": (0, _kernels.TURN)}
 """What a network may look at: the position, the direction (0 forward, 1 reverse), the place in the turn; and how the
 compiled function finds it."""
+TOUCH_MM = 0.0005
+"""A position at most this far below a multiple of the pitch counts as that multiple.
+
+It is half a count of the lathe's scale. The printed cyclic network jumps where the screw has turned once, which no
+screw does. An axis at rest at such a target stands up to half a count beside it, and must not fall on the wrong side
+of the jump.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -160,5 +167,6 @@ class TrainedNetworks(Curve):
         """A new array; its layout stands in ``_kernels.py``."""
         inputs = self.inputs
         most = max(n for network in self.networks for n in (len(network.inputs), *network.hidden))
+        most = _kernels.EIGHT * math.ceil(most / _kernels.EIGHT)
         head = [*self.range_mm, self.pitch_mm, TOUCH_MM, float(len(self.networks)), float(most)]
         return np.concatenate([head, np.zeros(2 * most), *(network.numbers(inputs) for network in self.networks)])

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.predictors._kernels import within_turn
-from rtec.predictors.network import TOUCH_MM
+from rtec.predictors.layered import TOUCH_MM
 from rtec.report.diagnosis.readings import FORWARD, REVERSE
 from rtec.report.figures_style import GUIDE, INK, guide
 from rtec.training.results import BASE

@@ -22,8 +22,7 @@ from rtec.errors import ArgumentError
 from rtec.predictors import AxisTables, BidirectionalTable, Predictor, UnidirectionalTable
 from rtec.predictors.between import Between
 from rtec.predictors.binding import CURVE, OF_AXIS
-from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.network import TOUCH_MM
+from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
 from rtec.study.compensation import Compensation
 

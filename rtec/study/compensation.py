@@ -12,8 +12,7 @@ from rtec.inference.model import Model, Term
 from rtec.inference.static_predictor import MOST_POINTS, Floats, LeftOut, predictor_of_model, static_part
 from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, Predictor, UnidirectionalTable
 from rtec.predictors.binding import check_curve
-from rtec.predictors.layered import TrainedNetworks
-from rtec.predictors.network import TOUCH_MM
+from rtec.predictors.layered import TOUCH_MM, TrainedNetworks
 
 LINUXCNC_TRIPLETS = 256
 """Most nodes that LinuxCNC reads for a joint."""

@@ -106,8 +106,8 @@ The averages of four runs of the lathe's calibration, 1561 targets in both direc
 times are processor time on one core, peers and ours by turns. scipy's `least_squares` gets the same residuals and
 the same exact Jacobian; its iteration is the time over the Jacobians that it asked for, ours an epoch with all steps
 that were tried in it. scikit-learn trains on all readings at once by gradient descent with momentum, one gradient an
-epoch; an epoch of scaled conjugate gradient takes two, the second for the curvature. [What each algorithm
-reaches](predictors.md#table-4-1-again) stands elsewhere.
+epoch; an epoch of scaled conjugate gradient is a gradient and an exact second derivative along its direction. [What
+each algorithm reaches](predictors.md#table-4-1-again) stands elsewhere.
 """,
     ),
     "handshake": (

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors.fitting._layers_kernels import bend
+from rtec.predictors.fitting._layers_kernels import answer, bend, bend_last, through, through_last
 
 Floats = npt.NDArray[np.float64]
 
@@ -113,7 +113,7 @@ class Layers:
         self._delta = [np.empty((n, rows)) for n in shape.hidden]
         # first and second derivatives of levels along a direction of the weights
         self._along = [(np.empty((n, rows)), np.empty((n, rows))) for n in shape.hidden]
-        self._rows = rows
+        self._rows, self._ones = rows, np.ones(rows)
         self._sign = _sign_of(inputs)
         self._jacobian = np.empty((0, rows))
 
@@ -124,39 +124,26 @@ class Layers:
 
     def output(self, weights: Floats) -> Floats:
         """Return the output for every row of inputs, shape (n,)."""
-        with np.errstate(over="ignore"):  # exp of a great number is infinite, and the neuron 0, as it should be
-            for layer in range(len(self._delta)):
-                level = self._seen[layer + 1][:-1]
-                np.matmul(-self._weights(weights, layer).T, self._seen[layer], out=level)
-                np.exp(level, out=level)
-                level += 1.0
-                np.reciprocal(level, out=level)
+        for layer in range(len(self._delta)):
+            level = self._seen[layer + 1][:-1]
+            np.matmul(self._weights(weights, layer).T, self._seen[layer], out=level)
+            answer(level)
         found: Floats = self._weights(weights, len(self._delta))[:, 0] @ self._seen[-1]
         return found
 
-    def _back(self, weights: Floats) -> None:
-        """Find the slope of the output over what each hidden neuron is given; in the last layer, without its weight.
-
-        There the weight goes before sums over all readings are made or behind them, whichever is less work.
-        """
+    def _back(self, weights: Floats, residual: Floats) -> None:
+        """Find the slope of half the sum of squares over what each neuron is given; with ones, that of the output."""
         last = len(self._delta) - 1
         outer = self._weights(weights, last + 1)[:-1, 0]
-        for layer in range(last, -1, -1):
-            there, level = self._delta[layer], self._seen[layer + 1][:-1]
-            # the slope of the logistic function is level (1 - level)
-            if layer == last:
-                np.subtract(1.0, level, out=there)
-            else:
-                matrix = self._weights(weights, layer + 1)[:-1]
-                np.matmul(matrix * outer if layer + 1 == last else matrix, self._delta[layer + 1], out=there)
-                there -= there * level
-            there *= level
+        through_last(self._seen[-1][:-1], outer, residual, self._delta[last])
+        for layer in range(last - 1, -1, -1):
+            np.matmul(self._weights(weights, layer + 1)[:-1], self._delta[layer + 1], out=self._delta[layer])
+            through(self._seen[layer + 1][:-1], self._delta[layer])
 
     def gradient(self, weights: Floats, residual: Floats) -> Floats:
         """Return the gradient of half the sum of squares, shape (weights,), after ``output`` of the same weights."""
-        self._back(weights)
-        parts = [(seen * residual) @ delta.T for seen, delta in zip(self._seen, self._delta, strict=False)]
-        parts[-1] *= self._weights(weights, len(self._delta))[:-1, 0]
+        self._back(weights, residual)
+        parts = [seen @ delta.T for seen, delta in zip(self._seen, self._delta, strict=False)]
         return np.concatenate([*(part.ravel() for part in parts), self._seen[-1] @ residual])
 
     def curvature(self, weights: Floats, along: Floats, residual: Floats) -> float:
@@ -164,6 +151,7 @@ class Layers:
 
         After ``output`` of the same weights. It is exact (Pearlmutter 1994), and takes no exponential.
         """
+        last = len(self._along) - 1
         first = second = self._along[0][0]
         for layer, here in enumerate(self._along):
             matrix, change = self._weights(weights, layer), self._weights(along, layer)
@@ -172,12 +160,13 @@ class Layers:
                 np.add(here[0], matrix[:-1].T @ first, out=here[0])
                 np.matmul(matrix[:-1].T, second, out=here[1])
                 np.add(here[1], 2.0 * (change[:-1].T @ first), out=here[1])
-            bend(self._seen[layer + 1][:-1], *here, layer > 0)
+            if layer < last:
+                bend(self._seen[layer + 1][:-1], *here, layer > 0)
             first, second = here
-        last = len(self._delta)
-        matrix, change = self._weights(weights, last)[:, 0], self._weights(along, last)[:, 0]
-        slope = change @ self._seen[-1] + matrix[:-1] @ first
-        return float(slope @ slope + residual @ (2.0 * (change[:-1] @ first) + matrix[:-1] @ second))
+        outer, change = (self._weights(one, last + 1)[:, 0] for one in (weights, along))
+        rise, turn = np.full(self._rows, change[-1]), np.zeros(self._rows)
+        bend_last(self._seen[-1][:-1], first, second, last > 0, outer[:-1], change[:-1], rise, turn)
+        return float(rise @ rise + residual @ turn)
 
     def jacobian(self, weights: Floats) -> Floats:
         """Return the slopes of the output, shape (weights, n), after ``output`` of the same weights."""
@@ -187,8 +176,7 @@ class Layers:
 
     def _slopes(self, weights: Floats, out: Floats, without: int | None) -> None:
         """Write the slopes of the output, those of the weights of one input left out."""
-        self._back(weights)
-        self._delta[-1] *= self._weights(weights, len(self._delta))[:-1]
+        self._back(weights, self._ones)
         row = 0
         for layer, delta in enumerate(self._delta):
             for number, one in enumerate(self._seen[layer]):

@@ -16,8 +16,7 @@ from rtec.predictors.binding import axis_name
 from rtec.predictors.fitting.algorithms import Algorithm, Problem
 from rtec.predictors.fitting.layers import Layers, Shape
 from rtec.predictors.fitting.samples import Samples, means_over_turns
-from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.network import TOUCH_MM
+from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 
 Floats = npt.NDArray[np.float64]
 FIRST_SHARE = 0.6

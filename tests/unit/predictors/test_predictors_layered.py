@@ -37,6 +37,12 @@ def test_networks_add_up_and_see_position_direction_and_turn():
         assert float(predictor.error_mm(x, way)) == pytest.approx(wide + fine, abs=1e-15)
 
 
+def test_the_place_in_the_turn_of_negative_positions_is_within_it():
+    predictor = TrainedNetworks(networks=(LayeredNetwork(**TURN),), range_mm=(-100.0, 100.0), pitch_mm=4.0)
+    assert_allclose(predictor.error_mm([-1.0, -93.0], 1), predictor.error_mm([3.0, 3.0], 1), rtol=1e-15)
+    assert predictor.error_mm(3.0, 1) != predictor.error_mm(1.0, 1)
+
+
 def test_beyond_its_range_it_holds_the_error_of_the_end():
     predictor = TrainedNetworks(networks=(LayeredNetwork(**SLOPE),), range_mm=(10.0, 90.0))
     assert_allclose(predictor.error_mm(np.array([-500.0, 500.0]), 1), predictor.error_mm(np.array([10.0, 90.0]), 1))

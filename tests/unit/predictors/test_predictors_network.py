@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from rtec.errors import ArgumentError
-from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Outside, Predictor, SigmoidLayer, SigmoidNetwork
+from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Outside, Predictor
 
 INCH = 25.4
 LATHE = LatheNetwork()
@@ -131,71 +131,10 @@ def test_numbers_are_a_fresh_array_of_one_type():
     assert hash(LATHE) == hash(LatheNetwork())
 
 
-def simple_layer(weight: float, bias: float, out: float) -> SigmoidLayer:
-    return SigmoidLayer(
-        position_weights=[weight],
-        forward_biases=[bias],
-        reverse_biases=[-bias],
-        output_weights=[out],
-        output_bias=0.5,
-    )
-
-
-def test_a_network_by_hand():
-    # logsig(ln 3) = 3/4 forward, logsig(-ln 3) = 1/4 in reverse; each network gives 0.5 + 2 times that
-    layer = simple_layer(0.0, np.log(3.0), 2.0)
-    network = SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=4.0, range_mm=(-10.0, 10.0), unit_mm=2.0)
-    assert_allclose(network.error_mm([-7.0, 3.0], [FORWARD, REVERSE]), [2 * (2 * 2.0), 2 * (2 * 1.0)], rtol=1e-15)
-
-
-def test_phase_of_negative_positions_stays_within_the_turn():
-    flat = SigmoidLayer(position_weights=[], forward_biases=[], reverse_biases=[], output_weights=[], output_bias=0.0)
-    turn = simple_layer(1.0, 0.0, 1.0)
-    network = SigmoidNetwork(long_range=flat, cyclic=turn, pitch_mm=4.0, range_mm=(-100.0, 100.0), unit_mm=1.0)
-    assert_allclose(network.error_mm([-1.0, -93.0], FORWARD), network.error_mm([3.0, 3.0], FORWARD), rtol=1e-15)
-    assert_allclose(network.error_mm(3.0, FORWARD), 0.5 + 1 / (1 + np.exp(-3.0)), rtol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("changes", "named"),
-    [
-        ({"pitch_mm": 0.0}, "pitch_mm"),
-        ({"pitch_mm": -6.35}, "pitch_mm"),
-        ({"pitch_mm": float("nan")}, "pitch_mm, row 1"),
-        ({"range_mm": (5.0, 5.0)}, "range_mm"),
-        ({"range_mm": (1.0, 2.0, 3.0)}, "range_mm"),
-        ({"unit_mm": float("inf")}, "unit_mm, row 1"),
-    ],
-)
-def test_bad_networks(changes, named):
-    layer = simple_layer(1.0, 1.0, 1.0)
-    good = {"long_range": layer, "cyclic": layer, "pitch_mm": 4.0, "range_mm": (0.0, 10.0), "unit_mm": 1.0}
-    with pytest.raises(ArgumentError) as caught:
-        SigmoidNetwork(**{**good, **changes})
-    assert caught.value.name == named
-
-
-def test_a_layer_needs_columns_of_one_length():
-    with pytest.raises(ArgumentError, match="reverse_biases: a column of 2"):
-        SigmoidLayer(
-            position_weights=[1.0],
-            forward_biases=[1.0],
-            reverse_biases=[1.0, 2.0],
-            output_weights=[1.0],
-            output_bias=0.0,
-        )
-
-
-def test_large_inputs_saturate_without_overflow():
-    layer = simple_layer(1e6, 0.0, 1.0)
-    network = SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=1e6, range_mm=(-1e6, 1e6), unit_mm=1.0)
-    assert network.error_mm([-1e6 + 1, 1e6 - 1], FORWARD).tolist() == [0.5 + 1.5, 1.5 + 1.5]
-
-
 SAMPLE = """
 import numpy as np
 from numba import config
-from rtec.predictors import LatheNetwork, BidirectionalTable, NoError, SigmoidLayer, SigmoidNetwork
+from rtec.predictors import LatheNetwork, BidirectionalTable, LayeredNetwork, NoError, TrainedNetworks
 print(int(config.DISABLE_JIT))
 lathe = LatheNetwork()
 grid = np.linspace(20.0, 1030.0, 60)
@@ -204,9 +143,9 @@ for predictor in (lathe, table):
     for direction in (1, -1):
         print(*(float(x).hex() for x in predictor.error_mm(grid, direction)))
 print(NoError().error_mm(3.0, 1))
-layer = SigmoidLayer(position_weights=[1e6, -1e6], forward_biases=[0, 0], reverse_biases=[0, 0],
-                     output_weights=[1, 1], output_bias=0)
-print(SigmoidNetwork(long_range=layer, cyclic=layer, pitch_mm=5, range_mm=(0, 9)).error_mm([0.1, 9.0], 1).tolist())
+steep = LayeredNetwork(inputs=("turn",), middle=[0], half=[1], hidden=(2,), weights=[1e6, -1e6, 0, 0, 1, 1, 0],
+                       bias_mm=0.0, factor_mm=1.0)
+print(TrainedNetworks(networks=(steep, steep), pitch_mm=5, range_mm=(0, 9)).error_mm([0.1, 9.0], 1).tolist())
 """
 
 
@@ -229,4 +168,4 @@ def test_the_same_numbers_without_compilation_and_no_warning():
         values = [[float.fromhex(word) for word in line.split()] for line in (left, right)]
         assert len(values[0]) == 60
         assert_allclose(values[0], values[1], rtol=1e-12)
-    assert compiled[5:] == plain[5:] == ["0.0", "[50.8, 50.8]"]
+    assert compiled[5:] == plain[5:] == ["0.0", "[2.0, 2.0]"]
