@@ -123,7 +123,7 @@ def measure_grid(
     >>> leaning = Volume(slides=(Slide(), Slide(tilt_rad=(30e-6, 0.0, 0.0)), Slide()))
     >>> axes = [StationSettings(axis=axis) for axis in (1, 2, 3)]
     >>> found = measure_grid(axes, leaning, [(1.0, 0.0, 0.0), (1.0, 20.0, 0.0)], repeatability_mm=0.0)
-    >>> round(found.deviation_mm[1, 0] - found.deviation_mm[0, 0], 9)
+    >>> float((found.deviation_mm[1, 0] - found.deviation_mm[0, 0]).round(9))
     0.0006
     """
     if len(stations) != 3:
