@@ -23,6 +23,7 @@ import figures_firmware
 import figures_link
 import figures_live
 import figures_machine
+import figures_predictors
 import figures_signal
 import figures_train
 from figures import Figure, Setting, on_cores
@@ -38,6 +39,8 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "diagnosis": figures_diagnosis.diagnosis,
     "scan": figures_diagnosis.scan,
     "train": figures_train.train,
+    "predictors": figures_predictors.predictors,
+    "train-command": figures_predictors.train_command,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,
     "live": figures_live.live,

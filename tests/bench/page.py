@@ -110,6 +110,21 @@ epoch; an epoch of scaled conjugate gradient is a gradient and an exact second d
 each algorithm reaches](predictors.md#table-4-1-again) stands elsewhere.
 """,
     ),
+    "predictors": (
+        "Predictors at work",
+        """\
+The programme of the calibration in closed loop, Design B in the box, with each kind of predictor in the PC, fitted
+to the lathe's calibration before. Processor time of the whole run, by turns; every reading taken, every count
+accounted for. The PC asks its predictor every 10 ms of the machine's time.
+""",
+    ),
+    "train-command": (
+        "Training as a user types it",
+        """\
+`rtec train` on the calibration of `rtec run`, with its own budget, on two cores: wall time, and its best row beside
+the physical model.
+""",
+    ),
     "handshake": (
         "PC and box",
         """\
