@@ -18,8 +18,8 @@ MAX_BYTES = 1_000_000
 """A study or a plan is a page of text; a larger file is something else."""
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file.
+def read_toml(path: Path, *, most_bytes: int = MAX_BYTES) -> dict[str, Any]:
+    """Return the tables of a TOML file of at most so many bytes.
 
     Raises
     ------
@@ -30,8 +30,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         size = path.stat().st_size
         if not path.is_file():
             raise FileFormatError(path, None, "no regular file", "a TOML file")
-        if size > MAX_BYTES:
-            raise FileFormatError(path, None, f"{size} bytes", f"a TOML file of at most {MAX_BYTES} bytes")
+        if size > most_bytes:
+            raise FileFormatError(path, None, f"{size} bytes", f"a TOML file of at most {most_bytes} bytes")
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FileFormatError(path, None, f"byte {error.start} is not UTF-8", "TOML in UTF-8") from None

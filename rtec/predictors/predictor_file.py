@@ -50,6 +50,8 @@ from rtec.units import LENGTH
 from rtec.whole_file import WholeFile
 
 VERSION = 1
+MOST_BYTES = 16_000_000
+"""Of a file: tables of some 200 000 points in each direction."""
 NETWORKS, TABLE, AXES = "networks", "table", "tables of axes"
 _HEAD = ("predictor", "version", "name", "source", "axis", "range", "interval")
 _NETWORK = ("inputs", "middle", "half", "hidden", "weights", "bias_mm", "factor_mm")
@@ -88,7 +90,7 @@ def is_predictor_file(path: str | Path) -> bool:
     FileFormatError
         No readable TOML.
     """
-    return "predictor" in read_toml(Path(path))
+    return "predictor" in read_toml(Path(path), most_bytes=MOST_BYTES)
 
 
 def read_predictor(path: str | Path) -> KnownPredictor:
@@ -101,7 +103,7 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     ArgumentError
         A value that cannot be: it names file and key.
     """
-    given = read_toml(Path(path))
+    given = read_toml(Path(path), most_bytes=MOST_BYTES)
     kinds = {NETWORKS: ("pitch", "network"), TABLE: ("between", "backlash", "forward", "reverse")}
     kinds[AXES] = ("table",)
     kind = given.get("predictor")

@@ -216,9 +216,9 @@ class _Run:
 
 def judged(row: Row, fitted: Fitted, parts: Parts, train_s: float) -> Row:
     """Return the row of what a method gave: its errors, how sure it is, and what it costs."""
-    off_train, off_heldout = (_off(fitted.predictor, part) for part in (parts.train, parts.heldout))
+    off_train, off_heldout = (part.left_by(fitted.predictor) for part in (parts.train, parts.heldout))
     unsure = fitted.predictor if fitted.unsure is None else fitted.unsure
-    interval = conformal_mm(_off(unsure, parts.sure))
+    interval = conformal_mm(parts.sure.left_by(unsure))
     return replace(
         row,
         predictor=fitted.predictor,
@@ -275,10 +275,6 @@ def evaluation_ns(predictor: Predictor, span_mm: tuple[float, float]) -> float:
     begun = time.thread_time()
     predictor.error_mm(x, way, *others)
     return (time.thread_time() - begun) / _TIMED * 1e9
-
-
-def _off(predictor: Predictor, samples: Samples) -> np.ndarray:
-    return samples.left_by(predictor)
 
 
 def _rms(values: np.ndarray) -> float:

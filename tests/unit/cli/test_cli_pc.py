@@ -67,6 +67,21 @@ def test_a_table_is_corrected(capsys, box, table):
     assert station.view.inserted_counts == 12
 
 
+@pytest.mark.parametrize(("words", "steps"), [([], 3), (["--cautious"], 2)])
+def test_with_caution_no_more_is_asked_for_than_the_interval_supports(capsys, box, tmp_path, words, steps):
+    """12 µm are three steps of 4 counts; of 12 ± 5 µm, 7 µm are sure: two steps."""
+    from rtec.predictors import KnownPredictor, UnidirectionalTable, write_predictor
+
+    channel, station = box
+    table = UnidirectionalTable(positions_mm=[-5.0, 200.0], errors_mm=[0.012, 0.012], backlash_mm=0.0)
+    file = tmp_path / "p.toml"
+    write_predictor(file, KnownPredictor(predictor=table, name="table", interval_mm=0.005))
+    code, report, _ = run_pc(capsys, *on(channel), "--model", str(file), *words, "--duration", "2s")
+    assert code == 0
+    assert report["axes"][0]["completed"] == steps
+    assert station.view.inserted_counts == 4 * steps
+
+
 def test_probing_corrects_nothing(capsys, box, table):
     channel, station = box
     code, report, _ = run_pc(capsys, *on(channel), "--table", str(table), "--probe", "--duration", "500ms")

@@ -221,3 +221,16 @@ def test_what_is_hardly_toml_gives_one_error(tmp_path, content):
     file.write_bytes(content)
     with pytest.raises(FileFormatError, match=r"p\.toml"):
         read_predictor(file)
+
+
+def test_a_table_of_many_points_is_read_back_and_a_monster_is_not(tmp_path, monkeypatch):
+    x = np.arange(30_000) * 0.033
+    table = UnidirectionalTable(positions_mm=x, errors_mm=np.sin(x) / 300.0, backlash_mm=0.0)
+    file = tmp_path / "long.toml"
+    write_predictor(file, KnownPredictor(predictor=table, name="table"))
+    assert file.stat().st_size > 1_000_000
+    assert is_predictor_file(file)
+    assert read_predictor(file).predictor == table
+    monkeypatch.setattr("rtec.predictors.predictor_file.MOST_BYTES", 500_000)
+    with pytest.raises(FileFormatError, match="at most 500000 bytes"):
+        read_predictor(file)
