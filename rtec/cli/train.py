@@ -71,7 +71,7 @@ def train(
         raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
     budget_s = parse_quantity(budget, TIME, name="--budget")
     if not 0.0 < budget_s <= 1e6:
-        raise ArgumentError("--budget", budget, "a time above 0 s")
+        raise ArgumentError("--budget", budget, "a time above 0 s, up to 1e6 s")
     facts = _measured.facts_of(screw_pitch, None, counts_per_rev, None)
     with progress(f"training on {data.name}") as show:
         given = _measured.read_inputs(data, model=None, heldout=heldout, lock=False, observe=None, facts=facts)
@@ -84,6 +84,8 @@ def train(
             seed=seed,
             progress=lambda what, share: show(share, what),
         )
+    if not json:  # before anything is written: a full disk shall not take the figures with it
+        _show(result, given.dataset.notes)
     chosen = _chosen(result, pick) if output is not None else None
     if output is not None and chosen is not None:
         _write(output, result, chosen)
@@ -91,7 +93,13 @@ def train(
         from rtec.report.figures_training import write_training_figure
 
         write_training_figure(figure, result)
-    _show(result, output, chosen, notes=given.dataset.notes, json=json)
+    if json:
+        from rtec.report.training import training_document
+
+        written = {} if output is None or chosen is None else {"model": str(output), "written": chosen.name}
+        print_json(training_document(result) | written)
+    elif output is not None and chosen is not None:
+        typer.echo(f"{output}: {chosen.name}")
     if result.interrupted:
         raise typer.Exit(_INTERRUPTED)
 
@@ -107,6 +115,8 @@ def _chosen(result: PredictorComparison, pick: str | None) -> Row:
     row = result.best if pick is None else result.named(pick)
     if row is None or not row.works:
         why = "no predictor has a figure" if row is None or row.reason is None else row.reason
+        if row is None and pick is not None:
+            why = "it needs a measurement that tells where other axes stood, in columns such as position_2_mm"
         raise ArgumentError("--output" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
     return row
 
@@ -127,16 +137,11 @@ def _write(path: Path, result: PredictorComparison, row: Row) -> None:
         write_predictor(path, known)
 
 
-def _show(
-    result: PredictorComparison, output: Path | None, chosen: Row | None, *, notes: tuple[str, ...], json: bool
-) -> None:
-    from rtec.report.training import training_document, training_sentence, training_table
-
-    if json:
-        written = {} if output is None or chosen is None else {"model": str(output), "written": chosen.name}
-        print_json(training_document(result) | written)
-        return
+def _show(result: PredictorComparison, notes: tuple[str, ...]) -> None:
+    """Print the table, and what it says in sentences."""
     from rich.console import Console
+
+    from rtec.report.training import training_sentence, training_table
 
     for sentence in (*notes, *result.notes):
         note(sentence)
@@ -146,5 +151,3 @@ def _show(
     else:  # a file or another program gets whole lines
         Console(highlight=False, width=_WHOLE_LINES).print(training_table(result))
     console.print(training_sentence(result), soft_wrap=True, markup=False)
-    if output is not None and chosen is not None:
-        typer.echo(f"{output}: {chosen.name}")

@@ -154,3 +154,24 @@ def test_caution_with_a_model_of_a_diagnosis_is_refused(tmp_path):
     (tmp_path / "m.toml").write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n')
     with pytest.raises(ArgumentError, match="without an interval"):
         predictor_of_file(tmp_path / "m.toml", 0.0, 80.0, cautious=True)
+
+
+def test_the_figures_are_seen_where_the_predictor_cannot_be_written(files, capsys, monkeypatch):
+    from rtec.errors import OutputError
+
+    def full(path, known):
+        raise OutputError(str(path), "No space left on device", "free some space")
+
+    monkeypatch.setattr("rtec.predictors.write_predictor", full)
+    words = ["--budget", "1 ms", "--starts", "1", "--pick", PICKED, "-o", str(files / "full.toml")]
+    assert main(["train", str(files / "axis.csv"), *words]) == 2
+    out, err = capsys.readouterr()
+    assert PICKED in out and "Best: " in out
+    assert "No space left" in err
+
+
+def test_the_geometry_of_other_axes_needs_their_places(files, capsys):
+    words = ["--budget", "1 ms", "--starts", "1", "--pick", "angles", "-o", str(files / "angles.toml")]
+    assert main(["train", str(files / "axis.csv"), *words]) == 2
+    assert "columns such as position_2_mm" in capsys.readouterr().err
+    assert not (files / "angles.toml").exists()
