@@ -88,8 +88,10 @@ def train(
         _show(result, given.dataset.notes)
     chosen = _chosen(result, pick) if output is not None else None
     if output is not None and chosen is not None:
+        _measured.check_new_file("--output", output, force=force)  # somebody may have written it in the meantime
         _write(output, result, chosen)
     if figure is not None:
+        _measured.check_new_figure("--figure", figure, force=force)
         from rtec.report.figures_training import write_training_figure
 
         write_training_figure(figure, result)

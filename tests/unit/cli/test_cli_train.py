@@ -175,3 +175,19 @@ def test_the_geometry_of_other_axes_needs_their_places(files, capsys):
     assert main(["train", str(files / "axis.csv"), *words]) == 2
     assert "columns such as position_2_mm" in capsys.readouterr().err
     assert not (files / "angles.toml").exists()
+
+
+def test_a_file_that_appears_during_the_training_is_not_overwritten(files, capsys, monkeypatch):
+    import rtec.training
+
+    file, fit = files / "meanwhile.toml", rtec.training.compare_predictors
+
+    def slow(*given, **more):
+        file.write_text("of somebody else")
+        return fit(*given, **more)
+
+    monkeypatch.setattr("rtec.training.compare_predictors", slow)
+    words = ["--budget", "1 ms", "--starts", "1", "--pick", PICKED, "-o", str(file)]
+    assert main(["train", str(files / "axis.csv"), *words]) == 2
+    assert "exists" in capsys.readouterr().err
+    assert file.read_text() == "of somebody else"
