@@ -180,7 +180,7 @@ class Cell:
         return tuple(float(state.servo.x * settings.encoder.count_mm) for state, settings in pairs)
 
     @property
-    def moves(self) -> int:
+    def moves_made(self) -> int:
         """Return how many moves of the program the first axis has made."""
         return int(self._stations[0].moves)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rtec.checks import number_within
+from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.machine.cell import AxisOutcome, Cell
 from rtec.machine.moves import Line
@@ -130,41 +130,41 @@ def measure_grid(
         raise ArgumentError("stations", f"{len(stations)} axes", "three")
     if not places_mm:
         raise ArgumentError("places_mm", "none", "one or more")
+    for place in places_mm:
+        if len(place) != len(stations):
+            raise ArgumentError("places_mm", f"a place of {len(place)} axes", f"{len(stations)} positions each")
     number_within("repeatability_mm", repeatability_mm, 0.0, 1.0, unit="mm")
     number_within("rest_s", rest_s, 0.1, 3600.0, unit="s")
-    visits = [tuple(place) for _ in range(runs) for place in places_mm]
-    lead = tuple(x - _LEAD_MM for x in visits[0])
-    # a line without length has no share of which axes could be at the same one
-    stops = [lead, *(place for before, place in zip([lead, *visits], visits, strict=False) if place != before)]
-    lines = [Line(targets_mm=stop, speed_mm_s=feed_mm_s, rest_s=rest_s) for stop in stops]
+    whole_within("runs", runs, 1, 10_000)
+    visits = np.tile(np.asarray(places_mm, dtype=np.float64), (runs, 1))
+    path = np.vstack([visits[:1] - _LEAD_MM, visits])
+    step = np.diff(path, axis=0)
+    # a place that is visited twice in a row is one stop: a line without length has no shares for the axes to be at
+    new = np.append(True, step.any(axis=1))
+    lines = [Line(targets_mm=tuple(stop), speed_mm_s=feed_mm_s, rest_s=rest_s) for stop in path[new].tolist()]
     cell = Cell(stations, lines, NoError() if predictor is None else predictor)
-    seen = _seen_at_stops(cell, len(stops), progress)
-    target, direction, position, run = [], [], [], []
-    way, at = np.ones(3), 0
-    for number, place in enumerate(visits):
-        if np.any(np.asarray(place) != np.asarray(stops[at])):
-            step = np.subtract(stops[at + 1], stops[at])
-            way = np.where(step == 0.0, way, np.sign(step))
-            at += 1
-        if at >= len(seen):
-            break
-        target.append(place)
-        direction.append(way)
-        position.append(seen[at])
-        run.append(1 + number // len(places_mm))
-    shape = -1, 3
-    targets, ways, places = (
-        np.array(each, dtype=np.float64).reshape(shape) for each in (target, direction, position)
-    )
-    noise = np.random.default_rng(seed).normal(0.0, repeatability_mm, places.shape)
+    seen = _seen_at_stops(cell, len(lines), progress)
+    stop = np.cumsum(new)[1:] - 1
+    made = stop < len(seen)
+    target, way = visits[made], _directions(step)[made]
+    position = np.array(seen).reshape(-1, 3)[stop[made]]
+    noise = np.random.default_rng(seed).normal(0.0, repeatability_mm, target.shape)
     return GridReadings(
-        target_mm=targets,
-        direction=ways,
-        deviation_mm=places + volume.error_mm(places, ways) - targets + noise,
-        run=np.array(run, dtype=np.int64),
+        target_mm=target,
+        direction=way,
+        deviation_mm=position + volume.error_mm(position, way) - target + noise,
+        run=1 + np.flatnonzero(made) // len(places_mm),
         outcomes=cell.axes,
-        held=len(seen) < len(stops),
+        held=len(seen) < len(lines),
     )
+
+
+def _directions(step: Floats) -> Floats:
+    """Return the direction of the last motion of each axis, shape (visits, axes); the first step moves all."""
+    way = np.sign(step)
+    for k in range(1, way.shape[0]):
+        way[k] = np.where(way[k] == 0.0, way[k - 1], way[k])
+    return way
 
 
 def _seen_at_stops(cell: Cell, stops: int, progress: Callable[[float], None]) -> list[tuple[float, ...]]:
@@ -173,7 +173,7 @@ def _seen_at_stops(cell: Cell, stops: int, progress: Callable[[float], None]) ->
     while len(found) < stops and cell.held_ps is None:
         places = cell.positions_mm
         cell.run(until_ps=cell.now_ps + _LOOK_PS)
-        if cell.moves > len(found):
+        if cell.moves_made > len(found):
             found.append(places)
             progress(len(found) / stops)
     return found

@@ -136,8 +136,7 @@ def _says(row: Row, places_mm: Floats, way: float, readings: Samples) -> Floats:
     """Return what a predictor says, in µm; other axes that it looks at stand in the middle of their readings."""
     if row.predictor is None:
         return np.zeros(places_mm.size)
-    inputs = row.predictor.inputs
-    others = [np.median(readings.seen_by(inputs)[name]) for name in inputs[2:]]
+    others = [np.median(places) for places in readings.seen_by(row.predictor.inputs[2:]).values()]
     return 1e3 * np.asarray(row.predictor.error_mm(places_mm, np.full(places_mm.size, way), *others))
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from diagnosis_job import lathe_calibration
+from into_page import print_or_write
 from threadpoolctl import threadpool_limits
 
 from rtec.predictors.fitting.algorithms import Algorithm, Problem
@@ -35,7 +36,6 @@ PITCH_MM = 0.25 * MM_PER_INCH
 PUBLISHED = {Algorithm.RPROP: (23.4, 4.67e-4), Algorithm.SCG: (44.9, 3.67e-4)}
 PUBLISHED |= {Algorithm.BFGS: (54.3, 1.23e-7), Algorithm.LM: (65.8, 4.81e-8)}
 """Seconds and final error of Table 4-1, in its order."""
-BEGIN, END = "<!-- tables of tests/bench/table_4_1.py -->\n", "<!-- end of the tables -->\n"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,14 +221,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, help="page in which the tables stand between two comments")
     given = parser.parse_args()
     with threadpool_limits(1):
-        text = tables(given.starts)
-    if given.output is None:
-        sys.stdout.write(text)
-        return 0
-    page = given.output.read_text(encoding="utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    given.output.write_text(f"{before}{BEGIN}\n{text}{END}{after}", encoding="utf-8")
+        print_or_write(parser, given.output, "table_4_1", lambda: tables(given.starts))
     return 0
 
 

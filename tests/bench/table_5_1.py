@@ -29,6 +29,7 @@ from corrected_axis import (
     uni_directional,
 )
 from figure_5_1 import stack_figure
+from into_page import print_or_write
 from threadpoolctl import threadpool_limits
 
 from rtec.injector import Design
@@ -51,10 +52,6 @@ PUBLISHED = {
 }
 """Of Table 5-1, in inches: maximum average error, maximum reversal, maximum repeat, cyclic (approximately)."""
 DRAWS, WHITE_DRAWS, WHITE_UM = 10, 5, range(13)
-BEGIN, END = (
-    "<!-- tables of tests/bench/table_5_1.py -->\n",
-    "<!-- end of the tables of tests/bench/table_5_1.py -->\n",
-)
 
 
 def recipes(lathe: Lathe, starts: int = STARTS) -> dict[str, Recipe]:
@@ -267,19 +264,15 @@ def main() -> int:
     given = parser.parse_args()
     if given.draws < 2:
         parser.error(f"argument --draws: {given.draws} have no standard deviation; 2 or more")
-    page = "" if given.output is None else given.output.read_text(encoding="utf-8")
-    if given.output is not None and not 0 <= page.find(BEGIN) < page.find(END):
-        parser.error(f"argument -o: {given.output} lacks the lines {BEGIN.strip()} and {END.strip()}")
-    with threadpool_limits(1):
+
+    def made() -> str:
         text, stacks = tables(given.draws)
-    if given.figure is not None:
-        given.figure.write_bytes(stack_figure(stacks, DRAWN))
-    if given.output is None:
-        sys.stdout.write(text)
-        return 0
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    given.output.write_text(f"{before}{BEGIN}\n{text}{END}{after}", encoding="utf-8")
+        if given.figure is not None:
+            given.figure.write_bytes(stack_figure(stacks, DRAWN))
+        return text
+
+    with threadpool_limits(1):
+        print_or_write(parser, given.output, "table_5_1", made)
     return 0
 
 

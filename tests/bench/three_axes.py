@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from into_page import print_or_write
 
 from rtec.axis.encoder import Encoder
 from rtec.dataset.load import load_dataset
@@ -30,10 +31,6 @@ from rtec.training import all_methods, compare_predictors
 SEED, REPEATABILITY_MM, BUDGET_S = 3, 0.0005, 6.0
 AXES = (1, 2, 3)
 NAMES = ("table bi-directional linear", "squareness", "straightness", "angles", "network 40 lm")
-BEGIN, END = (
-    "<!-- tables of tests/bench/three_axes.py -->\n",
-    "<!-- end of the tables of tests/bench/three_axes.py -->\n",
-)
 
 
 def stations() -> list[StationSettings]:
@@ -91,16 +88,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Correct three axes by where the others stand.")
     parser.add_argument("-o", "--output", type=Path, help="page in which the table stands between two comments")
     given = parser.parse_args()
-    page = "" if given.output is None else given.output.read_text(encoding="utf-8")
-    if given.output is not None and not 0 <= page.find(BEGIN) < page.find(END):
-        parser.error(f"argument -o: {given.output} lacks the lines {BEGIN.strip()} and {END.strip()}")
-    text = "".join(tables())
-    if given.output is None:
-        sys.stdout.write(text)
-        return 0
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    given.output.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+    print_or_write(parser, given.output, "three_axes", lambda: "".join(tables()) + "\n")
     return 0
 
 

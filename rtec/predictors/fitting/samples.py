@@ -92,7 +92,7 @@ class Samples:
 
     def left_by(self, predictor: Predictor) -> Floats:
         """Return what a predictor leaves of the readings, in mm, shape (n,)."""
-        others = [self.seen_by(predictor.inputs)[name] for name in predictor.inputs[2:]]
+        others = self.seen_by(predictor.inputs[2:]).values()
         return self.error_mm - predictor.error_mm(self.position_mm, self.direction, *others)
 
     def take(self, rows: npt.NDArray[np.bool_] | Ints) -> Samples:

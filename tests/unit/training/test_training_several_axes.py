@@ -101,6 +101,13 @@ def test_columns_that_contradict_give_one_error(tmp_path, head, third, says):
         _ = load_dataset(written(tmp_path, head=head, third=third)).other_axes_mm
 
 
+def test_a_file_knows_as_many_axes_as_a_bus():
+    from rtec.link.messages import MOST_AXES as ON_A_BUS
+    from rtec.metrology.columns import MOST_AXES
+
+    assert MOST_AXES == ON_A_BUS
+
+
 def test_a_letter_names_an_axis_but_no_number(tmp_path):
     assert load_dataset(written(tmp_path, head="# axis: z\n")).axis is None
 
