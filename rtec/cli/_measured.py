@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rtec.cli._arguments import whole_option
 from rtec.errors import ArgumentError, OutputError
+from rtec.units import NUMBER
 
 if TYPE_CHECKING:
     from rtec.dataset.dataset import Dataset
@@ -25,7 +27,7 @@ _FACTS = {
     "reference_temperature": "--reference-temperature",
 }
 """The option behind each fact of an axis."""
-_COUNTS = re.compile(r"\d{1,12}(?:\.\d{0,12})?\s*(?:counts?(?:/rev)?)?", re.ASCII)
+_COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
 _AXIS = "Facts of the axis, where the file does not state them"
 
 Data = Annotated[
@@ -53,7 +55,7 @@ CountsPerRev = Annotated[str | None, typer.Option(metavar="8192", help="Counts o
 ReferenceTemperature = Annotated[
     str | None, typer.Option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Draws the readings that are looked at of a very long file.")]
+Seed = Annotated[int, whole_option(low=0, help="Draws the readings that are looked at of a very long file.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from rtec.cli._arguments import whole
 from rtec.cli._console import announce_compilation, progress
 from rtec.cli.diagnose import show_diagnosis
 from rtec.errors import ArgumentError
+from rtec.units import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -158,7 +160,7 @@ def _dashed(key: str) -> str:
 
 def _nodes(text: str, dataset: Dataset) -> list[str]:
     """Return positions of nodes: as they are listed, or so many over the positions of the measurement."""
-    if not text.strip().isdigit():
+    if re.fullmatch(NUMBER, text.strip()) is None:
         return [part.strip() for part in text.split(",")]
     number = whole(text, name="--nodes")
     if not _FEWEST_NODES <= number <= _MOST_NODES:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
+from rtec.cli._arguments import whole_option
 from rtec.cli._console import announce_compilation, print_json, progress
 from rtec.errors import ArgumentError
 
@@ -32,7 +33,7 @@ def new(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
     ],
-    seed: Annotated[int, typer.Option(min=0, max=1 << 62, help="Decides what is hidden, and everything else.")] = 0,
+    seed: Annotated[int, whole_option(low=0, high=1 << 62, help="Decides what is hidden, and everything else.")] = 0,
     hide: Annotated[
         list[str] | None,
         typer.Option("--hide", metavar="EFFECT", help="What to hide, for teaching; repeatable."),
@@ -90,7 +91,7 @@ def measure(
     ],
     seed: Annotated[
         int | None,
-        typer.Option(min=1, max=1 << 62, help="Of noise and surroundings; one seed, one set of readings."),
+        whole_option(low=1, high=1 << 62, help="Of noise and surroundings; one seed, one set of readings."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
@@ -160,14 +161,14 @@ def reveal(
 
 
 def score(
-    trials: Annotated[int, typer.Option(min=1, max=100_000, help="Games on each line.")] = 20,
+    trials: Annotated[int, whole_option(low=1, high=100_000, help="Games on each line.")] = 20,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
-    seed: Annotated[int, typer.Option(min=0, max=1 << 32, help="Of all games.")] = 0,
+    seed: Annotated[int, whole_option(low=0, high=1 << 32, help="Of all games.")] = 0,
     jobs: Annotated[
-        int, typer.Option(min=1, max=64, help="Games played at the same time; the result is the same.")
+        int, whole_option(low=1, high=64, help="Games played at the same time; the result is the same.")
     ] = 1,
     json: _measured.Json = False,
 ) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._arguments import whole_option
 from rtec.cli._motion import MOTION_NAMES, read_motion
 from rtec.errors import ArgumentError
 
@@ -77,7 +78,7 @@ def check(
         str | None, _option("--design", _CONTRACT, "original|a|b|c", "Takes step and states from a known design.")
     ] = None,
     step: Annotated[
-        int | None, typer.Option("--step", metavar="N", help="Counts of one step.", rich_help_panel=_CONTRACT)
+        int | None, whole_option("--step", low=1, help="Counts of one step.", rich_help_panel=_CONTRACT)
     ] = None,
     states: Annotated[
         str | None,
@@ -128,8 +129,8 @@ def check(
     motion: Annotated[
         str | None, _option("--motion", None, MOTION_NAMES, "One more check: a step in this motion, at each phase.")
     ] = None,
-    tries: Annotated[int, typer.Option(min=16, max=10_000_000, metavar="N", help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt and the adversary.")] = 0,
+    tries: Annotated[int, whole_option(low=16, high=10_000_000, help="Streams of the hunt.")] = 3000,
+    seed: Annotated[int, whole_option(low=0, help="Of the hunt and the adversary.")] = 0,
     stream: Annotated[
         str | None, _option("--stream", None, "TEXT", "Play one stream only, as a failed check prints it.")
     ] = None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._arguments import whole_option
 from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_NAMES, read_motion
 from rtec.errors import ArgumentError
 from rtec.units import parse_time_ps
@@ -48,7 +49,7 @@ def envelope(
     acceleration: Annotated[
         str | None, typer.Option(metavar="'100 MHz/s'", help="Of the frequency, with --motion; 100 MHz/s.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, metavar="N", help="Of --motion adversary; 0.")] = None,
+    seed: Annotated[int | None, whole_option(low=0, help="Of --motion adversary; 0.")] = None,
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE.png|svg|pdf", help="Draw what each does at which frequency.")
     ] = None,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import choice
+from rtec.cli._arguments import choice, whole_option
 from rtec.cli._console import note, print_json, progress
 from rtec.errors import RtecError
 
@@ -35,7 +35,7 @@ def frame() -> None:
 def run(
     image: Hex,
     cycles: Annotated[
-        int, typer.Option(min=1, max=10**15, metavar="N", help="Machine cycles of twelve clocks, or single clocks.")
+        int, whole_option(low=1, high=10**15, help="Machine cycles of twelve clocks, or single clocks.")
     ] = 1_000_000,
     part: Annotated[
         str, typer.Option(metavar="8051|8052", help="128 bytes of RAM, or 256 and a third timer.")
@@ -70,11 +70,9 @@ def run(
 
 def trace(
     image: Hex,
-    instructions: Annotated[
-        int, typer.Option(min=1, max=10**6, metavar="N", help="How many instructions are listed.")
-    ] = 40,
+    instructions: Annotated[int, whole_option(low=1, high=10**6, help="How many instructions are listed.")] = 40,
     start: Annotated[
-        int, typer.Option("--from", min=0, max=10**12, metavar="CYCLE", help="Run to this cycle first, unlisted.")
+        int, whole_option("--from", low=0, high=10**12, metavar="CYCLE", help="Run to this cycle first, unlisted.")
     ] = 0,
     clock: Annotated[
         str, typer.Option(metavar="12MHz", help="Of the processor: what a cycle is in the VCD.")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import choice
+from rtec.cli._arguments import choice, whole_option
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -57,10 +57,10 @@ def check(
         ),
     ] = None,
     phases: Annotated[
-        int, typer.Option(min=1, max=10_000, metavar="N", help="Phases between edge and program, at each speed.")
+        int, whole_option(low=1, high=10_000, help="Phases between edge and program, at each speed.")
     ] = 24,
-    tries: Annotated[int, typer.Option(min=16, max=10_000_000, metavar="N", help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt for the worst case.")] = 0,
+    tries: Annotated[int, whole_option(low=16, high=10_000_000, help="Streams of the hunt.")] = 3000,
+    seed: Annotated[int, whole_option(low=0, help="Of the hunt for the worst case.")] = 0,
     figure: Annotated[
         Path | None,
         typer.Option(metavar="FILE.png", help="Draw the slowest insertion, or the shortest failing run."),

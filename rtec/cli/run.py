@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rtec.cli._arguments import whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.errors import ArgumentError
 
@@ -30,7 +31,7 @@ def run(
     repeatability: Annotated[
         str | None, typer.Option(help="Standard deviation of a reading, such as 1um; 0um for readings without noise.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the readings' noise.")] = None,
+    seed: Annotated[int | None, whole_option(low=0, help="Seed of the readings' noise.")] = None,
     firmware: Annotated[
         bool, typer.Option("--firmware", help="Run the box's real machine code in place of the behavioural model.")
     ] = False,

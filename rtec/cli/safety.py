@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._arguments import whole_option
 from rtec.errors import ArgumentError, OutputError
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ def safety(
     design: Annotated[
         list[str] | None, typer.Option(metavar="original|a|b|c", help="Only this design; may be given again.")
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Runs of each fault in each phase.")] = 3,
-    seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="Of everything that is random.")] = 1,
+    seeds: Annotated[int, whole_option(low=1, high=1000, help="Runs of each fault in each phase.")] = 3,
+    seed: Annotated[int, whole_option(low=0, high=(1 << 32) - 1, help="Of everything that is random.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
+from rtec.cli._arguments import whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.errors import ArgumentError, nearest
 
@@ -37,14 +38,14 @@ def train(
         Path | None, typer.Option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
     ] = None,
     budget: Annotated[str, typer.Option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
-    starts: Annotated[int, typer.Option(min=1, max=1000, help="Trainings of a network, from other weights.")] = 10,
+    starts: Annotated[int, whole_option(low=1, high=1000, help="Trainings of a network, from other weights.")] = 10,
     thesis: Annotated[
         bool,
         typer.Option("--thesis", help="Up to 10 000 epochs a training, no budget and no early end: hours."),
     ] = False,
     screw_pitch: _measured.ScrewPitch = None,
     counts_per_rev: _measured.CountsPerRev = None,
-    seed: Annotated[int, typer.Option(min=0, help="Draws what is held out, and the first weights.")] = 0,
+    seed: Annotated[int, whole_option(low=0, help="Draws what is held out, and the first weights.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
