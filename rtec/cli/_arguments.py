@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
+from rtec.cli._words import Completer, among
 from rtec.errors import ArgumentError, nearest
 from rtec.units import NUMBER, SHARE, parse_in, parse_quantity
 
@@ -44,6 +45,20 @@ def whole(text: str, *, name: str, low: int | None = None, high: int | None = No
     if (low is not None and number < low) or (high is not None and number > high):
         raise ArgumentError(name, number, allowed)
     return number
+
+
+def option(*names: str, metavar: str, complete: Completer | None = None, **more: Any) -> Any:
+    """Return an option whose value the shell completes: by ``complete``, else as the metavar or the name tells.
+
+    Parameters
+    ----------
+    names, metavar, more
+        As of `typer.Option`.
+    complete
+        What completes it.
+    """
+    name = next((name for name in names if name.startswith("--")), "")
+    return typer.Option(*names, metavar=metavar, autocompletion=complete or among(metavar, name), **more)
 
 
 def whole_option(*names: str, low: int, high: int | None = None, help: str, **more: Any) -> Any:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import whole_option
+from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, print_json, progress
 from rtec.errors import ArgumentError
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from rtec.blind import Confusion, LineScore, Scenario, Secret
@@ -31,16 +32,16 @@ def frame() -> None:
 
 def new(
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
+        Path, option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
     ],
     seed: Annotated[int, whole_option(low=0, high=1 << 62, help="Decides what is hidden, and everything else.")] = 0,
     hide: Annotated[
         list[str] | None,
-        typer.Option("--hide", metavar="EFFECT", help="What to hide, for teaching; repeatable."),
+        option("--hide", metavar="EFFECT", help="What to hide, for teaching; repeatable."),
     ] = None,
     plan: Annotated[
         str | None,
-        typer.Option("--plan", metavar="NAME", help="Of the measurement, with --hide (else: base)."),
+        option("--plan", metavar="NAME", help="Of the measurement, with --hide (else: base)."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
@@ -53,6 +54,7 @@ def new(
     """
     from rtec.blind import new as played
 
+    check_file("-o", output, force=force)
     scenario = _scenario(hide or [], plan)
     announce_compilation()
     seal = played(seed, output, scenario=scenario, force=force)
@@ -82,12 +84,12 @@ def measure(
     data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
     plan: Annotated[
         Path,
-        typer.Option(
+        option(
             "--plan", metavar="P.toml", help="The experiment, as 'diagnose --suggest' writes it.", show_default=False
         ),
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
+        Path, option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
     ],
     seed: Annotated[
         int | None,
@@ -102,6 +104,7 @@ def measure(
     """
     from rtec.blind import measure as measured
 
+    check_file("-o", output, force=force)
     announce_compilation()
     seal = measured(data, plan, output, seed=seed, force=force)
     if json:
@@ -163,7 +166,7 @@ def reveal(
 def score(
     trials: Annotated[int, whole_option(low=1, high=100_000, help="Games on each line.")] = 20,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
+        Path | None, option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
     seed: Annotated[int, whole_option(low=0, high=1 << 32, help="Of all games.")] = 0,
@@ -184,7 +187,7 @@ def score(
     from rtec.metrology.text_file import write_lines
 
     if output is not None:
-        _measured.check_new_file("-o", output, force=force)
+        check_file("-o", output, force=force)
     announce_compilation()
     with progress("games") as show:
         result = confusion(

@@ -9,6 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.whole_file import check_folder
 
 
 def compare(
@@ -34,7 +35,7 @@ def compare(
     Example: rtec compare z_axis.csv --model known.toml
     """
     from rtec.inference.compare import compare as compared
-    from rtec.report.destination import check_folder, report_folder
+    from rtec.report.destination import report_folder
     from rtec.report.diagnosis import (
         comparison_document,
         comparison_sentence,
@@ -43,7 +44,7 @@ def compare(
     )
 
     if output is not None:
-        check_folder(output, force=force)
+        check_folder("-o", output, force=force)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     with progress(f"comparing {data.name}") as show:
         given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import whole_option
+from rtec.cli._arguments import option, whole_option
 from rtec.errors import ArgumentError, OutputError
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from rtec.campaign.safety import SafetyCase
@@ -22,13 +23,13 @@ _PS_PER_H = 3600 * 10**12
 def safety(
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE.md", help="Write the page here, and its picture beside it."),
+        option("-o", "--output", metavar="FILE.md", help="Write the page here, and its picture beside it."),
     ] = None,
     soak: Annotated[
-        str | None, typer.Option(metavar="100h", help="Also run so many hours of cutting with random faults.")
+        str | None, option(metavar="100h", help="Also run so many hours of cutting with random faults.")
     ] = None,
     design: Annotated[
-        list[str] | None, typer.Option(metavar="original|a|b|c", help="Only this design; may be given again.")
+        list[str] | None, option(metavar="original|a|b|c", help="Only this design; may be given again.")
     ] = None,
     seeds: Annotated[int, whole_option(low=1, high=1000, help="Runs of each fault in each phase.")] = 3,
     seed: Annotated[int, whole_option(low=0, high=(1 << 32) - 1, help="Of everything that is random.")] = 1,
@@ -44,10 +45,8 @@ def safety(
     """
     picture = None if output is None else output.with_suffix(".png")
     if output is not None and picture is not None:
-        if output.suffix.lower() != ".md":
-            raise ArgumentError("--output", output.name, "a name that ends in .md")
-        for file in (output, picture):
-            _measured.check_new_file("--output", file, force=force)
+        check_file("-o", output, force=force, endings=(".md",))
+        check_file("-o", picture, force=force)
     hours = None if soak is None else _soak_plan(soak, seed)
     from rtec.campaign.safety import make_case
     from rtec.campaign.safety_matrix import MatrixPlan
@@ -117,4 +116,4 @@ def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:
     try:
         output.write_text(document(case, command=command, picture=picture.name), encoding="utf-8")
     except OSError as error:
-        raise OutputError(f"--output: {output}: {error.strerror}") from None
+        raise OutputError(f"-o: {output}: {error.strerror}") from None

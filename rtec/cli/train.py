@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import whole_option
+from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, nearest
+from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.predictors.fitting.training import Effort
@@ -26,18 +28,21 @@ def train(
     data: _measured.Data,
     heldout: Annotated[
         Path | None,
-        typer.Option("--heldout", metavar="FILE", help="Another measurement that judges, best at other targets."),
+        option("--heldout", metavar="FILE", help="Another measurement that judges, best at other targets."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="MODEL.toml", help="Write the best predictor.")
+        Path | None, option("-o", "--output", metavar="MODEL.toml", help="Write the best predictor.")
     ] = None,
     pick: Annotated[
-        str | None, typer.Option("--pick", metavar="NAME", help="Write the predictor of this row instead.")
+        str | None,
+        option(
+            "--pick", metavar="NAME", help="Write the predictor of this row instead.", complete=completing(PREDICTORS)
+        ),
     ] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
+        Path | None, option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
     ] = None,
-    budget: Annotated[str, typer.Option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
+    budget: Annotated[str, option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
     starts: Annotated[int, whole_option(low=1, high=1000, help="Trainings of a network, from other weights.")] = 10,
     thesis: Annotated[
         bool,
@@ -59,11 +64,9 @@ def train(
     if pick is not None and output is None:
         raise ArgumentError("--pick", pick, "it together with -o MODEL.toml")
     if output is not None:
-        if output.suffix.lower() != ".toml":
-            raise ArgumentError("--output", output.name, "a name that ends in .toml")
-        _measured.check_new_file("--output", output, force=force)
+        check_file("-o", output, force=force, endings=(".toml",))
     if figure is not None:
-        _measured.check_new_figure("--figure", figure, force=force)
+        check_file("--figure", figure, force=force, endings=FIGURES)
     from rtec.training import all_methods, compare_predictors
     from rtec.units import TIME, parse_quantity
 
@@ -89,10 +92,10 @@ def train(
         _show(result, given.dataset.notes)
     chosen = _chosen(result, pick) if output is not None else None
     if output is not None and chosen is not None:
-        _measured.check_new_file("--output", output, force=force)  # somebody may have written it in the meantime
+        check_file("-o", output, force=force)  # somebody may have written it in the meantime
         _write(output, result, chosen)
     if figure is not None:
-        _measured.check_new_figure("--figure", figure, force=force)
+        check_file("--figure", figure, force=force, endings=FIGURES)
         from rtec.report.figures_training import write_training_figure
 
         write_training_figure(figure, result)
@@ -120,7 +123,7 @@ def _chosen(result: PredictorComparison, pick: str | None) -> Row:
         why = "no predictor has a figure" if row is None or row.reason is None else row.reason
         if row is None and pick is not None:
             why = "it needs a measurement that tells where other axes stood, in columns such as position_2_mm"
-        raise ArgumentError("--output" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
+        raise ArgumentError("-o" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
     return row
 
 
