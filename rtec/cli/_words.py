@@ -16,6 +16,14 @@ EFFECTS = (
 """Of the library."""
 PROCESSORS = ("8051-12mhz", "8051-24mhz", "one-clock-25mhz", "one-clock-100mhz")
 MOTIONS = ("steady", "ramp", "reversal", "dither", "adversary")
+FAULTS = (
+    "frame-lost", "frame-late", "frame-duplicated", "frames-reordered", "frame-corrupted", "frame-forged",
+    "bit-flipped-in-the-total", "request-stuck", "babbling-node", "bus-off", "stale-data-valid",
+    "torn-position-word", "pc-killed", "box-restarted", "power-lost", "pc-clock-jumps-forward",
+    "pc-clock-jumps-back", "encoder-cable-open", "a-and-b-swapped", "one-line-of-a-pair-broken", "glitches",
+    "disable-switch-thrown", "probe-trip",
+)  # fmt: skip
+"""Classes of ``rtec safety``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (
     "canalystii", "cantact", "etas", "gs_usb", "iscan", "ixxat", "kvaser", "neousys", "neovi", "nican", "nixnet",
@@ -30,11 +38,11 @@ PLANS = (
 )  # fmt: skip
 """Of the game."""
 PREDICTORS = (
-    "table uni-directional linear", "table uni-directional cubic", "table bi-directional linear",
-    "table bi-directional cubic", "squareness", "straightness", "angles", "effects",
-    *(f"network {size} {by}" for size in ("40", "30-10", "30 + 8") for by in ("lm", "rprop", "scg", "bfgs")),
+    "table-uni-directional-linear", "table-uni-directional-cubic", "table-bi-directional-linear",
+    "table-bi-directional-cubic", "squareness", "straightness", "angles", "effects",
+    *(f"network-{size}-{by}" for size in ("40", "30-10", "30-+-8") for by in ("lm", "rprop", "scg", "bfgs")),
 )  # fmt: skip
-"""Rows of ``rtec train``."""
+"""Rows of ``rtec train``, as one word each."""
 _OF_OPTION = {"--processor": PROCESSORS, "--interface": INTERFACES, "--observe": QUANTITIES, "--motion": MOTIONS}
 """Of options whose metavar does not list them."""
 

@@ -45,7 +45,7 @@ def check(
         str | None,
         option(
             metavar="8051|8052",
-            help="128 bytes of RAM, or 256 and timer 2; 8051 on a 12-clock processor if not given, else 8052.",
+            help="128 bytes of RAM, or 256 and timer 2; without it the smaller one on a 12-clock processor.",
         ),
     ] = None,
     hold_latch: Annotated[

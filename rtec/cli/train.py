@@ -71,8 +71,11 @@ def train(
     from rtec.units import TIME, parse_quantity
 
     names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
-    if pick is not None and pick not in names:
-        raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
+    if pick is not None:
+        as_one_word = {name.replace(" ", "-"): name for name in names}
+        if (word := pick.replace(" ", "-")) not in as_one_word:
+            raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
+        pick = as_one_word[word]
     budget_s = parse_quantity(budget, TIME, name="--budget")
     if not 0.0 < budget_s <= 1e6:
         raise ArgumentError("--budget", budget, "a time above 0 s, up to 1e6 s")

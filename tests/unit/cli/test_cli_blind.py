@@ -83,7 +83,7 @@ def test_nothing_is_overwritten_without_force(here, capsys):
         (["new"], "'-o'"),
         (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
         (["new", "--seed", "9" * 30, "-o", "a.csv"], "--seed"),
-        (["new", "-o", "no/such.csv"], "no/such.csv"),
+        (["new", "-o", "no/such.csv"], "no folder"),
         (["score", "--trials", "0"], "--trials"),
         (["score", "--trials", "1000000"], "--trials"),
         (["score", "--jobs", "0"], "--jobs"),

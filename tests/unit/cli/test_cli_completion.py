@@ -11,6 +11,8 @@ import typer
 from rtec.axis.motion import MotionKind
 from rtec.blind import PLANS
 from rtec.board import MICROCONTROLLERS
+from rtec.campaign.safety_phases import hyphened
+from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import _words
 from rtec.cli._verbs import application
 from rtec.effects import LIBRARY
@@ -23,7 +25,11 @@ from rtec.training import all_methods
         (_words.EFFECTS, [effect.name for effect in LIBRARY]),
         (_words.PROCESSORS, list(MICROCONTROLLERS)),
         (_words.PLANS, list(PLANS)),
-        (_words.PREDICTORS, [method.name for method in all_methods(several_axes=True) if method.name != "none"]),
+        (
+            _words.PREDICTORS,
+            [method.name.replace(" ", "-") for method in all_methods(several_axes=True)][1:],
+        ),
+        (_words.FAULTS, list(dict.fromkeys(hyphened(variant.name.split(",")[0]) for variant in VARIANTS))),
         (_words.MOTIONS, [kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME]),
     ],
 )
