@@ -90,6 +90,8 @@ def box(
     design's program on a 12 MHz 8051, behind the node that speaks on the bus.
 
     Example: rtec box --axes 3 --design c
+    Example: rtec box --interface socketcan --channel can0 --design a --timing firmware
+    Example: rtec box --duration 10s --plain --log session.log
     """
     from rtec.live.box_loop import BoxLoop
     from rtec.live.box_run import BoxRun, box_document

@@ -33,6 +33,8 @@ def compare(
     What the model leaves open is fitted first. Without a model all that is measured is left.
 
     Example: rtec compare z_axis.csv --model known.toml
+    Example: rtec compare z_axis.csv --model known.toml --heldout check.csv -o report
+    Example: rtec compare drive.csv --observe force --json
     """
     from rtec.inference.compare import compare as compared
     from rtec.report.destination import report_folder

@@ -45,6 +45,8 @@ def diagnose(
     The verdict is NAMED, LIKELY, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer.
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml --suggest plan.toml
+    Example: rtec diagnose z_axis.csv --model known.toml --lock
+    Example: rtec diagnose drive.csv --observe current --screw-pitch "5 mm" --json
     """
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.inference.model_file import write_model

@@ -39,6 +39,8 @@ def iso230(
     """Judge a positioning test: the figures of ISO 230-2 and the thesis's.
 
     Example: rtec iso230 z_axis.csv --period "0.25 inch"
+    Example: rtec iso230 z_axis.csv --unit mm
+    Example: rtec iso230 z_axis.csv --json
     """
     from rtec.metrology import positioning_figures, read_positioning_test
 

@@ -109,6 +109,8 @@ def pc(
     Exits with 0 where it ended as asked, with 1 where the machine is held or no box was ready in time.
 
     Example: rtec pc --table z.csv --design c
+    Example: rtec pc --model best.toml --home "0 mm" --axes 3
+    Example: rtec pc --interface socketcan --channel can0 --duration 10s --json
     """
     from rtec.live.events import Events
     from rtec.live.pc_loop import PcLoop
