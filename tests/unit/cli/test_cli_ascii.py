@@ -29,7 +29,7 @@ ASCII = [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTH
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
     rows = [
-        f"{run},{way},{25 * k},{6 * (way < 0) + 0.1 * ((7 * k + run) % 5)}"
+        f"{run},{way},{25 * k},{6 * (way < 0) + 0.37 * k + 0.1 * ((7 * k + run * run) % 5):.2f}"
         for run in range(1, 6)
         for way in (1, -1)
         for k in range(9)

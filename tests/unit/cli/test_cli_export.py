@@ -86,7 +86,7 @@ def test_a_model_without_a_range_takes_that_of_its_maps_or_asks(here, capsys):
         (["m.toml", "--csv", "m.toml"], "m.toml exists"),
         (["m.toml", "--csv", "no/z.csv"], "no folder"),
         (["none.toml", "--csv", "z.csv"], "none.toml"),
-        (["m.toml", "--csv", "z.csv", "--from", "400 mm"], "--to: 300 mm"),
+        (["m.toml", "--csv", "z.csv", "--from", "400 mm"], "--from: 400 mm"),
         (["m.toml", "--csv", "z.csv", "--to", "300"], "unit"),
         (["m.toml", "--csv", "z.csv", "--within", "-1 um"], "--within"),
         (["m.toml", "--linuxcnc", "z.comp", "--unit", "furlong"], "mm or inch"),
@@ -239,7 +239,7 @@ def test_the_c_of_a_model_of_effects_has_a_precision_too(trained, capsys, precis
         (("predictor =", "study ="), (), "bad.toml: unknown key 'study'"),
         (("half = [2.5", "half = [0.0"), (), "half"),
         (("", ""), ("--precision", "quad"), "--precision: 'quad' is not allowed; allowed: double, single"),
-        (("", ""), ("--from", "50 mm"), "--to: 43 mm"),
+        (("", ""), ("--from", "50 mm"), "--from: 50 mm"),
         (('pitch = "5.0 mm"', 'pitch = "0.00001 mm"'), ("--csv", "z.csv"), "4.1e+06 turns of the screw"),
     ],
 )

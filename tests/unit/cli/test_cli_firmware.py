@@ -128,7 +128,7 @@ def test_a_bad_image_is_one_line(tmp_path, capsys, verb):
         (["run"], "IMAGE.hex"),
         (["run", "no.hex"], "no.hex: No such file"),
         (["run", "IMAGE", "--cycles", "0"], "--cycles"),
-        (["run", "IMAGE", "--cycles", "1e6"], "--cycles"),
+        (["run", "IMAGE", "--cycles", "1.5"], "--cycles"),
         (["run", "IMAGE", "--part", "8048"], "--part: '8048'"),
         (["run", "IMAGE", "--timing", "6-clock"], "--timing: '6-clock'"),
         (["disassemble", "no.hex"], "no.hex: No such file"),

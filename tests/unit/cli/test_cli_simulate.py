@@ -256,8 +256,8 @@ def test_gate_can_be_switched_off(monkeypatch):
         ({"multiplication": "3"}, "--multiplication", "1, 2, 4"),
         ({"policy": "gues"}, "--policy", "did you mean 'guess'?"),
         ({"counter_bits": "1"}, "--counter-bits", "2 to 62"),
-        ({"vcd": "/nowhere/x.vcd"}, "/nowhere/x.vcd", "No such file"),
-        ({"vcd": "/"}, "/", "cannot be written"),
+        ({"vcd": "/nowhere/x.vcd"}, "--vcd", "no folder /nowhere"),
+        ({"vcd": "/"}, "--vcd", "/ is a folder"),
     ],
 )
 def test_what_is_refused(capsys, changes, option, says):
