@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -17,6 +18,7 @@ from rtec.errors import ArgumentError, OutputError
 if TYPE_CHECKING:
     from rtec.dataset.dataset import Dataset
     from rtec.inference.model import Model
+    from rtec.metrology import ColumnChoices
 
 _FACTS = {
     "screw_pitch": "--screw-pitch",
@@ -27,9 +29,10 @@ _FACTS = {
 """The option behind each fact of an axis."""
 _COUNTS = re.compile(r"\d{1,12}(?:\.\d{0,12})?\s*(?:counts?(?:/rev)?)?", re.ASCII)
 _AXIS = "Facts of the axis, where the file does not state them"
+_READ = "How the file is read, where rtec asks or takes a column for the wrong thing"
 
 Data = Annotated[
-    Path, typer.Argument(help="Measurement (CSV), or data file of the laser system.", show_default=False)
+    Path, typer.Argument(help="Measurement: CSV or other text, .xlsx, file of a laser system.", show_default=False)
 ]
 ModelFile = Annotated[
     Path | None, typer.Option("--model", metavar="M.toml", help="Effects that are known; none without it.")
@@ -52,6 +55,24 @@ SignalPeriod = Annotated[
 CountsPerRev = Annotated[str | None, typer.Option(metavar="8192", help="Counts of a turn.", rich_help_panel=_AXIS)]
 ReferenceTemperature = Annotated[
     str | None, typer.Option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
+]
+Maps = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--map",
+        metavar="'HEADING=MEANING'",
+        help="What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
+        rich_help_panel=_READ,
+    ),
+]
+Sheet = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Sheet of a workbook that has several.", rich_help_panel=_READ)
+]
+Decimal = Annotated[
+    str | None,
+    typer.Option(
+        metavar="MARK", help="point or comma, where the numbers do not tell which it is.", rich_help_panel=_READ
+    ),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Draws the readings that are looked at of a very long file.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
@@ -88,6 +109,24 @@ def facts_of(
     return {fact: text for fact, text in zip(_FACTS, given, strict=True) if text is not None}
 
 
+def choices_of(maps: list[str] | None, sheet: str | None, decimal: str | None) -> ColumnChoices:
+    """Return what options say of the columns of a file.
+
+    Raises
+    ------
+    ArgumentError
+        One of them is wrong.
+
+    Examples
+    --------
+    >>> choices_of(["nominal=target_mm"], None, "comma").decimal
+    ','
+    """
+    from rtec.metrology import column_choices
+
+    return column_choices(maps or (), sheet=sheet, decimal=decimal)
+
+
 def read_inputs(
     data: Path,
     *,
@@ -96,6 +135,7 @@ def read_inputs(
     lock: bool,
     observe: str | None,
     facts: Mapping[str, str],
+    choices: ColumnChoices,
 ) -> Inputs:
     """Read measurement, model and held-out measurement, which must belong to each other.
 
@@ -109,6 +149,8 @@ def read_inputs(
         Quantity to be explained; that of the model without it.
     facts
         Of the axis, from options.
+    choices
+        What the user says of the columns.
 
     Raises
     ------
@@ -124,11 +166,13 @@ def read_inputs(
         raise ArgumentError("--lock", "given beside --heldout", "one of the two", "either judges instead of blocks")
     if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
         raise ArgumentError("--heldout", heldout, "another measurement", "--lock holds back a part of a single one")
+    if heldout is not None:
+        choices = dataclasses.replace(choices, of_several=True)
     wanted = observe if observe is not None or model is None else read_observe(model)
     with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
-        dataset = load_dataset(data, observe=wanted, facts=facts)
+        dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices)
     with _named_as_options(f"{heldout}: column"):
-        other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts)
+        other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts, choices=choices)
     known = None if model is None else read_model(model, dataset.units)
     if known is not None:
         for measured in (dataset,) if other is None else (dataset, other):

@@ -21,6 +21,9 @@ def compare(
     signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
     ] = None,
@@ -45,8 +48,11 @@ def compare(
     if output is not None:
         check_folder(output, force=force)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    choices = _measured.choices_of(maps, sheet, decimal)
     with progress(f"comparing {data.name}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
+        given = _measured.read_inputs(
+            data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
+        )
         announce_compilation()
         show(0.2)
         result = compared(given.dataset, given.model, given.heldout)

@@ -25,6 +25,9 @@ def diagnose(
     signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
     ] = None,
@@ -59,9 +62,12 @@ def diagnose(
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file than that of --save")
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    choices = _measured.choices_of(maps, sheet, decimal)
     written = {}
     with progress(f"diagnosing {data.name}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
+        given = _measured.read_inputs(
+            data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
+        )
         announce_compilation()
         show(0.1)
         result = diagnosed(

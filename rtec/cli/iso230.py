@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from rtec.cli import _measured
+from rtec.cli._console import note
 
 if TYPE_CHECKING:
     from rtec.metrology import PositioningFigures
@@ -27,7 +29,7 @@ _ROWS = (
 
 
 def iso230(
-    data: Annotated[Path, typer.Argument(help="Measurement (CSV), or data file of the laser system.")],
+    data: _measured.Data,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
     period: Annotated[
         str | None, typer.Option(help="Period of the cyclic error, such as '0.25 inch'; else the file's screw_pitch.")
@@ -35,6 +37,9 @@ def iso230(
     unit: Annotated[
         str | None, typer.Option(help="um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad.")
     ] = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
 ) -> None:
     """Judge a positioning test: the figures of ISO 230-2 and the thesis's.
 
@@ -42,16 +47,18 @@ def iso230(
     """
     from rtec.metrology import positioning_figures, read_positioning_test
 
-    test = read_positioning_test(data)
+    test = read_positioning_test(data, _measured.choices_of(maps, sheet, decimal))
     figures = positioning_figures(test.readings, period=test.period(period))
     document = figures.to_dict(unit)
     unused = f"columns not used: {', '.join(test.unknown)}" if test.unknown else None
     if json:
         import json as json_text
 
-        document["unknown_columns"] = list(test.unknown)
+        document |= {"unknown_columns": list(test.unknown), "notes": list(test.notes)}
         typer.echo(json_text.dumps(document, allow_nan=False))
         return
+    for sentence in test.notes:
+        note(sentence)
     for warning in (*figures.warnings, *([unused] if unused else [])):
         typer.echo(f"warning: {warning}", err=True)
     _show(figures, document, data.name)

@@ -17,7 +17,8 @@ from rtec.metrology.iso230 import positioning_figures
 from rtec.metrology.laser_file import is_laser_file, read_laser_file, write_laser_file
 from rtec.metrology.load import PositioningTest, read_positioning_test
 from rtec.metrology.measurement import Column, Measurement, direction_of_motion, measurement_of_readings
-from rtec.metrology.measurement_csv import read_measurement, write_measurement
+from rtec.metrology.measurement_csv import write_measurement
+from rtec.metrology.measurement_file import read_measurement
 from rtec.metrology.measuring_plan import AxisMeasure, InchMode, MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_program import (
     Block,
@@ -32,12 +33,14 @@ from rtec.metrology.measuring_program import (
 )
 from rtec.metrology.program_file import read_program
 from rtec.metrology.readings import Readings, RotaryReadings, joined
+from rtec.metrology.tables.choices import ColumnChoices, column_choices
 
 __all__ = [
     "UNITS",
     "AxisMeasure",
     "Block",
     "Column",
+    "ColumnChoices",
     "Comment",
     "Coordinate",
     "CyclicError",
@@ -63,6 +66,7 @@ __all__ = [
     "TargetFigures",
     "Weather",
     "Zero",
+    "column_choices",
     "cyclic_error",
     "direction_of_motion",
     "is_laser_file",
