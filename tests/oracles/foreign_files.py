@@ -1,8 +1,8 @@
 """One positioning test, written in sixty ways: as instruments, spreadsheets and people write such files.
 
-The readings are made here from their definition, and every layout writes them by itself, with none of the code
 The readings are made here from their definition, and every layout writes them by itself, with none of the code that
 reads them. Most layouts are read right: the readings come out again. A few cannot be told and have to be asked about.
+"""
 
 from __future__ import annotations
 

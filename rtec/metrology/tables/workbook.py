@@ -5,16 +5,19 @@ from __future__ import annotations
 import datetime
 import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
-from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
 from rtec.metrology.tables.cells import Cell, looks_like_number
 from rtec.metrology.tables.layout import MAX_COLUMNS, Table, table_of_grid
-from rtec.metrology.text_file import MAX_BYTES, shown
+from rtec.metrology.text_file import shown
 
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _MOST_ENTRIES = 10_000
+_MOST_BYTES = 1 << 27
+"""Once unpacked: the cells of such a sheet take some 700 MB."""
 _SAVE_AS = "a workbook saved as .xlsx without a password, or a sheet saved as CSV"
 
 
@@ -55,17 +58,30 @@ def table_of_workbook(path: str | Path, sheet: str | None) -> Table:
     """
     _check(path)
     openpyxl = _openpyxl(path)
+    with Path(path).open("rb") as file, _opened(path, openpyxl, file, values=True) as book:
+        name, rows = _chosen(path, book, sheet)
+    width = max(map(len, rows), default=0)
+    if any(len(row) < width or None in row for row in rows):  # what seems to be empty may be a formula
+        with Path(path).open("rb") as file, _opened(path, openpyxl, file, values=False) as book:
+            _refuse_formulas(path, openpyxl, book[name], rows)
+    return table_of_grid(f"{path} [{name}]", rows)
+
+
+@contextmanager
+def _opened(path: str | Path, openpyxl: Any, file: IO[bytes], *, values: bool) -> Iterator[Any]:
+    """Open a workbook, for its values or for its formulas; given as a file, for its name may end in anything."""
+    book = None
     try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
+        book = openpyxl.load_workbook(file, read_only=True, data_only=values, keep_links=False)
+        yield book
+    except RtecError:
+        raise
     except Exception as error:  # of a damaged archive the library raises whatever its parts raise
         reason = f"this workbook cannot be read ({type(error).__name__})"
         raise FileFormatError(path, None, reason, _SAVE_AS) from None
-    try:
-        name, rows = _chosen(path, book, sheet)
-        _refuse_formulas(path, openpyxl, name, rows)
-        return table_of_grid(f"{path} [{name}]", rows)
     finally:
-        book.close()
+        if book is not None:
+            book.close()
 
 
 def _check(path: str | Path) -> None:
@@ -86,9 +102,9 @@ def _check(path: str | Path) -> None:
         kind = "an OpenDocument file" if "mimetype" in names else "an archive"
         raise FileFormatError(path, None, f"this is {kind}, no .xlsx workbook", _SAVE_AS)
     size = sum(entry.file_size for entry in entries)
-    if size > MAX_BYTES or len(entries) > _MOST_ENTRIES:
+    if size > _MOST_BYTES or len(entries) > _MOST_ENTRIES:
         problem = f"{size} bytes in {len(entries)} parts, once unpacked"
-        raise FileFormatError(path, None, problem, f"at most {MAX_BYTES} bytes in {_MOST_ENTRIES} parts")
+        raise FileFormatError(path, None, problem, f"at most {_MOST_BYTES} bytes in {_MOST_ENTRIES} parts")
 
 
 def _openpyxl(path: str | Path) -> Any:
@@ -107,9 +123,9 @@ def _chosen(path: str | Path, book: Any, sheet: str | None) -> tuple[str, list[l
         found = next((title for title in sheets if title.lower() == sheet.strip().lower()), None)
         if found is None:
             raise ArgumentError("--sheet", repr(sheet[:60]), _listed(sheets), nearest(sheet, sheets))
-        return found, _rows(path, sheets[found])
+        return found, _rows(sheets[found])
     shown_sheets = {title: each for title, each in sheets.items() if each.sheet_state == "visible"}
-    tables = {title: rows for title, each in shown_sheets.items() if _has_table(rows := _rows(path, each))}
+    tables = {title: rows for title, each in shown_sheets.items() if _has_table(rows := _rows(each))}
     if len(tables) > 1:
         problem = f"{len(tables)} sheets hold a table: {_listed(tables)}"
         raise FileFormatError(path, None, problem, f"--sheet {shown(next(iter(tables)))}, or another of them")
@@ -127,29 +143,17 @@ def _has_table(rows: list[list[Cell | None]]) -> bool:
     return sum(any(isinstance(cell, float) or (cell and looks_like_number(cell)) for cell in row) for row in rows) > 1
 
 
-def _rows(path: str | Path, sheet: Any) -> list[list[Cell | None]]:
-    return [list(row) for row in _cells(path, sheet)]
-
-
-def _cells(path: str | Path, sheet: Any) -> Iterator[list[Cell | None]]:
-    """Yield the rows of a sheet: numbers, texts, and None for an empty cell; empty rows at the end are left out."""
-    empty = 0
-    try:
-        for row in sheet.iter_rows(values_only=True, max_col=MAX_COLUMNS):
-            cells = [_cell(value) for value in row]
-            while cells and cells[-1] is None:
-                cells.pop()
-            if not cells:
-                empty += 1
-                continue
-            yield from ([] for _ in range(empty))
-            empty = 0
-            yield cells
-    except FileFormatError:
-        raise
-    except Exception as error:  # as where the workbook is opened
-        problem = f"sheet {shown(sheet.title)} cannot be read ({type(error).__name__})"
-        raise FileFormatError(path, None, problem, _SAVE_AS) from None
+def _rows(sheet: Any) -> list[list[Cell | None]]:
+    """Return the rows of a sheet: numbers, texts, and None for an empty cell, without the empty ones at the end."""
+    rows: list[list[Cell | None]] = []
+    filled = 0
+    for row in sheet.iter_rows(values_only=True, max_col=MAX_COLUMNS):
+        cells = [_cell(value) for value in row]
+        while cells and cells[-1] is None:
+            cells.pop()
+        rows.append(cells)
+        filled = len(rows) if cells else filled
+    return rows[:filled]
 
 
 def _cell(value: Any) -> Cell | None:
@@ -166,21 +170,13 @@ def _cell(value: Any) -> Cell | None:
     return str(value)
 
 
-def _refuse_formulas(path: str | Path, openpyxl: Any, name: str, rows: list[list[Cell | None]]) -> None:
+def _refuse_formulas(path: str | Path, openpyxl: Any, sheet: Any, rows: list[list[Cell | None]]) -> None:
     """Refuse a formula whose value was not saved with it: the cell would seem to be empty."""
-    width = max(map(len, rows), default=0)
-    if all(len(row) == width and None not in row for row in rows):
-        return
-    book = openpyxl.load_workbook(path, read_only=True, data_only=False, keep_links=False)
-    try:
-        for number, row in enumerate(book[name].iter_rows(values_only=True, max_col=MAX_COLUMNS)):
-            for column, value in enumerate(row):
-                formula = isinstance(value, str) and value.startswith("=")
-                seen = number < len(rows) and column < len(rows[number])
-                if formula and (not seen or rows[number][column] is None):
-                    where = f"{openpyxl.utils.get_column_letter(column + 1)}{number + 1}"
-                    problem = f"cell {where} holds the formula {shown(str(value))} without a value"
-                    allowed = "the workbook saved again by a program that computes it, or the values alone"
-                    raise FileFormatError(f"{path} [{name}]", None, problem, allowed)
-    finally:
-        book.close()
+    for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=MAX_COLUMNS)):
+        for column, value in enumerate(row):
+            seen = number < len(rows) and column < len(rows[number])
+            if isinstance(value, str) and value.startswith("=") and (not seen or rows[number][column] is None):
+                where = f"{openpyxl.utils.get_column_letter(column + 1)}{number + 1}"
+                problem = f"cell {where} holds the formula {shown(value)} without a value"
+                allowed = "the workbook saved again by a program that computes it, or the values alone"
+                raise FileFormatError(f"{path} [{sheet.title}]", None, problem, allowed)
