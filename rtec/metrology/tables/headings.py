@@ -31,6 +31,7 @@ _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
 _BEHIND = re.compile(r"^(?P<name>.*?)(?:\s*[/,;:]\s*|\s+in\s+|\s+-\s+|[_\s]+)(?P<unit>[^\s_,;]+)$", re.IGNORECASE)
 _NO_UNIT = ("run", "direction")
 _AXIS_LETTERS = frozenset("xyzabcuvw")
+_LINEAR_AXES = frozenset("xyz")
 
 
 class Strength(IntEnum):
@@ -164,9 +165,15 @@ def _quantity(words: list[str], unit: str | None) -> str | None:
         "run": said & RUN,
         "actual": said & ACTUAL,
         "target": said & TARGET,
-        "position": said & POSITION or (alone and words[0] in _AXIS_LETTERS and _fits("position", unit)),
+        "position": said & POSITION or _is_axis(words, unit),
     }
     return next((quantity for quantity, is_it in rules.items() if is_it), None)
+
+
+def _is_axis(words: list[str], unit: str | None) -> bool:
+    """Return whether a heading is the letter of an axis: without a unit, only those of the three linear ones."""
+    letters = _LINEAR_AXES if unit is None else _AXIS_LETTERS
+    return len(words) == 1 and words[0] in letters and _fits("position", unit)
 
 
 def _fits(quantity: str, unit: str | None) -> bool:

@@ -116,7 +116,8 @@ def _said(table: Table, choices: ColumnChoices) -> tuple[dict[int, Meaning], fro
         if key not in used and not choices.of_several:
             have = ", ".join(table.headings)
             allowed = f"a heading of {table.source}: {have if len(have) <= 200 else have[:197] + '...'}"
-            raise ArgumentError("--map", repr(key[:60]), allowed, nearest(key, table.headings))
+            near = nearest(key, table.headings)
+            raise ArgumentError("--map", repr(key[:60]), allowed, near if near.startswith("did") else "")
     return said, frozenset(ignored)
 
 

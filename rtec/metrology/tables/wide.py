@@ -7,7 +7,17 @@ from dataclasses import dataclass
 
 from rtec.metrology.tables.cells import Cell, looks_like_number
 from rtec.metrology.tables.headings import named_and_unit
-from rtec.metrology.tables.words import ACTUAL, BACKWARD, DEVIATION, FILLERS, FORWARD, RUN, STATISTIC, plain_words
+from rtec.metrology.tables.words import (
+    ACTUAL,
+    BACKWARD,
+    DEVIATION,
+    FILLERS,
+    FORWARD,
+    POSITION,
+    RUN,
+    STATISTIC,
+    plain_words,
+)
 
 _FEWEST = 2
 _SIGNS = frozenset("+-−–↑↓→←⇒⇐")
@@ -70,6 +80,8 @@ def _is_way(word: str, words: Sequence[str]) -> bool:
     """Return whether a word names a direction: a lone letter does so beside a number only."""
     if word in ("-", "–", "−") and words[-1] != word and not (words[0] == word and len(words) == _FEWEST):
         return False  # a dash between words
+    if word in POSITION and not any(other.isdigit() for other in words):
+        return False  # 'Pos.' is a position, '1 pos' a direction
     return (word in FORWARD or word in BACKWARD) and (len(word) > 1 or word in _SIGNS or len(words) <= _FEWEST)
 
 
