@@ -20,6 +20,8 @@ from rtec.metrology.tables.words import plain_words
 from rtec.metrology.text_file import shown
 
 MAX_COLUMNS = 1000
+MOST_CELLS = 8_000_000
+"""That are looked at one by one: they take a gigabyte. Plain numbers are read in one sweep and need a fifth of it."""
 _FACT = re.compile(r"#\s*(?P<key>[^:]{1,80}?)\s*:\s*(?P<value>.*)")
 _TITLE_FACT = re.compile(r"(?P<key>[^:=]{1,60}?)\s*[:=]\s*(?P<value>.+)")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -77,13 +79,17 @@ class Table:
         Raises
         ------
         FileFormatError
-            A row of another length than the headings, or quotes that do not close.
+            A row of another length than the headings, quotes that do not close, or too many cells.
         """
         if self.rows is not None:
             return self.rows, self.lines
+        width = len(self.headings)
+        if width * len(self.text) > MOST_CELLS:
+            problem = f"{width * len(self.text)} cells, not all of which are plain numbers"
+            allowed = f"at most {MOST_CELLS}; or plain numbers alone: seconds for dates, no empty cells"
+            raise FileFormatError(self.source, None, problem, allowed)
         rows: list[list[Cell]] = []
         lines: list[int] = []
-        width = len(self.headings)
         for line, text in enumerate(self.text, self.first_line):
             if not text.strip():
                 continue

@@ -170,7 +170,8 @@ def _strongest(table: Table, meanings: dict[int, Meaning], said: Mapping[int, Me
         bare = next((index for index in claims if _lacks_unit(meanings[index]) and index not in said), None)
         if bare is not None and quantity != "time":
             heading = table.headings[bare]
-            allowed = units_lacking(heading) or ""
+            units = units_lacking(heading) or ""
+            allowed = f"{units}; --map '{heading}={units.partition(',')[0]}' says so without a change of the file"
             raise FileFormatError(table.source, table.heading_line, f"column {shown(heading)} has no unit", allowed)
         best = max((meanings[index].strength for index in usable), default=None)
         top = [index for index in usable if meanings[index].strength is best]
