@@ -169,8 +169,10 @@ class Section:
         return self.quantity(key, SHARE) / 100.0
 
     def whole(self, key: str, low: int, high: int) -> int:
-        """Return a whole number."""
-        return whole_within(self.where(key), self.raw(key), low, high)
+        """Return a whole number; TOML reads 1e5 as a fraction that happens to be whole."""
+        value = self.raw(key)
+        whole = int(value) if isinstance(value, float) and value.is_integer() else value
+        return whole_within(self.where(key), whole, low, high)
 
     def number(self, key: str, low: float, high: float) -> float:
         """Return a pure number."""

@@ -8,14 +8,13 @@ it, so that an expression such as ``9**9**9 Hz`` is refused and never evaluated.
 from __future__ import annotations
 
 import decimal
-import functools
 import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from rtec.errors import ArgumentError
+from rtec.unit_factors import COMMON, factor_between, suggested_unit
 
 PS_PER_S = 1_000_000_000_000
 """Picoseconds in one second."""
@@ -24,20 +23,12 @@ LONGEST_RUN_PS = 50 * 86_400 * PS_PER_S
 MM_PER_INCH = 25.4
 """Millimetres in one inch, exact."""
 
+_DIGITS = r"\d+(?:_\d+)*"
+NUMBER = rf"[+-]?(?:{_DIGITS}(?:\.(?:{_DIGITS})?)?|\.{_DIGITS})(?:[eE][+-]?\d{{1,4}})?"
+"""A number as a regular expression: 5, -0.5, .5, 1e5, 100_000."""
 _QUANTITY = re.compile(
-    r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?)"
-    r"\s*(?P<unit>(?:1/)?[A-Za-zµμ°%][A-Za-zµμ°%/*()^²\d ]{0,30})?\s*"
+    rf"\s*(?P<number>{NUMBER})(?P<space>\s*)(?P<unit>(?:1/)?[A-Za-zµμ°%][A-Za-zµμ°%/*()^²\d ]{{0,30}})?\s*"
 )
-_POWER = re.compile(r"\^?([23])")
-_SYMBOL = re.compile(r"([A-Za-zµμ°%]+(?:_[A-Za-z]+)?)(?:\^?([23])|²)?|1(?=/)|[*/()]")
-_ANGLES = frozenset(
-    {"deg", "degree", "degrees", "°", "rad", "radian", "radians", "mrad", "urad", "µrad", "μrad"}
-    | {"mas", "arcmin", "arcsec", "rev", "revolution", "revolutions", "turn", "turns", "rpm"}
-)
-_NUMBERS = frozenset(("count", "counts", "reading", "readings"))
-_BETWEEN = frozenset("*/)")
-_REVOLUTION = re.compile(r"\brev\b")
-_DEGREES = re.compile(r"\bdeg([CF])\b")
 _LONGEST_NUMBER = 60
 
 
@@ -57,98 +48,9 @@ SPEED = Kind("speed", "mm/s", "50 inch/min, 7 m/min, 20 mm/s")
 ACCELERATION = Kind("acceleration", "mm/s^2", "500 mm/s^2, 0.5 m/s^2")
 JERK = Kind("jerk", "mm/s^3", "5000 mm/s^3, 5 m/s^3")
 ANGLE = Kind("angle", "deg", "10deg, 0.1 rad")
-SHARE = Kind("share", "percent", "2 %, 2 percent")
+SHARE = Kind("share", "percent", "2%, 0.5 %, 2 percent")
 SWEEP = Kind("change of a frequency", "Hz/s", "100 MHz/s, 5 kHz/s")
 RATE = Kind("rate", "1/s", "16.7 1/s, 1000 1/min")
-
-
-_COMMON = {
-    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
-    "mm": {"mm": 1.0, "um": 1e-3, "inch": MM_PER_INCH, "m": 1e3},
-    "deg": {"deg": 1.0},
-    "um": {"um": 1.0, "mm": 1e3},
-    "mm/s": {"mm/s": 1.0, "inch/min": MM_PER_INCH / 60.0},
-    "mm/s^2": {"mm/s^2": 1.0},
-    "percent": {"percent": 1.0, "%": 1.0},
-    "1/s": {"1/s": 1.0},
-    "Hz/s": {"Hz/s": 1.0, "kHz/s": 1e3, "MHz/s": 1e6, "GHz/s": 1e9},
-}
-"""Units that nearly every command meets: read without the unit library, which takes 0.4 s to load."""
-
-
-@functools.cache
-def _registry() -> Any:
-    import pint  # noqa: PLC0415 - 0.4 s, needed only where a quantity is read
-
-    registry: Any = pint.UnitRegistry(cache_folder=None)
-    return registry
-
-
-@functools.cache
-def _factor(unit: str, target: str) -> float | None:
-    """Return the factor from ``unit`` to ``target``, or None where they differ in dimension or are unknown."""
-    common = _COMMON.get(target, {}).get(unit)
-    if common is not None:
-        return common
-    if not _same_angles_and_numbers(unit, target):
-        return None
-    import pint  # noqa: PLC0415 - as above
-
-    def spelled(text: str) -> str:
-        plain = _POWER.sub(r"**\1", text.strip().replace("²", "^2"))
-        plain = _REVOLUTION.sub("revolution", plain)
-        # a temperature in a product is a difference of temperatures
-        return _DEGREES.sub(r"delta_deg\1", plain) if re.search("[*/]", plain) else plain
-
-    try:
-        return float(_registry().Quantity(f"1 * {spelled(unit)}").to(spelled(target)).magnitude)
-    except (pint.errors.PintError, ValueError, TypeError, AttributeError):
-        return None
-
-
-def _same_angles_and_numbers(unit: str, target: str) -> bool:
-    """Return whether two units hold the same powers of angles and of things counted; false for what is no unit.
-
-    To the unit library both are pure numbers, so that 5 counts would be 286 degrees.
-    """
-    powers = _powers(unit), _powers(target)
-    if powers[0] is None or powers[1] is None:
-        return False
-    for kind in (_ANGLES, _NUMBERS):
-        sums = [sum(power for symbol, power in of_unit if symbol in kind) for of_unit in powers if of_unit]
-        if sums[0] != sums[-1]:
-            return False
-    return True
-
-
-def _powers(unit: str) -> list[tuple[str, int]] | None:
-    """Return the symbols of a unit with their powers; None for what is no product of symbols.
-
-    >>> _powers("A/(deg/s^2)")
-    [('A', 1), ('deg', -1), ('s', 2)]
-    """
-    text = "".join(unit.split()) if re.search(r"\s[*/]|[*/]\s", unit) else unit.strip().replace(" ", "*")
-    found: list[tuple[str, int]] = []
-    groups, sign, expects, at = [1], 1, True, 0
-    while at < len(text):
-        match = _SYMBOL.match(text, at)
-        if match is None:
-            return None
-        at, part = match.end(), match[0]
-        if expects != (part not in _BETWEEN) or (part == ")" and len(groups) == 1):
-            return None
-        if part == "(":
-            groups.append(sign)
-        elif part == ")":
-            groups.pop()
-        elif part in _BETWEEN:
-            sign, expects = (-groups[-1] if part == "/" else groups[-1]), True
-        else:
-            expects = False
-            if match[1]:
-                found.append((match[1], sign * (2 if part.endswith("²") else int(match[2] or 1))))
-    return None if expects or len(groups) > 1 else found
 
 
 def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
@@ -157,7 +59,7 @@ def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
     Parameters
     ----------
     text
-        One number and one unit, as in ``"50 inch/min"``. A bare number is refused.
+        One number and one unit, as in ``"50 inch/min"``, ``"1e5 Hz"``, ``"100_000 Hz"``. A bare number is refused.
     kind
         What is expected; its ``unit`` is the unit of the result.
     name
@@ -171,7 +73,8 @@ def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
     Raises
     ------
     ArgumentError
-        No number, no unit, a unit of another dimension, or a value that is not finite.
+        No number, no unit, a unit of another dimension or one that is misspelled (the right one is suggested), or a
+        value that is not finite.
 
     Examples
     --------
@@ -182,20 +85,8 @@ def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
     """
     article = "an" if kind.name[0] in "aeiou" else "a"
     allowed = f"{article} {kind.name} with its unit, such as {kind.examples}"
-    if not isinstance(text, str):
-        raise ArgumentError(name, text, allowed, "write the unit behind the number, in quotes")
-    match = _QUANTITY.fullmatch(text)
-    if match is None:
-        raise ArgumentError(name, repr(text[:60]), allowed)
-    if match["unit"] is None:
-        raise ArgumentError(name, repr(text), allowed, "write the unit behind the number")
-    factor = _factor(match["unit"].strip(), kind.unit)
-    if factor is None:
-        raise ArgumentError(name, repr(text), allowed)
-    value = float(match["number"]) * factor
-    if not math.isfinite(value):
-        raise ArgumentError(name, repr(text), allowed, "the value is not finite")
-    return value
+    number, factor = _number_and_factor(text, kind.unit, name, allowed)
+    return _finite(float(number) * factor, text, name, allowed)
 
 
 def parse_in(text: str, unit: str, *, name: str, inside: float = 1.0) -> float:
@@ -222,7 +113,7 @@ def parse_in(text: str, unit: str, *, name: str, inside: float = 1.0) -> float:
     Raises
     ------
     ArgumentError
-        No number, no unit, a unit of another dimension, or a value that is not finite.
+        As `parse_quantity`.
 
     Examples
     --------
@@ -231,22 +122,58 @@ def parse_in(text: str, unit: str, *, name: str, inside: float = 1.0) -> float:
     >>> parse_in("20 ppm", "um/m", name="scale", inside=1e6)
     2e-05
     """
-    allowed = f"a number with its unit, such as '1.5 {unit}'"
+    exact = parse_exact(text, unit, name=name) / Fraction(inside)
+    return _finite(_rounded(exact), text, name, _in_unit(unit))
+
+
+def parse_exact(text: str, unit: str, *, name: str) -> Fraction:
+    """Read a quantity as :func:`parse_in` does, without rounding.
+
+    Examples
+    --------
+    >>> parse_exact("33.333 MHz", "Hz", name="clock")
+    Fraction(33333000, 1)
+    """
+    number, factor = _number_and_factor(text, unit, name, _in_unit(unit))
+    return Fraction(number) * Fraction(repr(factor))
+
+
+def _in_unit(unit: str) -> str:
+    return f"a number with its unit, such as '1.5 {unit}'"
+
+
+def _finite(value: float, text: str, name: str, allowed: str) -> float:
+    if not math.isfinite(value):
+        raise ArgumentError(name, repr(text[:60]), allowed, "the value is not finite")
+    return value
+
+
+def _number_and_factor(text: str, target: str, name: str, allowed: str) -> tuple[str, float]:
+    """Split a quantity into its number and the factor from its unit to ``target``; the one place that reads both.
+
+    Raises
+    ------
+    ArgumentError
+        What is no quantity of that dimension; a unit that is nearly right is suggested and never taken.
+    """
     if not isinstance(text, str):
         raise ArgumentError(name, repr(text)[:60], allowed, "write the unit behind the number, in quotes")
     match = _QUANTITY.fullmatch(text) if len(text) <= 2 * _LONGEST_NUMBER else None
     if match is None or len(match["number"]) > _LONGEST_NUMBER:
-        raise ArgumentError(name, repr(text[:60]), allowed)
+        hint = "write a decimal point, no comma" if re.search(r"\d,\d", text[:60]) else ""
+        raise ArgumentError(name, repr(text[:60]), allowed, hint)
     if match["unit"] is None:
-        raise ArgumentError(name, repr(text[:60]), allowed, "write the unit behind the number")
-    given = match["unit"].strip()
-    factor = 1.0 if given == unit else _factor(given, unit)
-    if factor is None:
-        raise ArgumentError(name, repr(text[:60]), allowed)
-    value = _rounded(Fraction(match["number"]) * Fraction(repr(factor)) / Fraction(inside))
-    if not math.isfinite(value):
-        raise ArgumentError(name, repr(text[:60]), allowed, "the value is not finite")
-    return value
+        units = ", ".join(COMMON.get(target, (target,)))
+        raise ArgumentError(name, repr(text[:60]), allowed, f"write the unit behind the number: {units}")
+    unit = match["unit"].strip()
+    suggested = suggested_unit(unit, target)
+    factor = factor_between(unit, target)
+    if suggested is not None or factor is None:
+        hint = "" if suggested is None else f"did you mean '{match['number']}{match['space']}{suggested}'?"
+        if factor is not None:
+            hint += f" {text.strip()} would be {float(match['number']) * factor:g} {target}"
+        raise ArgumentError(name, repr(text[:60]), allowed, hint)
+    return match["number"], factor
 
 
 def _rounded(exact: Fraction) -> float:

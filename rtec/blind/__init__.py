@@ -5,9 +5,10 @@ from rtec.blind.calibration import evidence
 from rtec.blind.confusion import Confusion, Refit, confusion
 from rtec.blind.drawn_plans import drawn_log, drawn_plan
 from rtec.blind.game import again, play
-from rtec.blind.guess import Guess, guessed
+from rtec.blind.guess import Guess, Points, guessed, points_of, read_answer, total_of
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.hidden import Hidden, Parameter
+from rtec.blind.kept_answers import KeptAnswer, answers_path, keep, read_answers
 from rtec.blind.line import Line, Pool
 from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
@@ -18,6 +19,7 @@ from rtec.blind.scored import Game, LineScore
 from rtec.blind.sealing import document_of, measure, new, reveal, sealed_path
 from rtec.blind.secret import Secret
 from rtec.blind.shares import mcnemar, wilson
+from rtec.blind.sizes import PLAIN_SIGMA, SIZES, Size, plans_showing, read_size, scenario_of_sizes, size_of
 from rtec.blind.tables import comparison
 
 __all__ = [
@@ -26,25 +28,31 @@ __all__ = [
     "LOOK_ALIKES",
     "OF_DRIVE",
     "OUTSIDE",
+    "PLAIN_SIGMA",
     "PLANS",
+    "SIZES",
     "Answer",
     "Confusion",
     "Game",
     "Guess",
     "Hidden",
     "Judge",
+    "KeptAnswer",
     "Line",
     "LineScore",
     "Noise",
     "Parameter",
     "Plan",
+    "Points",
     "Pool",
     "Refit",
     "Rule",
     "Scenario",
     "Secret",
+    "Size",
     "again",
     "answer_of",
+    "answers_path",
     "appending",
     "comparison",
     "confusion",
@@ -54,17 +62,26 @@ __all__ = [
     "evidence",
     "guessed",
     "is_right",
+    "keep",
     "mcnemar",
     "measure",
     "new",
     "paired",
     "plan_named",
+    "plans_showing",
     "play",
+    "points_of",
+    "read_answer",
+    "read_answers",
     "read_games",
+    "read_size",
     "reveal",
     "scenario_of",
+    "scenario_of_sizes",
     "sealed_path",
+    "size_of",
     "the_lines",
     "the_pools",
+    "total_of",
     "wilson",
 ]

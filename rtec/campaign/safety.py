@@ -33,20 +33,38 @@ class SafetyCase:
     soak: Soak | None
 
     @property
-    def ramps_good(self) -> bool:
-        """Return whether each limit catches what nothing else does."""
-        return all((ramp.outcome is Outcome.SILENT) == (ramp.limit == "none") for ramp in self.ramps)
-
-    @property
     def good(self) -> bool:
         """Return whether no avoidable silent error was found, and everything that was to strike did."""
-        return self.matrix.good and self.ramps_good and (self.soak is None or self.soak.good)
+        return not self.reasons
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Return why the case is not good, a line each."""
+        soak = self.soak
+        found = [
+            f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
+            for trial in self.matrix.avoidable
+        ]
+        found += [f"never took effect: {variant.name}, {phase.value}" for variant, phase in self.matrix.unproven]
+        found += [
+            f"a PC that runs away, design {ramp.design.value}, limit {ramp.limit}: {ramp.outcome.value}"
+            for ramp in self.ramps
+            if (ramp.outcome is Outcome.SILENT) != (ramp.limit == "none")
+        ]
+        if soak is not None:
+            found += [
+                f"soak, silent error: design {episode.design.value}, episode {episode.number}: {episode.wrong}"
+                for episode in soak.silent(upstream=False)
+            ]
+            found += [f"soak, never took effect: {kind.value}" for kind in soak.missing]
+        return tuple(found)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data under stable names."""
         matrix = self.matrix
         return {
             "good": self.good,
+            "reasons": list(self.reasons),
             "seed": matrix.plan.seed,
             "trials": len(matrix.trials),
             "fired": sum(trial.fired > 0 for trial in matrix.trials),
@@ -116,19 +134,23 @@ def detection_of(trials: list[Trial]) -> Detection:
 
 
 def make_case(
-    plan: MatrixPlan, soak: SoakPlan | None = None, progress: Callable[[float], None] = lambda share: None
+    plan: MatrixPlan,
+    soak: SoakPlan | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+    *,
+    ramps: bool = True,
 ) -> SafetyCase:
-    """Run everything."""
+    """Run everything; without ``ramps`` no PC that runs away."""
     trials = len(plan.designs) * len(plan.phases) * len(plan.variants) * plan.seeds
     first_s = trials * _S_PER_TRIAL
     whole_s = first_s + (0.0 if soak is None else soak.hours * _S_PER_HOUR)
     share = first_s / whole_s
     matrix = run_matrix(plan, lambda done: progress(done * share * _SHARE_MATRIX))
     with Crew() as crew:
-        ramps = tuple(crew.results(job for design in plan.designs for job in ramp_jobs(design)))
+        ran_away = tuple(crew.results(job for design in plan.designs if ramps for job in ramp_jobs(design)))
     soaked = None if soak is None else run_soak(soak, lambda done: progress(share + done * (1.0 - share)))
     progress(1.0)
-    return SafetyCase(matrix=matrix, ramps=ramps, soak=soaked)
+    return SafetyCase(matrix=matrix, ramps=ran_away, soak=soaked)
 
 
 def _trial_dict(trial: Trial) -> dict[str, object]:

@@ -40,7 +40,7 @@ def document(case: SafetyCase, *, command: str, picture: str) -> str:
     parts += ["## How late", _late(case)]
     parts += ["## How it is found out", filled(prose.DETECTION), _detection(case), filled(_after_stop(case))]
     parts += _remains(case)
-    parts += ["## What cannot strike", _impossible(case)]
+    parts += ["## What cannot strike", _impossible(case) or "All that was tried can."]
     if case.soak is not None:
         parts += _soak(case.soak)
     parts.append("[Documentation](index.md)")
@@ -171,8 +171,8 @@ def _remains(case: SafetyCase) -> list[str]:
         filled(_others([trial for trial in silent if not trial.variant.upstream])),
         filled(_without_power(case)),
         filled(prose.LARGE),
-        filled(runaway),
-        table(["design", "option", "outcome", "who said so", "off by"], ramps),
+        filled(runaway) if ramps else "",
+        table(["design", "option", "outcome", "who said so", "off by"], ramps) if ramps else "",
         filled(prose.BEYOND),
     ]
 

@@ -13,7 +13,6 @@ from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
 from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
-from rtec.injector.design import BESIDE
 from rtec.jobs import Crew
 from rtec.requester import HoldReason, Status
 
@@ -117,7 +116,9 @@ class MatrixPlan:
         """Return titles and designs of its tables: lines that pass beside the processor, and through it."""
         beside = [design for design in self.designs if not design.in_path]
         in_path = [design for design in self.designs if design.in_path]
-        titles = f"{', '.join(design.short for design in BESIDE)}: the worst", ", ".join(d.title for d in in_path)
+        short = ", ".join(design.short for design in beside)
+        first = f"{short}: the worst" if len(beside) > 1 else ", ".join(design.title for design in beside)
+        titles = first, ", ".join(design.title for design in in_path)
         return [(title, group) for title, group in zip(titles, (beside, in_path), strict=True) if group]
 
 
@@ -201,11 +202,12 @@ class PhaseJob:
         key = [self.plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
         generator = np.random.default_rng(key)
         trials = []
-        for variant in self.plan.variants:
+        for variant in VARIANTS:  # all of them are drawn, so that one alone strikes as it does among the others
             moment_ps = moment_within(twin, generator)
             # the seed says which of the box's three frames is struck
             bits = seed + 3 * int(generator.integers(1 << 30))
-            trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
+            if variant in self.plan.variants:
+                trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
         return trials
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.campaign.safety_watch import MS, SLICE_PS, WatchedCell, station_settings, wavy_table
+from rtec.errors import ArgumentError, nearest
 from rtec.injector import Design
 from rtec.machine.faults import Fault
 from rtec.machine.station import Move
@@ -37,6 +38,36 @@ class Phase(enum.Enum):
     PROBING = "probing"
     LARGE = "large correction"
     """The table of a hot machine, 60 um away, comes at once under the flag Large Correction."""
+
+    @classmethod
+    def named(cls, text: str) -> Phase:
+        """Return the phase of a name, with spaces or hyphens, in any case of letters.
+
+        Raises
+        ------
+        ArgumentError
+            Another name.
+
+        Examples
+        --------
+        >>> Phase.named("at-rest")
+        <Phase.AT_REST: 'at rest'>
+        """
+        known = {hyphened(phase.value): phase for phase in cls}
+        if (word := hyphened(text)) not in known:
+            raise ArgumentError("phase", repr(text[:60]), ", ".join(known), nearest(word, known))
+        return known[word]
+
+
+def hyphened(text: str) -> str:
+    """Return a name in words as one word of a command line.
+
+    Examples
+    --------
+    >>> hyphened("PC killed")
+    'pc-killed'
+    """
+    return "-".join(text.lower().split())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

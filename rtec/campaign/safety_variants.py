@@ -5,8 +5,9 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from rtec.campaign.safety_phases import Phase
+from rtec.campaign.safety_phases import Phase, hyphened
 from rtec.campaign.safety_watch import MS
+from rtec.errors import ArgumentError, nearest
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
@@ -164,6 +165,32 @@ VARIANTS: tuple[Variant, ...] = (
     Variant(kind=_K.PROBE_TRIPPED, where=From.AXIS, how=""),
 )
 """Every class of faults, with its lengths and places."""
+
+
+def variants_named(text: str) -> tuple[Variant, ...]:
+    """Return the faults of a class, or those whose name begins so, with spaces or hyphens.
+
+    Raises
+    ------
+    ArgumentError
+        A name of none.
+
+    Examples
+    --------
+    >>> [variant.name for variant in variants_named("power-lost")]
+    ['power lost, for 5 ms', 'power lost, for good']
+    >>> [variant.name for variant in variants_named("frame lost, for good, box to PC")]
+    ['frame lost, for good, box to PC']
+    """
+    word = hyphened(text).rstrip(",")
+    names = {hyphened(variant.name): variant for variant in VARIANTS}
+    found = tuple(variant for name, variant in names.items() if f"{name},".startswith(f"{word},"))
+    if not found or not word:
+        classes = dict.fromkeys(name.split(",")[0] for name in names)
+        near = nearest(word, [*classes, *names])
+        hint = near if near.startswith("did") else ""
+        raise ArgumentError("fault", repr(text[:60]), f"a class ({', '.join(classes)}) or one of it", hint)
+    return found
 
 
 def impossible(variant: Variant, phase: Phase) -> str | None:

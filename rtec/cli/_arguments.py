@@ -5,36 +5,80 @@ from __future__ import annotations
 import enum
 import re
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, TypeVar
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, TypeVar
 
+import typer
+
+from rtec.cli._words import Completer, among
 from rtec.errors import ArgumentError, nearest
+from rtec.units import NUMBER, SHARE, parse_in, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
     from rtec.injector import Processor
 
-_WHOLE = re.compile(r"[+-]?\d{1,30}", re.ASCII)
-_NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30}))\s*(%|counts?)", re.ASCII)
-
+_LONGEST = 60
 _E = TypeVar("_E", bound=enum.Enum)
 
 
-def whole(text: str, *, name: str) -> int:
-    """Read a whole number; its range is checked where it is used.
+def whole(text: str, *, name: str, low: int | None = None, high: int | None = None) -> int:
+    """Read a whole number, as in ``4000``, ``100_000``, ``1e5``.
 
     Raises
     ------
     ArgumentError
-        Anything but at most 30 decimal digits with a sign.
+        Another text, or a number outside the range.
 
     Examples
     --------
-    >>> whole("4000", name="--cycles")
-    4000
+    >>> whole("1e5", name="--cycles"), whole("100_000", name="--cycles", low=1)
+    (100000, 100000)
     """
-    if _WHOLE.fullmatch(text.strip()) is None:
-        raise ArgumentError(name, repr(text[:60]), "a whole number in digits, such as 4000")
-    return int(text)
+    ends = {(False, True): f" up to {high}", (True, False): f" from {low}", (True, True): f" from {low} to {high}"}
+    limits = ends.get((low is not None, high is not None), "")
+    allowed = f"a whole number{limits}" if limits else "a whole number in digits, such as 4000"
+    match = re.fullmatch(rf"\s*({NUMBER})\s*", text) if len(text) <= _LONGEST else None
+    if match is None or not abs(float(match[1])) <= 1e30 or Fraction(match[1]).denominator != 1:
+        raise ArgumentError(name, repr(text[:60]), allowed)
+    number = int(Fraction(match[1]))
+    if (low is not None and number < low) or (high is not None and number > high):
+        raise ArgumentError(name, number, allowed)
+    return number
+
+
+def option(*names: str, metavar: str, complete: Completer | None = None, **more: Any) -> Any:
+    """Return an option whose value the shell completes: by ``complete``, else as the metavar or the name tells.
+
+    Parameters
+    ----------
+    names, metavar, more
+        As of `typer.Option`.
+    complete
+        What completes it.
+    """
+    name = next((name for name in names if name.startswith("--")), "")
+    return typer.Option(*names, metavar=metavar, autocompletion=complete or among(metavar, name), **more)
+
+
+def whole_option(*names: str, low: int, high: int | None = None, help: str, **more: Any) -> Any:
+    """Return an option that takes a whole number in a range, in the grammar of `whole`.
+
+    Parameters
+    ----------
+    names, help, more
+        As of `typer.Option`.
+    low, high
+        Of the range.
+    """
+
+    def read(text: str) -> int:
+        try:
+            return whole(str(text), name="", low=low, high=high)
+        except ArgumentError as error:
+            raise typer.BadParameter(f"{error.value} is not allowed; allowed: {error.allowed}") from None
+
+    return typer.Option(*names, parser=read, help=help, **({"metavar": "N"} | more))
 
 
 def choice(text: str, known: Iterable[str], *, name: str) -> str:
@@ -94,7 +138,7 @@ def share(text: str, *, name: str) -> float:
     >>> share("2%", name="--duty-a")
     0.02
     """
-    return _measured(text, "%", "percent, such as 2% or -0.5 %", name) / 100.0
+    return parse_quantity(text, SHARE, name=name) / 100.0
 
 
 def counts(text: str, *, name: str) -> float:
@@ -105,11 +149,4 @@ def counts(text: str, *, name: str) -> float:
     >>> counts("1.5 count", name="--eccentricity")
     1.5
     """
-    return _measured(text, "count", "a number of counts, such as '2 count'", name)
-
-
-def _measured(text: str, unit: str, allowed: str, name: str) -> float:
-    match = _NUMBER_AND_UNIT.fullmatch(text.strip())
-    if match is None or match[2].removesuffix("s") != unit:
-        raise ArgumentError(name, repr(text[:60]), allowed, "write the unit behind the number")
-    return float(match[1])
+    return parse_in(text, "count", name=name)

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli._arguments import whole
+from rtec.cli._words import among
 from rtec.errors import ArgumentError
 from rtec.units import LENGTH, TIME, parse_quantity, parse_time_ps
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from rtec.link.transport import Transport
@@ -28,7 +30,7 @@ BUS, MACHINE, TIMES, OUTPUT = "The bus", "The machine", "Times and limits", "Out
 
 def option(name: str, panel: str, metavar: str, text: str) -> Any:
     """Return an option of a panel."""
-    return typer.Option(name, help=text, metavar=metavar, rich_help_panel=panel)
+    return typer.Option(name, help=text, metavar=metavar, rich_help_panel=panel, autocompletion=among(metavar, name))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +89,12 @@ def check_dbc(file: Path | None) -> None:
         from rtec.link.messages import MessageSet
 
         MessageSet.load(file)
+
+
+def check_log(file: Path | None, *, force: bool) -> None:
+    """Refuse a log that cannot be written."""
+    if file is not None:
+        check_file("--log", file, force=force, endings=(".log", ".asc", ".blf"))
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rtec.errors import ArgumentError, OutputError
+from rtec.cli._arguments import option, whole_option
+from rtec.errors import ArgumentError
+from rtec.units import NUMBER
 
 if TYPE_CHECKING:
     from rtec.dataset.dataset import Dataset
@@ -27,7 +28,7 @@ _FACTS = {
     "reference_temperature": "--reference-temperature",
 }
 """The option behind each fact of an axis."""
-_COUNTS = re.compile(r"\d{1,12}(?:\.\d{0,12})?\s*(?:counts?(?:/rev)?)?", re.ASCII)
+_COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
 _AXIS = "Facts of the axis, where the file does not state them"
 _READ = "How the file is read, where rtec asks or takes a column for the wrong thing"
 
@@ -43,26 +44,27 @@ DataFiles = Annotated[
     ),
 ]
 ModelFile = Annotated[
-    Path | None, typer.Option("--model", metavar="M.toml", help="Effects that are known; none without it.")
+    Path | None, option("--model", metavar="M.toml", help="Effects that are known; none without it.")
 ]
 HeldOut = Annotated[
     Path | None,
-    typer.Option("--heldout", metavar="FILE", help="Another measurement to judge on, instead of held-out blocks."),
+    option("--heldout", metavar="FILE", help="Another measurement to judge on, instead of held-out blocks."),
 ]
 Lock = Annotated[
     bool,
     typer.Option("--lock", help="Lock a fifth away (the last runs, if there are three), and score on it."),
 ]
 Observe = Annotated[
-    str | None, typer.Option(metavar="QUANTITY", help="What is explained: deviation (default), force, current, ...")
+    str | None,
+    option("--observe", metavar="QUANTITY", help="What is explained: deviation without it; force, current, ..."),
 ]
-ScrewPitch = Annotated[str | None, typer.Option(metavar="'6.35 mm'", help="Travel of a turn.", rich_help_panel=_AXIS)]
+ScrewPitch = Annotated[str | None, option(metavar="'6.35 mm'", help="Travel of a turn.", rich_help_panel=_AXIS)]
 SignalPeriod = Annotated[
-    str | None, typer.Option(metavar="'20 um'", help="Signal period of the scale.", rich_help_panel=_AXIS)
+    str | None, option(metavar="'20 um'", help="Signal period of the scale.", rich_help_panel=_AXIS)
 ]
-CountsPerRev = Annotated[str | None, typer.Option(metavar="8192", help="Counts of a turn.", rich_help_panel=_AXIS)]
+CountsPerRev = Annotated[str | None, option(metavar="8192", help="Counts of a turn.", rich_help_panel=_AXIS)]
 ReferenceTemperature = Annotated[
-    str | None, typer.Option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
+    str | None, option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
 ]
 Maps = Annotated[
     list[str] | None,
@@ -74,15 +76,13 @@ Maps = Annotated[
     ),
 ]
 Sheet = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Sheet of a workbook that has several.", rich_help_panel=_READ)
+    str | None, option(metavar="NAME", help="Sheet of a workbook that has several.", rich_help_panel=_READ)
 ]
 Decimal = Annotated[
     str | None,
-    typer.Option(
-        metavar="MARK", help="point or comma, where the numbers do not tell which it is.", rich_help_panel=_READ
-    ),
+    option(metavar="MARK", help="point or comma, where the numbers do not tell which it is.", rich_help_panel=_READ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Draws the readings that are looked at of a very long file.")]
+Seed = Annotated[int, whole_option(low=0, help="Draws the readings that are looked at of a very long file.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
 
 
@@ -256,35 +256,3 @@ def _named_as_options(observe: str) -> Iterator[None]:
     except ArgumentError as error:
         name = {**_FACTS, "--observe": observe}.get(error.name, error.name)
         raise ArgumentError(name, error.value, error.allowed, error.hint) from error
-
-
-_FIGURES = (".png", ".svg", ".pdf")
-
-
-def check_new_figure(option: str, file: Path, *, force: bool) -> None:
-    """Refuse a figure of a kind that cannot be drawn, and a file as `check_new_file` does.
-
-    Raises
-    ------
-    RtecError
-        Its name has another ending, or the file cannot be made.
-    """
-    if file.suffix.lower() not in _FIGURES:
-        raise ArgumentError(option, file.name, "a name that ends in .png, .svg or .pdf")
-    check_new_file(option, file, force=force)
-
-
-def check_new_file(option: str, file: Path, *, force: bool) -> None:
-    """Refuse a file that exists or has no folder, before long work begins.
-
-    Raises
-    ------
-    OutputError
-        It exists and ``force`` is not given, or it cannot be made there.
-    """
-    if os.path.lexists(file) and not force:
-        raise OutputError(f"{option}: {file} exists; choose another name, or overwrite it with --force")
-    if file.is_dir():
-        raise OutputError(f"{option}: {file} is a folder; name a file")
-    if not file.parent.is_dir():
-        raise OutputError(f"{option}: there is no folder {file.parent} for {file.name}; make it first")

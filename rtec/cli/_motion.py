@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rtec.cli._words import MOTIONS
 from rtec.units import SWEEP, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.axis import Program
     from rtec.axis.motion import MotionKind
 
-MOTION_NAMES = "steady|ramp|reversal|dither|adversary|FILE.nc"
-MOTION_HELP = "How the axis moves while corrections are asked for; FILE: a G-code programme."
+MOTION_NAMES = f"{', '.join(MOTIONS)}, or a G-code programme FILE.nc"
 DEFAULT_ACCELERATION = "100 MHz/s"
 
 

@@ -8,55 +8,95 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rtec.campaign.safety_matrix import Outcome
+from rtec.campaign.safety_matrix import Matrix, Outcome, Trial
+from rtec.campaign.safety_phases import Phase
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rtec.campaign.safety import SafetyCase
     from rtec.campaign.soak import Soak
+    from rtec.injector import Design
 
 _WORDS = {
-    Outcome.IMPOSSIBLE: "·",
+    Outcome.IMPOSSIBLE: "-",
     Outcome.RIGHT: "right",
     Outcome.LATE: "late",
     Outcome.HELD: "held",
     Outcome.SILENT: "SILENT",
 }
+_UPSTREAM = "lost"
+_HEADS = {
+    Phase.START_UP: "start",
+    Phase.AT_REST: "rest",
+    Phase.CUTTING: "cut",
+    Phase.RAPID: "rapid",
+    Phase.REVERSAL: "turn",
+    Phase.INSERTION: "ins.",
+    Phase.PROBING: "probe",
+    Phase.LARGE: "large",
+}
+"""Short, so that eight of them and a fault fit a line of 80 letters."""
+_TOLD_ONE_BY_ONE = 24
+"""Runs up to which each is told on a line of its own."""
 
 
 def show(case: SafetyCase) -> None:
-    """Print the table fault by phase, what was found, and the soak."""
+    """Print the table fault by phase, what was found, the soak, and why the case is not good where it is not."""
     matrix = case.matrix
     console = Console(highlight=False)
     for title, designs in matrix.plan.groups:
-        table = Table(title=title, box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-        table.add_column("fault", no_wrap=True)
-        for phase in matrix.plan.phases:
-            table.add_column(phase.value.replace(" correction", ""), no_wrap=True)
-        for variant in matrix.plan.variants:
-            cells = []
-            for phase in matrix.plan.phases:
-                outcome = matrix.worst(variant, phase, designs)
-                upstream = outcome is Outcome.SILENT and variant.upstream
-                cells.append("upstream" if upstream else _WORDS[outcome])
-            table.add_row(variant.name, *cells)
-        console.print(table)
+        console.print(_table(matrix, title, designs))
+    heads = ", ".join(f"{_HEADS[phase]} = {phase.value}" for phase in matrix.plan.phases)
+    console.print(f"Columns: {heads}. -: cannot strike.")
+    console.print(f"{_UPSTREAM}: silent, but it begins before the box, whose lines the controller sees, too.")
     fired = [trial for trial in matrix.trials if trial.fired]
     counted = Counter(trial.outcome.value for trial in fired)
     console.print(
         f"{len(fired)} faults took effect in {len(matrix.trials)} runs: "
-        + ", ".join(f"{name} {count}" for name, count in counted.most_common()),
-        soft_wrap=True,
+        + ", ".join(f"{name} {count}" for name, count in counted.most_common())
     )
-    for trial in matrix.avoidable:
-        words = (
-            f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
-        )
-        console.print(words, style="bold red", soft_wrap=True)
-    for variant, phase in matrix.unproven:
-        console.print(f"never took effect: {variant.name}, {phase.value}", style="bold red", soft_wrap=True)
-    console.print("upstream: silent, but it begins before the box, whose lines the controller sees, too.")
+    if len(matrix.trials) <= _TOLD_ONE_BY_ONE:
+        for trial in fired:
+            console.print(_told(trial))
     if case.soak is not None:
         _show_soak(console, case.soak)
+    if case.reasons:
+        console.print("FAILS:", style="bold red")
+        for reason in case.reasons:
+            console.print(reason, style="bold red", soft_wrap=True)
+
+
+def _table(matrix: Matrix, title: str, designs: Sequence[Design]) -> Table:
+    """Return the worst outcomes of some designs, a class of faults after the other."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("fault")
+    for phase in matrix.plan.phases:
+        table.add_column(_HEADS[phase], no_wrap=True)
+    before = ""
+    for variant in matrix.plan.variants:
+        cells = []
+        for phase in matrix.plan.phases:
+            outcome = matrix.worst(variant, phase, designs)
+            cells.append(_UPSTREAM if outcome is Outcome.SILENT and variant.upstream else _WORDS[outcome])
+        kind, _, how = variant.name.partition(", ")
+        if how and kind != before:
+            table.add_row(kind)
+        table.add_row(f"  {how}" if how else kind, *cells)
+        before = kind
+    return table
+
+
+def _told(trial: Trial) -> str:
+    """Return what came of one run, who stopped the machine, and after what time."""
+    ended = trial.outcome.value
+    if trial.outcome is Outcome.HELD:
+        after = "" if trial.detected_s is None else f" after {trial.detected_s * 1e3:.0f} ms"
+        ended = f"held{after} ({trial.reason})"
+    elif trial.outcome is not Outcome.RIGHT:
+        ended += f", off by {trial.off_counts:.0f} counts"
+    run = f"{trial.variant.name}; {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
+    return f"{run}: {ended}"
 
 
 def _show_soak(console: Console, soak: Soak) -> None:
@@ -64,11 +104,5 @@ def _show_soak(console: Console, soak: Soak) -> None:
     console.print(
         f"Soak: {soak.hours():.1f} h in {len(soak.episodes)} episodes, {sum(fired.values())} faults of {len(fired)} "
         f"classes; right {outcomes[Outcome.RIGHT]}, held {outcomes[Outcome.HELD]}, "
-        f"lost before the box {len(soak.silent(upstream=True))}, silent {len(soak.silent(upstream=False))}",
-        soft_wrap=True,
+        f"lost before the box {len(soak.silent(upstream=True))}, silent {len(soak.silent(upstream=False))}"
     )
-    for episode in soak.silent(upstream=False):
-        words = f"silent error: design {episode.design.value}, episode {episode.number}: {episode.wrong}"
-        console.print(words, style="bold red", soft_wrap=True)
-    for kind in soak.missing:
-        console.print(f"never took effect: {kind.value}", style="bold red")

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from rtec.cli import _console, _measured
+from rtec.cli import _console
 from rtec.errors import OutputError
+from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.machine import OpenPath
@@ -53,12 +54,11 @@ class Seen:
         if self.figure is not None:
             from rtec.machine.stretch import Stretch
 
-            _measured.check_new_figure("--figure", self.figure, force=self.force)
+            check_file("--figure", self.figure, force=self.force, endings=FIGURES)
             self.stretch = Stretch(self.state)
         if self.vcd is None:
             return
-        if self.vcd.is_file() and not self.force:
-            raise OutputError(f"--vcd: {self.vcd} exists; choose another name, or overwrite it with --force")
+        check_file("--vcd", self.vcd, force=self.force)
         if not self.force and (self.vcd.is_file() or not self.vcd.exists()):  # a pipe fills no disk
             _agree_to_size(self.vcd, path)
 

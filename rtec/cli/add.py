@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,8 +11,11 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._arguments import whole
 from rtec.cli._console import announce_compilation, progress
+from rtec.cli._words import EFFECTS, completing
 from rtec.cli.diagnose import show_diagnosis
 from rtec.errors import ArgumentError
+from rtec.units import NUMBER
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +34,14 @@ def _option(metavar: str, text: str) -> Any:
 
 
 def add(
-    effect: Annotated[str, typer.Argument(help="Name of the effect; 'rtec effects' lists them.", show_default=False)],
+    effect: Annotated[
+        str,
+        typer.Argument(
+            help="Name of the effect; 'rtec effects' lists them.",
+            show_default=False,
+            autocompletion=completing(EFFECTS),
+        ),
+    ],
     data: _measured.Data,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="M2.toml", help="The model with the effect.", show_default=False)
@@ -96,7 +107,7 @@ def add(
     from rtec.inference.model_file import write_model
 
     what = effect_named(effect)
-    _measured.check_new_file("-o", output, force=force)
+    check_file("-o", output, force=force)
     texts = {
         "period": period,
         "harmonics": None if harmonics is None else whole(harmonics, name="--harmonics"),
@@ -164,7 +175,7 @@ def _dashed(key: str) -> str:
 
 def _nodes(text: str, dataset: Dataset) -> list[str]:
     """Return positions of nodes: as they are listed, or so many over the positions of the measurement."""
-    if not text.strip().isdigit():
+    if re.fullmatch(NUMBER, text.strip()) is None:
         return [part.strip() for part in text.split(",")]
     number = whole(text, name="--nodes")
     if not _FEWEST_NODES <= number <= _MOST_NODES:

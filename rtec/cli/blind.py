@@ -8,17 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, print_json, progress
+from rtec.cli._arguments import option, whole_option
+from rtec.cli._console import announce_compilation, print_json
+from rtec.cli._words import EFFECTS, PLANS, completing
 from rtec.errors import ArgumentError
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
-    from rtec.blind import Confusion, LineScore, Scenario, Secret
-
-_MISSED = 1
-_PLAIN_SIGMA = 5.0
-"""Strength of what '--hide' hides, in units of the noise."""
-_PATIENCE = 4
-"""Times the trials that are played at most until so many count."""
+    from rtec.blind import Scenario, Secret
 
 
 def frame() -> None:
@@ -30,67 +27,95 @@ def frame() -> None:
 
 def new(
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
+        Path, option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
     ],
-    seed: Annotated[int, typer.Option(min=0, max=1 << 62, help="Decides what is hidden, and everything else.")] = 0,
+    seed: Annotated[
+        int | None, whole_option(low=0, high=1 << 62, help="Decides everything; another one each time without it.")
+    ] = None,
     hide: Annotated[
         list[str] | None,
-        typer.Option("--hide", metavar="EFFECT", help="What to hide, for teaching; repeatable."),
+        option(
+            "--hide",
+            metavar="EFFECT[=SIZE]",
+            help="What to hide, and how much of it, as backlash='3 um'; may be given again. Five times the noise "
+            "without a size; the seed decides without --hide.",
+            complete=completing(EFFECTS),
+        ),
     ] = None,
     plan: Annotated[
         str | None,
-        typer.Option("--plan", metavar="NAME", help="Of the measurement, with --hide (else: base)."),
+        option(
+            "--plan",
+            metavar="NAME",
+            help="Of the measurement, with --hide; base without it.",
+            complete=completing(PLANS),
+        ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Hide none to three effects in the emulated axis, measure it, and seal the secret beside the data.
 
-    The seal keeps the secret from a glance only.
+    The seal keeps the secret from a glance only. A size is the number of the effect that 'rtec blind reveal' shows;
+    its sign is drawn.
 
     Example: rtec blind new --seed 7 -o data.csv
     """
+    from secrets import randbelow
+
     from rtec.blind import new as played
 
-    scenario = _scenario(hide or [], plan)
+    check_file("-o", output, force=force)
+    drawn = seed is None
+    number = randbelow(1 << 31) if seed is None else seed
     announce_compilation()
-    seal = played(seed, output, scenario=scenario, force=force)
+    scenario = _scenario(hide or [], plan, number)
+    seal = played(number, output, scenario=scenario, force=force)
     if json:
-        print_json({"data": str(output), "sealed": str(seal), "seed": seed})
+        print_json({"data": str(output), "sealed": str(seal), "seed": number})
     else:
         typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
         typer.echo(f"Sealed: {seal}; open it with: rtec blind reveal {output}")
+        if drawn:
+            typer.echo(f"Seed: {number}, drawn; --seed {number} plays the same game again")
 
 
-def _scenario(hide: list[str], plan: str | None) -> Scenario | None:
-    """Return what options hide, at five times the noise; None where the seed decides."""
-    from rtec.blind import Scenario, plan_named
+def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
+    """Return what options hide; None where the seed decides."""
+    from rtec.blind import Scenario, plan_named, plans_showing, read_size, scenario_of_sizes
 
     if not hide:
         if plan is not None:
             raise ArgumentError("--plan", plan, "a plan beside --hide", "the seed decides on both")
         return None
+    pairs = [(name.strip(), equals, text) for name, equals, text in (word.partition("=") for word in hide)]
+    names = tuple(name for name, _, _ in pairs)
     try:
-        return Scenario(names=tuple(hide), strength_sigma=_PLAIN_SIGMA, plan=plan_named(plan or "base"))
+        measured_by = plan_named(plan or "base")
+        Scenario(names=names, plan=measured_by)  # a wrong name is said before a wrong size
+        sizes = [(name, read_size(name, text, where="--hide") if equals else None) for name, equals, text in pairs]
+        return scenario_of_sizes(sizes, measured_by, seed)
     except ArgumentError as error:
-        option = {"names": "--hide", "plan": "--plan"}.get(error.name, error.name)
-        raise ArgumentError(option, error.value, error.allowed, error.hint) from None
+        name = {"names": "--hide", "plan": "--plan"}.get(error.name, error.name)
+        others = plans_showing(str(error.value)) if error.value in names else ()
+        hint = f"{error.hint}; it shows in the plans {', '.join(others)}" if others else error.hint
+        raise ArgumentError(name, error.value, error.allowed, hint) from None
 
 
 def measure(
     data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
     plan: Annotated[
         Path,
-        typer.Option(
+        option(
             "--plan", metavar="P.toml", help="The experiment, as 'diagnose --suggest' writes it.", show_default=False
         ),
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
+        Path, option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
     ],
     seed: Annotated[
         int | None,
-        typer.Option(min=1, max=1 << 62, help="Of noise and surroundings; one seed, one set of readings."),
+        whole_option(low=1, high=1 << 62, help="Of noise and surroundings; one seed, one set of readings."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
@@ -101,6 +126,7 @@ def measure(
     """
     from rtec.blind import measure as measured
 
+    check_file("-o", output, force=force)
     announce_compilation()
     seal = measured(data, plan, output, seed=seed, force=force)
     if json:
@@ -108,38 +134,6 @@ def measure(
     else:
         typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
         typer.echo(f"Sealed: {seal}; answer with: rtec blind guess {output} EFFECT...")
-
-
-def guess(
-    data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
-    effects: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="EFFECT...",
-            help="What is hidden; 'unknown' for what no effect is, or 'nothing'.",
-            show_default=False,
-        ),
-    ],
-    json: _measured.Json = False,
-) -> None:
-    """Score an answer against the seal: which effects are right, missed and wrong.
-
-    Exit code 1: the answer is not all that is hidden, or more.
-
-    Example: rtec blind guess data.csv backlash cyclic
-    """
-    from rtec.blind import guessed, reveal as opened
-
-    found = guessed(opened(data), effects)
-    if json:
-        lists = {"right": list(found.right), "missed": list(found.missed), "wrong": list(found.wrong)}
-        print_json({"data": str(data), "solved": found.solved, **lists})
-    else:
-        typer.echo("Solved." if found.solved else "Not solved.")
-        for heading, names in (("Right", found.right), ("Missed", found.missed), ("Wrong", found.wrong)):
-            if names:
-                typer.echo(f"{heading}: {', '.join(names)}")
-    raise typer.Exit(0 if found.solved else _MISSED)
 
 
 def reveal(
@@ -159,91 +153,15 @@ def reveal(
         _show_secret(secret)
 
 
-def score(
-    trials: Annotated[int, typer.Option(min=1, max=100_000, help="Games on each line.")] = 20,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
-    seed: Annotated[int, typer.Option(min=0, max=1 << 32, help="Of all games.")] = 0,
-    jobs: Annotated[
-        int, typer.Option(min=1, max=64, help="Games played at the same time; the result is the same.")
-    ] = 1,
-    json: _measured.Json = False,
-) -> None:
-    """Let the diagnosis play many games, and print how often it is right, with the confusion matrices.
-
-    Where games are too weak to count, others are played in their place. Exit code 1: a share of right answers lies
-    below its bar.
-
-    Example: rtec blind score --trials 200 --jobs 2 -o confusion.md
-    """
-    from rtec.blind import confusion, the_lines
-    from rtec.blind.judged import judged, refitted
-    from rtec.metrology.text_file import write_lines
-
-    if output is not None:
-        _measured.check_new_file("-o", output, force=force)
-    announce_compilation()
-    with progress("games") as show:
-        result = confusion(
-            the_lines(),
-            trials,
-            judged,
-            seed,
-            lambda _, share: show(share),
-            refit=refitted,
-            workers=jobs,
-            patience=_PATIENCE,
-        )
-    if output is not None:
-        write_lines(output, result.as_markdown().splitlines())
-    if json:
-        print_json(_document(result) | ({} if output is None else {"table": str(output)}))
-    else:
-        typer.echo(result.as_markdown(), nl=False)
-    reached = all(line.reached for line in result.scores) and all(pool.reached for pool in result.pools)
-    raise typer.Exit(0 if reached else _MISSED)
-
-
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of the game as one."""
     app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
     app.callback()(frame)
+    from rtec.cli.blind_answers import guess, score
+
     for verb in (new, measure, guess, reveal, score):
         app.command(verb.__name__)(verb)
     return app
-
-
-def _document(result: Confusion) -> dict[str, object]:
-    return {"trials": result.trials, "seed": result.seed, "lines": [_line_document(line) for line in result.scores]}
-
-
-def _line_document(scored: LineScore) -> dict[str, object]:
-    return {
-        "title": scored.line.title,
-        "right_is": scored.line.rule.value,
-        "bar": scored.line.share,
-        "right": scored.right,
-        "trials": scored.trials,
-        "left_out": scored.left_out,
-        "share": scored.share,
-        "wilson_95": scored.interval,
-        "reached": scored.reached,
-        "confusion": [{"hidden": hidden, "answered": said, "count": count} for hidden, said, count in scored.cells],
-        "games": [
-            {
-                "trial": game.trial,
-                "seed": game.seed,
-                "plan": game.plan,
-                "hidden": game.hidden,
-                "answered": game.said,
-                "right": game.right,
-                "effects": game.effects,
-            }
-            for game in scored.games
-        ],
-    }
 
 
 def _show_secret(secret: Secret) -> None:

@@ -20,6 +20,7 @@ from rtec.cli._live import (
     BusWords,
     axes_of,
     check_dbc,
+    check_log,
     length,
     logged,
     option,
@@ -100,6 +101,7 @@ def box(
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     check_dbc(dbc)
+    check_log(log, force=force)
     numbers = axes_of(axis, axes)
     pace = _speed(speed)
     settings = [_settings(number, design, timing, count, window, cycle, watch, limit, pace) for number in numbers]

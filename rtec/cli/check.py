@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._arguments import option, whole_option
 from rtec.cli._motion import MOTION_NAMES, read_motion
+from rtec.cli._words import PROCESSORS, completing, files_ending
 from rtec.errors import ArgumentError
+from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.cli._check_door import Chosen
@@ -23,7 +26,13 @@ _CONTRACT, _DOOR, _OUTPUT = "The contract", "What runs it", "Output"
 
 
 def _option(name: str, panel: str | None, metavar: str, text: str) -> Any:
-    return typer.Option(name, help=text, metavar=metavar, rich_help_panel=panel, show_default=False)
+    return option(name, metavar=metavar, help=text, rich_help_panel=panel, show_default=False)
+
+
+def _algorithms(incomplete: str) -> list[str]:
+    """Complete a design or a file."""
+    files = files_ending(".py", ".v", ".sv", ".ihx", ".hex")
+    return [*completing(("original", "a", "b", "c"))(incomplete), *files(incomplete)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +78,7 @@ def check(
         str,
         typer.Argument(
             metavar="ALGORITHM",
+            autocompletion=_algorithms,
             help="file.py:Name, top.v, image.ihx, or original, a, b, c for a design of rtec.",
             show_default=False,
         ),
@@ -77,7 +87,7 @@ def check(
         str | None, _option("--design", _CONTRACT, "original|a|b|c", "Takes step and states from a known design.")
     ] = None,
     step: Annotated[
-        int | None, typer.Option("--step", metavar="N", help="Counts of one step.", rich_help_panel=_CONTRACT)
+        int | None, whole_option("--step", low=1, help="Counts of one step.", rich_help_panel=_CONTRACT)
     ] = None,
     states: Annotated[
         str | None,
@@ -107,7 +117,7 @@ def check(
         str | None, _option("--simulator", _DOOR, "verilator|icarus", "For Verilog; the first that is installed.")
     ] = None,
     processor: Annotated[
-        str | None, _option("--processor", _DOOR, "NAME", "For machine code: 8051-12mhz, one-clock-25mhz, ...")
+        str | None, _option("--processor", _DOOR, "NAME", "For machine code: " + ", ".join(PROCESSORS) + ".")
     ] = None,
     part: Annotated[str | None, _option("--part", _DOOR, "8051|8052", "For machine code.")] = None,
     hold_latch: Annotated[
@@ -126,10 +136,10 @@ def check(
         str | None, _option("--real-edges", _DOOR, "hold|merge", "What a design of rtec does with them; hold.")
     ] = None,
     motion: Annotated[
-        str | None, _option("--motion", None, MOTION_NAMES, "One more check: a step in this motion, at each phase.")
+        str | None, _option("--motion", None, "MOTION", f"One more check, a step at each phase: {MOTION_NAMES}.")
     ] = None,
-    tries: Annotated[int, typer.Option(min=16, max=10_000_000, metavar="N", help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt and the adversary.")] = 0,
+    tries: Annotated[int, whole_option(low=16, high=10_000_000, help="Streams of the hunt.")] = 3000,
+    seed: Annotated[int, whole_option(low=0, help="Of the hunt and the adversary.")] = 0,
     stream: Annotated[
         str | None, _option("--stream", None, "TEXT", "Play one stream only, as a failed check prints it.")
     ] = None,
@@ -154,11 +164,11 @@ def check(
     """
     from rtec.cli._check_door import choose
 
-    for option, file in (("--figure", figure), ("--margin-figure", margin_figure)):
-        if file is not None:
-            _measured.check_new_figure(option, file, force=force)
+    for name, picture in (("--figure", figure), ("--margin-figure", margin_figure)):
+        if picture is not None:
+            check_file(name, picture, force=force, endings=FIGURES)
     if vcd is not None:
-        _measured.check_new_file("--vcd", vcd, force=force)
+        check_file("--vcd", vcd, force=force)
     options = Options(
         algorithm=algorithm, design=design, step=step, states=states, frequency=frequency, acceleration=acceleration,
         jitter=jitter, separation=separation, delay=delay, clock=clock, pins=pins, simulator=simulator,

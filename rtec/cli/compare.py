@@ -9,6 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.whole_file import check_folder
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -41,10 +42,9 @@ def compare(
     Example: rtec compare z_axis.csv --model known.toml
     """
     from rtec.inference.compare import compare as compared
-    from rtec.report.destination import check_folder
 
     if output is not None:
-        check_folder(output, force=force)
+        check_folder("-o", output, force=force)
     names = _measured.names_of(data)
     _measured.refuse_with_several(data, heldout=heldout, lock=lock)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)

@@ -10,6 +10,7 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.errors import ArgumentError
+from rtec.whole_file import check_file, check_folder
 
 if TYPE_CHECKING:
     from rtec.inference.results import Diagnosis
@@ -51,17 +52,17 @@ def diagnose(
     """
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.inference.model_file import write_model
-    from rtec.report.destination import check_folder, report_folder
+    from rtec.report.destination import report_folder
     from rtec.report.diagnosis import write_diagnosis
 
     names = _measured.names_of(data)
     _measured.refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
     if output is not None:
-        check_folder(output, force=force)
+        check_folder("-o", output, force=force)
     if save is not None:
-        _measured.check_new_file("--save", save, force=force)
+        check_file("--save", save, force=force)
     if suggest is not None:
-        _measured.check_new_file("--suggest", suggest, force=force)
+        check_file("--suggest", suggest, force=force)
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file than that of --save")
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)

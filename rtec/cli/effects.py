@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli._console import print_json
+from rtec.cli._words import EFFECTS, completing
 
 if TYPE_CHECKING:
     from rtec.effects import Effect
@@ -23,7 +24,10 @@ _CARD = (
 
 
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the card of one effect.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="Show the card of one effect.", autocompletion=completing(EFFECTS)),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
 ) -> None:
     """List the physical effects that are known, or show the card of one.

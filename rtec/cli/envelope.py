@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._arguments import option, whole_option
 from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_NAMES, read_motion
+from rtec.cli._words import PROCESSORS, files_ending
 from rtec.errors import ArgumentError
 from rtec.units import parse_time_ps
+from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow
@@ -19,17 +22,26 @@ if TYPE_CHECKING:
 
 def envelope(
     design: Annotated[
-        list[str] | None, typer.Option(metavar="original|a|b|c", help="Only this design; may be given again.")
+        list[str] | None, option(metavar="original|a|b|c", help="Only this design; may be given again.")
     ] = None,
     processor: Annotated[
         list[str] | None,
-        typer.Option(metavar="'one-clock 50MHz'", help="Only this processor, known or not; may be given again."),
+        option(
+            "--processor",
+            metavar="NAME",
+            help=f"Only this: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'; may be given again.",
+        ),
     ] = None,
     image: Annotated[
-        Path | None, typer.Option(metavar="MINE.hex", help="Your program for the one --design, as Intel HEX.")
+        Path | None,
+        option(
+            metavar="MINE.hex",
+            help="Your program for the one --design, as Intel HEX.",
+            complete=files_ending(".hex", ".ihx"),
+        ),
     ] = None,
     jitter: Annotated[
-        str, typer.Option(metavar="5ns", help="Bound of the encoder's jitter; its worst within that is tried.")
+        str, option(metavar="5ns", help="Bound of the encoder's jitter; its worst within that is tried.")
     ] = "0ns",
     hold_latch: Annotated[
         bool,
@@ -43,14 +55,14 @@ def envelope(
     ] = False,
     motion: Annotated[
         str | None,
-        typer.Option(metavar=MOTION_NAMES, help="Search in this motion; its top speed is what is searched."),
+        option("--motion", metavar="MOTION", help=f"Search its top speed: {MOTION_NAMES}."),
     ] = None,
     acceleration: Annotated[
-        str | None, typer.Option(metavar="'100 MHz/s'", help="Of the frequency, with --motion; 100 MHz/s.")
+        str | None, option(metavar="'100 MHz/s'", help="Of the frequency, with --motion; 100 MHz/s.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, metavar="N", help="Of --motion adversary; 0.")] = None,
+    seed: Annotated[int | None, whole_option(low=0, help="Of --motion adversary; 0.")] = None,
     figure: Annotated[
-        Path | None, typer.Option(metavar="FILE.png|svg|pdf", help="Draw what each does at which frequency.")
+        Path | None, option(metavar="FILE.png", help="Draw what each does at which frequency: .png, .svg, .pdf.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a figure that exists.")] = False,
     json: _measured.Json = False,
@@ -63,7 +75,7 @@ def envelope(
     Example: rtec envelope --design c --processor 8051-12mhz --processor 'one-clock 50MHz'
     """
     if figure is not None:
-        _measured.check_new_figure("--figure", figure, force=force)
+        check_file("--figure", figure, force=force, endings=FIGURES)
     moved = _motion(motion, acceleration, seed, jitter, exhaustive, nothing_owed)
     plan = _plan(design, processor, image, jitter, hold_latch, nothing_owed, exhaustive, moved)
     from rtec.campaign.envelope import find_envelope

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _measured
+from rtec.cli._arguments import option
 from rtec.cli._console import note, print_json
 from rtec.errors import ArgumentError
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,7 +27,7 @@ _SHORTEST_MM = 1e-3
 
 
 def _file(metavar: str, text: str) -> Any:
-    return typer.Option(metavar=metavar, help=text)
+    return option(metavar=metavar, help=text)
 
 
 def export(
@@ -37,17 +39,17 @@ def export(
     ] = None,
     csv: Annotated[Path | None, _file("F.csv", "Position, error forward and reverse.")] = None,
     c: Annotated[Path | None, _file("F.c", "A function in C99: a trained predictor itself, else the table.")] = None,
-    precision: Annotated[str, typer.Option(metavar="double|single", help="Of the numbers in C.")] = "double",
+    precision: Annotated[str, option(metavar="double|single", help="Of the numbers in C.")] = "double",
     start: Annotated[
-        str | None, typer.Option("--from", metavar="'0 mm'", help="Begin of the table; where the measurement began.")
+        str | None, option("--from", metavar="'0 mm'", help="Begin of the table; where the measurement began.")
     ] = None,
     end: Annotated[
-        str | None, typer.Option("--to", metavar="'300 mm'", help="Its end; where the measurement ended.")
+        str | None, option("--to", metavar="'300 mm'", help="Its end; where the measurement ended.")
     ] = None,
     within: Annotated[
-        str, typer.Option(metavar="'0.1 um'", help="Difference that straight lines between its nodes may leave.")
+        str, option(metavar="'0.1 um'", help="Difference that straight lines between its nodes may leave.")
     ] = "0.1 um",
-    unit: Annotated[str, typer.Option(metavar="mm|inch", help="Machine unit of LinuxCNC.")] = "mm",
+    unit: Annotated[str, option(metavar="mm|inch", help="Machine unit of LinuxCNC.")] = "mm",
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -65,7 +67,7 @@ def export(
     if unit not in _UNITS:
         raise ArgumentError("--unit", repr(unit[:20]), "mm or inch")
     for name, file in files.items():
-        _measured.check_new_file(f"--{name}", file, force=force)
+        check_file(f"--{name}", file, force=force)
     from rtec.metrology.text_file import write_lines
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
     from rtec.sections import choice

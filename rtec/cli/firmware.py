@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import choice
+from rtec.cli._arguments import choice, option, whole_option
 from rtec.cli._console import note, print_json, progress
+from rtec.cli._words import files_ending
 from rtec.errors import RtecError
+from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from firmware_model import Mcs51
@@ -22,7 +24,15 @@ _COMPILING = "compiling the processor for this machine, once (less than a minute
 _SLICE_CYCLES = 20_000_000
 """Cycles between two looks at Ctrl-C and the progress bar: some tenths of a second."""
 
-Hex = Annotated[Path, typer.Argument(metavar="IMAGE.hex", help="Machine code as Intel HEX.", show_default=False)]
+Hex = Annotated[
+    Path,
+    typer.Argument(
+        metavar="IMAGE.hex",
+        help="Machine code as Intel HEX.",
+        show_default=False,
+        autocompletion=files_ending(".hex", ".ihx"),
+    ),
+]
 
 
 def frame() -> None:
@@ -35,14 +45,12 @@ def frame() -> None:
 def run(
     image: Hex,
     cycles: Annotated[
-        int, typer.Option(min=1, max=10**15, metavar="N", help="Machine cycles of twelve clocks, or single clocks.")
+        int, whole_option(low=1, high=10**15, help="Machine cycles of twelve clocks, or single clocks.")
     ] = 1_000_000,
-    part: Annotated[
-        str, typer.Option(metavar="8051|8052", help="128 bytes of RAM, or 256 and a third timer.")
-    ] = "8052",
+    part: Annotated[str, option(metavar="8051|8052", help="128 bytes of RAM, or 256 and a third timer.")] = "8052",
     timing: Annotated[
         str,
-        typer.Option(metavar="12-clock|one-clock", help="The original, or a derivative; decides what a cycle is."),
+        option(metavar="12-clock|one-clock", help="The original, or a derivative; decides what a cycle is."),
     ] = "12-clock",
     json: _measured.Json = False,
 ) -> None:
@@ -70,20 +78,16 @@ def run(
 
 def trace(
     image: Hex,
-    instructions: Annotated[
-        int, typer.Option(min=1, max=10**6, metavar="N", help="How many instructions are listed.")
-    ] = 40,
+    instructions: Annotated[int, whole_option(low=1, high=10**6, help="How many instructions are listed.")] = 40,
     start: Annotated[
-        int, typer.Option("--from", min=0, max=10**12, metavar="CYCLE", help="Run to this cycle first, unlisted.")
+        int, whole_option("--from", low=0, high=10**12, metavar="CYCLE", help="Run to this cycle first, unlisted.")
     ] = 0,
-    clock: Annotated[
-        str, typer.Option(metavar="12MHz", help="Of the processor: what a cycle is in the VCD.")
-    ] = "12MHz",
+    clock: Annotated[str, option(metavar="12MHz", help="Of the processor: what a cycle is in the VCD.")] = "12MHz",
     vcd: Annotated[
-        Path | None, typer.Option(metavar="FILE.vcd", help="Write the ports' latches meanwhile as waveforms.")
+        Path | None, option(metavar="FILE.vcd", help="Write the ports' latches meanwhile as waveforms.")
     ] = None,
-    part: Annotated[str, typer.Option(metavar="8051|8052", help="As of run.")] = "8052",
-    timing: Annotated[str, typer.Option(metavar="12-clock|one-clock", help="As of run.")] = "12-clock",
+    part: Annotated[str, option(metavar="8051|8052", help="As of run.")] = "8052",
+    timing: Annotated[str, option(metavar="12-clock|one-clock", help="As of run.")] = "12-clock",
     force: Annotated[bool, typer.Option("--force", help="Write over a VCD that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -96,7 +100,7 @@ def trace(
 
     clock_hz = parse_quantity(clock, FREQUENCY, name="--clock")
     if vcd is not None:
-        _measured.check_new_file("--vcd", vcd, force=force)
+        check_file("--vcd", vcd, force=force)
     cpu = _processor(image, part, timing)
     cpu.run(cycles=start)
     cpu.record()

@@ -9,9 +9,11 @@ from typing import Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import choice
+from rtec.cli._arguments import choice, option
 from rtec.cli._console import print_json
-from rtec.errors import ArgumentError, OutputError, RtecError
+from rtec.cli._words import among
+from rtec.errors import OutputError, RtecError
+from rtec.whole_file import check_file
 
 _INCLUDES = {
     "8051-12mhz": "8051",
@@ -20,10 +22,19 @@ _INCLUDES = {
     "one-clock-100mhz": "one_clock_100mhz",
 }
 """What a source includes as processor.inc."""
+_OUTPUTS = (".ihx", ".lst", ".sym")
 
 
 def copy(
-    design: Annotated[str, typer.Argument(metavar="original|a|b|c", help="What to begin with.", show_default=False)],
+    design: Annotated[
+        str,
+        typer.Argument(
+            metavar="original|a|b|c",
+            help="What to begin with.",
+            show_default=False,
+            autocompletion=among("original|a|b|c"),
+        ),
+    ],
     file: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
     force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
     json: _measured.Json = False,
@@ -38,9 +49,7 @@ def copy(
     from rtec.whole_file import WholeFile
 
     name = Design.named(design).value
-    if file.suffix != ".asm":
-        raise ArgumentError("MINE.asm", file.name, "a name that ends in .asm")
-    _measured.check_new_file("MINE.asm", file, force=force)
+    check_file("MINE.asm", file, force=force, endings=(".asm",))
     source = (files("firmware_model") / "images" / f"{name}.asm").read_bytes()
     with WholeFile(file) as whole:
         whole.write(source)
@@ -53,7 +62,7 @@ def copy(
 def build(
     source: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
     processor: Annotated[
-        str, typer.Option(metavar="NAME", help=f"What processor.inc stands for: {', '.join(_INCLUDES)}.")
+        str, option("--processor", metavar="NAME", help=f"What processor.inc stands for: {', '.join(_INCLUDES)}.")
     ] = "8051-12mhz",
     json: _measured.Json = False,
 ) -> None:
@@ -68,6 +77,8 @@ def build(
     from rtec.whole_file import WholeFile
 
     include = _INCLUDES[choice(processor, _INCLUDES, name="--processor")]
+    for suffix in _OUTPUTS if source.is_file() else ():
+        check_file("MINE.asm", source.with_suffix(suffix), force=True)
     try:
         outputs = assemble(source, include)
     except (BuildError, subprocess.TimeoutExpired) as error:

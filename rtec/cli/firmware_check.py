@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import choice
+from rtec.cli._arguments import choice, option, whole_option
+from rtec.cli._words import PROCESSORS, files_ending
 from rtec.errors import ArgumentError
+from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.campaign import Check, FirmwareCheckPlan, FirmwareVerdict
@@ -24,20 +26,26 @@ _LISTED = 12
 
 def check(
     image: Annotated[
-        Path, typer.Argument(metavar="IMAGE.hex", help="Machine code as Intel HEX.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="IMAGE.hex",
+            help="Machine code as Intel HEX.",
+            show_default=False,
+            autocompletion=files_ending(".hex", ".ihx"),
+        ),
     ],
     design: Annotated[
         str,
-        typer.Option(metavar="original|a|b|c", help="Whose circuits stand around the processor.", show_default=False),
+        option(metavar="original|a|b|c", help="Whose circuits stand around the processor.", show_default=False),
     ],
     processor: Annotated[
-        str, typer.Option(metavar="NAME", help="8051-12mhz, 8051-24mhz, one-clock-25mhz, ..., or '12-clock 16MHz'.")
+        str, option("--processor", metavar="NAME", help=f"{', '.join(PROCESSORS)}, or as '12-clock 16MHz'.")
     ] = _PROCESSOR,
     part: Annotated[
         str | None,
-        typer.Option(
+        option(
             metavar="8051|8052",
-            help="128 bytes of RAM, or 256 and timer 2; 8051 on a 12-clock processor if not given, else 8052.",
+            help="128 bytes of RAM, or 256 and timer 2; without it the smaller one on a 12-clock processor.",
         ),
     ] = None,
     hold_latch: Annotated[
@@ -49,7 +57,7 @@ def check(
     ] = True,
     frequency: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
             metavar="5kHz",
             help="Here a step has to be inserted during motion, as often as wanted; two that suit the processor if "
             "not given. Every count has to be right up to 500 kHz; of design b, whose lines pass through the "
@@ -57,15 +65,15 @@ def check(
         ),
     ] = None,
     phases: Annotated[
-        int, typer.Option(min=1, max=10_000, metavar="N", help="Phases between edge and program, at each speed.")
+        int, whole_option(low=1, high=10_000, help="Phases between edge and program, at each speed.")
     ] = 24,
-    tries: Annotated[int, typer.Option(min=16, max=10_000_000, metavar="N", help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the hunt for the worst case.")] = 0,
+    tries: Annotated[int, whole_option(low=16, high=10_000_000, help="Streams of the hunt.")] = 3000,
+    seed: Annotated[int, whole_option(low=0, help="Of the hunt for the worst case.")] = 0,
     figure: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.png", help="Draw the slowest insertion, or the shortest failing run."),
+        option(metavar="FILE.png", help="Draw the slowest insertion, or the shortest failing run."),
     ] = None,
-    vcd: Annotated[Path | None, typer.Option(metavar="FILE.vcd", help="The same as waveforms.")] = None,
+    vcd: Annotated[Path | None, option(metavar="FILE.vcd", help="The same as waveforms.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -79,9 +87,9 @@ def check(
     from rtec.cli.firmware import as_bad_input
 
     if figure is not None:
-        _measured.check_new_figure("--figure", figure, force=force)
+        check_file("--figure", figure, force=force, endings=FIGURES)
     if vcd is not None:
-        _measured.check_new_file("--vcd", vcd, force=force)
+        check_file("--vcd", vcd, force=force)
     with as_bad_input():
         plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases, tries, seed)
     _console.announce_compilation()

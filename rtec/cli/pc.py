@@ -19,6 +19,7 @@ from rtec.cli._live import (
     BusWords,
     axes_of,
     check_dbc,
+    check_log,
     length,
     logged,
     option,
@@ -118,6 +119,7 @@ def pc(
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     check_dbc(dbc)
+    check_log(log, force=force)
     numbers = axes_of(axis, axes)
     predictors, home_mm = _predictors(
         numbers, table, table_unit, models or [], home, length(travel, "--travel"), cautious

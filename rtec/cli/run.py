@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._words import PROCESSORS
 from rtec.errors import ArgumentError
+from rtec.whole_file import check_file, check_folder
 
 if TYPE_CHECKING:
     from rtec.report import StudyResult
@@ -30,17 +32,19 @@ def run(
     repeatability: Annotated[
         str | None, typer.Option(help="Standard deviation of a reading, such as 1um; 0um for readings without noise.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the readings' noise.")] = None,
+    seed: Annotated[int | None, whole_option(low=0, help="Seed of the readings' noise.")] = None,
     firmware: Annotated[
         bool, typer.Option("--firmware", help="Run the box's real machine code in place of the behavioural model.")
     ] = False,
     processor: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Processor of --firmware: 8051-12mhz, or e.g. one-clock-100mhz."),
+        option(
+            "--processor", metavar="NAME", help=f"Of --firmware: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'."
+        ),
     ] = None,
     write_study: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the built-in study to FILE for you to change, and stop."),
+        option(metavar="FILE", help="Write the built-in study to FILE for you to change, and stop."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
 ) -> None:
@@ -59,7 +63,7 @@ def run(
 
     from rtec.board import Microcontroller
     from rtec.report import study_document, write_report
-    from rtec.report.destination import check_folder, report_folder
+    from rtec.report.destination import report_folder
     from rtec.report.search import search_figures
     from rtec.study import builtin_study, read_study, run_study
     from rtec.study.definition import check_repeatability
@@ -77,7 +81,7 @@ def run(
     elif processor is not None:
         raise ArgumentError("--processor", processor, "it together with --firmware", "add --firmware")
     if output is not None:
-        check_folder(output, force=force)
+        check_folder("-o", output, force=force)
     announce_compilation()
     found: list[Illustration] = []
     with progress(f"study {what.name}") as show:
@@ -121,8 +125,7 @@ def _write_builtin(file: Path, force: bool) -> None:
     from rtec.study import builtin_text
     from rtec.whole_file import WholeFile
 
-    if os.path.lexists(file) and not force:
-        raise ArgumentError("--write-study", file, "a file that does not exist", "or --force to replace it")
+    check_file("--write-study", file, force=force)
     with WholeFile(file) as handle:
         handle.write(builtin_text().encode())
     typer.echo(f"Wrote {file}; change it and run: rtec run {file}")

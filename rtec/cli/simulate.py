@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _console
-from rtec.cli._arguments import choice, counts, member, share, what_works, whole
-from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_HELP, MOTION_NAMES, read_motion
+from rtec.cli._arguments import choice, counts, member, option, share, what_works, whole
+from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_NAMES, read_motion
 from rtec.cli._simulate_files import Seen
 from rtec.errors import ArgumentError
 from rtec.units import ANGLE, FREQUENCY, parse_quantity, parse_time_ps
@@ -62,7 +62,7 @@ _PARAMETER = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
 
 
 def _option(name: str, panel: str | None, metavar: str, text: str) -> Any:
-    return typer.Option(name, help=text, metavar=metavar, rich_help_panel=panel)
+    return option(name, metavar=metavar, help=text, rich_help_panel=panel)
 
 
 @contextmanager
@@ -87,7 +87,9 @@ def simulate(
     cycles: Annotated[
         str | None, _option("--cycles", None, "N", "Travel there and back; a cycle is four counts.")
     ] = None,
-    motion: Annotated[str, _option("--motion", None, MOTION_NAMES, MOTION_HELP)] = "steady",
+    motion: Annotated[
+        str, _option("--motion", None, "MOTION", f"While corrections are asked for: {MOTION_NAMES}.")
+    ] = "steady",
     acceleration: Annotated[
         str, _option("--acceleration", None, "'100 MHz/s'", "Of the frequency, at most; not for steady.")
     ] = DEFAULT_ACCELERATION,

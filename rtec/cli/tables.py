@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from rtec.cli import _console, _measured
+from rtec.cli._arguments import option
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 def tables(
     design: Annotated[
         str | None,
-        typer.Option(metavar="original|a|b|c", help="Insertion design; all four without it.", show_default=False),
+        option(metavar="original|a|b|c", help="Insertion design; all four without it.", show_default=False),
     ] = None,
     json: _measured.Json = False,
 ) -> None:

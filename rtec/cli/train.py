@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
+from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, nearest
+from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.predictors.fitting.training import Effort
@@ -25,19 +28,22 @@ def train(
     data: _measured.Data,
     heldout: Annotated[
         Path | None,
-        typer.Option("--heldout", metavar="FILE", help="Another measurement that judges, best at other targets."),
+        option("--heldout", metavar="FILE", help="Another measurement that judges, best at other targets."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="MODEL.toml", help="Write the best predictor.")
+        Path | None, option("-o", "--output", metavar="MODEL.toml", help="Write the best predictor.")
     ] = None,
     pick: Annotated[
-        str | None, typer.Option("--pick", metavar="NAME", help="Write the predictor of this row instead.")
+        str | None,
+        option(
+            "--pick", metavar="NAME", help="Write the predictor of this row instead.", complete=completing(PREDICTORS)
+        ),
     ] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
+        Path | None, option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
     ] = None,
-    budget: Annotated[str, typer.Option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
-    starts: Annotated[int, typer.Option(min=1, max=1000, help="Trainings of a network, from other weights.")] = 10,
+    budget: Annotated[str, option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
+    starts: Annotated[int, whole_option(low=1, high=1000, help="Trainings of a network, from other weights.")] = 10,
     thesis: Annotated[
         bool,
         typer.Option("--thesis", help="Up to 10 000 epochs a training, no budget and no early end: hours."),
@@ -47,7 +53,7 @@ def train(
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
     decimal: _measured.Decimal = None,
-    seed: Annotated[int, typer.Option(min=0, help="Draws what is held out, and the first weights.")] = 0,
+    seed: Annotated[int, whole_option(low=0, help="Draws what is held out, and the first weights.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -61,17 +67,18 @@ def train(
     if pick is not None and output is None:
         raise ArgumentError("--pick", pick, "it together with -o MODEL.toml")
     if output is not None:
-        if output.suffix.lower() != ".toml":
-            raise ArgumentError("--output", output.name, "a name that ends in .toml")
-        _measured.check_new_file("--output", output, force=force)
+        check_file("-o", output, force=force, endings=(".toml",))
     if figure is not None:
-        _measured.check_new_figure("--figure", figure, force=force)
+        check_file("--figure", figure, force=force, endings=FIGURES)
     from rtec.training import all_methods, compare_predictors
     from rtec.units import TIME, parse_quantity
 
     names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
-    if pick is not None and pick not in names:
-        raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
+    if pick is not None:
+        as_one_word = {name.replace(" ", "-"): name for name in names}
+        if (word := pick.replace(" ", "-")) not in as_one_word:
+            raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
+        pick = as_one_word[word]
     budget_s = parse_quantity(budget, TIME, name="--budget")
     if not 0.0 < budget_s <= 1e6:
         raise ArgumentError("--budget", budget, "a time above 0 s, up to 1e6 s")
@@ -94,10 +101,10 @@ def train(
         _show(result, given.dataset.notes)
     chosen = _chosen(result, pick) if output is not None else None
     if output is not None and chosen is not None:
-        _measured.check_new_file("--output", output, force=force)  # somebody may have written it in the meantime
+        check_file("-o", output, force=force)  # somebody may have written it in the meantime
         _write(output, result, chosen)
     if figure is not None:
-        _measured.check_new_figure("--figure", figure, force=force)
+        check_file("--figure", figure, force=force, endings=FIGURES)
         from rtec.report.figures_training import write_training_figure
 
         write_training_figure(figure, result)
@@ -125,7 +132,7 @@ def _chosen(result: PredictorComparison, pick: str | None) -> Row:
         why = "no predictor has a figure" if row is None or row.reason is None else row.reason
         if row is None and pick is not None:
             why = "it needs a measurement that tells where other axes stood, in columns such as position_2_mm"
-        raise ArgumentError("--output" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
+        raise ArgumentError("-o" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
     return row
 
 

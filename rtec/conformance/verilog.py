@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
 
@@ -16,7 +14,7 @@ from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Pins
 from rtec.errors import ArgumentError, FileFormatError, RtecError
 from rtec.injector import Response, Stimulus
-from rtec.units import FREQUENCY, PS_PER_S, parse_quantity
+from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
 
 SIMULATORS: dict[str, tuple[Callable[[], str | None], type[Verilator | Icarus]]] = {
     "verilator": (_verilator.installed, Verilator),
@@ -25,7 +23,6 @@ SIMULATORS: dict[str, tuple[Callable[[], str | None], type[Verilator | Icarus]]]
 """Whether each is installed, and what it is; the first one installed is taken."""
 _BATCH = 100_000
 """Changes that one process plays: what comes out of it is held in memory."""
-_NUMBER = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)")
 
 
 def clock_of(text: str) -> tuple[int, int]:
@@ -43,11 +40,8 @@ def clock_of(text: str) -> tuple[int, int]:
     >>> clock_of("50MHz"), clock_of("3 MHz"), clock_of("33.333 MHz")
     ((20000, 1), (1000000, 3), (1000000000, 33333))
     """
-    hertz = parse_quantity(text, FREQUENCY, name="clock")
-    number = _NUMBER.match(text)
-    if number is not None and 1e3 <= hertz <= 1e9:
-        factor = parse_quantity("1" + text[number.end() :], FREQUENCY, name="clock")
-        period = PS_PER_S / (Fraction(number[1]) * Fraction(factor))
+    if 1e3 <= parse_quantity(text, FREQUENCY, name="clock") <= 1e9:
+        period = PS_PER_S / parse_exact(text, FREQUENCY.unit, name="clock")
         if max(period.numerator, period.denominator) < 2**60:
             return period.numerator, period.denominator
     raise ArgumentError("clock", repr(text)[:60], "a frequency from 1 kHz to 1 GHz, of at most 12 digits")

@@ -9,14 +9,13 @@ from dataclasses import dataclass
 from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
 from rtec.metrology import Measurement
 from rtec.metrology.text_file import shown
-from rtec.units import ANGLE, LENGTH, TIME, Kind, parse_quantity
+from rtec.units import ANGLE, LENGTH, NUMBER, TIME, Kind, parse_quantity
 
 _FACTS = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature")
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
-_COUNTS = re.compile(rf"\s*({_NUMBER})\s*(?:counts?(?:\s*/\s*rev|\s+per\s+rev\w*)?)?\s*", re.IGNORECASE)
-_COUNTS_IN_WORDS = re.compile(rf"(?<![\w.])({_NUMBER})\s*counts?\s*(?:/|per)\s*rev", re.IGNORECASE)
-_COUNT_PERIOD = re.compile(rf"\s*({_NUMBER})\s*counts?\s*", re.IGNORECASE)
-_TEMPERATURE = re.compile(rf"\s*({_NUMBER})\s*°?\s*(degc|degf|c|f|k|kelvin|celsius|fahrenheit)\s*", re.IGNORECASE)
+_COUNTS = re.compile(rf"\s*({NUMBER})\s*(?:counts?(?:\s*/\s*rev|\s+per\s+rev\w*)?)?\s*", re.IGNORECASE)
+_COUNTS_IN_WORDS = re.compile(rf"(?<![\w.])({NUMBER})\s*counts?\s*(?:/|per)\s*rev", re.IGNORECASE)
+_COUNT_PERIOD = re.compile(rf"\s*({NUMBER})\s*counts?\s*", re.IGNORECASE)
+_TEMPERATURE = re.compile(rf"\s*({NUMBER})\s*°?\s*(degc|degf|c|f|k|kelvin|celsius|fahrenheit)\s*", re.IGNORECASE)
 _KINDS: dict[str, Kind] = {"mm": LENGTH, "deg": ANGLE, "s": TIME}
 _COLDEST_DEGC, _ROOM_DEGC = -273.15, 20.0
 

@@ -6,29 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rtec.errors import ArgumentError, OutputError
+from rtec.errors import OutputError
 
 _MOST_FOLDERS = 100_000
-
-
-def check_folder(folder: Path, *, force: bool) -> None:
-    """Refuse a folder that holds something, unless ``force`` allows it; made before long work begins.
-
-    Raises
-    ------
-    ArgumentError
-        It exists and is not empty, or it is no folder.
-    """
-    try:
-        if not folder.exists():
-            return
-        if not folder.is_dir():
-            raise ArgumentError("-o", f"{folder}, a file,", "a folder", "choose another name")
-        if not force and any(folder.iterdir()):
-            allowed = "a new or empty folder"
-            raise ArgumentError("-o", f"{folder}, which is not empty,", allowed, "--force writes into it")
-    except OSError as error:
-        raise OutputError(f"{folder}: {error.strerror}") from None
 
 
 @contextmanager

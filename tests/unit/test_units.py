@@ -7,14 +7,13 @@ from hypothesis import given, strategies as st
 
 from rtec import units
 from rtec.errors import ArgumentError
+from rtec.unit_factors import COMMON
 
 
-@pytest.mark.parametrize(
-    ("target", "unit"), [(target, unit) for target, known in units._COMMON.items() for unit in known]
-)
+@pytest.mark.parametrize(("target", "unit"), [(target, unit) for target, known in COMMON.items() for unit in known])
 def test_common_units_are_those_of_the_library(target, unit):
     by_library = pint.UnitRegistry().Quantity(1.0, unit).to(target).magnitude
-    assert units._COMMON[target][unit] == pytest.approx(by_library, rel=1e-15)
+    assert COMMON[target][unit] == pytest.approx(by_library, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -142,3 +141,66 @@ def test_a_short_decimal_is_written_short(digits, power):
 def test_what_is_not_finite_is_not_written(value):
     with pytest.raises(ArgumentError, match="finite"):
         units.written(value, "mm")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "meant"),
+    [
+        ("500khz", units.FREQUENCY, "500kHz"),
+        ("500 KHZ", units.FREQUENCY, "500 kHz"),
+        ("12mhz", units.FREQUENCY, "12MHz"),
+        ("12mHz", units.FREQUENCY, "12MHz"),
+        ("5 kherz", units.FREQUENCY, "5 kHz"),
+        ("1e5 HZ", units.FREQUENCY, "1e5 Hz"),
+        ("2 US", units.TIME, "2 us"),
+        ("2 Ms", units.TIME, "2 ms"),
+        ("1 MM", units.LENGTH, "1 mm"),
+        ("1 Mm", units.LENGTH, "1 mm"),
+        ("0.25 Inch", units.LENGTH, "0.25 inch"),
+        ("50 inch/MIN", units.SPEED, "50 inch/min"),
+        ("7 M/min", units.SPEED, "7 m/min"),
+        ("10 DEG", units.ANGLE, "10 deg"),
+    ],
+)
+def test_a_unit_that_is_nearly_right_is_suggested_and_not_taken(text, kind, meant):
+    with pytest.raises(ArgumentError) as caught:
+        units.parse_quantity(text, kind, name="--x")
+    assert f"did you mean '{meant}'?" in str(caught.value)
+
+
+def test_a_unit_that_exists_in_another_case_says_what_it_would_be():
+    with pytest.raises(ArgumentError, match=r"12mHz would be 0\.012 Hz"):
+        units.parse_quantity("12mHz", units.FREQUENCY, name="--clock")
+
+
+@pytest.mark.parametrize(("text", "kind"), [("5 mm", units.TIME), ("5 m", units.TIME), ("5 V", units.LENGTH)])
+def test_a_unit_of_another_dimension_is_no_slip_of_the_pen(text, kind):
+    with pytest.raises(ArgumentError) as caught:
+        units.parse_quantity(text, kind, name="x")
+    assert "did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("1e5 Hz", 1e5), ("100_000 Hz", 1e5), ("1_0.5_0e3Hz", 10.5e3), (".5 kHz", 500.0)]
+)
+def test_numbers_with_exponents_and_underscores(text, value):
+    assert units.parse_quantity(text, units.FREQUENCY, name="x") == value
+    assert units.parse_in(text, "Hz", name="x") == value
+
+
+@pytest.mark.parametrize("text", ["1__0 Hz", "_1 Hz", "1_ Hz", "1e Hz", "1_.5 Hz"])
+def test_underscores_stand_between_digits(text):
+    with pytest.raises(ArgumentError):
+        units.parse_quantity(text, units.FREQUENCY, name="x")
+
+
+def test_a_bare_number_is_told_the_units():
+    with pytest.raises(ArgumentError, match="write the unit behind the number: Hz, kHz, MHz"):
+        units.parse_quantity("1e5", units.FREQUENCY, name="x")
+    with pytest.raises(ArgumentError, match="write the unit behind the number: um/h"):
+        units.parse_in("3", "um/h", name="x")
+
+
+def test_a_comma_is_no_decimal_point():
+    with pytest.raises(ArgumentError, match="decimal point"):
+        units.parse_quantity("1,5 mm", units.LENGTH, name="x")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rtec.blind import Secret, guessed
-from rtec.blind.hidden import Hidden
+from rtec.blind import Secret, guessed, points_of, read_answer, total_of
+from rtec.blind.hidden import Hidden, Parameter
 from rtec.errors import ArgumentError
 
 
@@ -56,3 +56,69 @@ def test_offsets_of_runs_are_no_mistake_where_they_are_the_noise():
 def test_an_answer_that_is_none_is_refused(answer, says):
     with pytest.raises(ArgumentError, match=says):
         guessed(secret("drift"), answer)
+
+
+def played(value, *others, outside=()):
+    """Return a secret with a play of that size, and others without a size."""
+    play = Hidden(
+        name="backlash", description="", parameters=(Parameter("play", value, "um", scales=True),), rms_sigma=3.0
+    )
+    more = tuple(Hidden(name=name, description="", parameters=(), rms_sigma=3.0) for name in others)
+    return Secret(effects=(play, *more), noise="white", sigma_um=2.0, seed=1, plan="base", outside=outside)
+
+
+@pytest.mark.parametrize(
+    ("answer", "points", "why"),
+    [
+        ("backlash", 2, "its size is not said"),
+        ("backlash=10 um", 3, "the size is 0 % off, within 10 %"),
+        ("backlash=-11 um", 3, "the size is 10 % off, within 10 %"),  # the library's has the other sign
+        ("backlash=11.1 um", 2, "the size is 11 % off, more than 10 %"),
+        ("backlash=12 +- 2 um", 3, "20 % off, within the uncertainty that is stated"),
+        ("backlash=12 +- 1 um", 2, "20 % off, more than 10 %"),
+        ("backlash=20 +- 10 um", 2, "1e+02 % off, more than 10 %, and its uncertainty is wider than 25 %"),
+        ("backlash=10 +- 9 um", 3, "0 % off, within 10 %"),
+    ],
+)
+def test_points_for_a_size(answer, points, why):
+    (one,) = points_of(played(-10.0), read_answer([answer]))
+    assert (one.points, one.most) == (points, 3)
+    assert why in one.why
+
+
+@pytest.mark.parametrize(
+    ("answer", "total"),
+    [
+        (["backlash=10 um", "moving_bump"], (5, 5)),
+        (["backlash=10 um", "unknown"], (5, 5)),
+        (["backlash=10 um"], (3, 5)),
+        (["backlash=10 um", "drift", "cyclic=3 um"], (1, 5)),
+        (["drift", "cyclic", "scale"], (0, 5)),
+        (["nothing"], (0, 5)),
+        (["backlash", "offset"], (2, 5)),
+    ],
+)
+def test_the_sum_of_points(answer, total):
+    strange = played(10.0, "moving_bump", outside=("moving_bump",))
+    assert total_of(points_of(strange, read_answer(answer))) == total
+
+
+def test_nothing_is_worth_two_points():
+    assert total_of(points_of(secret(), read_answer(["nothing"]))) == (2, 2)
+    assert total_of(points_of(secret(), read_answer(["drift"]))) == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["backlash=3"], "EFFECT: 'backlash=3' is not allowed"),
+        (["backlash=3 UM"], "did you mean '3 um'"),
+        (["backlas=3 um"], "did you mean 'backlash'"),
+        (["backlash=3 um", "backlash"], "each name once"),
+        (["unknown=3 um"], "unknown without a value"),
+        ([], "no name"),
+    ],
+)
+def test_words_that_are_no_answer_are_refused(words, says):
+    with pytest.raises(ArgumentError, match=says):
+        read_answer(words)

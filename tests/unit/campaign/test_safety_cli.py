@@ -7,8 +7,11 @@ import pytest
 from rtec.campaign import safety, safety_matrix
 from rtec.campaign.safety_matrix import MatrixPlan, Outcome
 from rtec.campaign.safety_phases import Phase
+from rtec.campaign.safety_ramp import Ramp
 from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import main
+from rtec.cli._safety_table import show
+from rtec.injector import Design
 from rtec.machine.faults import FaultKind
 
 
@@ -19,7 +22,7 @@ def small(monkeypatch):
 
     def plan(**words):
         some = tuple(variant for variant in VARIANTS if variant.kind in kinds)
-        return MatrixPlan(**words, phases=(Phase.CUTTING, Phase.AT_REST), variants=some)
+        return MatrixPlan(**({"phases": (Phase.CUTTING, Phase.AT_REST), "variants": some} | words))
 
     monkeypatch.setattr(safety_matrix, "MatrixPlan", plan)
 
@@ -31,13 +34,50 @@ def said(capsys, *words):
 
 
 def test_the_table_says_what_happens(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.setenv("COLUMNS", "80")
     code, out, _ = said(capsys, "--seeds", "1", "--design", "c")
-    lines = {" ".join(line.split()) for line in out.splitlines()}
+    lines = [" ".join(line.split()) for line in out.splitlines()]
     assert code == 0
+    assert lines[1] == "fault cut rest"
     assert "PC killed held held" in lines
-    assert "frame duplicated, once, PC to box right right" in lines
-    assert "one line of a pair broken, for 50 ms upstream ·" in lines
+    at = lines.index("frame duplicated")
+    assert lines[at + 1] == "once, PC to box right right"
+    at = lines.index("one line of a pair broken")
+    assert lines[at + 1] == "for 50 ms lost -"
+    assert "PC killed; cutting, design c, seed 0: held after" in out
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_all_phases_fit_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    nothing = safety.SafetyCase(matrix=safety_matrix.Matrix(plan=MatrixPlan(), trials=()), ramps=(), soak=None)
+    show(nothing)
+    lines = capsys.readouterr().out.splitlines()
+    heads = next(line for line in lines if line.startswith("fault"))
+    assert heads.split() == ["fault", "start", "rest", "cut", "rapid", "turn", "ins.", "probe", "large"]
+    assert "  by a turn of the counter, PC " in "\n".join(lines)
+    table = lines[: next(n for n, line in enumerate(lines) if line.startswith("Columns:"))]
+    assert max(map(len, table)) <= 80
+
+
+def test_a_fault_in_a_phase_alone_strikes_as_among_the_others(capsys):
+    words = ["--seeds", "1", "--design", "c", "--json"]
+    everything = json.loads(said(capsys, *words)[1])["rows"]
+    code, out, _ = said(capsys, *words, "--fault", "frame-duplicated", "--phase", "cutting", "--fault", "PC killed")
+    document = json.loads(out)
+    wanted = [row for row in everything if row["phase"] == "cutting" and row["class"] != "one line of a pair broken"]
+    assert code == 0
+    assert sorted(document["rows"], key=str) == sorted(wanted, key=str)
+    assert (document["ramps"], document["reasons"]) == ([], [])
+
+
+def test_the_page_of_a_part_says_how_to_make_it(capsys, tmp_path):
+    page = tmp_path / "part.md"
+    words = ["--seeds", "1", "--design", "c", "--fault", "pc-killed", "--phase", "at-rest"]
+    assert said(capsys, "-o", str(page), *words)[0] == 0
+    text = page.read_text(encoding="utf-8")
+    assert "rtec safety -o part.md --fault pc-killed --phase at-rest --design c --seeds 1" in text
+    assert "All that was tried can." in text
 
 
 def test_the_page_and_its_picture(capsys, tmp_path):
@@ -60,6 +100,18 @@ def test_a_silent_error_is_an_exit_code_of_one(capsys, monkeypatch):
     code, out, _ = said(capsys, "--seeds", "1", "--design", "c")
     assert code == 1
     assert "silent error: frame duplicated, once, PC to box, cutting, design c, seed 0" in " ".join(out.split())
+    assert "FAILS:" in out
+
+
+def test_a_limit_that_catches_nothing_is_a_reason(capsys):
+    ramp = Ramp(design=Design.C, limit="limit_mm = 0.05", outcome=Outcome.SILENT, reason="", off_mm=0.1)
+    case = safety.SafetyCase(
+        matrix=safety_matrix.Matrix(plan=MatrixPlan(variants=()), trials=()), ramps=(ramp,), soak=None
+    )
+    assert case.reasons == ("a PC that runs away, design c, limit limit_mm = 0.05: silent",)
+    assert not case.good
+    show(case)
+    assert case.reasons[0] in capsys.readouterr().out
 
 
 def test_a_soak_beside_it(capsys):
@@ -78,6 +130,12 @@ def test_a_soak_beside_it(capsys):
         (["--soak", "1 ms"], "--soak"),
         (["--design", "d"], "d"),
         (["--seeds", "0"], "--seeds"),
+        (["--fault", "pc-kiled"], "--fault: 'pc-kiled'"),
+        (["--fault", "pc-kiled"], "did you mean 'pc-killed'?"),
+        (["--fault", "x"], "babbling-node, bus-off"),
+        (["--fault", ""], "--fault"),
+        (["--phase", "cuting"], "did you mean 'cutting'?"),
+        (["--phase", "x"], "start-up, at-rest"),
     ],
 )
 def test_bad_input_is_one_line(capsys, words, said_of_it):

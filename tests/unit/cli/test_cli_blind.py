@@ -7,6 +7,7 @@ import pytest
 import rtec.cli.blind
 from rtec.blind import Line, Rule, Scenario, reveal, scenario_of
 from rtec.cli import main
+from rtec.errors import OutputError
 
 
 @pytest.fixture
@@ -78,12 +79,22 @@ def test_nothing_is_overwritten_without_force(here, capsys):
         (["measure", "data.csv", "--plan", "p.toml", "-o", "b.csv", "--seed", "0"], "--seed"),
         (["new", "-o", "a.csv", "--hide", "driftt"], "did you mean 'drift'?"),
         (["new", "-o", "a.csv", "--hide", "servo_lag"], "--hide: servo_lag"),
+        (["new", "-o", "a.csv", "--hide", "servo_lag=1 ms"], "it shows in the plans moving"),
+        (["new", "-o", "a.csv", "--hide", "backlash=3"], "such as backlash='5 um'"),
+        (["new", "-o", "a.csv", "--hide", "backlash=3UM"], "did you mean '3um'?"),
+        (["new", "-o", "a.csv", "--hide", "backlash=3 mm"], "--hide: backlash=3000 um"),
+        (["new", "-o", "a.csv", "--hide", "backlas=3 um"], "did you mean 'backlash'?"),
+        (["guess", "data.csv", "drift=3 um"], "such as drift='5 um/h'"),
+        (["guess", "data.csv", "drift", "--by", "x" * 81], "--by"),
+        (["score", "data.csv"], "data.csv"),
+        (["score", "data.csv", "--trials", "3"], "--trials: 3"),
+        (["score", "data.csv", "--seed", "0"], "--seed: 0"),
         (["new", "-o", "a.csv", "--hide", "drift", "--plan", "bas"], "--plan: 'bas'"),
         (["new", "-o", "a.csv", "--plan", "base"], "beside --hide"),
         (["new"], "'-o'"),
         (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
         (["new", "--seed", "9" * 30, "-o", "a.csv"], "--seed"),
-        (["new", "-o", "no/such.csv"], "no/such.csv"),
+        (["new", "-o", "no/such.csv"], "no folder"),
         (["score", "--trials", "0"], "--trials"),
         (["score", "--trials", "1000000"], "--trials"),
         (["score", "--jobs", "0"], "--jobs"),
@@ -229,14 +240,82 @@ def test_a_measurement_writes_over_nothing_and_needs_its_seal(here, capsys):
 def test_an_answer_is_scored(here, capsys):
     said(capsys, *POOR)
     code, out, err = said(capsys, "guess", "data.csv", "thermal_growth")
-    assert (code, out, err) == (0, "Solved.\nRight: thermal_growth\n", "")
+    assert (code, err) == (0, "")
+    assert out.startswith("Solved.\nRight: thermal_growth\nPoints: 2 of 3\n")
     code, out, err = said(capsys, "guess", "data.csv", "drift", "thermal_shift", "--json")
     assert (code, err, out.count("\n")) == (1, "", 1)
     assert json.loads(out) == {
         "data": "data.csv", "solved": False, "right": [], "missed": ["thermal_growth"],
-        "wrong": ["drift", "thermal_shift"],
+        "wrong": ["drift", "thermal_shift"], "points": 0, "most_points": 3, "by": "", "number": 2,
+        "kept": "data.csv.answers",
+        "reasons": ["0 of 3: thermal_growth is missed", "-1 of 0: drift is not hidden",
+                    "-1 of 0: thermal_shift is not hidden"],
     }  # fmt: skip
-    assert said(capsys, "guess", "data.csv", "nothing")[:2] == (1, "Not solved.\nMissed: thermal_growth\n")
+    code, out, _ = said(capsys, "guess", "data.csv", "nothing")
+    assert code == 1
+    assert out.startswith("Not solved.\nMissed: thermal_growth\nPoints: 0 of 3\n")
     code, out, err = said(capsys, "guess", "data.csv", "drfit")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "did you mean 'drift'" in err
+
+
+def test_a_class_gets_different_games_and_each_can_be_played_again(here, capsys):
+    documents = [json.loads(said(capsys, "new", "-o", f"{name}.csv", "--json")[1]) for name in "ab"]
+    seeds = [document["seed"] for document in documents]
+    assert seeds[0] != seeds[1]
+    code, out, _ = said(capsys, "new", "-o", "c.csv", "--seed", str(seeds[0]))
+    assert code == 0
+    assert "Seed" not in out  # it was said by whoever played
+    assert (here / "c.csv").read_text() == (here / "a.csv").read_text()
+    assert "drawn; --seed" in said(capsys, "new", "-o", "d.csv")[1]
+
+
+def test_a_teacher_chooses_what_is_hidden_and_how_much(here, capsys):
+    words = ("--hide", "backlash=3 um", "--hide", "cyclic=0.006mm", "--seed", "5")
+    assert said(capsys, "new", "-o", "data.csv", *words)[0] == 0
+    secret = json.loads(said(capsys, "reveal", "data.csv", "--json")[1])
+    effects = {effect["name"]: effect["parameters"] for effect in secret["effects"]}
+    assert list(effects) == ["backlash", "cyclic"]
+    assert effects["backlash"] == [{"name": "play", "value": pytest.approx(3.0), "unit": "um"}]
+    assert effects["cyclic"][1] == {"name": "amplitude", "value": pytest.approx(6.0), "unit": "um"}
+
+
+def test_the_answers_of_a_class_are_kept_and_shown(here, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    said(capsys, "new", "-o", "data.csv", "--hide", "backlash=10 um", "--seed", "5")
+    assert "no answers yet" in said(capsys, "score", "data.csv")[1]
+    for by, *answer in (("Ada", "backlash=10.5 um"), ("Bo", "drift"), ("Bo", "backlash")):
+        code, out, _ = said(capsys, "guess", "data.csv", *answer, "--by", by)
+        assert code == (1 if answer == ["drift"] else 0)
+    assert "Kept: answer 3 in data.csv.answers" in out
+    code, out, err = said(capsys, "score", "data.csv", "--json")
+    assert (code, err, out.count("\n")) == (0, "", 1)
+    (game,) = json.loads(out)["games"]
+    assert game["data"] == "data.csv"
+    keys = ("by", "number", "answer", "points", "most_points", "counts", "solved")
+    shown = [tuple(one[key] for key in keys) for one in game["answers"]]
+    assert shown == [
+        ("Ada", 1, ["backlash=10.5 um"], 3, 3, True, True),
+        ("Bo", 2, ["drift"], 0, 3, True, False),
+        ("Bo", 3, ["backlash"], 2, 3, False, True),
+    ]
+    code, out, _ = said(capsys, "score", "data.csv")
+    assert code == 0
+    assert "(2 of 3)" in out
+    assert max(map(len, out.splitlines())) <= 80
+    (here / "data.csv.answers").write_text((here / "data.csv.answers").read_text().replace("e", "f", 1))
+    code, _, err = said(capsys, "score", "data.csv")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "was changed" in err
+
+
+def test_an_answer_that_cannot_be_kept_is_scored(here, capsys, monkeypatch):
+    said(capsys, *POOR)
+
+    def refused(data, answer):
+        raise OutputError("data.csv.answers: cannot be written: Read-only file system")
+
+    monkeypatch.setattr(rtec.blind, "keep", refused)
+    code, out, err = said(capsys, "guess", "data.csv", "thermal_growth", "--json")
+    assert (code, json.loads(out)["kept"], json.loads(out)["number"]) == (0, None, None)
+    assert err == "rtec: not kept: data.csv.answers: cannot be written: Read-only file system\n"

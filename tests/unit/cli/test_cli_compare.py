@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rtec.cli import main
-from rtec.cli._measured import check_new_file, facts_of
-from rtec.errors import ArgumentError, OutputError
+from rtec.cli._measured import facts_of
+from rtec.errors import ArgumentError
 
 KNOWN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n'
 OPEN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\n'
@@ -140,19 +140,6 @@ def test_a_failed_comparison_leaves_no_folder(here, capsys):
     code, _, _ = said(capsys, "z.csv", "--model", "nowhere.toml", "-o", "report")
     assert code == 2
     assert not (here / "report").exists()
-
-
-def test_new_files_are_checked_before_the_work(here):
-    (here / "old.toml").write_text("x")
-    check_new_file("-o", here / "new.toml", force=False)
-    check_new_file("-o", here / "old.toml", force=True)
-    for file, force, says in (
-        ("old.toml", False, "-o: .*old.toml exists.*--force"),
-        ("no/such.toml", True, "no folder .*no for such.toml"),
-        (".", True, "is a folder"),
-    ):
-        with pytest.raises(OutputError, match=says):
-            check_new_file("-o", here / file, force=force)
 
 
 # what it refuses

@@ -225,7 +225,7 @@ def test_gate_can_be_switched_off(monkeypatch):
         ({"cycles": "9" * 30}, "--cycles", "from 1"),
         ({"cycles": "9" * 9000}, "--cycles", "whole number"),
         # a quarter of 250 s: 4.32 million seconds hold 4320 cycles of 1000 s
-        ({"frequency": "1mHz", "cycles": "4321"}, "--cycles", "at most 4320, 50 days"),
+        ({"frequency": "0.001 Hz", "cycles": "4321"}, "--cycles", "at most 4320, 50 days"),
         ({"corrections": "-1"}, "--corrections", "--sign -"),
         ({"corrections": "1000000"}, "--corrections", "an edge"),
         ({"corrections": "many"}, "--corrections", "whole number"),
