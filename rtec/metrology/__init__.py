@@ -32,6 +32,8 @@ from rtec.metrology.measuring_program import (
 )
 from rtec.metrology.program_file import read_program
 from rtec.metrology.readings import Readings, RotaryReadings, joined
+from rtec.metrology.uncertainty import PositioningUncertainty, UncertaintyInputs, positioning_uncertainty
+from rtec.metrology.vdi3441 import VdiFigures, vdi_figures
 
 __all__ = [
     "UNITS",
@@ -52,6 +54,7 @@ __all__ = [
     "Passes",
     "PositioningFigures",
     "PositioningTest",
+    "PositioningUncertainty",
     "Reading",
     "Readings",
     "RotaryReadings",
@@ -61,6 +64,8 @@ __all__ = [
     "StopKind",
     "Strokes",
     "TargetFigures",
+    "UncertaintyInputs",
+    "VdiFigures",
     "Weather",
     "Zero",
     "cyclic_error",
@@ -71,11 +76,13 @@ __all__ = [
     "measuring_program",
     "parse_program",
     "positioning_figures",
+    "positioning_uncertainty",
     "read_experiment",
     "read_laser_file",
     "read_measurement",
     "read_positioning_test",
     "read_program",
+    "vdi_figures",
     "write_experiment",
     "write_laser_file",
     "write_measurement",
