@@ -67,10 +67,15 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
 
 def far(away: Floats) -> NDArray[np.bool_]:
     """Return which deviations are far beyond the others, at most 2 % of them; shape (rows,)."""
-    scale = _TO_SIGMA * float(np.median(np.abs(away - np.median(away))))
+    scale = robust_scale(away)
     if scale <= 0.0:
         scale = float(np.std(away))
     if scale <= 0.0:
         return np.zeros(away.size, dtype=np.bool_)
     found: NDArray[np.bool_] = np.abs(away) > FAR * scale
     return found if found.sum() <= max(1.0, MOST * away.size) else np.zeros(away.size, dtype=np.bool_)
+
+
+def robust_scale(away: Floats) -> float:
+    """Return the standard deviation of normal noise with the median absolute deviation of these numbers."""
+    return _TO_SIGMA * float(np.median(np.abs(away - np.median(away))))

@@ -1,7 +1,7 @@
 """Measurement uncertainty of positioning figures, from what is stated of device, set-up, temperature and drift.
 
-The contributions are those of ISO 230-2:2014, annex A, and ISO/TR 230-9:2005, annex C. How they act on a figure follows
-from this model by the GUM (the standards' rounded constants 0.6 and 0.3 are 1 / sqrt(3) and 1 / (2 sqrt(3)) here):
+The contributions are those that ISO 230-2:2014, annex A, and ISO/TR 230-9:2005, annex C, name. How they act on a
+figure follows from this model by the GUM, and may differ from the standards' own formulae:
 
 - Device, misalignment and temperature stretch the measured length. Their errors are the same in all readings at a
   target, and largest at the end of the travel L: they act on E, M and A, and cancel in B and R.
@@ -250,7 +250,7 @@ def _times(*factors: float | None) -> float | None:
 
 
 def _cosine(misalignment: float | None, travel: float) -> float | None:
-    """Return what a line that is askew by ``misalignment`` over ``travel`` is longer: anywhere between 0 and a² / 2 L."""
+    """Return the expanded uncertainty of a length measured askew: it is too long by anything from 0 to a² / (2 L)."""
     if misalignment is None or travel == 0.0:
         return None
     return misalignment**2 / (2.0 * travel) * _RECTANGULAR / 2.0
