@@ -97,7 +97,10 @@ def load_dataset(
     >>> data.observe, data.units.position, data.conditions.direction.tolist(), data.cell.tolist()
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
-    measurement = _measurement(path_or_measurement)
+    measurement = measurement_of(path_or_measurement)
+    if measurement.rows < _FEWEST_ROWS:
+        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
+        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
     axis = AxisFacts(measurement=measurement, given=facts or {})
     rows = _rows(measurement, axis, observe, like)
     resample = cutoff_hz = None
@@ -116,8 +119,8 @@ def load_dataset(
     return data if like is None else same_kind(data, like)
 
 
-def _measurement(given: str | Path | Measurement) -> Measurement:
-    """Return what is in a file; refuse one of hardly any rows, or with monsters in it."""
+def measurement_of(given: str | Path | Measurement) -> Measurement:
+    """Return what is in a measurement file or a laser file; refuse one with monsters in it."""
     if isinstance(given, Measurement):
         measurement = given
     elif is_laser_file(read_text(given)):
@@ -125,9 +128,6 @@ def _measurement(given: str | Path | Measurement) -> Measurement:
         measurement = Measurement(source=str(given), facts={}, columns=readings.columns, unknown={})
     else:
         measurement = read_measurement(given)
-    if measurement.rows < _FEWEST_ROWS:
-        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
-        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
     for column in measurement.columns.values():
         monsters = np.flatnonzero(~(np.abs(column.values) <= _LARGEST))
         if monsters.size:

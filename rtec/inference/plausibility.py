@@ -75,7 +75,8 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
     if measurement.rows < _FEWEST_ROWS:
         return ()
     known = {name: column for name, column in measurement.columns.items() if name in _COLUMNS}
-    said = {name: text for name, text in measurement.facts.items() if name in _FACTS}
+    linear = any(column.unit == "mm" for column in known.values())
+    said = {name: text for name, text in measurement.facts.items() if name in _FACTS[0 if linear else 1 :]}
     bare = replace(measurement, columns=known, facts=said, unknown={})
     data = load_dataset(bare, observe="deviation", facts=facts)
     test = _Test(measurement, data)
@@ -246,4 +247,5 @@ def _unseen(test: _Test) -> Iterable[str]:
     if periods:
         change = shifted_targets(test.data.conditions)
         what = f"these targets cannot show periods of {', '.join(periods)}"
-        yield f"column target: {what}; ISO 230-2 asks for uneven steps{f': {change}' if change else ''}"
+        even = "; ISO 230-2 asks for uneven steps" if any("/ k" in period for period in periods) else ""
+        yield f"column target: {what}{even}{f': {change}' if change else ''}"

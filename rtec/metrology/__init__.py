@@ -14,6 +14,7 @@ from rtec.metrology.experiment_plan import (
 )
 from rtec.metrology.figures import UNITS, Coordinate, PositioningFigures, TargetFigures
 from rtec.metrology.iso230 import positioning_figures
+from rtec.metrology.judged_test import JudgedTest
 from rtec.metrology.laser_file import is_laser_file, read_laser_file, write_laser_file
 from rtec.metrology.load import PositioningTest, read_positioning_test
 from rtec.metrology.measurement import Column, Measurement, direction_of_motion, measurement_of_readings
@@ -47,6 +48,7 @@ __all__ = [
     "ExperimentPlan",
     "Heating",
     "InchMode",
+    "JudgedTest",
     "MachineAxis",
     "Measurement",
     "MeasuringPlan",

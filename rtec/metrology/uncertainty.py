@@ -35,6 +35,21 @@ from rtec.units import parse_in
 _RECTANGULAR = 2.0 / math.sqrt(3.0)
 """Expanded uncertainty, k = 2, of what lies anywhere within ± 1."""
 _KELVIN, _EXPANSION = "K", "um/m/K"
+_NAMES = {
+    "device": "device",
+    "misalignment": "alignment",
+    "thermometer": "temperature",
+    "expansion": "coefficient of expansion",
+    "eve": "surroundings, EVE",
+}
+"""Contributions as people call them."""
+_STATED_BY = {
+    "device": "device_uncertainty",
+    "misalignment": "misalignment",
+    "thermometer": "temperature_uncertainty, expansion",
+    "expansion": "expansion_uncertainty, off_reference",
+    "eve": "eve",
+}
 _ATTRIBUTES = {
     "A": "accuracy",
     "A_forward": "accuracy_forward",
@@ -172,6 +187,37 @@ class PositioningUncertainty:
     missing: tuple[str, ...]
     figures: Mapping[str, float | None]
     spread_share: float | None
+
+    def statement(self, unit: str, factor: float) -> tuple[str, ...]:
+        """Return in sentences what the uncertainty contains and what it does not.
+
+        Parameters
+        ----------
+        unit
+            Of lengths or angles, for people.
+        factor
+            From the unit inside to it.
+        """
+        named = [f"{_NAMES[name]} {value * factor:.2g} {unit}" for name, value in self.contributions.items()]
+        left = [f"{_NAMES[name]} ({_STATED_BY[name]})" for name in self.missing]
+        if not named:
+            return (
+                f"No measurement uncertainty can be given: nothing is stated of {'; '.join(left)}. ISO 230-2 asks "
+                "for it; state what is known in options or '# key: value' lines of these names.",
+            )
+        sure = [
+            f"U({key}) {value * factor:.2g} {unit}" for key in "AREMB" if (value := self.figures[key]) is not None
+        ]
+        sentences = [f"Expanded measurement uncertainty, k = 2: {', '.join(sure) or 'of no figure'}."]
+        sentences.append(f"It contains: {'; '.join(named)}.")
+        if left:
+            sentences.append(f"Not included, because not stated: {'; '.join(left)}.")
+        if self.spread_share is not None:
+            sentences.append(
+                f"Nor is chance: {self.runs} readings tell a standard deviation to {100.0 * self.spread_share:.0f} "
+                "%, and R and A of another test of the same axis may differ as much."
+            )
+        return tuple(sentences)
 
     def to_dict(self, factor: float) -> dict[str, object]:
         """Return everything for JSON, lengths or angles times ``factor``."""
