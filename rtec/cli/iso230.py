@@ -67,7 +67,7 @@ def iso230(
 
     Example: rtec iso230 before.csv after.csv -o report
     """
-    from rtec.metrology.judged_test import tests_document
+    from rtec.metrology.judged_test import document_of_tests
 
     if output is not None:
         _check_folder(output, force)
@@ -83,7 +83,7 @@ def iso230(
     given = {name: text for name, text in options.items() if text is not None}
     tests = [_judged(path, name, period, given) for path, name in zip(data, _names(data), strict=True)]
     _check_alike(tests)
-    document = tests_document(tests, unit)
+    document = document_of_tests(tests, unit)
     if strict:
         _refuse_warnings(tests)
     written = {}
@@ -156,7 +156,7 @@ def _check_alike(tests: Sequence[JudgedTest]) -> None:
 
 
 def _kind(test: JudgedTest) -> str:
-    return test.figures.coordinate.name.lower()
+    return {"mm": "linear", "deg": "rotary"}[test.figures.coordinate.value]
 
 
 def _check_folder(folder: Path, force: bool) -> None:

@@ -189,7 +189,7 @@ class JudgedTest:
         }
 
 
-def tests_document(tests: Sequence[JudgedTest], unit: str | None = None) -> dict[str, Any]:
+def document_of_tests(tests: Sequence[JudgedTest], unit: str | None = None) -> dict[str, Any]:
     """Return the document of one test, or several as ``files``, each with its ``name``.
 
     Raises

@@ -23,8 +23,23 @@ WAYS = (("forward", "#0072b2", "^", "-"), ("backward", "#d55e00", "v", (0, (4, 2
 """Name, colour, marker and line of each direction; the colours are told apart by colour-blind readers."""
 _COLUMNS, _COLUMN_WIDTH = 1.035, 0.062
 """Where the first dimension stands beside the axes, and how far the next is, as shares of their width."""
+_LAST_LETTER, _SIGNS = 0x52F, "–—…→↑↓▲▽"
+"""Up to which letters, and which signs beyond, the font has: Latin, Greek and Cyrillic."""
+_ROOM = 0.085
+"""Share of the width that is left beside the first and the last target, for a label there."""
 _ASIDE = 0.012
 """Share of the width by which B and R stand beside their target, so that they do not hide what they measure."""
+
+
+def drawable(text: str) -> str:
+    """Return text without signs that the figures' font lacks.
+
+    Examples
+    --------
+    >>> drawable("Achse Ж, 軸")
+    'Achse Ж, ?'
+    """
+    return "".join(sign if ord(sign) <= _LAST_LETTER or sign in _SIGNS else "?" for sign in text)
 
 
 def draw_tests(figure: Figure | SubFigure, tests: Sequence[JudgedTest], units: SheetUnits, decimals: int) -> None:
@@ -47,10 +62,10 @@ def draw_tests(figure: Figure | SubFigure, tests: Sequence[JudgedTest], units: S
         panels.append(axes)
         _means(axes, test.figures.at_targets, units)
         axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-        axes.set_title(printable(test.name), fontweight="bold")
+        axes.set_title(drawable(printable(test.name)), fontweight="bold", parse_math=False)
         axes.set_ylabel(f"deviation ({units.symbol})")
         axes.tick_params(labelbottom=index == len(tests) - 1)
-        axes.margins(x=0.03, y=0.12)
+        axes.margins(x=_ROOM, y=0.12)
     panels[-1].set_xlabel(f"target position ({units.position_symbol})")
     share_scales(panels)
     for axes, test in zip(panels, tests, strict=True):
@@ -141,8 +156,6 @@ def _at_target(axes: Axes, x: float, low: float, high: float, label: str, side: 
     """Draw a dimension beside its target, to the right (+1) or the left (-1), with its label at the upper end."""
     left, right = axes.get_xlim()
     aside = side * _ASIDE * (right - left)
-    if not left < x + 6.0 * aside < right:  # no room for the label on that side
-        aside, side = -aside, -side
     for y in (low, high):
         axes.plot([x, x + aside], [y, y], color=INK, linewidth=0.7, zorder=4)
     axes.annotate("", (x + aside, low), (x + aside, high), zorder=5,

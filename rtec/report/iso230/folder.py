@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rtec.metrology import JudgedTest
-from rtec.metrology.judged_test import tests_document
+from rtec.metrology.judged_test import document_of_tests
 from rtec.report.figures_style import figure_style, new_figure
 from rtec.report.illustrations import Illustration, illustration
 from rtec.report.iso230.figures import draw_tests
@@ -50,7 +50,7 @@ def write_positioning(tests: Sequence[JudgedTest], unit: str | None, folder: Pat
     sheet = sheet_of(tests, unit)
     figure = _plot(tests, sheet)
     pdf = sheet_pdf(tests, sheet)
-    document = plain(tests_document(tests, unit))
+    document = plain(document_of_tests(tests, unit))
     with whole_folder(folder) as new:
         write_figures(new, [figure])
         (new / PDF).write_bytes(pdf)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtec.metrology import JudgedTest
 from rtec.report.figures_style import GUIDE, INK, figure_style
-from rtec.report.iso230.figures import draw_tests
+from rtec.report.iso230.figures import draw_tests, drawable
 from rtec.report.iso230.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _LETTERS = 118
 """Of a line of running text."""
 _PANELS = 3
 """Panels on a page."""
-_PLOT = {1: 0.36, 2: 0.42, 3: 0.42}
+_PLOT = {1: 0.36, 2: 0.42, 3: 0.62}
 """Share of the page that the plot takes, by the number of panels."""
 _WORDS, _WIDEST = 0.34, 0.13
 """Where the numbers of a table of figures begin, and how wide its columns are at most, as shares of the page."""
@@ -107,7 +107,7 @@ class _Pages:
 
     def _write(self, x: float, text: str, **how: Any) -> None:
         # a single $ is itself: names of files are no formulae
-        self.made[-1].text(x, self.y, text, va="top", parse_math=False, **{"fontsize": 8, **how})
+        self.made[-1].text(x, self.y, drawable(text), va="top", parse_math=False, **{"fontsize": 8, **how})
 
     def title(self, title: str, finding: str) -> None:
         """Write what the sheet is."""
@@ -162,7 +162,7 @@ class _Pages:
         """Write the headings of a table and a line below them."""
         letters = int((ends[1] - ends[0] if len(ends) > 1 else 0.3) * 125)
         for x, heading in zip(ends, headings, strict=True):
-            short = heading if len(heading) <= letters else f"{heading[: letters - 1]}…"
+            short = heading if len(heading) <= letters else f"…{heading[1 - letters :]}"
             self._write(x, short, ha="right", fontweight="bold", fontsize=7)
         self.y -= _LINE
         from matplotlib.lines import Line2D  # noqa: PLC0415 - as above

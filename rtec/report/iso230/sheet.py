@@ -33,7 +33,7 @@ _TARGET_COLUMNS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TestSheet:
+class SheetOfTest:
     """What is shown of one test.
 
     Parameters
@@ -81,7 +81,7 @@ class Sheet:
     units: SheetUnits
     table: FigureTable
     target_headings: tuple[str, ...]
-    tests: tuple[TestSheet, ...]
+    tests: tuple[SheetOfTest, ...]
     definitions: tuple[tuple[str, str], ...]
 
     @property
@@ -138,7 +138,7 @@ def _caption(tests: Sequence[JudgedTest]) -> str:
     return text + (" Panels whose ranges differ much have scales of their own." if len(tests) > 1 else "")
 
 
-def _test_sheet(test: JudgedTest, units: SheetUnits, decimals: int) -> TestSheet:
+def _test_sheet(test: JudgedTest, units: SheetUnits, decimals: int) -> SheetOfTest:
     document = test.to_dict(units.name)
     at = test.figures.at_targets.target * units.position_factor
     facts = [
@@ -150,7 +150,7 @@ def _test_sheet(test: JudgedTest, units: SheetUnits, decimals: int) -> TestSheet
     for place, row in zip(at.tolist(), document["at_targets"], strict=True):
         cells = [str(row[key]) if key[:2] == "n_" else number_text(row[key], decimals) for key, _ in _TARGET_COLUMNS]
         rows.append((f"{place:.9g}", *cells))
-    return TestSheet(
+    return SheetOfTest(
         name=printable(test.name),
         facts=tuple((printable(key), printable(text)) for key, text in facts),
         warnings=tuple(printable(text) for text in test.warnings),

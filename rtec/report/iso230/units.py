@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rtec.metrology import UNITS, JudgedTest
 
-_SYMBOLS = {"um": "µm", "urad": "µrad", "arcsec": "″", "deg": "°"}
+_SYMBOLS = {"um": "µm", "urad": "µrad", "deg": "°"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
