@@ -6,8 +6,9 @@ instead of four.
 
 References
 ----------
-VDI/DGQ 3441:1977, Statistical testing of the operational and positional accuracy of machine tools (withdrawn), as the
-article "Positioniergenauigkeit" of the German Wikipedia gives its formulae.
+VDI/DGQ 3441:1977, Statistical testing of the operational and positional accuracy of machine tools (withdrawn). Its
+text was not at hand; the article "Positioniergenauigkeit" of the German Wikipedia names the same three parts of P:
+systematic deviation, reversal and scatter.
 """
 
 from __future__ import annotations
