@@ -6,6 +6,7 @@ its repeats and its clock. What ISO 230-2 asks of targets and runs stands in the
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -15,7 +16,7 @@ from rtec.dataset.at_rest import clock_runs_back
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.load import load_dataset
 from rtec.dataset.moving_log import is_moving
-from rtec.dataset.repeats import place_numbers
+from rtec.dataset.repeats import members_of, place_numbers
 from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.effects import Floats
 from rtec.inference.outliers import FAR, far_from_neighbours, robust_scale
@@ -182,8 +183,7 @@ def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:
 def _middle_of_cells(data: Dataset) -> Floats:
     """Return the median of the repeats of each reading, NaN where they are too few to outvote one."""
     middle = np.full(data.rows, np.nan)
-    for cell in np.unique(data.cell[data.cell >= 0]):
-        rows = np.flatnonzero(data.cell == cell)
+    for rows in members_of(data.cell):
         if rows.size >= _FEWEST_REPEATS:
             middle[rows] = np.median(data.observed[rows])
     return middle
@@ -231,9 +231,10 @@ def _other_targets(test: _Test) -> Iterable[str]:
     """Say which passes were not at the targets that most passes in their direction were at."""
     passes = [frozenset(test.places[rows].tolist()) for rows in test.passes]
     ways = [test.way(int(rows[0])) for rows in test.passes]
+    often = Counter(zip(ways, passes, strict=True)).most_common()
+    most = {way: places for (way, places), _ in reversed(often)}
     for number, (rows, places, way) in enumerate(zip(test.passes, passes, ways, strict=True)):
-        alike = [other for other, that in zip(passes, ways, strict=True) if that == way]
-        usual = max(alike, key=alike.count)
+        usual = most[way]
         if places == usual:
             continue
         lacking, others = len(usual - places), [row for row in rows.tolist() if test.places[row] not in usual]

@@ -171,11 +171,12 @@ def _warnings(at: TargetFigures, readings: Readings | RotaryReadings) -> list[st
     asked = 1 if isinstance(readings, Readings) and travel > LONG_AXIS_MM else RUNS_OF_STANDARD
     if runs < asked:
         times = "once" if runs == 1 else f"{runs} times"
-        found.append(f"a target was read only {times} from a direction; ISO 230-2 asks for {asked} runs each way")
+        where = f"{_first_read_so_often(at, runs)}; ISO 230-2 asks for {asked} runs each way"
+        found.append(f"column target: a target was read only {times} from a direction, the first {where}")
     if (at.count_forward < 2).all() and (at.count_backward < 2).all():
         found.append("a single run has no standard deviation: no R and no A")
     if at.target.size < least:
-        found.append(f"{at.target.size} targets; ISO 230-2 asks for at least {least} {which}")
+        found.append(f"column target: {at.target.size} targets; ISO 230-2 asks for at least {least} {which}")
     status = readings.status if isinstance(readings, Readings) else None
     if status is not None and (odd := int(np.count_nonzero(status))):
         found.append(f"{odd} readings carry a status other than 0; their meaning is not known and they are counted")
@@ -193,3 +194,9 @@ def _targets_asked(travel: float, *, linear: bool) -> tuple[int, str]:
         return math.ceil(travel / LONG_STEP_MM), f"on {travel:g} mm, {LONG_STEP_MM:g} mm apart on average"
     least = max(TARGETS_OF_STANDARD, math.ceil(TARGETS_OF_STANDARD * travel / 1000.0))
     return least, f"on {travel:g} mm, {TARGETS_OF_STANDARD} a metre"
+
+
+def _first_read_so_often(at: TargetFigures, runs: int) -> str:
+    """Return the first target that was read so often, and from where."""
+    ways = (("forward", at.count_forward), ("backward", at.count_backward))
+    return next(f"{at.target[np.argmax(counts == runs)]:.9g} {way}" for way, counts in ways if (counts == runs).any())

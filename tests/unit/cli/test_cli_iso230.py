@@ -7,6 +7,7 @@ import json
 import pytest
 
 from rtec.cli import main
+from rtec.metrology import read_positioning_test, write_laser_file
 
 PLACES = (0.0, 8.0, 17.0, 30.0, 41.0, 55.0)
 NOISE = (0.11, -0.23, 0.31, 0.02, -0.17, 0.19, -0.05, 0.27, -0.29, 0.07, 0.13)
@@ -78,7 +79,8 @@ def test_strict_makes_warnings_errors_and_writes_nothing(written, capsys, tmp_pa
 def test_what_the_standard_asks_for_is_said_too(written, capsys):
     code, out, err = run(capsys, written("x.csv", lines_of(runs=4)), "--strict")
     assert (code, out) == (2, "")
-    assert "error: a target was read only 4 times from a direction; ISO 230-2 asks for 5 runs each way" in err
+    asked = "column target: a target was read only 4 times from a direction, the first 0 forward"
+    assert f"error: {asked}; ISO 230-2 asks for 5 runs each way" in err
 
 
 def test_several_files_have_a_column_each(written, capsys):
@@ -177,6 +179,14 @@ def test_facts_of_a_linear_axis_are_left_alone_on_a_rotary_one(written, capsys):
     assert code == 2
     assert "--misalignment" in err
     assert "rotary" in err
+
+
+def test_readings_of_the_laser_system_have_numbers_where_lines_lack(written, capsys, tmp_path):
+    read = read_positioning_test(written("x.csv", with_outlier())).readings
+    write_laser_file(tmp_path / "x.dat", read)
+    code, _, err = run(capsys, str(tmp_path / "x.dat"))
+    assert code == 0
+    assert err.startswith("warning: reading 19, column deviation: 95.5 µm")
 
 
 def test_two_readings_are_still_judged(written, capsys):

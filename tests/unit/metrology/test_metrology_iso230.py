@@ -133,6 +133,7 @@ def test_five_complete_runs_pass_without_warning_and_four_do_not():
     assert positioning_figures(bidirectional(target, up, down, runs=5)).warnings == ()
     (warning,) = positioning_figures(bidirectional(target, up, down, runs=4)).warnings
     assert "read only 4 times" in warning
+    assert "the first 0 forward" in warning
 
 
 @pytest.mark.parametrize(
@@ -330,7 +331,7 @@ def test_command_prints_a_table_and_its_warnings_on_stderr(csv_file):
     result = CliRunner().invoke(app, [str(csv_file), "--unit", "mm"], catch_exceptions=False)
     assert "x.csv: 20 targets, 1 runs, in mm" in result.stdout
     assert "no period given" in result.stdout
-    assert "warning: a target was read only once" in result.stderr
+    assert "warning: column target: a target was read only once" in result.stderr
     assert "warning: columns not used: pulse_v" in result.stderr
 
 
