@@ -198,7 +198,7 @@ def _show(tests: Sequence[JudgedTest], documents: Sequence[Mapping[str, Any]]) -
     from rich.markup import escape
     from rich.table import Table
 
-    from rtec.metrology.judged_test import figure_table
+    from rtec.metrology.figure_table import figure_table
 
     unit = documents[0]["unit"]
     listed = figure_table(tests, unit)

@@ -167,12 +167,14 @@ def _warnings(at: TargetFigures, readings: Readings | RotaryReadings) -> list[st
     elif one_sided:
         found.append(f"{one_sided} of {at.target.size} targets lack one direction: no bidirectional figures there")
     travel = float(np.ptp(at.target))
-    least, which = _targets_asked(travel, linear=isinstance(readings, Readings))
-    asked = 1 if isinstance(readings, Readings) and travel > LONG_AXIS_MM else RUNS_OF_STANDARD
+    linear = isinstance(readings, Readings)
+    least, which = _targets_asked(travel, linear=linear)
+    asked = 1 if linear and travel > LONG_AXIS_MM else RUNS_OF_STANDARD
     if runs < asked:
         times = "once" if runs == 1 else f"{runs} times"
-        where = f"{_first_read_so_often(at, runs)}; ISO 230-2 asks for {asked} runs each way"
-        found.append(f"column target: a target was read only {times} from a direction, the first {where}")
+        first = _first_read_so_often(at, runs, "mm" if linear else "deg")
+        what = f"a target was read only {times} from a direction, the first {first}"
+        found.append(f"column target: {what}; ISO 230-2 asks for {asked} runs each way")
     if (at.count_forward < 2).all() and (at.count_backward < 2).all():
         found.append("a single run has no standard deviation: no R and no A")
     if at.target.size < least:
@@ -196,7 +198,8 @@ def _targets_asked(travel: float, *, linear: bool) -> tuple[int, str]:
     return least, f"on {travel:g} mm, {TARGETS_OF_STANDARD} a metre"
 
 
-def _first_read_so_often(at: TargetFigures, runs: int) -> str:
+def _first_read_so_often(at: TargetFigures, runs: int, unit: str) -> str:
     """Return the first target that was read so often, and from where."""
     ways = (("forward", at.count_forward), ("backward", at.count_backward))
-    return next(f"{at.target[np.argmax(counts == runs)]:.9g} {way}" for way, counts in ways if (counts == runs).any())
+    way, counts = next((way, counts) for way, counts in ways if (counts == runs).any())
+    return f"at {at.target[np.argmax(counts == runs)]:.9g} {unit} {way}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.metrology import JudgedTest, TargetFigures
-from rtec.metrology.judged_test import DIRECTIONS, number_text
+from rtec.metrology.figure_table import DIRECTIONS, number_text
 from rtec.metrology.readings import Floats
 from rtec.report.appearance import printable
 from rtec.report.figures_positioning import share_scales

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rtec.metrology import JudgedTest
-from rtec.metrology.judged_test import (
+from rtec.metrology.figure_table import (
     ISO_FIGURES,
     READING_FIGURES,
     VDI_FIGURES,

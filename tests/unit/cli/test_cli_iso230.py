@@ -79,7 +79,7 @@ def test_strict_makes_warnings_errors_and_writes_nothing(written, capsys, tmp_pa
 def test_what_the_standard_asks_for_is_said_too(written, capsys):
     code, out, err = run(capsys, written("x.csv", lines_of(runs=4)), "--strict")
     assert (code, out) == (2, "")
-    asked = "column target: a target was read only 4 times from a direction, the first 0 forward"
+    asked = "column target: a target was read only 4 times from a direction, the first at 0 mm forward"
     assert f"error: {asked}; ISO 230-2 asks for 5 runs each way" in err
 
 

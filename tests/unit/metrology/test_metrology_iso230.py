@@ -133,7 +133,7 @@ def test_five_complete_runs_pass_without_warning_and_four_do_not():
     assert positioning_figures(bidirectional(target, up, down, runs=5)).warnings == ()
     (warning,) = positioning_figures(bidirectional(target, up, down, runs=4)).warnings
     assert "read only 4 times" in warning
-    assert "the first 0 forward" in warning
+    assert "the first at 0 mm forward" in warning
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,8 @@ from rtec.metrology import (
     positioning_uncertainty,
     vdi_figures,
 )
-from rtec.metrology.judged_test import document_of_tests, figure_table
+from rtec.metrology.figure_table import figure_table
+from rtec.metrology.judged_test import document_of_tests
 from rtec.report.figures_style import figure_style, new_figure
 from rtec.report.iso230 import write_positioning
 from rtec.report.iso230.figures import draw_tests
