@@ -100,7 +100,10 @@ def load_dataset(
     >>> data.observe, data.units.position, data.conditions.direction.tolist(), data.cell.tolist()
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
-    measurement = _measurement(path_or_measurement, choices)
+    measurement = measurement_of(path_or_measurement, choices)
+    if measurement.rows < _FEWEST_ROWS:
+        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
+        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
     axis = AxisFacts(measurement=measurement, given=facts or {})
     rows = _rows(measurement, axis, observe, like)
     resample = cutoff_hz = None
@@ -119,12 +122,9 @@ def load_dataset(
     return data if like is None else same_kind(data, like)
 
 
-def _measurement(given: str | Path | Measurement, choices: ColumnChoices) -> Measurement:
-    """Return what is in a file; refuse one of hardly any rows, or numbers too large to square."""
+def measurement_of(given: str | Path | Measurement, choices: ColumnChoices = NO_CHOICES) -> Measurement:
+    """Return what is in a file; refuse numbers too large to square."""
     measurement = given if isinstance(given, Measurement) else read_measurement(given, choices)
-    if measurement.rows < _FEWEST_ROWS:
-        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
-        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
     for column in measurement.columns.values():
         monsters = np.flatnonzero(~(np.abs(column.values) <= _LARGEST))
         if monsters.size:

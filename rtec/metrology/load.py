@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.measurement import Measurement
 from rtec.metrology.measurement_file import read_measurement
 from rtec.metrology.readings import Readings, RotaryReadings
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
@@ -27,15 +28,12 @@ class PositioningTest:
         ``# key: value`` lines of the file.
     unknown
         Headings of columns that were not used because they name no known quantity.
-    notes
-        What was guessed when the file was read, and what was left out.
     """
 
     source: str
     readings: Readings | RotaryReadings
     facts: Mapping[str, str]
     unknown: tuple[str, ...]
-    notes: tuple[str, ...] = ()
 
     def period(self, given: str | None) -> float | None:
         """Return the period of the cyclic error: as given, else the fact ``screw_pitch``, else None.
@@ -98,11 +96,20 @@ def read_positioning_test(path: str | Path, choices: ColumnChoices = NO_CHOICES)
     >>> test.readings.size, test.period(None), test.period("5 mm")
     (2, 6.35, 5.0)
     """
-    measurement = read_measurement(path, choices)
+    return positioning_test(read_measurement(path, choices))
+
+
+def positioning_test(measurement: Measurement) -> PositioningTest:
+    """Return the positioning test that a measurement holds.
+
+    Raises
+    ------
+    FileFormatError
+        It holds none.
+    """
     return PositioningTest(
         source=measurement.source,
         readings=measurement.to_readings(),
         facts=measurement.facts,
         unknown=tuple(measurement.unknown),
-        notes=measurement.notes,
     )
