@@ -18,6 +18,7 @@ from rtec.effects.frequency_grid import (
     alias_limit,
     frequencies,
     highest_frequency,
+    looks_constant,
     phases_seen,
     resolved_harmonics,
     resolved_limit,
@@ -220,7 +221,7 @@ def families(
     ----------
     conditions
         Of the readings: harmonics that alias are left out, but for those of a whole pitch or turn of which none looks
-        like another, and so are fundamentals that the span does not hold often enough: five times, or once where the
+        like another; so are those that are mainly a constant, and fundamentals that the span does not hold often enough: five times, or once where the
         period is stated.
     frequency
         Of the strongest line, in cycles per position unit.
@@ -251,6 +252,8 @@ def families(
             continue
         for count in range(part, (most if stated is not None else min(most, MOST_UNSTATED)) + 1):
             if count > 1 and count * base > top and not _aliases_alone(conditions, stated, count):
+                break
+            if count > 1 and looks_constant(conditions, count * base):
                 break
             found.append((base, count))
     return found
