@@ -33,7 +33,7 @@ MOST_PLACES = 500
 SAME_PERIOD = 0.01
 """Share by which a period found may differ from the stated one and still be it."""
 MOSTLY = 0.4
-"""Of the readings that stand at one phase of a wave more than at the others, from which on it is mainly a constant."""
+"""Length of the mean of the unit vectors at the phases of a wave, from which on it is mainly a constant."""
 SAME_LINE = 0.5
 """Of 1 / span: frequencies nearer than this cannot be told apart."""
 ENOUGH_PHASES = 3
@@ -186,8 +186,7 @@ def looks_constant(conditions: Conditions, frequency: float) -> bool:
     """
     if conditions.moving:
         return False
-    turns = 2.0 * np.pi * frequency * _visited(conditions)
-    return bool(np.hypot(np.cos(turns).mean(), np.sin(turns).mean()) > MOSTLY)
+    return bool(np.abs(np.exp(2j * np.pi * frequency * _visited(conditions)).mean()) > MOSTLY)
 
 
 @lru_cache(maxsize=8)

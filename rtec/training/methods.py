@@ -125,9 +125,9 @@ def all_methods(*, several_axes: bool = False) -> tuple[Method, ...]:
 def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]:
     def fit(task: Task) -> Fitted:
         parts = task.parts
-        chosen = spaced_table(parts.train, parts.choose, kind, between)
+        chosen = spaced_table(parts.seen, kind, between, seed=task.effort.seed)
         # the place without readings would be a gap that no control's table has
-        table = table_of(together([parts.train, parts.choose, parts.sure]), chosen)
+        table = table_of(together([parts.seen, parts.sure]), chosen)
         points = sum(side.size for side in _errors(table))
         notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
         if task.pitch_mm is not None:
@@ -154,12 +154,12 @@ def _errors(table: Table) -> tuple[np.ndarray, ...]:
 
 def _fits_geometry(geometry: Geometry) -> Callable[[Task], Fitted]:
     def fit(task: Task) -> Fitted:
-        parts = [task.parts.train, task.parts.choose]
-        found = fit_across(together([*parts, task.parts.sure]), geometry)
+        parts = task.parts
+        found = fit_across(together([parts.seen, parts.sure]), geometry)
         return Fitted(
             predictor=found.predictor,
             parameters=found.parameters,
-            unsure=fit_across(together(parts), geometry).predictor,
+            unsure=fit_across(parts.seen, geometry).predictor,
             notes=tuple(map(str, found.across)),
         )
 

@@ -1,4 +1,4 @@
-"""Tables fitted by least squares, their spacing chosen on readings that they do not see."""
+"""Tables fitted by least squares, their spacing chosen on places that they do not see."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ Table = UnidirectionalTable | BidirectionalTable
 
 SPACINGS = 12
 """Tried, from the distance of the targets up to a quarter of the travel, in equal ratios."""
+FOLDS = 10
+"""Parts of the places, each foretold by the others: of fewer the gaps are so wide that coarse tables seem better."""
 _SMOOTH = 1e-3
 """Weight of the second differences beside that of the readings: a point without a reading near it lies on the line of
 its neighbours."""
@@ -31,11 +33,11 @@ class SpacedTable:
     Parameters
     ----------
     table
-        That with the lowest error on readings that it does not see.
+        That with the lowest error at places that were not seen, fitted to all readings.
     spacing_mm
         Distance of its points.
     tried
-        Spacing and root mean square on the readings not seen, in mm each, of all that were tried.
+        Spacing and root mean square at the places not seen, in mm each, of all that were tried.
     """
 
     table: Table
@@ -43,22 +45,28 @@ class SpacedTable:
     tried: tuple[tuple[float, float], ...]
 
 
-def spaced_table(seen: Samples, unseen: Samples, kind: type[Table], between: Between) -> SpacedTable:
+def spaced_table(samples: Samples, kind: type[Table], between: Between, *, seed: int = 0) -> SpacedTable:
     """Return the table whose spacing foretells readings at other places best.
+
+    The inner places are drawn into ten parts. Each is foretold by tables that are fitted to the other places: all
+    readings of a place together, for where a place was seen a repeat of it asks for ever finer points, which follow
+    the noise.
 
     Parameters
     ----------
-    seen, unseen
-        Readings that the points are fitted to, and readings at other places.
+    samples
+        Readings at three places or more.
     kind
         Of one direction with a backlash, or of both.
     between
         What it says between its points. Cubics go through points that were fitted as those of straight lines.
+    seed
+        Draws the parts.
 
     Raises
     ------
     ArgumentError
-        A direction without readings, or readings at a single place.
+        A direction without readings, or readings at fewer places.
 
     References
     ----------
@@ -69,31 +77,40 @@ def spaced_table(seen: Samples, unseen: Samples, kind: type[Table], between: Bet
     >>> x = np.tile(np.arange(0.0, 41.0), 2)
     >>> way = np.repeat([1.0, -1.0], 41)
     >>> line = Samples(position_mm=x, direction=way, error_mm=1e-4 * x + 0.001 * (way < 0))
-    >>> found = spaced_table(line, line, UnidirectionalTable, Between.LINES)
+    >>> found = spaced_table(line, UnidirectionalTable, Between.LINES)
     >>> round(found.table.backlash_mm, 9), bool(abs(found.table.error_mm(20.5, 1) - 0.00205) < 1e-9)
     (0.001, True)
     """
-    low, high = seen.span_mm
-    ways = _both(seen)
-    steps = np.diff(np.unique(seen.position_mm))
+    low, high = samples.span_mm
+    steps = np.diff(np.unique(samples.position_mm))
     steps = steps[steps > SAME_TARGET_MM]
-    if not steps.size:
-        raise ArgumentError("position_mm", f"{low:g} mm alone", "readings at several places")
+    part = _parts_of_places(samples, seed)
+    if not steps.size or part.max() < 0:
+        found = f"{steps.size + 1} between {low:g} and {high:g} mm"
+        raise ArgumentError("places", found, "three or more, as each inner one is foretold by others")
     finest, coarsest = float(np.median(steps)), max(0.25 * (high - low), float(np.median(steps)))
     counts = {max(1, round((high - low) / h)) for h in np.geomspace(finest, coarsest, SPACINGS)}
-    tables = {count: _table(ways, np.linspace(low, high, count + 1), kind, between) for count in sorted(counts)}
-    off = {
-        count: math.sqrt(
-            float(np.mean((unseen.error_mm - table.error_mm(unseen.position_mm, unseen.direction)) ** 2))
-        )
-        for count, table in tables.items()
-    }
+    folds = [(_both(samples.take(part != k)), samples.take(part == k)) for k in range(part.max() + 1)]
+    off = {}
+    for count in sorted(counts):
+        grid = np.linspace(low, high, count + 1)
+        left = [unseen.left_by(_table(seen, grid, kind, between)) for seen, unseen in folds]
+        off[count] = math.sqrt(float(np.mean(np.concatenate(left) ** 2)))
     best = min(off, key=lambda count: off[count])
     return SpacedTable(
-        table=tables[best],
+        table=_table(_both(samples), np.linspace(low, high, best + 1), kind, between),
         spacing_mm=(high - low) / best,
         tried=tuple(((high - low) / count, rms) for count, rms in off.items()),
     )
+
+
+def _parts_of_places(samples: Samples, seed: int) -> npt.NDArray[np.int64]:
+    """Return the part that the place of each reading is in, shape (n,); -1 at the ends, which are always seen."""
+    place = samples.place()
+    inner = np.random.default_rng(seed).permutation(np.arange(1, place.max()))
+    part = np.full(place.max() + 1, -1)
+    part[inner] = np.arange(inner.size) % FOLDS
+    return part[place]
 
 
 def table_of(samples: Samples, like: SpacedTable) -> Table:
