@@ -1,4 +1,4 @@
-"""Tables fitted by least squares, their spacing chosen on places that they do not see."""
+"""Tables fitted by least squares, their spacing chosen on readings that they do not see."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ Table = UnidirectionalTable | BidirectionalTable
 SPACINGS = 12
 """Tried, from the distance of the targets up to a quarter of the travel, in equal ratios."""
 FOLDS = 10
-"""Parts of the places, each foretold by the others: of fewer the gaps are so wide that coarse tables seem better."""
+"""Parts of the readings, each foretold by the others: of fewer the gaps are so wide that they decide."""
+REPEATED = 0.9
+"""Share of the places, in each direction, with more than one reading, from which on repeats say what a table is worth
+at all of them."""
 _SMOOTH = 1e-3
 """Weight of the second differences beside that of the readings: a point without a reading near it lies on the line of
 its neighbours."""
@@ -33,11 +36,11 @@ class SpacedTable:
     Parameters
     ----------
     table
-        That with the lowest error at places that were not seen, fitted to all readings.
+        That with the lowest error on readings that were not seen, fitted to all.
     spacing_mm
         Distance of its points.
     tried
-        Spacing and root mean square at the places not seen, in mm each, of all that were tried.
+        Spacing and root mean square on the readings not seen, in mm each, of all that were tried.
     """
 
     table: Table
@@ -46,16 +49,17 @@ class SpacedTable:
 
 
 def spaced_table(samples: Samples, kind: type[Table], between: Between, *, seed: int = 0) -> SpacedTable:
-    """Return the table whose spacing foretells readings at other places best.
+    """Return the table whose spacing foretells best what it does not see.
 
-    The inner places are drawn into ten parts. Each is foretold by tables that are fitted to the other places: all
-    readings of a place together, for where a place was seen a repeat of it asks for ever finer points, which follow
-    the noise.
+    The readings are drawn into ten parts; tables that are fitted to the others foretell each. Where places are read
+    once, as in a second round at other targets, all readings of a place are in one part: repeats of the other places
+    say nothing of these, and a table with points that rest on single readings looked as good as they. Where all are
+    repeated, single readings are drawn: with a place of the only round its gap would be judged, which no table has.
 
     Parameters
     ----------
     samples
-        Readings at three places or more.
+        At three places or more.
     kind
         Of one direction with a backlash, or of both.
     between
@@ -84,7 +88,7 @@ def spaced_table(samples: Samples, kind: type[Table], between: Between, *, seed:
     low, high = samples.span_mm
     steps = np.diff(np.unique(samples.position_mm))
     steps = steps[steps > SAME_TARGET_MM]
-    part = _parts_of_places(samples, seed)
+    part = _parts(samples, seed)
     if not steps.size or part.max() < 0:
         found = f"{steps.size + 1} between {low:g} and {high:g} mm"
         raise ArgumentError("places", found, "three or more, as each inner one is foretold by others")
@@ -104,13 +108,23 @@ def spaced_table(samples: Samples, kind: type[Table], between: Between, *, seed:
     )
 
 
-def _parts_of_places(samples: Samples, seed: int) -> npt.NDArray[np.int64]:
-    """Return the part that the place of each reading is in, shape (n,); -1 at the ends, which are always seen."""
+def _parts(samples: Samples, seed: int) -> npt.NDArray[np.int64]:
+    """Return the part that each reading is in, shape (n,); -1 where it is always seen."""
+    rng = np.random.default_rng(seed)
     place = samples.place()
-    inner = np.random.default_rng(seed).permutation(np.arange(1, place.max()))
-    part = np.full(place.max() + 1, -1)
-    part[inner] = np.arange(inner.size) % FOLDS
-    return part[place]
+    cell = np.unique(2 * place + (samples.direction < 0.0), return_inverse=True)[1]
+    count = np.bincount(cell)
+    if np.mean(count > 1) > REPEATED:
+        order = rng.permutation(samples.rows)
+        order = order[np.argsort(cell[order], kind="stable")]
+        nth = np.empty(samples.rows, dtype=np.int64)
+        nth[order] = np.arange(samples.rows) - np.repeat(np.cumsum(count) - count, count)
+        part = (rng.integers(0, FOLDS, count.size)[cell] + nth) % FOLDS
+        return np.where(count[cell] > 1, part, -1)
+    of_place = np.full(place.max() + 1, -1)
+    inner = rng.permutation(np.arange(1, place.max()))
+    of_place[inner] = np.arange(inner.size) % FOLDS
+    return of_place[place]
 
 
 def table_of(samples: Samples, like: SpacedTable) -> Table:
