@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from rtec.predictors.fitting.several_axes import Geometry, fit_across
 from rtec.predictors.fitting.spaced_tables import Table, spaced_table, table_of
 from rtec.predictors.fitting.training import Course, Design, Effort, Limit, train
 from rtec.training.parts import Parts
+from rtec.training.results import Kind
 
 DESIGNS = (Design(hidden=(40,)), Design(hidden=(30, 10)), Design(hidden=(30,), within_turn=8))
 """Of the thesis, section 5.4."""
@@ -72,16 +72,6 @@ class Fitted:
     courses: tuple[Course, ...] = ()
     tried: tuple[tuple[float, float], ...] = ()
     model: Model | None = None
-
-
-class Kind(Enum):
-    """What a predictor is made of."""
-
-    NONE = "none"
-    TABLE = "table"
-    GEOMETRY = "geometry"
-    MODEL = "model"
-    NETWORK = "network"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
