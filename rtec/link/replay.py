@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from rtec.checks import number_within, whole_within
+from rtec.checks import number_within
 from rtec.link._log_formats import Direction, Logged
 from rtec.link.frame import Frame
 from rtec.link.transport import Received, Transport
 
 SLOWEST, FASTEST = 1e-3, 1e6
-_LONGEST_PATIENCE_PS = 10**15
 
 
 def replay(
@@ -20,8 +19,6 @@ def replay(
     speed: float = 1.0,
     only: Direction | None = None,
     on_received: Callable[[Received], None] | None = None,
-    may_send: Callable[[Logged], bool] = lambda logged: True,
-    patience_ps: int = 0,
     as_sent: Callable[[Logged], Frame] = lambda logged: logged.frame,
 ) -> int:
     """Send the frames of a log at their times, on the clock of the transport, and return how many were sent.
@@ -41,10 +38,6 @@ def replay(
         Send the frames of one direction only, such as what a PC has sent.
     on_received
         Called with each frame that arrives meanwhile.
-    may_send
-        Whether a frame that is due may go; where not, it waits for frames to arrive, and those behind it wait, too.
-    patience_ps
-        How long it waits at most.
     as_sent
         What goes in the place of a frame, asked when it goes.
 
@@ -66,7 +59,6 @@ def replay(
     (3, 1)
     """
     number_within("speed", speed, SLOWEST, FASTEST)
-    whole_within("patience_ps", patience_ps, 0, _LONGEST_PATIENCE_PS, unit="ps")
     begin_ps = transport.now_ps()
     before: dict[int, tuple[int, int]] = {}  # by identifier: when in the log, and when it was sent
     sent = 0
@@ -85,9 +77,6 @@ def replay(
         # a bus that babbles never falls silent
         while hear(due_ps) and transport.now_ps() < due_ps:
             pass
-        late_ps = due_ps + patience_ps
-        while not may_send(logged) and transport.now_ps() < late_ps:
-            hear(late_ps)
         before[logged.frame.identifier] = logged.time_ps, transport.now_ps()
         transport.send(as_sent(logged))
         sent += 1

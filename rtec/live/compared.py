@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
@@ -23,10 +24,9 @@ FIELDS = {
 }
 """What is compared. Checksums, sequences, sessions and counters of refusals belong to one run only."""
 
-MOVING = {("Position", "Position")}
-"""Fields that change with the axis: what lies between the values of the window is right, too."""
-COUNT = 1
-"""Of a position: a count is as fine as it is said."""
+MOVING = {("Position", "Position"), ("Request", "Total"), ("Corrections", "Completed")}
+"""Fields that change with the axis: what lies between the values of the window is right, too. While they change, and
+of a position always, so is one more or less."""
 
 MOST_DIFFERENCES = 1000
 
@@ -118,6 +118,9 @@ class Comparison:
         self._messages = MessageSet.load()
         self._tracks: dict[tuple[str, int], tuple[_Track, _Track]] = {}
         self._logged_ps = self._said_ps = self._compared_ps = 0
+        self._held_ps: dict[int, int] = {}
+        self._fastest: dict[int, float] = {}
+        self._places: dict[int, tuple[int, int]] = {}
         self._found: list[Difference] = []
         self._open: dict[tuple[str, int, str], int] = {}
         self.logged = self.said = 0
@@ -131,6 +134,11 @@ class Comparison:
     def differences(self) -> list[Difference]:
         """Return what was found, in order of time."""
         return sorted(self._found, key=lambda found: found.from_s)
+
+    @property
+    def heard_ps(self) -> int:
+        """Return when the node was heard last."""
+        return self._said_ps
 
     def log_says(self, at_ps: int, frame: Frame) -> None:
         """Take a frame of the log."""
@@ -163,6 +171,8 @@ class Comparison:
         tracks = self._tracks.setdefault((message.name, axis), (_Track(), _Track()))
         values = {field: message.values[field] for field in FIELDS[message.name]}
         tracks[side].frames.append((at_ps, values))
+        if side == 0:
+            self._follow(message.name, axis, at_ps, values)
         return True
 
     def _compare(self, until_ps: int, *, sides: tuple[int, ...] = (0, 1)) -> None:
@@ -177,12 +187,34 @@ class Comparison:
     def _check(self, name: str, axis: int, at_ps: int, values: Values, other: _Track, *, from_log: bool) -> None:
         window = other.window(at_ps - self._tolerance_ps, at_ps + self._tolerance_ps)
         for field, value in values.items():
-            if _is_among(name, field, value, [each[field] for each in window]):
+            if _is_among(name, field, value, [each[field] for each in window], self._beside(name, axis, at_ps)):
                 continue
             near = other.nearest(at_ps, self._tolerance_ps)
             theirs = None if near is None else near[field]
             logged, said = (value, theirs) if from_log else (theirs, value)
             self._note(name, axis, field, at_ps, logged, said)
+
+    def _beside(self, name: str, axis: int, at_ps: int) -> int:
+        """Return how far a position may lie beside those of the window.
+
+        Where a hold stops the axis depends on when it comes: by as much as the axis goes in the tolerance.
+        """
+        held_ps = self._held_ps.get(axis)
+        if name != "Position" or held_ps is None or at_ps < held_ps - self._tolerance_ps:
+            return 0
+        return math.ceil(self._fastest.get(axis, 0.0) * self._tolerance_ps)
+
+    def _follow(self, name: str, axis: int, at_ps: int, values: Values) -> None:
+        """Take from the log how fast the axis goes, and when it is held."""
+        if name == "Status" and values["HoldWanted"]:
+            self._held_ps.setdefault(axis, at_ps)
+        elif name == "Status":
+            self._held_ps.pop(axis, None)
+        elif name == "Position" and isinstance(position := values["Position"], int):
+            last_ps, last = self._places.get(axis, (at_ps, position))
+            if at_ps > last_ps:
+                self._fastest[axis] = max(self._fastest.get(axis, 0.0), abs(position - last) / (at_ps - last_ps))
+            self._places[axis] = (at_ps, position)
 
     def _note(
         self, name: str, axis: int, field: str, at_ps: int, logged: int | str | None, said: int | str | None
@@ -215,11 +247,13 @@ def _unchecked(track: _Track, until_ps: int) -> Iterator[tuple[int, Values]]:
             yield track.frames[track.checked - 1]
 
 
-def _is_among(name: str, field: str, value: int | str, others: list[int | str]) -> bool:
-    """Return whether a value is one of those said at its time."""
+def _is_among(name: str, field: str, value: int | str, others: list[int | str], beside: int) -> bool:
+    """Return whether a value is one of those said at its time, or of what moves between or so much beside them."""
     if value in others:
         return True
     numbers = [other for other in others if isinstance(other, int)]
     if (name, field) not in MOVING or not numbers or not isinstance(value, int):
         return False
-    return min(numbers) - COUNT <= value <= max(numbers) + COUNT
+    low, high = min(numbers), max(numbers)
+    beside += low < high or name == "Position"
+    return low - beside <= value <= high + beside

@@ -1,8 +1,7 @@
 """A log of box and PC from one side: what of it is played, and what the node under test is held to.
 
-Whoever is played speaks under its own identifiers only, so that nobody speaks for the node under test. What it has to
-give back of what that node has said is not that of the log any more: a request carries the session of the box, and
-corrections the sequence of the PC's request. These are put in; all else goes as recorded, mistakes included.
+Whoever is played speaks under its own identifiers only, so that nobody speaks for the node under test;
+`rtec.live.voices` is how it speaks.
 """
 
 from __future__ import annotations
@@ -14,18 +13,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rtec.errors import FileFormatError
-from rtec.link._crc_kernels import seal
 from rtec.link._frame_kernels import AXIS_BITS, GO_HOME
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.link.logs import read_log
 from rtec.link.messages import Kind
 
-_SEQUENCE, _SESSION, _JUDGED = 1, 7, 7
-"""Bytes of the frames."""
-
 _BEFORE = (Kind.STATUS, Kind.CORRECTIONS, Kind.POSITION, Kind.SETUP)
 """What a box says that waits for a PC."""
 
+
+CYCLE_PS = 10 * 10**9
+"""Of box and PC where nothing else is said."""
+
+_CYCLES_ALONE = 20
 
 _INTERVALS = 10_000
 """Looked at for the cycle."""
@@ -90,7 +90,10 @@ class Survey:
     played, compared, others
         Frames of that side, of the node under test, and of nobody of ours.
     entry_ps, end_ps
-        The PC's first frame, at which playing begins, and the last frame.
+        The PC's first frame, at which playing begins, and the end: the last frame, or twenty cycles after the PC's
+        last, since a box that is alone has nothing to answer.
+    last_pc_ps
+        The PC's last frame.
     first_axis
         The axis of that frame.
     axes
@@ -113,6 +116,7 @@ class Survey:
     others: int = 0
     entry_ps: int = -1
     end_ps: int = 0
+    last_pc_ps: int = 0
     first_axis: int = 0
     axes: set[int] = field(default_factory=set)
     kinds: set[Kind] = field(default_factory=set)
@@ -150,6 +154,7 @@ def survey(path: Path, role: Role) -> Survey:
                 path, None, f"it holds no frame of a {side.words}", "a log with the frames of box and PC"
             )
     found.cycle_ps = round(statistics.median(intervals or [0]))
+    found.end_ps = min(found.end_ps, found.last_pc_ps + _CYCLES_ALONE * max(found.cycle_ps, CYCLE_PS))
     return found
 
 
@@ -160,6 +165,8 @@ def _note(found: Survey, frame: Frame, at_ps: int) -> None:
         found.others += 1
         return
     found.end_ps = max(found.end_ps, at_ps)
+    if kind in Role.PC.kinds:
+        found.last_pc_ps = max(found.last_pc_ps, at_ps)
     if kind is Kind.REQUEST:
         found.axes.add(axis)
         found.homes = found.homes or (len(frame.data) == PAYLOAD_BYTES and bool(frame.data[6] & GO_HOME))
@@ -174,98 +181,3 @@ def _note(found: Survey, frame: Frame, at_ps: int) -> None:
         return
     found.compared += 1
     found.kinds.add(kind)
-
-
-def resealed(frame: Frame, place: int, value: int) -> Frame:
-    """Return a frame with another byte at a place; a checksum that was wrong is as wrong as before.
-
-    Examples
-    --------
-    >>> from rtec.link.messages import MessageSet
-    >>> messages = MessageSet.load()
-    >>> frame = resealed(messages.encode("Request", 1, {"Total": 3, "Session": 9}), 7, 40)
-    >>> frame == messages.encode("Request", 1, {"Total": 3, "Session": 40, "Sequence": 1})
-    True
-    """
-    if len(frame.data) != PAYLOAD_BYTES or frame.identifier_format is not IdentifierFormat.BASE:
-        return frame
-
-    def right(data: bytes) -> int:
-        return int(seal(frame.identifier, int.from_bytes(data, "little", signed=True))) & 0xFF
-
-    data = bytearray(frame.data)
-    wrong_by = data[0] ^ right(bytes(data))
-    data[place] = value & 0xFF
-    data[0] = right(bytes(data)) ^ wrong_by
-    return Frame(identifier=frame.identifier, data=bytes(data))
-
-
-class Translator:
-    """What is put into played frames in the place of what the node of the log had said.
-
-    Parameters
-    ----------
-    role
-        Whose frames are played.
-    """
-
-    def __init__(self, role: Role) -> None:
-        self._role = role
-        self._logged: dict[int, int] = {}
-        self._said: dict[int, int] = {}
-        self._totals: dict[int, deque[int]] = {}
-        self._accepted: dict[int, int] = {}
-        self.ahead: dict[int, int] = {}
-        """By identifier: frames that were sent before the log was entered, by which sequences go on."""
-
-    def log_says(self, frame: Frame) -> None:
-        """Take what the node of the log says."""
-        self._take(frame, self._logged)
-
-    def node_says(self, frame: Frame) -> None:
-        """Take what the node under test says."""
-        self._take(frame, self._said)
-        if kind_of(frame) is Kind.REQUEST and len(frame.data) == PAYLOAD_BYTES:
-            totals = self._totals.setdefault(frame.identifier & AXIS_BITS, deque([0], maxlen=2))
-            total = int.from_bytes(frame.data[2:4], "little", signed=True)
-            if total != totals[-1]:
-                totals.append(total)
-
-    def _take(self, frame: Frame, into: dict[int, int]) -> None:
-        """Keep what the other side gives back: the session of a box, the sequence of a PC's request."""
-        if len(frame.data) == PAYLOAD_BYTES:
-            axis = frame.identifier & AXIS_BITS
-            if self._role is Role.PC and kind_of(frame) is Kind.STATUS:
-                into[axis] = frame.data[4]
-            elif self._role is Role.BOX and kind_of(frame) is Kind.REQUEST:
-                into[axis] = frame.data[1]
-
-    def may_send(self, frame: Frame) -> bool:
-        """Return whether a frame may go: no box accepts a total before the PC has asked for it."""
-        axis = frame.identifier & AXIS_BITS
-        if kind_of(frame) is not Kind.CORRECTIONS or len(frame.data) != PAYLOAD_BYTES:
-            return True
-        accepted = int.from_bytes(frame.data[4:6], "little", signed=True)
-        return accepted == self._accepted.get(axis, 0) or accepted in self._totals.get(axis, ())
-
-    def translated(self, frame: Frame) -> Frame:
-        """Return what is sent in the place of a frame of the log."""
-        if len(frame.data) != PAYLOAD_BYTES:
-            return frame
-        axis, kind = frame.identifier & AXIS_BITS, kind_of(frame)
-        known = axis in self._logged and axis in self._said
-        if kind is Kind.REQUEST and known:
-            # a session that was wrong in the log is wrong by as much now
-            return resealed(frame, _SESSION, frame.data[_SESSION] - self._logged[axis] + self._said[axis])
-        if ahead := self.ahead.get(frame.identifier, 0):
-            frame = resealed(frame, _SEQUENCE, frame.data[_SEQUENCE] + ahead)
-        if kind is Kind.CORRECTIONS:
-            self._accepted[axis] = int.from_bytes(frame.data[4:6], "little", signed=True)
-            if known:
-                return resealed(frame, _JUDGED, frame.data[_JUDGED] - self._logged[axis] + self._said[axis])
-        return frame
-
-    def repeated(self, frame: Frame) -> Frame:
-        """Return a frame from before the log was entered, to be sent once more; those of the log follow it."""
-        ahead = self.ahead[frame.identifier] = self.ahead.get(frame.identifier, -1) + 1
-        return resealed(frame, _SEQUENCE, frame.data[_SEQUENCE] + ahead)

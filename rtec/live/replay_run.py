@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from rtec.errors import FileFormatError
+from rtec.errors import FileFormatError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS
 from rtec.link.frame import Frame
 from rtec.link.logs import Logged, read_log, replay
@@ -17,10 +17,10 @@ from rtec.link.messages import Kind
 from rtec.link.transport import Received, Transport
 from rtec.live.compared import Comparison, Difference
 from rtec.live.figures import PS_PER_MS, spread_ms
-from rtec.live.played import Role, Survey, Translator, kind_of
+from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
+from rtec.live.voices import repeated, resealed, voice_of
 from rtec.units import PS_PER_S
 
-CYCLE_PS = 10 * PS_PER_MS
 CYCLES = 5
 """Of tolerance: so long either side itself takes a silence of the other for nothing (`watch_ps`)."""
 
@@ -28,14 +28,14 @@ _FATAL = 2
 
 
 def tolerance_of(found: Survey) -> int:
-    """Return the tolerance that the log itself justifies: five of its cycles, as box and PC wait for each other.
+    """Return the tolerance that the log itself justifies, in whole ms: five cycles, as box and PC wait for each other.
 
     Examples
     --------
     >>> tolerance_of(Survey(role=Role.PC, cycle_ps=20 * 10**9)) // 10**9
     100
     """
-    return CYCLES * max(found.cycle_ps, CYCLE_PS)
+    return round(CYCLES * max(found.cycle_ps, CYCLE_PS) / PS_PER_MS) * PS_PER_MS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +46,8 @@ class ReplayOutcome:
     ----------
     met
         Whether the node under test was heard at all.
+    lost
+        Whether the bus vanished before the end.
     played
         Frames that were sent.
     logged, said
@@ -65,6 +67,7 @@ class ReplayOutcome:
     """
 
     met: bool
+    lost: bool = False
     played: int = 0
     logged: int = 0
     said: int = 0
@@ -79,7 +82,7 @@ class ReplayOutcome:
     @property
     def passed(self) -> bool:
         """Return whether the node answered as in the log."""
-        return self.met and not self.differences and not self.garbled
+        return self.met and not self.lost and not self.differences and not self.garbled
 
 
 class ReplayRun:
@@ -115,46 +118,47 @@ class ReplayRun:
         show: Callable[[float], None] = lambda share: None,
     ) -> None:
         self._path, self._transport, self._found, self._speed = path, transport, found, speed
-        self._patience_ps, self._start_up_s, self._show = tolerance_ps, start_up_s, show
+        self._start_up_s, self._show = start_up_s, show
         self._tolerance_ps = round(tolerance_ps * speed)
         absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
         self._comparison = Comparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
-        self._translator = Translator(found.role)
+        self._ahead: dict[int, int] = {}
+        self._voice = voice_of(found.role, self._ahead)
         self._begin_ps: int | None = None
         self._late_ps = array("q")
         self._rivals = 0
+        self._lost = False
         self._notes: list[str] = []
+        resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(8)), {})  # its machine code is loaded before it counts
         self._heard: dict[int, Frame] = {}
         self._recent: deque[Received] = deque()
 
     def run(self) -> ReplayOutcome:
-        """Meet the node, play the log, compare; return what came of it.
-
-        Raises
-        ------
-        LinkError
-            The bus has vanished.
-        """
+        """Meet the node, play the log, compare; return what came of it."""
         if not self._meet():
             return ReplayOutcome(met=False, late=spread_ms([], per_ms=1.0), notes=tuple(self._notes))
         self._begin_ps = self._transport.now_ps()
         for received in self._recent:
             self._compare(received)
-        played = replay(
-            self._frames(),
-            self._transport,
-            speed=self._speed,
-            on_received=self._take,
-            may_send=lambda logged: self._translator.may_send(logged.frame),
-            patience_ps=self._patience_ps,
-            as_sent=self._sent,
-        )
         length_ps = self._found.end_ps - self._found.entry_ps
-        self._listen(self._begin_ps + round((length_ps + self._tolerance_ps) / self._speed))
+        try:
+            replay(
+                self._frames(),
+                self._transport,
+                speed=self._speed,
+                on_received=self._take,
+                as_sent=self._sent,
+            )
+            self._listen(self._begin_ps + round((length_ps + self._tolerance_ps) / self._speed))
+        except LinkError as error:  # the node may have ended, and its line with it: what it said until then counts
+            self._notes.append(f"the bus was lost: {error}")
+            length_ps = self._comparison.heard_ps
+            self._lost = True
         self._comparison.finish(length_ps)
         return ReplayOutcome(
             met=True,
-            played=played,
+            lost=self._lost,
+            played=len(self._late_ps),
             logged=self._comparison.logged,
             said=self._comparison.said,
             garbled=self._comparison.garbled,
@@ -185,7 +189,7 @@ class ReplayRun:
                 self._notes.append(f"the {found.role.other.words} of axis {missing} was not heard")
                 return False
             for frame in found.before.values() if found.role is Role.BOX else ():
-                self._transport.send(self._translator.repeated(frame))
+                self._transport.send(repeated(frame, self._ahead))
             while not wanted <= self._heard.keys():
                 received = self._transport.receive(min(now_ps + CYCLE_PS, until_ps))
                 if received is None:
@@ -202,13 +206,13 @@ class ReplayRun:
         if kind in self._found.role.kinds:
             self._rivals += 1
         elif kind is not None and len(frame.data) == 8:
-            self._translator.node_says(frame)
+            self._voice.node_says(frame)
             if self._begin_ps is not None:
                 self._compare(received)
                 return
             self._heard[frame.identifier] = frame
             self._recent.append(received)
-            while received.arrival_ps - self._recent[0].arrival_ps > self._patience_ps:
+            while received.arrival_ps - self._recent[0].arrival_ps > self._tolerance_ps / self._speed:
                 self._recent.popleft()
 
     def _compare(self, received: Received) -> None:
@@ -219,12 +223,14 @@ class ReplayRun:
         """Yield what is to be played, and hand on what it is compared with."""
         with contextlib.suppress(*([FileFormatError] if self._found.cut_off is not None else [])):
             for logged in read_log(self._path):
+                if logged.time_ps > self._found.end_ps:
+                    return
                 at_ps, kind = logged.time_ps - self._found.entry_ps, kind_of(logged.frame)
                 if kind in self._found.role.kinds:
                     if at_ps >= 0:
                         yield replace(logged, time_ps=at_ps)
                 elif kind is not None:
-                    self._translator.log_says(logged.frame)
+                    self._voice.log_says(logged.frame)
                     if at_ps >= -self._tolerance_ps:
                         self._comparison.log_says(at_ps, logged.frame)
 
@@ -232,7 +238,7 @@ class ReplayRun:
         begin_ps = self._begin_ps or 0
         self._late_ps.append(self._transport.now_ps() - begin_ps - round(logged.time_ps / self._speed))
         self._show(logged.time_ps / max(self._found.end_ps - self._found.entry_ps, 1))
-        return self._translator.translated(logged.frame)
+        return self._voice.translated(logged.frame)
 
     def _listen(self, until_ps: int) -> None:
         while (received := self._transport.receive(until_ps)) is not None:
@@ -247,6 +253,7 @@ def replay_document(outcome: ReplayOutcome, found: Survey, *, speed: float, tole
         "as": found.role.value,
         "passed": outcome.passed,
         "met": outcome.met,
+        "lost": outcome.lost,
         "speed": speed,
         "tolerance_ms": tolerance_ps / PS_PER_MS,
         "played": outcome.played,

@@ -13,8 +13,9 @@ from rtec.link.messages import Kind, MessageSet
 from rtec.live.box_loop import BoxLoop
 from rtec.live.compared import Comparison
 from rtec.live.pc_loop import PcLoop
-from rtec.live.played import Role, Translator, kind_of, survey
+from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
+from rtec.live.voices import voice_of
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.requester import BoxState, Conversation, PcState, Setup
 
@@ -154,7 +155,7 @@ def test_a_pc_answers_as_in_the_log(fresh, recorded, together):
 
 
 def test_a_pc_that_is_late_now_and_then_is_not_outrun(fresh, recorded, together):
-    """The box of the log accepts what this PC has not asked for yet: it has to wait for it."""
+    """The box of the log accepts what this PC has not asked for yet: it is given back what it asks for."""
     file = recorded()
     nodes = together(setup=SETUP).pc.nodes
     turn = nodes[0].turn
@@ -201,7 +202,7 @@ def test_twice_as_fast(fresh, recorded):
 def test_mistakes_of_the_log_stay_mistakes():
     """Another session is as much another one as in the log, and a wrong checksum is as wrong."""
     messages = MessageSet.load()
-    translator = Translator(Role.PC)
+    translator = voice_of(Role.PC, {})
     translator.log_says(messages.encode("Status", 1, {"Session": 9}))
     translator.node_says(messages.encode("Status", 1, {"Session": 200}))
     for session, expected in ((9, 200), (10, 201), (8, 199)):
@@ -215,6 +216,31 @@ def test_mistakes_of_the_log_stay_mistakes():
     assert frame.data[0] == right.data[0] ^ 5
     short = Frame(identifier=0x201, data=b"\x01")
     assert translator.translated(short) == short
+
+
+def test_a_played_box_accepts_what_this_pc_asks_for():
+    """Where the box of the log had accepted what it was asked for; else it stays at what it accepted last."""
+    messages = MessageSet.load()
+    voice = voice_of(Role.BOX, {0x281: 5})
+
+    def ask(logged, said):
+        voice.log_says(messages.encode("Request", 1, {"Total": logged[1], "Sequence": logged[0]}))
+        voice.node_says(messages.encode("Request", 1, {"Total": said[1], "Sequence": said[0]}))
+
+    def answer(judged, accepted, completed):
+        values = {"Judged": judged, "Accepted": accepted, "Completed": completed, "Sequence": 7}
+        frame = voice.translated(messages.encode("Corrections", 1, values))
+        message = messages.decode(frame.identifier, frame.data)
+        assert (message.verdict.name, message.values["Sequence"]) == ("RIGHT", 12)
+        return [message.values[name] for name in ("Judged", "Accepted", "Completed")]
+
+    ask((40, 3), (200, -2))
+    assert answer(40, 3, 1) == [200, -2, -4]  # two steps are still to be inserted
+    ask((41, 6), (201, 1))
+    assert answer(40, 3, 3) == [200, -2, -2]  # one request behind
+    assert answer(41, 3, 3) == [201, -2, -2]  # doubted: as it was
+    assert answer(41, 6, 6) == [201, 1, 1]
+    assert answer(9, 0, 0) == [9, 0, 0]  # of a request from before
 
 
 def test_a_log_of_one_side_is_refused(recorded):
@@ -240,6 +266,43 @@ def test_a_log_that_begins_in_the_middle_says_so(fresh, recorded):
     outcome, _ = play_to_box(fresh(), file)
     assert not outcome.passed
     assert outcome.notes == ("the log takes no axis home: a box that has just started cannot follow it",)
+
+
+def test_a_node_that_ends_in_the_middle_has_failed(fresh, recorded):
+    file = recorded()
+    near, far = fresh()
+    box = BoxLoop([Station(StationSettings(), MOVES)], near)
+    step = box.step
+
+    def until_a_second():
+        step()
+        near.gone = far.gone = near.clock.now_ps > 1000 * MS
+
+    box.step = until_a_second
+    outcome = play(file, Driving(far, box), Role.PC)
+    assert (outcome.lost, outcome.passed, outcome.differences) == (True, False, ())
+    assert outcome.played == pytest.approx(100, abs=3)
+    assert outcome.notes == ("the bus was lost: fake cable: has vanished; plug it in",)
+
+
+def test_what_a_box_says_alone_is_not_waited_for(fresh, recorded, together, tmp_path):
+    """The PC of the log ends after half a second, the box goes on saying so for ten."""
+    from rtec.link.logs import read_log
+
+    alone = tmp_path / "alone.log"
+    with Log(alone) as log:
+        last_ps = 0
+        for logged in read_log(recorded(0.5)):
+            log.record(logged.frame, logged.time_ps, Direction.SENT)
+            last_ps = logged.time_ps
+        messages = MessageSet.load()
+        for k in range(1, 1000):
+            frame = messages.encode(
+                "Status", 1, {"State": "FATAL", "Code": "LINK_LOST", "HoldWanted": 1, "SwitchOn": 1}
+            )
+            log.record(frame, last_ps + k * 10 * MS, Direction.SENT)
+    outcome, _ = play_to_box(fresh(), alone)
+    assert outcome.run_s == pytest.approx(0.5 + 0.2 + 0.05, abs=0.02)
 
 
 # what is the same
@@ -288,3 +351,17 @@ def test_a_position_between_those_of_the_window_is_right():
         comparison.node_says((t_ms + 3) * MS, messages.encode("Position", 1, {"Position": 10 * t_ms}))
     comparison.finish(590 * MS)
     assert not comparison.differences
+
+
+@pytest.mark.parametrize(("held", "differs"), [(True, False), (False, True)])
+def test_a_hold_may_stop_the_axis_a_little_further(held, differs):
+    """At 10 counts a millisecond, a hold that comes 20 ms later stops the axis 200 counts further, for ever."""
+    messages = MessageSet.load()
+    comparison = Comparison([Kind.POSITION, Kind.STATUS], tolerance_ps=50 * MS)
+    for t_ms in range(0, 900, 10):
+        for say, end_ms in ((comparison.log_says, 300), (comparison.node_says, 320)):
+            state = {"HoldWanted": 1, "State": "FATAL"} if held and t_ms >= end_ms else {"State": "RUNNING"}
+            say(t_ms * MS, messages.encode("Position", 1, {"Position": 10 * min(t_ms, end_ms)}))
+            say(t_ms * MS, messages.encode("Status", 1, state))
+    comparison.finish(890 * MS)
+    assert bool(comparison.differences) == differs
