@@ -63,6 +63,7 @@ def application() -> typer.Typer:
     from rtec.cli.export import export
     from rtec.cli.iso230 import iso230
     from rtec.cli.pc import pc
+    from rtec.cli.replay import replay
     from rtec.cli.run import run
     from rtec.cli.safety import safety
     from rtec.cli.simulate import simulate
@@ -73,7 +74,7 @@ def application() -> typer.Typer:
     app.callback()(_frame)
     for verb in (
         run, compare, diagnose, add, train, export, effects, simulate, tables, check, envelope, safety, iso230,
-        box, pc,
+        box, pc, replay,
     ):  # fmt: skip
         app.command(verb.__name__)(verb)
     app.add_typer(blind.application(Verbs), name="blind")
