@@ -92,7 +92,9 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
 def _not_too_many(texts: list[str]) -> list[str]:
     """Cut a list that nobody would read to its end."""
     more = len(texts) - _MOST_SHOWN
-    return texts if more <= 0 else [*texts[:_MOST_SHOWN], f"{texts[_MOST_SHOWN]}; and {more - 1} more of this kind"]
+    if more <= 0:
+        return texts
+    return [*texts[: _MOST_SHOWN - 1], f"{texts[_MOST_SHOWN - 1]}; and {more} more of this kind"]
 
 
 def _moves(test: _Test) -> bool:

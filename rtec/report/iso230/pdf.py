@@ -160,13 +160,13 @@ class _Pages:
 
     def _head(self, headings: Sequence[str], ends: Sequence[float]) -> None:
         """Write the headings of a table and a line below them."""
+        from matplotlib.lines import Line2D  # noqa: PLC0415 - as above
+
         letters = int((ends[1] - ends[0] if len(ends) > 1 else 0.3) * 125)
         for x, heading in zip(ends, headings, strict=True):
             short = heading if len(heading) <= letters else f"…{heading[1 - letters :]}"
             self._write(x, short, ha="right", fontweight="bold", fontsize=7)
         self.y -= _LINE
-        from matplotlib.lines import Line2D  # noqa: PLC0415 - as above
-
         page = self.made[-1]
         y = self.y + 0.2 * _LINE
         page.add_artist(Line2D([_LEFT, _RIGHT], [y, y], color=GUIDE, linewidth=0.6, transform=page.transFigure))
