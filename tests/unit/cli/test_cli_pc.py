@@ -25,13 +25,16 @@ def box():
     """A box on a virtual bus, in a thread: its channel."""
     import threading
 
+    from rtec.cli.box import _warm_up
     from rtec.link.python_can import open_transport
     from rtec.live.box_loop import BoxLoop
     from rtec.machine.station import Station, StationSettings
     from rtec.requester import Precautions
 
     channel = f"pc-{os.getpid()}-{time.monotonic_ns()}"
-    station = Station(StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9)))
+    settings = StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9))
+    _warm_up(settings)  # as rtec box does: compiling with a PC on the bus would take longer than the watch allows
+    station = Station(settings)
     ends = threading.Event()
     transport = open_transport(interface="virtual", channel=channel)
     loop = BoxLoop([station], transport)
