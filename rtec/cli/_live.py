@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
 from rtec.cli._arguments import whole
+from rtec.cli._console import note
 from rtec.cli._words import among
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, LinkError
 from rtec.units import LENGTH, TIME, parse_quantity, parse_time_ps
 from rtec.whole_file import check_file
 
@@ -21,6 +24,13 @@ if TYPE_CHECKING:
     from rtec.link.transport import Transport
     from rtec.live.events import Event, Events
     from rtec.live.screen import Screen
+
+_SHARED = (None, "virtual", "socketcan", "udp_multicast")
+"""Interfaces on which both sides name the same channel."""
+
+_OTHER_ADAPTER = "CHANNEL"
+
+_LOOK_S = 0.1
 
 LINE = "rtec"
 """Name of the line between box and PC where no interface is named."""
@@ -70,12 +80,67 @@ class BusWords:
             return open_transport(interface="slcan", channel=channel)
         return open_transport(interface=self.interface or "", channel=self.channel or "", bitrate=self.rate)
 
+    def ways_in(self, command: str) -> list[str]:
+        """Return what to say of how a PC joins: ``command``, and the line for python-can.
+
+        Examples
+        --------
+        >>> bus = BusWords(interface="socketcan", channel="can0", bitrate=None)
+        >>> bus.ways_in("rtec pc --interface socketcan --channel can0")[1]
+        'or in Python: can.Bus(interface="socketcan", channel="can0")'
+        """
+        from rtec.link.pseudo_terminal import well_known
+
+        if self.interface == "virtual":
+            return ["no other program can join: a virtual bus of python-can ends where its process does"]
+        interface, channel = self.interface or "slcan", self.channel_of_others
+        if self.interface is None:
+            channel = str(well_known(self.line))
+        where = "with the other side's own adapter as CHANNEL" if channel == _OTHER_ADAPTER else "in another terminal"
+        rate = "" if self.rate is None else f", bitrate={self.rate}"
+        bus = f"can.Bus(interface={json.dumps(interface)}, channel={json.dumps(channel)}{rate})"
+        return [f"{where}: {command}", f"or in Python: {bus}"]
+
+    @property
+    def channel_of_others(self) -> str | None:
+        """Return the channel by which the other side reaches the same bus.
+
+        An adapter serves one program: who joins has another one on the same wires.
+        """
+        return self.channel if self.interface in _SHARED else _OTHER_ADAPTER
+
+    def line_of_box(self, wait_s: float) -> str:
+        """Return the device of the built-in line, once a box offers it.
+
+        Raises
+        ------
+        LinkError
+            None has done so within ``wait_s``.
+        """
+        from rtec.link.pseudo_terminal import find_line
+
+        until_s = time.monotonic() + wait_s
+        told = False
+        while True:
+            try:
+                return find_line(self.line)
+            except LinkError as error:
+                if time.monotonic() >= until_s:
+                    hint = (
+                        f"start 'rtec box' in another terminal, or name an --interface; it would be {error.channel}"
+                    )
+                    raise LinkError("line", self.line, f"no box has offered it for {wait_s:g} s", hint) from None
+            if not told:
+                note(f"waiting up to {wait_s:g} s for a box on the line '{self.line}': 'rtec box' offers it")
+                told = True
+            time.sleep(min(_LOOK_S, max(until_s - time.monotonic(), 0.0)))
+
     def words(self) -> list[str]:
         """Return the options that name the same bus for the other side."""
         found = []
         for name, value in (
             ("--interface", self.interface),
-            ("--channel", self.channel),
+            ("--channel", self.channel_of_others),
             ("--bitrate", self.bitrate),
         ):
             if value is not None and not (name == "--channel" and self.interface is None and value == LINE):
@@ -149,9 +214,14 @@ def watch_of(watch: str | None, cycle_ps: int) -> int:
     return 5 * cycle_ps if watch is None else picoseconds(watch, "--watch")
 
 
+def stream_of(as_json: bool) -> TextIO:
+    """Return where events go: stdout, or stderr where stdout is for the JSON document."""
+    return sys.stderr if as_json else sys.stdout
+
+
 def teller(as_json: bool) -> Callable[[Event], None]:
-    """Return what writes events: lines on stdout, or on stderr where stdout is for the JSON document."""
-    stream = sys.stderr if as_json else sys.stdout
+    """Return what writes events as lines."""
+    stream = stream_of(as_json)
 
     def tell(event: Event) -> None:
         stream.write(f"{event}\n")
@@ -161,15 +231,27 @@ def teller(as_json: bool) -> Callable[[Event], None]:
 
 
 @contextmanager
-def screen(wanted: bool, events: Events, *, takes_keys: bool) -> Iterator[Screen | None]:
-    """Draw a view where there is a terminal for it; the events are then told in it, and no longer line by line."""
-    from rtec.live.screen import Screen, can_show
+def screen(events: Events, stream: TextIO, *, draws: bool, prompt: bool = False) -> Iterator[Screen | None]:
+    """Draw a view where there is a terminal for it; what happens is then told in it, and no longer line by line.
 
-    if not wanted or not can_show():
+    With a prompt, events pass above it; else the picture shows the last of them.
+    """
+    from rtec.live.screen import Screen, can_show, can_type
+
+    has_prompt = prompt and can_type()
+    if not (draws or has_prompt) or not can_show(stream):
         yield None
         return
-    view = Screen(takes_keys=takes_keys)
-    lines, events.tell = events.tell, lambda event: None
+    view = Screen(stream, draws=draws, has_prompt=has_prompt)
+    lines = events.tell
+
+    def tell(event: Event) -> None:
+        if view.gone:
+            lines(event)
+        elif has_prompt:
+            view.say(str(event))
+
+    events.tell = tell
     try:
         yield view
     finally:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from rtec.units import NUMBER
 if TYPE_CHECKING:
     from rtec.dataset.dataset import Dataset
     from rtec.inference.model import Model
+    from rtec.metrology import ColumnChoices
 
 _FACTS = {
     "screw_pitch": "--screw-pitch",
@@ -28,9 +30,18 @@ _FACTS = {
 """The option behind each fact of an axis."""
 _COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
 _AXIS = "Facts of the axis, where the file does not state them"
+_READ = "How the file is read, where rtec asks or takes a column for the wrong thing"
 
 Data = Annotated[
-    Path, typer.Argument(help="Measurement (CSV), or data file of the laser system.", show_default=False)
+    Path, typer.Argument(help="Measurement: CSV or other text, .xlsx, file of a laser system.", show_default=False)
+]
+DataFiles = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="DATA...",
+        help="Measurement: CSV or other text, .xlsx, file of a laser system. Several are held against the first.",
+        show_default=False,
+    ),
 ]
 ModelFile = Annotated[
     Path | None, option("--model", metavar="M.toml", help="Effects that are known; none without it.")
@@ -54,6 +65,22 @@ SignalPeriod = Annotated[
 CountsPerRev = Annotated[str | None, option(metavar="8192", help="Counts of a turn.", rich_help_panel=_AXIS)]
 ReferenceTemperature = Annotated[
     str | None, option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
+]
+Maps = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--map",
+        metavar="'HEADING=MEANING'",
+        help="What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
+        rich_help_panel=_READ,
+    ),
+]
+Sheet = Annotated[
+    str | None, option(metavar="NAME", help="Sheet of a workbook that has several.", rich_help_panel=_READ)
+]
+Decimal = Annotated[
+    str | None,
+    option(metavar="MARK", help="point or comma, where the numbers do not tell which it is.", rich_help_panel=_READ),
 ]
 Seed = Annotated[int, whole_option(low=0, help="Draws the readings that are looked at of a very long file.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
@@ -90,6 +117,27 @@ def facts_of(
     return {fact: text for fact, text in zip(_FACTS, given, strict=True) if text is not None}
 
 
+def choices_of(
+    maps: list[str] | None, sheet: str | None, decimal: str | None, *, several: bool = False
+) -> ColumnChoices:
+    """Return what options say of the columns of a file, or of several that need not all have every column.
+
+    Raises
+    ------
+    ArgumentError
+        One of them is wrong.
+
+    Examples
+    --------
+    >>> choices_of(["nominal=target_mm"], None, "comma").decimal
+    ','
+    """
+    from rtec.metrology import column_choices
+
+    choices = column_choices(maps or (), sheet=sheet, decimal=decimal)
+    return dataclasses.replace(choices, of_several=several)
+
+
 def read_inputs(
     data: Path,
     *,
@@ -98,6 +146,7 @@ def read_inputs(
     lock: bool,
     observe: str | None,
     facts: Mapping[str, str],
+    choices: ColumnChoices,
 ) -> Inputs:
     """Read measurement, model and held-out measurement, which must belong to each other.
 
@@ -111,6 +160,8 @@ def read_inputs(
         Quantity to be explained; that of the model without it.
     facts
         Of the axis, from options.
+    choices
+        What the user says of the columns.
 
     Raises
     ------
@@ -126,11 +177,13 @@ def read_inputs(
         raise ArgumentError("--lock", "given beside --heldout", "one of the two", "either judges instead of blocks")
     if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
         raise ArgumentError("--heldout", heldout, "another measurement", "--lock holds back a part of a single one")
+    if heldout is not None:
+        choices = dataclasses.replace(choices, of_several=True)
     wanted = observe if observe is not None or model is None else read_observe(model)
     with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
-        dataset = load_dataset(data, observe=wanted, facts=facts)
+        dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices)
     with _named_as_options(f"{heldout}: column"):
-        other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts)
+        other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts, choices=choices)
     known = None if model is None else read_model(model, dataset.units)
     if known is not None:
         for measured in (dataset,) if other is None else (dataset, other):
@@ -138,6 +191,61 @@ def read_inputs(
     if lock:
         dataset, other = locked(dataset)
     return Inputs(dataset=dataset, model=known, heldout=other, locked=lock)
+
+
+def names_of(files: Sequence[Path]) -> list[str]:
+    """Return the shortest names that tell several files apart.
+
+    Raises
+    ------
+    ArgumentError
+        One of them comes twice.
+
+    Examples
+    --------
+    >>> names_of([Path("before/x.csv"), Path("after/x.csv"), Path("after/y.csv")])
+    ['before/x.csv', 'after/x.csv', 'y.csv']
+    """
+    for number, file in enumerate(files):
+        if file in files[:number]:
+            raise ArgumentError("DATA", f"{file}, given twice,", "different files")
+    plain = [file.name for file in files]
+    return [name if plain.count(name) == 1 else str(file) for name, file in zip(plain, files, strict=True)]
+
+
+def refuse_with_several(files: Sequence[Path], **options: object) -> None:
+    """Refuse options that belong to a single measurement where several are given.
+
+    Raises
+    ------
+    ArgumentError
+        One of ``options``, by its name without the dashes, is not None or False.
+
+    Examples
+    --------
+    >>> refuse_with_several([Path("x.csv")], save="m.toml")
+    """
+    for name, value in options.items():
+        if len(files) > 1 and value not in (None, False):
+            raise ArgumentError(f"--{name}", "given with several measurements", "a single one")
+
+
+def refuse_another_quantity(first: Dataset, other: Dataset) -> None:
+    """Refuse a measurement beside another one of something else, or in units that cannot be held against it.
+
+    Raises
+    ------
+    ArgumentError
+        Quantity or units differ.
+    """
+    seen = [f"{one.observe} in {one.units.observed} over {one.units.position}" for one in (first, other)]
+    if seen[0] != seen[1]:
+        raise ArgumentError("DATA", f"{other.source}, {seen[1]},", f"{seen[0]}, as in {first.source}")
+
+
+def said_of(dataset: Dataset, name: str, files: Sequence[str]) -> list[str]:
+    """Return the notes of a measurement, with the name of its file where there are several."""
+    return [f"{name}: {sentence}" if len(files) > 1 else sentence for sentence in dataset.notes]
 
 
 @contextmanager

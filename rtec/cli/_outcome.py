@@ -83,6 +83,9 @@ _IN_ASCII = {
     "µ": "u", "μ": "u", "±": "+-", "×": "x", "·": ".", "…": "...", "–": "-", "—": "-", "−": "-", "°": "deg ",
     "→": "->", "←": "<-", "≤": "<=", "≥": ">=", "≈": "~", "²": "^2", "³": "^3", "⁻": "^-", "σ": "sigma", "√": "sqrt",
     "\N{LEFT SINGLE QUOTATION MARK}": "'", "\N{RIGHT SINGLE QUOTATION MARK}": "'", "█": "#", "▇": "#", "━": "=",
+    "\N{COMBINING MACRON}": "_mean", "\N{NON-BREAKING HYPHEN}": "-", "\N{FIGURE DASH}": "-", "\N{PRIME}": "'", "τ": "tau",
+    "↑": "^", "↓": "v", "▲": "^", "▼": "v", "▽": "v", "▁": "_", "▔": "-", "─": "-", "═": "=", "⇒": "=>", "⇐": "<=",
+    "∞": "inf", "½": "1/2", "∛": "cbrt",
 }  # fmt: skip
 """How a terminal that knows ASCII only shows the signs of this field."""
 

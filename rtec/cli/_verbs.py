@@ -69,6 +69,7 @@ def application() -> typer.Typer:
     from rtec.cli.export import export
     from rtec.cli.iso230 import iso230
     from rtec.cli.pc import pc
+    from rtec.cli.replay import replay
     from rtec.cli.run import run
     from rtec.cli.safety import safety
     from rtec.cli.simulate import simulate
@@ -79,7 +80,7 @@ def application() -> typer.Typer:
     app.callback(help=help_of(_frame))(_frame)
     for verb in (
         run, compare, diagnose, add, train, export, effects, simulate, tables, check, envelope, safety, iso230,
-        box, pc,
+        box, pc, replay,
     ):  # fmt: skip
         app.command(verb.__name__, help=help_of(verb))(verb)
     app.add_typer(blind.application(Verbs), name="blind")

@@ -54,6 +54,9 @@ def add(
     signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
     period: Annotated[_Text, _option("'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")] = None,
     harmonics: Annotated[_Text, _option("N", "Of a period.")] = None,
     by_direction: Annotated[
@@ -130,8 +133,11 @@ def add(
         "speed": speed,
     }
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    choices = _measured.choices_of(maps, sheet, decimal)
     with progress(f"adding {effect}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
+        given = _measured.read_inputs(
+            data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
+        )
         shape = shape_from_options(
             what, {key: value for key, value in texts.items() if value is not None}, given.dataset
         )

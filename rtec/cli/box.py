@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import shlex
 from contextlib import ExitStack
 from pathlib import Path
@@ -27,12 +28,17 @@ from rtec.cli._live import (
     picoseconds,
     screen,
     seconds,
+    stream_of,
     teller,
     watch_of,
 )
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
+    from rtec.live.box_loop import BoxLoop
+    from rtec.live.events import Events
+    from rtec.live.screen import Screen
+    from rtec.live.typed import TypedLines
     from rtec.machine.station import Move, Station, StationSettings
 
 _FAILS = 1
@@ -85,21 +91,20 @@ def box(
 ) -> None:
     """Run axes with their boxes on a live bus, for any PC software to talk to.
 
-    Orders are typed: go 12 mm at 300 mm/min, home, switch off, power off, restart, trip, fault cable-open, mend,
-    status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes. With --timing firmware each box runs its
-    design's program on a 12 MHz 8051, behind the node that speaks on the bus.
+    Orders are typed, or are lines of a script: go 12 mm at 300 mm/min, home, switch off, power off, restart, trip,
+    fault cable-open, mend, status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes or an order of a
+    script was wrong. With --timing firmware each box runs its design's program on a 12 MHz 8051, behind the node that
+    speaks on the bus.
 
     Example: rtec box --axes 3 --design c
-    Example: rtec box --interface socketcan --channel can0 --design a --timing firmware
-    Example: rtec box --duration 10s --plain --log session.log
+    Example: rtec box --interface socketcan --channel can0 --log run.asc
+    Example: echo "fault cable-open while inserting" | rtec box --duration 30s --json
     """
     from rtec.live.box_loop import BoxLoop
     from rtec.live.box_run import BoxRun, box_document
     from rtec.live.events import Events
     from rtec.live.quiet import quiet_collector
-    from rtec.live.shown import box_screen
     from rtec.live.stopping import StopWish
-    from rtec.live.typed import TypedLines, standard_input
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
     check_dbc(dbc)
@@ -123,30 +128,54 @@ def box(
             near = stack.enter_context(Line(name=bus.line)).near
         transport = stack.enter_context(logged(bus.open(near), log, force))
         command = _pc_command(bus, axis, axes, design, count, window, cycle)
-        note(_way_in(interface, command))
+        for line in bus.ways_in(command):
+            note(line)
         stop = stack.enter_context(StopWish())
-        view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=True))
+        view = stack.enter_context(screen(events, stream_of(as_json), draws=not (plain or as_json), prompt=True))
         stack.enter_context(quiet_collector())
         loop = BoxLoop(stations, transport, speed=pace)
-
-        def show(at_s: float) -> None:
-            if view is not None and view.wants(at_s):
-                title = f"rtec box, design {design}; the other side: {command}"
-                view.show(at_s, box_screen(loop, events, title=title, at_s=at_s, keys=view.has_keys))
-
-        source = standard_input() if view is None else view.typed_from
-        typed = None if source is None else TypedLines(source)
-        run = BoxRun(loop, events=events, stop=stop, typed=typed, until_s=until_s, show=show)
+        title = f"rtec box, design {design}; the other side: {command}"
+        typed, scripted = _typed(view)
+        run = BoxRun(
+            loop,
+            events=events,
+            stop=stop,
+            typed=typed,
+            scripted=scripted,
+            until_s=until_s,
+            show=lambda at_s: _draw(view, loop, events, title, at_s),
+        )
         ended = run.run()
         events.happen(run.at_s, f"ended: {ended}")
-        if view is not None:
-            view.show(run.at_s, box_screen(loop, events, title=f"rtec box, {ended}", at_s=run.at_s, keys=False))
-        report = box_document(loop, events, ended=ended, run_s=run.at_s)
+        _draw(view, loop, events, f"rtec box, {ended}", run.at_s, last=True)
+        report = box_document(loop, events, ended=ended, run_s=run.at_s, refused=run.refused)
     if as_json:
         print_json(report)
-    if ended == "bus lost":
-        note(f"{loop.lost}")
+    for words in [str(loop.lost)] * (ended == "bus lost") + [str(order) for order in run.refused]:
+        note(words)
+    if ended == "bus lost" or run.refused:
         raise typer.Exit(_FAILS)
+
+
+def _typed(view: Screen | None) -> tuple[TypedLines | None, bool]:
+    """Return where orders come from, and whether they are those of a script."""
+    from rtec.live.typed import TypedLines, standard_input
+
+    if view is not None and view.has_prompt:
+        return TypedLines(view.typed_from), False
+    given = standard_input()
+    return (None, False) if given is None else (TypedLines(given), not os.isatty(given))
+
+
+def _draw(view: Screen | None, loop: BoxLoop, events: Events, title: str, at_s: float, *, last: bool = False) -> None:
+    """Show the boxes where there is a view and it is time; above a prompt, events pass by themselves."""
+    from rtec.live.shown import box_screen
+
+    if view is None:
+        return
+    if view.draws and (last or view.wants(at_s)):
+        view.show(at_s, box_screen(loop, None if view.has_prompt else events, title=title, at_s=at_s))
+    view.catch_up()
 
 
 def _stations(settings: list[StationSettings], moves: list[Move], first_session: int) -> list[Station]:
@@ -201,6 +230,7 @@ def _settings(
         )
         cautions = dataclasses.replace(
             cautions,
+            speed=speed,
             cycle_ps=round(cycle_ps * speed),
             watch_ps=round(cautions.watch_ps * speed),
             gap_ps=round(cautions.gap_ps * speed),
@@ -232,13 +262,6 @@ _OPTIONS = {
 def _as_option(error: ArgumentError) -> ArgumentError:
     """Name a refused parameter as the option that the user wrote."""
     return ArgumentError(_OPTIONS.get(error.name, error.name), error.value, error.allowed, error.hint)
-
-
-def _way_in(interface: str | None, command: str) -> str:
-    """Return how a PC joins."""
-    if interface == "virtual":
-        return "no other program can join: a virtual bus of python-can ends where its process does"
-    return f"in another terminal: {command}"
 
 
 def _moves(program: Path | None, home_mm: float, speed: float, *, stand: bool) -> list[Move]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,9 +11,12 @@ from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.whole_file import check_folder
 
+if TYPE_CHECKING:
+    from rtec.inference.compare import Comparison
+
 
 def compare(
-    data: _measured.Data,
+    data: _measured.DataFiles,
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
     lock: _measured.Lock = False,
@@ -22,6 +25,9 @@ def compare(
     signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
     ] = None,
@@ -30,43 +36,79 @@ def compare(
 ) -> None:
     """Compare a measurement with a model: what is left, against the noise floor, and where it lives.
 
-    What the model leaves open is fitted first. Without a model all that is measured is left.
+    What the model leaves open is fitted first. Without a model all that is measured is left. Several measurements,
+    such as before and after or axis by axis, stand beside each other.
 
     Example: rtec compare z_axis.csv --model known.toml
     Example: rtec compare z_axis.csv --model known.toml --heldout check.csv -o report
     Example: rtec compare drive.csv --observe force --json
     """
     from rtec.inference.compare import compare as compared
+
+    if output is not None:
+        check_folder("-o", output, force=force)
+    names = _measured.names_of(data)
+    _measured.refuse_with_several(data, heldout=heldout, lock=lock)
+    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
+    results: dict[str, Comparison] = {}
+    with progress(f"comparing {', '.join(names)}"[:60]) as show:
+        for number, (name, file) in enumerate(zip(names, data, strict=True)):
+            show(0.7 * number / len(data))
+            given = _measured.read_inputs(
+                file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
+            )
+            for before in results.values():
+                _measured.refuse_another_quantity(before.dataset, given.dataset)
+            announce_compilation()
+            results[name] = compared(given.dataset, given.model, given.heldout)
+        show(0.7)
+        page = _written(results, output)
+    _show(results, page, as_json=json)
+
+
+def _written(results: dict[str, Comparison], output: Path | None) -> Path | None:
+    """Write the report of one comparison, or of several; return its page."""
+    from rtec.inference.changes import changes_from_first
     from rtec.report.destination import report_folder
+    from rtec.report.diagnosis import write_comparison, write_several
+
+    if output is None:
+        return None
+    with report_folder(output, "comparison") as folder:
+        if len(results) == 1:
+            return write_comparison(next(iter(results.values())), folder)
+        return write_several(results, changes_from_first(results), folder)
+
+
+def _show(results: dict[str, Comparison], page: Path | None, *, as_json: bool) -> None:
+    """Print one comparison, or several beside each other."""
+    from rich.console import Console
+
+    from rtec.inference.changes import changes_from_first
     from rtec.report.diagnosis import (
         comparison_document,
         comparison_sentence,
         comparison_table,
-        write_comparison,
+        several_document,
+        several_table,
     )
 
-    if output is not None:
-        check_folder("-o", output, force=force)
-    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
-    with progress(f"comparing {data.name}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
-        announce_compilation()
-        show(0.2)
-        result = compared(given.dataset, given.model, given.heldout)
-        show(0.7)
-        page = None
-        if output is not None:
-            with report_folder(output, "comparison") as folder:
-                page = write_comparison(result, folder)
-    if json:
-        print_json(comparison_document(result) | ({} if page is None else {"report": str(page)}))
+    written = {} if page is None else {"report": str(page)}
+    several = len(results) > 1
+    if as_json:
+        document = several_document(results, changes_from_first(results)) if several else None
+        print_json((document or comparison_document(next(iter(results.values())))) | written)
         return
-    from rich.console import Console
-
-    for sentence in given.dataset.notes:
-        note(sentence)
     console = Console(highlight=False)
-    console.print(comparison_sentence(result), soft_wrap=True, markup=False)
-    console.print(comparison_table(result))
+    for name, result in results.items():
+        for sentence in _measured.said_of(result.dataset, name, list(results)):
+            note(sentence)
+        start = f"{name}: " if several else ""
+        console.print(start + comparison_sentence(result), soft_wrap=True, markup=False)
+        if not several:
+            console.print(comparison_table(result))
+    if several:
+        console.print(several_table(results, changes_from_first(results)))
     if page is not None:
         typer.echo(f"Report: {page}")

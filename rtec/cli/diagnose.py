@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def diagnose(
-    data: _measured.Data,
+    data: _measured.DataFiles,
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
     lock: _measured.Lock = False,
@@ -26,6 +26,9 @@ def diagnose(
     signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
     ] = None,
@@ -42,7 +45,8 @@ def diagnose(
 ) -> None:
     """Find which physical effects a measurement shows that the model lacks, one by one, down to the noise floor.
 
-    The verdict is NAMED, LIKELY, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer.
+    The verdict is NAMED, LIKELY, TIED, NOT_TESTABLE, INCONCLUSIVE, UNKNOWN or NONE; any of them is an answer. Of
+    several measurements, such as before and after or axis by axis, it says what differs from the first.
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml --suggest plan.toml
     Example: rtec diagnose z_axis.csv --model known.toml --lock
@@ -53,6 +57,8 @@ def diagnose(
     from rtec.report.destination import report_folder
     from rtec.report.diagnosis import write_diagnosis
 
+    names = _measured.names_of(data)
+    _measured.refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
     if output is not None:
         check_folder("-o", output, force=force)
     if save is not None:
@@ -62,28 +68,70 @@ def diagnose(
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file than that of --save")
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
     written = {}
-    with progress(f"diagnosing {data.name}") as show:
-        given = _measured.read_inputs(data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts)
-        announce_compilation()
-        show(0.1)
-        result = diagnosed(
-            given.dataset,
-            given.model,
-            given.heldout,
-            locked=given.locked,
-            seed=seed,
-            progress=lambda share: show(0.1 + 0.8 * share),
-        )
+    results: dict[str, Diagnosis] = {}
+    with progress(f"diagnosing {', '.join(names)}"[:60]) as show:
+        for number, (name, file) in enumerate(zip(names, data, strict=True)):
+            begun = number / len(data)
+            given = _measured.read_inputs(
+                file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
+            )
+            for before in results.values():
+                _measured.refuse_another_quantity(before.dataset, given.dataset)
+            announce_compilation()
+            show(0.1 + 0.8 * begun)
+            results[name] = diagnosed(
+                given.dataset,
+                given.model,
+                given.heldout,
+                locked=given.locked,
+                seed=seed,
+                progress=lambda share, begun=begun: show(0.1 + 0.8 * (begun + share / len(data))),  # type: ignore[misc]
+            )
+        result = next(iter(results.values()))
         if output is not None:
             with report_folder(output, "diagnosis") as folder:
-                written["report"] = str(write_diagnosis(result, folder))
+                page = write_diagnosis(result, folder) if len(results) == 1 else _write_several(results, folder)
+                written["report"] = str(page)
         if save is not None:
             write_model(save, result.model)
             written["model"] = str(save)
         if suggest is not None and _write_plan(suggest, result):
             written["plan"] = str(suggest)
-    show_diagnosis(result, written, as_json=json, seed=seed)
+    if len(results) == 1:
+        show_diagnosis(result, written, as_json=json, seed=seed)
+    else:
+        _show_several(results, written, as_json=json, seed=seed)
+
+
+def _write_several(results: dict[str, Diagnosis], folder: Path) -> Path:
+    from rtec.inference.changes import changes_from_first
+    from rtec.report.diagnosis import write_several
+
+    return write_several(results, changes_from_first(results), folder)
+
+
+def _show_several(results: dict[str, Diagnosis], written: dict[str, str], *, as_json: bool, seed: int) -> None:
+    """Print several diagnoses beside each other, and what differs from the first."""
+    from rich.console import Console
+
+    from rtec.inference.changes import changes_from_first
+    from rtec.report.diagnosis import changes_sentence, several_document, several_table, verdict_sentence
+
+    found = changes_from_first(results)
+    if as_json:
+        print_json({**several_document(results, found), "seed": seed, **written})
+        return
+    console = Console(highlight=False)
+    for name, result in results.items():
+        for sentence in dict.fromkeys((*_measured.said_of(result.dataset, name, list(results)),)):
+            note(sentence)
+        console.print(f"{name}: {verdict_sentence(result)}", soft_wrap=True, markup=False)
+    console.print(several_table(results, found))
+    console.print(changes_sentence(next(iter(results)), found), soft_wrap=True, markup=False)
+    for what, place in written.items():
+        typer.echo(f"{what.capitalize()}: {place}")
 
 
 def _write_plan(path: Path, result: Diagnosis) -> bool:

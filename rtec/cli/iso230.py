@@ -1,79 +1,223 @@
-"""``rtec iso230``: the positioning figures of a measurement."""
+"""``rtec iso230``: the positioning figures of measurements, as a table, a document, or a report with the plot."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-if TYPE_CHECKING:
-    from rtec.metrology import PositioningFigures
+from rtec.cli import _measured
+from rtec.cli._console import note, print_json
+from rtec.errors import ArgumentError, FileFormatError, RtecError
+from rtec.whole_file import check_folder
 
-_ROWS = (
-    ("accuracy", "A"),
-    ("repeatability", "R"),
-    ("systematic error", "E"),
-    ("mean bidirectional error", "M"),
-    ("reversal error", "B"),
-    ("mean reversal error", "B_mean"),
-    ("maximum average error (thesis)", "max_average_error"),
-    ("maximum reversal error (thesis)", "max_reversal_error"),
-    ("maximum repeat, max - min at a target", "max_repeat"),
-    ("cyclic error, peak to peak", "cyclic_pp"),
-    ("root mean square of all", "rms"),
-    ("peak to peak of all", "pp"),
-)
+if TYPE_CHECKING:
+    from rtec.metrology import ColumnChoices, Coordinate, JudgedTest, PositioningTest, UncertaintyInputs
+
+_KNOWN = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
+
+
+def _stated(example: str, text: str) -> Any:
+    return typer.Option(metavar=f"'{example}'", help=text, rich_help_panel=_KNOWN)
 
 
 def iso230(
-    data: Annotated[Path, typer.Argument(help="Measurement (CSV), or data file of the laser system.")],
-    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
+    data: _measured.DataFiles,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report: plot, page, PDF.")
+    ] = None,
     period: Annotated[
         str | None, typer.Option(help="Period of the cyclic error, such as '0.25 inch'; else the file's screw_pitch.")
     ] = None,
     unit: Annotated[
         str | None, typer.Option(help="um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad.")
     ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with 2, and no figures, where there is a warning.")
+    ] = False,
+    device_uncertainty: Annotated[
+        str | None, _stated("0.5 um/m", "Of the laser or scale, k = 2, from its certificate; rotary: an angle.")
+    ] = None,
+    misalignment: Annotated[
+        str | None, _stated("1 mm", "Sideways distance of beam and axis over the travel.")
+    ] = None,
+    temperature_uncertainty: Annotated[
+        str | None, _stated("0.5 K", "Limits ± of the machine's measured temperature.")
+    ] = None,
+    expansion: Annotated[
+        str | None, _stated("11.7 um/m/K", "Coefficient that readings were compensated with.")
+    ] = None,
+    expansion_uncertainty: Annotated[str | None, _stated("2 um/m/K", "Limits ± of that coefficient.")] = None,
+    off_reference: Annotated[
+        str | None, _stated("3 K", "Largest difference of the machine from 20 degC in the test.")
+    ] = None,
+    eve: Annotated[
+        str | None, _stated("1.2 um", "Range of the readings of the axis at rest, over as long as the test took.")
+    ] = None,
+    maps: _measured.Maps = None,
+    sheet: _measured.Sheet = None,
+    decimal: _measured.Decimal = None,
+    force: Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
 ) -> None:
-    """Judge a positioning test: the figures of ISO 230-2 and the thesis's.
+    """Judge positioning tests: figures of ISO 230-2 and VDI/DGQ 3441, their uncertainty, what speaks against them.
 
-    Example: rtec iso230 z_axis.csv --period "0.25 inch"
-    Example: rtec iso230 z_axis.csv --unit mm
-    Example: rtec iso230 z_axis.csv --json
+    Example: rtec iso230 before.csv after.csv -o report
+    Example: rtec iso230 z_axis.csv --period "0.25 inch" --unit mm
+    Example: rtec iso230 z_axis.csv --strict --json
     """
-    from rtec.metrology import positioning_figures, read_positioning_test
+    from rtec.metrology.judged_test import document_of_tests
 
-    test = read_positioning_test(data)
-    figures = positioning_figures(test.readings, period=test.period(period))
-    document = figures.to_dict(unit)
-    unused = f"columns not used: {', '.join(test.unknown)}" if test.unknown else None
+    if output is not None:
+        check_folder("-o", output, force=force)
+    options = {
+        "device_uncertainty": device_uncertainty,
+        "misalignment": misalignment,
+        "temperature_uncertainty": temperature_uncertainty,
+        "expansion": expansion,
+        "expansion_uncertainty": expansion_uncertainty,
+        "off_reference": off_reference,
+        "eve": eve,
+    }
+    given = {name: text for name, text in options.items() if text is not None}
+    choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
+    names = _measured.names_of(data)
+    tests = [_judged(path, name, period, given, choices) for path, name in zip(data, names, strict=True)]
+    _check_alike(tests)
+    document = document_of_tests(tests, unit)
+    if strict:
+        _refuse_warnings(tests)
+    written = {}
+    if output is not None:
+        check_folder("-o", output, force=force)  # somebody may have written there in the meantime
+        written["report"] = str(_report(tests, unit, output))
     if json:
-        import json as json_text
-
-        document["unknown_columns"] = list(test.unknown)
-        typer.echo(json_text.dumps(document, allow_nan=False))
+        print_json({**document, **written})
         return
-    for warning in (*figures.warnings, *([unused] if unused else [])):
-        typer.echo(f"warning: {warning}", err=True)
-    _show(figures, document, data.name)
+    _say(tests, "warning", with_unused=True)
+    _show(tests, document.get("files", [document]))
+    for what, place in written.items():
+        typer.echo(f"{what.capitalize()}: {place}")
 
 
-def _show(figures: PositioningFigures, document: dict[str, object], name: str) -> None:
-    """Print the figures as a table on stdout."""
+def _judged(
+    path: Path, name: str, period: str | None, given: Mapping[str, str], choices: ColumnChoices
+) -> JudgedTest:
+    """Return a file's figures, their uncertainty, and what speaks against them."""
+    from rtec.dataset.load import measurement_of
+    from rtec.inference.plausibility import implausible
+    from rtec.metrology import (
+        JudgedTest,
+        positioning_figures,
+        positioning_test,
+        positioning_uncertainty,
+        vdi_figures,
+    )
+
+    measurement = measurement_of(path, choices)
+    test = positioning_test(measurement)
+    figures = positioning_figures(test.readings, period=test.period(period))
+    facts = {} if period is None else {"screw_pitch": period}
+    return JudgedTest(
+        name=name,
+        facts=test.facts,
+        figures=figures,
+        vdi=vdi_figures(figures),
+        uncertainty=positioning_uncertainty(figures, _inputs(test, figures.coordinate, given)),
+        warnings=(*figures.warnings, *implausible(measurement, facts)),
+        unknown=test.unknown,
+        notes=measurement.notes,
+    )
+
+
+def _inputs(test: PositioningTest, coordinate: Coordinate, given: Mapping[str, str]) -> UncertaintyInputs:
+    """Return what options and the file say of the measurement; an error names the one that said it."""
+    from rtec.metrology import UncertaintyInputs
+
+    stated = {name: test.facts[name] for name in UncertaintyInputs.names(coordinate) if name in test.facts}
+    try:
+        return UncertaintyInputs.read({**stated, **given}, coordinate)
+    except ArgumentError as error:
+        if error.name in given:
+            option = f"--{error.name.replace('_', '-')}"
+            raise ArgumentError(option, error.value, error.allowed, error.hint) from error
+        problem = f"{error.name}: {error.value} is not allowed"
+        raise FileFormatError(test.source, None, problem, error.allowed) from error
+
+
+def _check_alike(tests: Sequence[JudgedTest]) -> None:
+    """Refuse a linear axis beside a rotary one."""
+    first = tests[0]
+    for test in tests[1:]:
+        if test.figures.coordinate is not first.figures.coordinate:
+            kinds = f"{first.name} of a {_kind(first)} axis and {test.name} of a {_kind(test)} one"
+            raise ArgumentError("DATA", kinds, "files of one kind of axis")
+
+
+def _kind(test: JudgedTest) -> str:
+    return {"mm": "linear", "deg": "rotary"}[test.figures.coordinate.value]
+
+
+def _report(tests: Sequence[JudgedTest], unit: str | None, output: Path) -> Path:
+    from rtec.report.destination import report_folder
+    from rtec.report.iso230 import write_positioning
+
+    with report_folder(output, "iso230") as folder:
+        return write_positioning(tests, unit, folder)
+
+
+def _refuse_warnings(tests: Sequence[JudgedTest]) -> None:
+    """Say every warning, and end where there is one."""
+    count = sum(len(test.warnings) for test in tests)
+    if count:
+        _say(tests, "error", with_unused=False)
+        names = ", ".join(test.name for test in tests if test.warnings)
+        what = "1 warning is an error" if count == 1 else f"{count} warnings are errors"
+        raise RtecError(f"{names}: {what} with --strict; without it the figures are shown beside them")
+
+
+def _say(tests: Sequence[JudgedTest], what: str, *, with_unused: bool) -> None:
+    """Write a line on stderr for what was guessed of each file, and for each warning."""
+    for test in tests:
+        for sentence in test.notes:
+            note(sentence if len(tests) == 1 else f"{test.name}: {sentence}")
+        unused = [f"columns not used: {', '.join(test.unknown)}"] if with_unused and test.unknown else []
+        where = f"{test.name}: " if len(tests) > 1 else ""
+        for text in (*test.warnings, *unused):
+            typer.echo(f"{what}: {where}{text}", err=True)
+
+
+def _show(tests: Sequence[JudgedTest], documents: Sequence[Mapping[str, Any]]) -> None:
+    """Print the figures as a table on stdout, and what their uncertainty contains."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    count = figures.at_targets.target.size
-    table = Table(title=escape(f"{name}: {count} targets, {figures.runs} runs, in {document['unit']}"))
-    for heading in ("figure", "", "both", "forward", "backward"):
-        table.add_column(heading, justify="left" if heading in ("figure", "") else "right")
-    for text, key in _ROWS:
-        values = [document.get(f"{key}{suffix}") for suffix in ("", "_forward", "_backward")]
-        cells = [f"{value:.5g}" if isinstance(value, float) else "" for value in values]
-        table.add_row(text, key if len(key) <= 6 else "", *cells)
-    console = Console()
+    from rtec.metrology.figure_table import figure_table
+
+    unit = documents[0]["unit"]
+    listed = figure_table(tests, unit)
+    sizes = [f"{document['targets']} targets, {document['runs']} runs" for document in documents]
+    title = f"{tests[0].name}: {sizes[0]}, in {unit}" if len(tests) == 1 else f"in {unit}"
+    table = Table(title=escape(title))
+    for heading in ("figure", ""):
+        table.add_column(heading)
+    for heading in listed.headings if len(tests) == 1 else map("\n".join, zip(listed.headings, sizes, strict=True)):
+        table.add_column(escape(heading), justify="right", no_wrap=True)
+    for group in listed.groups:
+        table.add_row(group.title, style="italic")
+        for row in group.rows:
+            table.add_row(row.words, row.symbol, *row.cells)
+        table.add_section()
+    console = Console(highlight=False)
     console.print(table)
-    if document["cyclic_pp"] is None:
-        console.print(f"cyclic error: {escape(str(document['cyclic_note']))}", highlight=False)
+    said: dict[str, list[str]] = {}
+    for test, document in zip(tests, documents, strict=True):
+        note = [f"cyclic error: {document['cyclic_note']}"] if document["cyclic_pp"] is None else []
+        for sentence in (*note, *test.uncertainty.statement(unit, test.figures.unit_of(unit)[1])):
+            said.setdefault(sentence, []).append(test.name)
+    for sentence, names in said.items():
+        where = "" if len(names) == len(tests) else f"{', '.join(names)}: "
+        console.print(f"{where}{sentence}", markup=False, soft_wrap=True)

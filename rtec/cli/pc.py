@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -26,15 +27,14 @@ from rtec.cli._live import (
     picoseconds,
     screen,
     seconds,
+    stream_of,
     teller,
     watch_of,
 )
-from rtec.errors import ArgumentError, LinkError
+from rtec.errors import ArgumentError
 from rtec.units import PS_PER_S
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from rtec.predictors import Predictor
     from rtec.requester import PcNode
 
@@ -95,7 +95,9 @@ def pc(
     patience: Annotated[
         str | None, option("--patience", TIMES, "2s", "Longest time that an accepted total may take.")
     ] = None,
-    start_up: Annotated[str, option("--start-up", TIMES, "60s", "Longest time until the boxes are ready.")] = "60s",
+    start_up: Annotated[
+        str, option("--start-up", TIMES, "60s", "Longest wait until the boxes are there and ready.")
+    ] = "60s",
     duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
     log: Annotated[Path | None, option("--log", OUTPUT, "FILE", "Frames to a .log, .asc or .blf file.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the log.", rich_help_panel=OUTPUT)] = False,
@@ -106,11 +108,12 @@ def pc(
 ) -> None:
     """Correct axes on a live bus by what a predictor says, and hold the machine where it must be held.
 
-    Exits with 0 where it ended as asked, with 1 where the machine is held or no box was ready in time.
+    Box and PC must have the same --design, --count and --cycle; they compare them. Exits with 0 where it ended as
+    asked, with 1 where the machine is held or no box was ready in time.
 
     Example: rtec pc --table z.csv --design c
-    Example: rtec pc --model best.toml --home "0 mm" --axes 3
-    Example: rtec pc --interface socketcan --channel can0 --duration 10s --json
+    Example: rtec pc --model best.toml --home 1inch --interface socketcan --channel can0
+    Example: rtec pc --axes 3 --reset --start-up 5min
     """
     from rtec.live.events import Events
     from rtec.live.pc_loop import PcLoop
@@ -136,14 +139,12 @@ def pc(
         _warm_up(node)
     events = Events(teller(as_json))
     with ExitStack() as stack:
-        far = None
-        if interface is None:
-            from rtec.link.pseudo_terminal import find_line
-
-            far = _line_of_box(find_line, bus.line)
+        begun_s = time.monotonic()
+        far = bus.line_of_box(limit_s) if interface is None else None
+        waited_s = time.monotonic() - begun_s
         transport = stack.enter_context(logged(bus.open(far), log, force))
         stop = stack.enter_context(StopWish())
-        view = stack.enter_context(screen(not (plain or as_json), events, takes_keys=False))
+        view = stack.enter_context(screen(events, stream_of(as_json), draws=not (plain or as_json)))
         stack.enter_context(quiet_collector())
         nodes = _nodes(predictors, home_mm, words, at_ps=transport.now_ps())
         for node in nodes:
@@ -164,6 +165,7 @@ def pc(
             stop=stop,
             until_s=until_s,
             start_up_s=limit_s,
+            waited_s=waited_s,
             acknowledged=reset,
             line_of_box=interface is None,
             turn_s=words.conversation.pc_period_ps / PS_PER_S,
@@ -182,15 +184,6 @@ def pc(
     if not ending.good:
         note(ending.text)
         raise typer.Exit(_FAILS)
-
-
-def _line_of_box(find_line: Callable[[str], str], name: str) -> str:
-    """Return the device of the box's line, or say how to get one."""
-    try:
-        return find_line(name)
-    except LinkError as error:
-        hint = f"start 'rtec box' in another terminal, or name an --interface; it would be {error.channel}"
-        raise LinkError("line", name, "no box offers it", hint) from None
 
 
 def _predictors(
@@ -281,11 +274,12 @@ class _NodeWords:
         limit: str | None,
     ) -> None:
         from rtec.injector import Design
-        from rtec.requester import Conversation, Precautions
+        from rtec.requester import Conversation, Precautions, Setup
 
         self.design = Design.named(design)
         self.count_mm = length(count, "--count")
         cycle_ps = picoseconds(cycle, "--cycle")
+        step_mm = self.design.step_counts * self.count_mm
         try:
             self.conversation = Conversation(window_steps=whole(window, name="--window"), pc_period_ps=cycle_ps)
             self.precautions = Precautions(
@@ -294,6 +288,7 @@ class _NodeWords:
                 patience_ps=0 if patience is None else picoseconds(patience, "--patience"),
                 limit_mm=0.0 if limit is None else length(limit, "--deviation-limit"),
             )
+            self.setup = Setup(design=self.design.key, step_mm=step_mm, cycle_ps=cycle_ps)
         except ArgumentError as error:
             names = {
                 "window_steps": "--window",
@@ -326,6 +321,7 @@ def _nodes(predictors: dict[int, Predictor], home_mm: float, words: _NodeWords, 
                 first_sequence=secrets.randbelow(256),
                 home_mm=home_mm,
                 margin_mm=MARGIN_MM,
+                setup=words.setup,
             )
             for k, (number, predictor) in enumerate(predictors.items())
         ]

@@ -99,9 +99,9 @@ def run_clocks(rows: Rows) -> None:
     if rows.time_s is None:
         return
     time_s, steps, same_run = rows.time_s, np.diff(rows.time_s), rows.run[1:] == rows.run[:-1]
-    back = np.flatnonzero((steps < 0) & same_run)
+    back = clock_runs_back(time_s, rows.run)
     if back.size:
-        row = int(back[0]) + 1
+        row = int(back[0])
         problem = f"time runs backwards: {time_s[row]:g} s after {time_s[row - 1]:g} s"
         allowed = "times that do not decrease within a run (a column 'run' where each run has a clock of its own)"
         raise FileFormatError(rows.measurement.source, rows.measurement.line_of(row), problem, allowed)
@@ -116,6 +116,17 @@ def run_clocks(rows: Rows) -> None:
         )
         if rows.coordinate == "time":
             rows.position = rows.time_s
+
+
+def clock_runs_back(time_s: Floats, run: Ints) -> Ints:
+    """Return the rows whose time is before that of the row above, in the same run; a run may have its own clock.
+
+    Examples
+    --------
+    >>> clock_runs_back(np.array([0.0, 2.0, 1.0, 0.0]), np.array([1, 1, 1, 2])).tolist()
+    [2]
+    """
+    return np.flatnonzero((np.diff(time_s) < 0) & (run[1:] == run[:-1])) + 1
 
 
 def held_places(rows: Rows) -> bool:

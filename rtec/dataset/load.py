@@ -31,9 +31,9 @@ from rtec.dataset.standstill import Ints
 from rtec.effects import Units
 from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
 from rtec.errors import FileFormatError
-from rtec.metrology import Measurement, is_laser_file, measurement_of_readings, read_laser_file, read_measurement
+from rtec.metrology import ColumnChoices, Measurement, read_measurement
 from rtec.metrology.columns import MOST_AXES
-from rtec.metrology.text_file import read_text
+from rtec.metrology.tables.choices import NO_CHOICES
 
 _FEWEST_ROWS = 3  # below, nothing at all can be told from noise
 _NO_POSITION = {
@@ -52,13 +52,14 @@ def load_dataset(
     observe: str | None = None,
     like: Dataset | None = None,
     facts: Mapping[str, str] | None = None,
+    choices: ColumnChoices = NO_CHOICES,
 ) -> Dataset:
     r"""Return the data set that a measurement holds.
 
     Parameters
     ----------
     path_or_measurement
-        A measurement file (CSV), a laser file, or what was read from one.
+        A measurement in any form that `rtec.metrology.read_measurement` knows, or what was read from one.
     observe
         Quantity to be explained; None for that of ``like``, else ``deviation`` where it is known, else the one column
         of force, current, torque or voltage.
@@ -67,6 +68,8 @@ def load_dataset(
     facts
         ``counts_per_rev``, ``screw_pitch``, ``scale_signal_period``, ``reference_temperature`` with their units: they
         go before what the file says.
+    choices
+        What the user says of the columns of the file.
 
     Raises
     ------
@@ -97,7 +100,10 @@ def load_dataset(
     >>> data.observe, data.units.position, data.conditions.direction.tolist(), data.cell.tolist()
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
-    measurement = _measurement(path_or_measurement)
+    measurement = measurement_of(path_or_measurement, choices)
+    if measurement.rows < _FEWEST_ROWS:
+        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
+        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
     axis = AxisFacts(measurement=measurement, given=facts or {})
     rows = _rows(measurement, axis, observe, like)
     resample = cutoff_hz = None
@@ -116,18 +122,9 @@ def load_dataset(
     return data if like is None else same_kind(data, like)
 
 
-def _measurement(given: str | Path | Measurement) -> Measurement:
-    """Return what is in a file; refuse one of hardly any rows, or with monsters in it."""
-    if isinstance(given, Measurement):
-        measurement = given
-    elif is_laser_file(read_text(given)):
-        readings = measurement_of_readings(read_laser_file(given), {})
-        measurement = Measurement(source=str(given), facts={}, columns=readings.columns, unknown={})
-    else:
-        measurement = read_measurement(given)
-    if measurement.rows < _FEWEST_ROWS:
-        problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
-        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
+def measurement_of(given: str | Path | Measurement, choices: ColumnChoices = NO_CHOICES) -> Measurement:
+    """Return what is in a file; refuse numbers too large to square."""
+    measurement = given if isinstance(given, Measurement) else read_measurement(given, choices)
     for column in measurement.columns.values():
         monsters = np.flatnonzero(~(np.abs(column.values) <= _LARGEST))
         if monsters.size:
@@ -172,7 +169,7 @@ def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: 
         feed=np.abs(columns["feed"].values) if "feed" in columns and not moving and quantity != "feed" else None,
         temperatures={name: columns[name].values for name in heat},
         unknown={name: values.astype(np.float64) for name, values in numeric.items()},
-        notes=list(positions.notes),
+        notes=[*measurement.notes, *positions.notes],
     )
     for name, item in _AROUND.items():
         if name in columns and name != quantity:

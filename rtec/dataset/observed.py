@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -20,9 +19,6 @@ DRIVE = ("force", "current", "torque", "voltage")
 """Quantities of a drive."""
 _NEVER_OBSERVED = ("run", "direction", "time", "target", "deviation")
 _POSITIONS = ("target", "actual", "deviation")
-_LIKE_A_POSITION = set("target command commanded nominal setpoint demand actual position pos angle".split())
-_LIKE_A_DIRECTION = {"direction", "dir", "approach", "sense", "richtung"}
-"""Words in the headings of other people's files."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,24 +104,12 @@ def coordinate_of(measurement: Measurement, positions: Positions, quantity: str,
     """Return which column is the position: ``target``, ``actual`` or ``time``.
 
     A deviation belongs to the target, a force to where the axis really is. A table of what was read at each speed has
-    neither position nor time: ``velocity``. Refused is a file without any of them, or with a column that looks like a
-    position or a direction and is not understood, where something else would be taken for it.
+    neither position nor time: ``velocity``. Refused is a file without any of them.
     """
     columns, order = measurement.columns, ("actual", "target") if quantity in DRIVE else ("target", "actual")
     have = [name for name in order if name in positions.values and name != quantity]
     table = "velocity" in columns and "time" not in columns and quantity != "velocity"
     found = preferred if preferred in (*have, "time") else [*have, "velocity" if table else "time"][0]
-    for heading in measurement.unknown:
-        words = set(re.split(r"[^a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", heading).lower()))
-        if found in ("time", "velocity") and words & _LIKE_A_POSITION:
-            what, name = "position", "target_mm or actual_mm (or other units)"
-        elif "direction" not in columns and words & _LIKE_A_DIRECTION:
-            what, name = "direction", "direction, with +1 and -1 in it"
-        else:
-            continue
-        problem = f"column {heading[:60]!r} looks like a {what}, but is not understood"
-        allowed = f"the heading {name}; or take the column out of the file, if it is something else"
-        raise FileFormatError(measurement.source, None, problem, allowed)
     if found == "time" and "time" not in columns:
         allowed = "a column target_mm, actual_mm, time_s or velocity_mm_s (or other units)"
         raise FileFormatError(measurement.source, None, "neither a position nor a time nor a velocity", allowed)

@@ -106,3 +106,17 @@ def cells_of(conditions: Ints, run: Ints) -> Ints:
     repeated = np.bincount(conditions[once] + 1) > 1
     repeated[0] = False
     return np.asarray(np.where(repeated, np.cumsum(repeated) - 1, -1)[conditions + 1], dtype=np.int64)
+
+
+def members_of(cells: Ints) -> list[Ints]:
+    """Return the rows of each cell, ascending; a cell -1 is none.
+
+    Examples
+    --------
+    >>> [rows.tolist() for rows in members_of(np.array([1, 0, -1, 1]))]
+    [[1], [0, 3]]
+    """
+    order = np.argsort(cells, kind="stable")
+    order = order[cells[order] >= 0]
+    starts = np.flatnonzero(np.diff(cells[order])) + 1
+    return np.split(order, starts) if order.size else []

@@ -18,6 +18,7 @@ from rtec.effects.frequency_grid import (
     alias_limit,
     frequencies,
     highest_frequency,
+    looks_constant,
     phases_seen,
     resolved_harmonics,
     resolved_limit,
@@ -220,8 +221,8 @@ def families(
     ----------
     conditions
         Of the readings: harmonics that alias are left out, but for those of a whole pitch or turn of which none looks
-        like another, and so are fundamentals that the span does not hold often enough: five times, or once where the
-        period is stated.
+        like another; so are all from one on that is mainly a constant, and fundamentals that the span does not
+        hold often enough: five times, or once where the period is stated.
     frequency
         Of the strongest line, in cycles per position unit.
     parts
@@ -250,7 +251,8 @@ def families(
         if base < (FEWEST_STATED if stated is not None else FEWEST_CYCLES if part > 1 else 0.0) / conditions.span:
             continue
         for count in range(part, (most if stated is not None else min(most, MOST_UNSTATED)) + 1):
-            if count > 1 and count * base > top and not _aliases_alone(conditions, stated, count):
+            aliases = count * base > top and not _aliases_alone(conditions, stated, count)
+            if count > 1 and (aliases or looks_constant(conditions, count * base)):
                 break
             found.append((base, count))
     return found

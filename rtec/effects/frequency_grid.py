@@ -32,6 +32,8 @@ MOST_PLACES = 500
 """Looked at for the phases of a period: so many show them as well as all."""
 SAME_PERIOD = 0.01
 """Share by which a period found may differ from the stated one and still be it."""
+MOSTLY = 0.4
+"""Length of the mean of the unit vectors at the phases of a wave, from which on it is mainly a constant."""
 SAME_LINE = 0.5
 """Of 1 / span: frequencies nearer than this cannot be told apart."""
 ENOUGH_PHASES = 3
@@ -150,6 +152,48 @@ def phases_seen(places: Floats, period: float) -> int:
         seen += 1
         index = int(np.searchsorted(ordered, ordered[index] + SAME_PHASE, side="right"))
     return seen
+
+
+def looks_constant(conditions: Conditions, frequency: float) -> bool:
+    """Return whether a wave is mainly a constant at the readings at rest, and times the direction a backlash.
+
+    It is where most runs have their targets at whole periods of it, even if those of another run show more.
+
+    Parameters
+    ----------
+    conditions
+        Of the readings.
+    frequency
+        In cycles per position unit.
+
+    Notes
+    -----
+    The spectral window at the frequency, in which a place counts once for each run that visits it.
+
+    References
+    ----------
+    T. J. Deeming, Astrophys. Space Sci. 36 (1975) 137: the window of unequally spaced data.
+
+    Examples
+    --------
+    Two runs every 5 mm and one every 5.2 mm: waves of 5 mm are mainly a constant, those of 5.2 mm are not.
+
+    >>> x = [5.0 * np.arange(104.0), 5.0 * np.arange(104.0), 5.2 * np.arange(100.0)]
+    >>> run = np.repeat([1, 2, 3], [104, 104, 100])
+    >>> c = Conditions(position=np.concatenate(x), position_unit="mm", run=run)
+    >>> looks_constant(c, 1 / 5.0), looks_constant(c, 1 / 5.2)
+    (True, False)
+    """
+    if conditions.moving:
+        return False
+    return bool(np.abs(np.exp(2j * np.pi * frequency * _visited(conditions)).mean()) > MOSTLY)
+
+
+@lru_cache(maxsize=8)
+def _visited(conditions: Conditions) -> Floats:
+    """Return the places of each run, one run after the other; of the whole, where these are a drawn part of it."""
+    c = conditions if conditions.whole is None else conditions.whole
+    return np.unique(np.column_stack([c.run, c.position]), axis=0)[:, 1]
 
 
 @lru_cache(maxsize=8)

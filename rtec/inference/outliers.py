@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
+from rtec.dataset.repeats import members_of
 from rtec.effects import Floats, Observable
 
 FAR = 8.0
@@ -50,13 +51,11 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
         before, after = np.abs(y - np.roll(y, 1)), np.abs(y - np.roll(y, -1))
         away = np.sign(away) * np.minimum(np.abs(away), np.minimum(before, after))
     repeated = np.zeros(dataset.rows, dtype=np.bool_)
-    cells = dataset.cell
-    if not dataset.conditions.moving and (cells >= 0).any():
-        count = np.bincount(cells[cells >= 0])
-        for cell in np.flatnonzero(count >= 4):
-            rows = np.flatnonzero(cells == cell)
-            away[rows] = y[rows] - np.median(y[rows])
-            repeated[rows] = True
+    if not dataset.conditions.moving:
+        for rows in members_of(dataset.cell):
+            if rows.size >= 4:
+                away[rows] = y[rows] - np.median(y[rows])
+                repeated[rows] = True
     if min(repeated.sum(), (~repeated).sum()) < ENOUGH:
         return far(away)
     found = np.zeros(dataset.rows, dtype=np.bool_)
@@ -67,10 +66,15 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
 
 def far(away: Floats) -> NDArray[np.bool_]:
     """Return which deviations are far beyond the others, at most 2 % of them; shape (rows,)."""
-    scale = _TO_SIGMA * float(np.median(np.abs(away - np.median(away))))
+    scale = robust_scale(away)
     if scale <= 0.0:
         scale = float(np.std(away))
     if scale <= 0.0:
         return np.zeros(away.size, dtype=np.bool_)
     found: NDArray[np.bool_] = np.abs(away) > FAR * scale
     return found if found.sum() <= max(1.0, MOST * away.size) else np.zeros(away.size, dtype=np.bool_)
+
+
+def robust_scale(away: Floats) -> float:
+    """Return the standard deviation of normal noise with the median absolute deviation of these numbers."""
+    return _TO_SIGMA * float(np.median(np.abs(away - np.median(away))))

@@ -11,12 +11,15 @@ from rtec._jit import kernel, step
 from rtec.link._crc_kernels import sealed
 
 HOLD = 0x080
+SETUP = 0x100
+EXPECTED = 0x140
 STATUS = 0x180
 REQUEST = 0x200
 CORRECTIONS = 0x280
 POSITION = 0x300
 PROBE = 0x380
-"""Identifiers: a message of axis n has n added. The lower the identifier, the sooner the bus carries it."""
+"""Identifiers: a message of axis n has n added. The lower the identifier, the sooner the bus carries it; so what
+a PC expects is there before its command to go home."""
 
 MOST_AXES = 15
 AXIS_BITS = 0xF
@@ -36,6 +39,7 @@ HOLD_WANTED = 32
 AT_HOME = 64
 
 COUNTED_BITS = 15
+SETUP_BITS = 48
 
 
 @step
@@ -230,6 +234,33 @@ def hold_reason(payload: int) -> int:
 def hold_axis(payload: int) -> int:
     """Return the axis that is the cause."""
     return unsigned(payload, 24, 8)
+
+
+@step
+def pack_setup(identifier: int, sequence: int, word: int) -> int:
+    """Return the payload of a setup, or of what a PC expects of one: the word of `design_cycle_step`."""
+    payload = (sequence & 0xFF) << 8
+    payload |= unsigned(word, 0, 40) << 16
+    payload |= signed(word, 40, 8) << 56
+    return sealed(identifier, payload)
+
+
+@step
+def setup_word(payload: int) -> int:
+    """Return the word of a setup, or of what a PC expects of one."""
+    return unsigned(payload, 16, SETUP_BITS)
+
+
+@step
+def design_cycle_step(design: int, cycle_us: int, step: int) -> int:
+    """Return the word that says how a box or a PC is set up; ``step`` in 0.1 nm. It is never 0."""
+    return (design & 0xF) | (cycle_us & 0xFFFFF) << 4 | (step & 0xFFFFFF) << 24
+
+
+@kernel
+def setup_frame(identifier: int, sequence: int, word: int) -> int:
+    """Pack a setup, or what a PC expects of one, from outside."""
+    return pack_setup(identifier, sequence, word)
 
 
 @kernel

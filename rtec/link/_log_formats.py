@@ -41,6 +41,25 @@ class Line:
     frame: Frame | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Logged:
+    """A frame of a log.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    time_ps
+        Since the first frame of the log.
+    direction
+        Which way it went for whoever recorded it.
+    """
+
+    frame: Frame
+    time_ps: int
+    direction: Direction
+
+
 def _frame(identifier: int, extended: bool, data: bytes) -> Frame:
     kind = IdentifierFormat.EXTENDED if extended else IdentifierFormat.BASE
     return Frame(identifier=identifier, data=data, identifier_format=kind)

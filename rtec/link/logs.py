@@ -8,19 +8,30 @@ from __future__ import annotations
 import contextlib
 import enum
 import time
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self, TextIO, cast
 
 import can
 
-from rtec.checks import number_within
 from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
-from rtec.link._log_formats import Direction, Line, read_asc, read_blf, read_candump
+from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, read_candump
 from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.replay import replay
 from rtec.link.transport import BusState, Received, Traffic, Transport
+
+__all__ = [
+    "SIMULATED_ZERO_UNIX_S",
+    "Direction",
+    "Existing",
+    "Log",
+    "LogReader",
+    "Logged",
+    "Recorded",
+    "read_log",
+    "replay",
+    "wall_zero_unix_s",
+]
 
 PS_PER_S = 10**12
 PS_PER_NS = 1000
@@ -41,25 +52,6 @@ class Existing(enum.Enum):
 
     REFUSE = "refuse"
     REPLACE = "replace"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Logged:
-    """A frame of a log.
-
-    Parameters
-    ----------
-    frame
-        The frame.
-    time_ps
-        Since the first frame of the log.
-    direction
-        Which way it went for whoever recorded it.
-    """
-
-    frame: Frame
-    time_ps: int
-    direction: Direction
 
 
 def wall_zero_unix_s(transport: Transport) -> float:
@@ -346,52 +338,3 @@ def read_log(path: str | Path) -> LogReader:
     if log.exists() and not log.is_file():  # a pipe would keep us waiting
         raise FileFormatError(path, None, "this is no regular file", "a log")
     return reader
-
-
-def replay(
-    log: Iterable[Logged],
-    transport: Transport,
-    *,
-    speed: float = 1.0,
-    only: Direction | None = None,
-    on_received: Callable[[Received], None] | None = None,
-) -> int:
-    """Send the frames of a log at their times, on the clock of the transport, and return how many were sent.
-
-    Parameters
-    ----------
-    log
-        What `read_log` yields.
-    transport
-        Where to; on a simulated one this takes simulated time.
-    speed
-        2 sends twice as fast.
-    only
-        Send the frames of one direction only, such as what a PC has sent.
-    on_received
-        Called with each frame that arrives meanwhile.
-
-    Raises
-    ------
-    FileFormatError, LinkError
-        As `read_log` and the transport.
-    ArgumentError
-        A speed outside its range.
-    """
-    number_within("speed", speed, 1e-3, 1e6)
-    begin_ps = transport.now_ps()
-    sent = 0
-    for logged in _chosen(log, only):
-        due_ps = begin_ps + round(logged.time_ps / speed)
-        while (received := transport.receive(due_ps)) is not None:
-            if on_received is not None:
-                on_received(received)
-            if transport.now_ps() >= due_ps:  # a bus that babbles never falls silent
-                break
-        transport.send(logged.frame)
-        sent += 1
-    return sent
-
-
-def _chosen(log: Iterable[Logged], only: Direction | None) -> Iterator[Logged]:
-    return (logged for logged in log if only is None or logged.direction is only)

@@ -42,6 +42,8 @@ class Kind(enum.IntEnum):
     """The kinds of messages, by the identifier that the axis number is added to; a hold is for every axis."""
 
     HOLD = _frame_kernels.HOLD
+    SETUP = _frame_kernels.SETUP
+    EXPECTED = _frame_kernels.EXPECTED
     STATUS = _frame_kernels.STATUS
     REQUEST = _frame_kernels.REQUEST
     CORRECTIONS = _frame_kernels.CORRECTIONS
@@ -51,6 +53,10 @@ class Kind(enum.IntEnum):
 
 NAMES = {kind: kind.name.capitalize() for kind in Kind}
 KINDS = {name: kind for kind, name in NAMES.items()}
+
+
+_NEED_NOT_BE_LISTED = (Kind.SETUP, Kind.EXPECTED)
+"""What a DBC of the user's may leave out: box and PC do without."""
 
 
 class Verdict(enum.Enum):
@@ -71,11 +77,12 @@ class Message:
     Parameters
     ----------
     name
-        ``Hold``, ``Status``, ``Request``, ``Corrections``, ``Position`` or ``Probe``.
+        ``Hold``, ``Setup``, ``Expected``, ``Status``, ``Request``, ``Corrections``, ``Position`` or ``Probe``.
     axis
         1 to 15; of a hold, the axis that is its cause (0: none).
     values
-        Field by field: a label where the DBC has one for the value, else a number. Empty if the length is wrong.
+        Field by field: a label where the DBC has one for the value, else the number as it is sent, before the factor
+        that the DBC has for a step. Empty if the length is wrong.
     verdict
         Whether the frame is to be believed. Order and session are for the node to judge, which knows what came.
     """
@@ -322,7 +329,7 @@ def _differences(ours: Database, theirs: Database) -> Iterator[tuple[str, str]]:
             if message is not None:
                 template = ours.get_message_by_name(_name_in_dbc(kind, min(axis, 1)))
                 yield from _message_differences(template, message, identifier)
-            elif axis <= LISTED_AXES:
+            elif axis <= LISTED_AXES and kind not in _NEED_NOT_BE_LISTED:
                 yield f"the message {name} is missing", f"{name} with the identifier {identifier:#05x}"
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from rtec.errors import RtecError
 from rtec.live.box_loop import BoxLoop
@@ -22,7 +23,28 @@ LOOK_PS = 20 * 10**9
 MOST_ORDERS = 8
 """Orders carried out between two looks: whoever pours them in does not keep the axes from running."""
 
+MOST_REFUSED = 1000
+"""Of a script: whoever pours nonsense in does not fill the memory."""
+
 TIDY_PS = PS_PER_S
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RefusedOrder:
+    """An order of a script that was not done.
+
+    Examples
+    --------
+    >>> str(RefusedOrder(line=2, order="hone", why="order: 'hone' is not allowed; allowed: home"))
+    "line 2 of the orders, 'hone', was not done: order: 'hone' is not allowed; allowed: home"
+    """
+
+    line: int
+    order: str
+    why: str
+
+    def __str__(self) -> str:
+        return f"line {self.line} of the orders, {self.order[:60]!r}, was not done: {self.why}"
 
 
 class BoxRun:
@@ -38,6 +60,9 @@ class BoxRun:
         The wish to stop.
     typed
         The operator's lines.
+    scripted
+        Whether the lines are those of a script, whose mistakes are kept in ``refused``. What comes after a mistake is
+        done all the same: an axis that ends in the middle would take the other nodes of the bus with it.
     until_s
         When it ends by itself; None: never.
     show
@@ -51,13 +76,17 @@ class BoxRun:
         events: Events,
         stop: StopWish,
         typed: TypedLines | None = None,
+        scripted: bool = False,
         until_s: float | None = None,
         show: Callable[[float], None] = lambda at_s: None,
     ) -> None:
         self._loop, self._events, self._stop, self._typed, self._show = loop, events, stop, typed, show
-        self._until_s = until_s
+        self._until_s, self._scripted = until_s, scripted
         self._begin_ps = loop.transport.now_ps()
         self._orders: deque[str] = deque()
+        self._lines = 0
+        self.refused: list[RefusedOrder] = []
+        """Orders of a script that were not done, the first thousand."""
         self._wait_until_s = 0.0
         self._ended: str | None = None
         self._stalls = 0
@@ -116,6 +145,9 @@ class BoxRun:
             self._obey(self._orders.popleft(), at_s)
 
     def _obey(self, text: str, at_s: float) -> None:
+        self._lines += 1
+        if not text:
+            return
         try:
             order = parse_order(text)
             if order.word is Word.QUIT:
@@ -132,9 +164,18 @@ class BoxRun:
             else:
                 carry_out(order, self._loop.stations)
         except RtecError as error:
-            self._events.happen(at_s, f"not done: {error}")
+            self._refuse(text, error, at_s)
             return
         self._events.happen(at_s, f"order: {text}")
+
+    def _refuse(self, text: str, error: RtecError, at_s: float) -> None:
+        if not self._scripted:
+            self._events.happen(at_s, f"not done: {error}")
+            return
+        order = RefusedOrder(line=self._lines, order=text, why=str(error))
+        if len(self.refused) < MOST_REFUSED:
+            self.refused.append(order)
+        self._events.happen(at_s, str(order))
 
     def _tell_status(self, at_s: float) -> None:
         for station in self._loop.stations:
@@ -146,7 +187,9 @@ class BoxRun:
             self._events.happen(at_s, f"{numbers}; {box_words(view)}", station.settings.axis)
 
 
-def box_document(loop: BoxLoop, events: Events, *, ended: str, run_s: float) -> dict[str, object]:
+def box_document(
+    loop: BoxLoop, events: Events, *, ended: str, run_s: float, refused: Sequence[RefusedOrder] = ()
+) -> dict[str, object]:
     """Return the report of a run."""
     traffic = loop.transport.traffic
     return {
@@ -159,6 +202,7 @@ def box_document(loop: BoxLoop, events: Events, *, ended: str, run_s: float) -> 
         "garbled": traffic.garbled,
         "stalls": loop.stalls,
         "stalled_s": loop.stalled_ps / PS_PER_S,
+        "orders_refused": [{"line": one.line, "order": one.order, "why": one.why} for one in refused],
         "events": events.to_list(),
     }
 

@@ -59,6 +59,8 @@ class PcRun:
         When it ends by itself; None: never.
     start_up_s
         Longest time until every box is homed and answers.
+    waited_s
+        How much of that had gone by before the bus was there.
     acknowledged
         Whether the operator has acknowledged a box that has stopped for good.
     line_of_box
@@ -77,6 +79,7 @@ class PcRun:
         stop: StopWish,
         until_s: float | None = None,
         start_up_s: float = 60.0,
+        waited_s: float = 0.0,
         acknowledged: bool = False,
         line_of_box: bool = False,
         turn_s: float = 0.01,
@@ -84,6 +87,7 @@ class PcRun:
     ) -> None:
         self._loop, self._events, self._stop, self._show = loop, events, stop, show
         self._until_s, self._start_up_s, self._turn_s = until_s, start_up_s, turn_s
+        self._waited_s = waited_s
         self._acknowledged, self._line_of_box = acknowledged, line_of_box
         self._begin_ps = loop.transport.now_ps()
         self._leave_at_s: float | None = None
@@ -101,6 +105,9 @@ class PcRun:
     def run(self) -> PcEnding:
         """Run; return how it ended."""
         next_look_ps = next_tidy_ps = self._begin_ps
+        left_s = max(self._start_up_s - self._waited_s, 0.0)
+        axes = ", ".join(str(node.axis) for node in self._loop.nodes)
+        self._events.happen(0.0, f"waiting up to {left_s:.4g} s for the box of axis {axes}")
         while True:
             self._loop.step()
             now_ps = self._loop.transport.now_ps()
@@ -135,7 +142,7 @@ class PcRun:
         for node, view in zip(self._loop.nodes, views, strict=True):
             if view.state is PcState.HOLD and view.reason is not HoldReason.OTHER_AXIS:
                 self._leave_at_s = at_s + LINGER_S
-                text = f"axis {node.axis}: the machine is held: {hold_words(view.reason)}"
+                text = f"axis {node.axis}: the machine is held: {hold_words(view)}"
                 return PcEnding(why="held", text=text, good=False)
         if self._loop.lost is not None and all(view.state is not PcState.ACTIVE for view in views):
             return PcEnding(why="bus lost", text=f"the bus is lost: {self._loop.lost}", good=False)
@@ -167,7 +174,7 @@ class PcRun:
                 return PcEnding(why="box stopped", text=text, good=False)
         else:
             self._fatal_since_s = None
-        if at_s >= self._start_up_s and not self._ready:
+        if at_s + self._waited_s >= self._start_up_s and not self._ready:
             axis, view = waiting[0]
             words = f"axis {axis}: not ready after {self._start_up_s:g} s: {waiting_words(view)}{self._others(view)}"
             if len(waiting) < len(self._loop.nodes):  # the others are corrected already: their boxes are told

@@ -17,15 +17,13 @@ EVENTS = 6
 """Events shown: with one axis the whole view has its place on 80 columns and 24 lines."""
 
 
-def picture(document: Document, *, typed: str = "", width: int = 100) -> RenderableType:
+def picture(document: Document, *, width: int = 100) -> RenderableType:
     """Return what shows the state of a box (`kind` box) or a PC (`kind` pc).
 
     Parameters
     ----------
     document
         As `box_screen` and `pc_screen` make it.
-    typed
-        What the operator has typed of an order.
     width
         Of the terminal, in columns.
 
@@ -48,8 +46,6 @@ def picture(document: Document, *, typed: str = "", width: int = 100) -> Rendera
         parts.append(Text(f"axis {axis['axis']}: {axis['words']}", style=style))
     parts.extend(_latest_waveform(axes, width))
     parts += [Text(str(event), style="dim") for event in list(document["events"])[-EVENTS:]]
-    if "prompt" in document:
-        parts.append(Text(f"{document['prompt']}> {typed}▏"))
     return Group(*parts)
 
 

@@ -13,16 +13,13 @@ from rtec.requester import PcNode, PcState
 LAST_TURNS = 500
 
 
-def box_screen(loop: BoxLoop, events: Events, *, title: str, at_s: float, keys: bool) -> dict[str, object]:
-    """Return what there is to see of the boxes."""
-    document: dict[str, object] = {
+def box_screen(loop: BoxLoop, events: Events | None, *, title: str, at_s: float) -> dict[str, object]:
+    """Return what there is to see of the boxes, with the last events, or without."""
+    return {
         "title": f"{title}   {at_s:.1f} s",
         "axes": [_box_axis(station) for station in loop.stations],
-        "events": [str(event) for event in events.latest(8)],
+        "events": [] if events is None else [str(event) for event in events.latest(8)],
     }
-    if keys:
-        document["prompt"] = "go, home, switch, power, restart, trip, fault, mend, status, help, quit "
-    return document
 
 
 def _box_axis(station: Station) -> dict[str, object]:

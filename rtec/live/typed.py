@@ -34,7 +34,7 @@ def in_front(terminal: int) -> bool:
 
 
 class TypedLines:
-    r"""Lines of a file descriptor as they come.
+    r"""Lines of a file descriptor as they come, without the blanks around them; empty ones, too.
 
     Parameters
     ----------
@@ -76,9 +76,8 @@ class TypedLines:
                     continue
                 data = os.read(self._descriptor, READ_BYTES)
                 *whole, rest = (rest + data).split(b"\n")
-                for line in whole if data else [rest]:
-                    if line.strip():
-                        self._lines.append(line.decode(errors="replace").strip())
+                for line in whole if data else [rest] * bool(rest):
+                    self._lines.append(line.decode(errors="replace").strip())
                 if not data:
                     return
         except OSError:

@@ -18,6 +18,8 @@ STATUS_WORDS = {
     Status.AXIS_TAKEN: "another box on the bus has this axis' number",
     Status.IMPLAUSIBLE: "the PC asked for a total beyond the limit",
     Status.ENCODER_FAULT: "both encoder lines changed at once: look at the cable",
+    Status.SETUP_DIFFERS: "the PC on the bus is set up for another machine",
+    Status.DRIVE_STOPPED: "the controller stopped the drive, and the PC is told",
 }
 
 ALARM_WORDS = {
@@ -35,6 +37,12 @@ def box_words(view: StationView) -> str:
     >>> box_words(Station(StationSettings()).view)
     'not homed: at home it waits for a PC'
     """
+    if view.status is Status.SETUP_DIFFERS and view.powered and view.expected is not None:
+        options = view.setup.options_that_differ(view.expected)
+        return (
+            f"the PC on the bus is set up for {view.expected}; this box has {view.setup}: "
+            f"start both with the same {options}"
+        )
     if not view.powered:
         return "the box has no power: A and B go through as they are, and the machine is held"
     words = STATUS_WORDS[view.status]
@@ -52,7 +60,7 @@ def box_words(view: StationView) -> str:
 def pc_words(view: PcView) -> str:
     """Return what the PC is doing about an axis."""
     if view.state is PcState.HOLD:
-        return f"the machine is held: {view.reason.meaning}"
+        return f"the machine is held: {reason_words(view)}"
     if view.state is PcState.ACTIVE:
         words = "active"
         if view.status is not None and view.status is not Status.OK:
@@ -73,6 +81,15 @@ def waiting_words(view: PcView) -> str:
     return "waiting: the box is homed; it has to report the home position (does another PC run it?)"
 
 
-def hold_words(reason: HoldReason) -> str:
+def reason_words(view: PcView) -> str:
+    """Return why the machine is held, and what to do."""
+    ours, boxes = view.setup, view.box_setup
+    if view.reason is not HoldReason.SETUP_DIFFERS or ours is None or boxes is None:
+        return view.reason.meaning
+    options = ours.options_that_differ(boxes)
+    return f"the box has {boxes}; this PC is set up for {ours}: start both with the same {options}"
+
+
+def hold_words(view: PcView) -> str:
     """Return the reason's name as in the message, and what it means."""
-    return f"{reason.name}: {reason.meaning}"
+    return f"{view.reason.name}: {reason_words(view)}"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel
 from rtec.link._bus_kernels import BUS, LAST_OF_BUS, bus_next, bus_reset, bus_step, bus_submit, fire, is_off
-from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
+from rtec.link._frame_kernels import AXIS_BITS, EXPECTED, HOLD, REQUEST
 from rtec.machine._fault_kernels import (
     CLOCK_JUMP_FORWARD,
     PC_KILLED,
@@ -72,7 +72,7 @@ def deliver_frame(
     axis = bus.identifier & AXIS_BITS
     if is_off(faults, bus.node, t_ps):
         return
-    if bus.identifier == HOLD or bus.identifier & ~AXIS_BITS == REQUEST:
+    if bus.identifier == HOLD or bus.identifier & ~AXIS_BITS in (EXPECTED, REQUEST):
         for i in range(stations.size):
             reached = bus.identifier == HOLD or axis == i + 1
             if reached and stations[i].powered == 1 and not is_off(faults, i + 1, t_ps):

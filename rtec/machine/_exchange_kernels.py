@@ -58,7 +58,7 @@ def exchange_frames(
                 else:
                     pc_receive(pc, t_ps, bus.identifier, bus.payload)
         elif box.box.next_ps == t_ps:
-            box_watch(box, t_ps, 0)
+            box_watch(box, t_ps, 0, False)
             box_sample(box, t_ps, 0, completed)
             box_say(box, t_ps, 0, completed, 0)
             completed = box.box.accepted

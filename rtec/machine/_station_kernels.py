@@ -190,7 +190,7 @@ def turn_box(st: Record, box: Any, t_ps: int) -> None:
         n.box.next_ps += n.box.period_ps
         return
     n.at_home = 1 if at_home(st) else 0
-    box_watch(n, t_ps, st.illegal_in)
+    box_watch(n, t_ps, st.illegal_in, st.alarm != NO_ALARM)
     count = st.box_count
     if box is None:
         box_sample(n, t_ps, count, s.completed)

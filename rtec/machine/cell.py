@@ -128,6 +128,7 @@ class Cell:
             )
             station.precautions.fill_pc(pc, count_mm=count_mm)
             pc.axis = i + 1
+            pc.setup = station.setup.word
             pc.requester = 1
         bit_ps = 10**12 // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)

@@ -15,7 +15,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
-from rtec.requester import Conversation, Precautions
+from rtec.requester import Conversation, Precautions, Setup
 
 
 def _hold_edges() -> InjectorSettings:
@@ -85,6 +85,16 @@ class StationSettings:
             self.injector, self.microcontroller, self.encoder, switch_on=self.switch_on, start_ps=start_ps
         )
 
+    @property
+    def setup(self) -> Setup:
+        """Return what a PC must have alike."""
+        design = self.injector.design
+        return Setup(
+            design=design.key,
+            step_mm=design.step_counts * self.encoder.count_mm,
+            cycle_ps=self.precautions.bus_cycle_ps,
+        )
+
     def check_fault(self, fault: Fault) -> None:
         """Check that a fault can happen to this box."""
         check_waiting(fault, self.injector.design, firmware=self.microcontroller is not None)
@@ -101,6 +111,7 @@ class StationSettings:
         if self.precautions.limit_steps == 0:
             state.node.limit_steps = self.injector.design.word_limit
         state.node.axis = self.axis
+        state.node.setup = self.setup.word
         state.acceleration = self.acceleration_mm_s2 / count_mm
         state.ramp_s = self.hold_ramp_s
         state.following_limit = self.following_limit_mm / count_mm

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from rtec._jit import Record
 from rtec.machine import _line_kernels
 from rtec.machine.station_settings import StationSettings
-from rtec.requester import BoxState, Status
+from rtec.requester import BoxState, Setup, Status
 from rtec.signal import NEVER
 
 
@@ -39,6 +39,9 @@ class StationView:
     box_state: BoxState
     status: Status
     session: int
+    setup: Setup
+    expected: Setup | None
+    """What the PC that was heard last expects of the box; None where it has not said so."""
     requested: int
     """Total that the box has accepted."""
     completed: int
@@ -105,6 +108,8 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         box_state=BoxState(int(node.box.state)),
         status=Status(int(node.code) if node.box.state != BoxState.FATAL else int(node.box.status)),
         session=int(node.session),
+        setup=settings.setup,
+        expected=Setup.of_word(int(node.expected)),
         requested=int(node.box.accepted),
         completed=int(injector.completed),
         inserted_counts=int(injector.ahead),

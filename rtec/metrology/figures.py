@@ -175,7 +175,7 @@ class PositioningFigures:
         >>> d["unit"], round(d["E"], 6), round(d["B"], 6), d["R"], d["targets"]
         ('um', 4.0, 3.0, None, 2)
         """
-        name, factor = self._unit(unit)
+        name, factor = self.unit_of(unit)
 
         def scaled(value: float | None) -> float | None:
             return None if value is None or np.isnan(value) else float(value) * factor
@@ -211,7 +211,8 @@ class PositioningFigures:
             "warnings": list(self.warnings),
         }
 
-    def _unit(self, unit: str | None) -> tuple[str, float]:
+    def unit_of(self, unit: str | None) -> tuple[str, float]:
+        """Return the name of a unit of results, and the factor to it from the unit inside; errors as of `to_dict`."""
         units = UNITS[self.coordinate]
         name = next(iter(units)) if unit is None else unit.strip().replace("µ", "u").replace("μ", "u")
         if name not in units:

@@ -4,11 +4,14 @@ The figures are defined where they are kept, in `figures.PositioningFigures`; he
 
 References
 ----------
-ISO 230-2:2014, Test code for machine tools, part 2: accuracy and repeatability of positioning, clause 3.
+ISO 230-2:2014, Test code for machine tools, part 2: accuracy and repeatability of positioning, clause 3; on
+targets and runs, clauses 4 and 5.
 Thesis, section 5.1 and Table 5-1.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -19,7 +22,11 @@ from rtec.metrology.readings import Floats, Integers, Readings, RotaryReadings
 RUNS_OF_STANDARD = 5
 """Runs in each direction that the standard asks for."""
 TARGETS_OF_STANDARD = 5
-"""Least number of targets that the standard asks for."""
+"""Least number of targets of a linear axis that the standard asks for, and least number a metre."""
+LONG_AXIS_MM, LONG_STEP_MM = 2000.0, 250.0
+"""Travel from which on one run in each direction will do, at targets that are so far apart on average."""
+TARGETS_OF_ROTARY_AXIS = ((90.0, 3), (180.0, 5), (360.0, 8))
+"""Travel in degrees up to which the standard asks for so many targets; beyond a turn, as many as that each turn."""
 
 _SAME_TARGET = 1e-6
 """Targets closer than this, in mm or degrees, are one: positions that were added up differ in their last bits."""
@@ -159,14 +166,40 @@ def _warnings(at: TargetFigures, readings: Readings | RotaryReadings) -> list[st
         found.append(f"only the {'forward' if up else 'backward'} direction was measured: no bidirectional figures")
     elif one_sided:
         found.append(f"{one_sided} of {at.target.size} targets lack one direction: no bidirectional figures there")
-    if runs < RUNS_OF_STANDARD:
+    travel = float(np.ptp(at.target))
+    linear = isinstance(readings, Readings)
+    least, which = _targets_asked(travel, linear=linear)
+    asked = 1 if linear and travel > LONG_AXIS_MM else RUNS_OF_STANDARD
+    if runs < asked:
         times = "once" if runs == 1 else f"{runs} times"
-        found.append(f"a target was read only {times} from a direction; ISO 230-2 asks for {RUNS_OF_STANDARD} runs")
+        first = _first_read_so_often(at, runs, "mm" if linear else "deg")
+        what = f"a target was read only {times} from a direction, the first {first}"
+        found.append(f"column target: {what}; ISO 230-2 asks for {asked} runs each way")
     if (at.count_forward < 2).all() and (at.count_backward < 2).all():
         found.append("a single run has no standard deviation: no R and no A")
-    if at.target.size < TARGETS_OF_STANDARD:
-        found.append(f"{at.target.size} targets; ISO 230-2 asks for at least {TARGETS_OF_STANDARD}")
+    if at.target.size < least:
+        found.append(f"column target: {at.target.size} targets; ISO 230-2 asks for at least {least} {which}")
     status = readings.status if isinstance(readings, Readings) else None
     if status is not None and (odd := int(np.count_nonzero(status))):
         found.append(f"{odd} readings carry a status other than 0; their meaning is not known and they are counted")
     return found
+
+
+def _targets_asked(travel: float, *, linear: bool) -> tuple[int, str]:
+    """Return the least number of targets on a travel in mm or degrees, and why so many."""
+    if not linear:
+        for up_to, least in TARGETS_OF_ROTARY_AXIS:
+            if travel <= up_to:
+                return least, f"on a travel of up to {up_to:g} deg"
+        return math.ceil(travel / up_to * least), f"on {travel:g} deg, {least} each turn"
+    if travel > LONG_AXIS_MM:
+        return math.ceil(travel / LONG_STEP_MM), f"on {travel:g} mm, {LONG_STEP_MM:g} mm apart on average"
+    least = max(TARGETS_OF_STANDARD, math.ceil(TARGETS_OF_STANDARD * travel / 1000.0))
+    return least, f"on {travel:g} mm, {TARGETS_OF_STANDARD} a metre"
+
+
+def _first_read_so_often(at: TargetFigures, runs: int, unit: str) -> str:
+    """Return the first target that was read so often, and from where."""
+    ways = (("forward", at.count_forward), ("backward", at.count_backward))
+    way, counts = next((way, counts) for way, counts in ways if (counts == runs).any())
+    return f"at {at.target[np.argmax(counts == runs)]:.9g} {unit} {way}"

@@ -118,7 +118,11 @@ def read_laser_file(path: str | Path) -> Readings:
     >>> (r.deviation_mm * 1e3).round(3).tolist(), r.direction.tolist(), r.run.tolist()
     ([-0.254, -7.849], [1, 1], [1, 1])
     """
-    text = read_text(path)
+    return readings_of_text(path, read_text(path))
+
+
+def readings_of_text(path: str | Path, text: str) -> Readings:
+    """Return the readings in the text of a laser file, as `read_laser_file` does; ``path`` is for messages."""
     lines = text.split("\n")
     start = _find_header(lines)
     if start is None:

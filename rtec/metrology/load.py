@@ -1,4 +1,4 @@
-"""A positioning test from a file of either format, told apart by what it holds."""
+"""A positioning test: the readings of a measurement file, with what else it says of the axis."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.metrology.laser_file import is_laser_file, read_laser_file
-from rtec.metrology.measurement_csv import read_measurement
+from rtec.metrology.measurement import Measurement
+from rtec.metrology.measurement_file import read_measurement
 from rtec.metrology.readings import Readings, RotaryReadings
-from rtec.metrology.text_file import read_text
+from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.units import ANGLE, LENGTH, parse_quantity
 
 
@@ -25,7 +25,7 @@ class PositioningTest:
     readings
         Of a linear or a rotary axis.
     facts
-        ``# key: value`` lines of a CSV file.
+        ``# key: value`` lines of the file.
     unknown
         Headings of columns that were not used because they name no known quantity.
     """
@@ -72,13 +72,20 @@ class PositioningTest:
         return period
 
 
-def read_positioning_test(path: str | Path) -> PositioningTest:
-    r"""Read a positioning test from a laser file or a measurement file.
+def read_positioning_test(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> PositioningTest:
+    r"""Read a positioning test from a measurement in any form that `read_measurement` knows.
+
+    Parameters
+    ----------
+    path
+        The file.
+    choices
+        What the user says of its columns.
 
     Raises
     ------
     FileFormatError
-        The file is of neither format, or holds no positioning test.
+        The file is no measurement, or holds no positioning test.
 
     Examples
     --------
@@ -89,11 +96,19 @@ def read_positioning_test(path: str | Path) -> PositioningTest:
     >>> test.readings.size, test.period(None), test.period("5 mm")
     (2, 6.35, 5.0)
     """
-    if is_laser_file(read_text(path)):
-        return PositioningTest(source=str(path), readings=read_laser_file(path), facts={}, unknown=())
-    measurement = read_measurement(path)
+    return positioning_test(read_measurement(path, choices))
+
+
+def positioning_test(measurement: Measurement) -> PositioningTest:
+    """Return the positioning test that a measurement holds.
+
+    Raises
+    ------
+    FileFormatError
+        It holds none.
+    """
     return PositioningTest(
-        source=str(path),
+        source=measurement.source,
         readings=measurement.to_readings(),
         facts=measurement.facts,
         unknown=tuple(measurement.unknown),

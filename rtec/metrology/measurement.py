@@ -58,6 +58,8 @@ class Measurement:
         Columns that name no known quantity, by heading: numbers, or text where a field is no number.
     lines
         Line of the file in which each row stands, counted from 1; None where there is no file.
+    notes
+        What was guessed when the file was read, and what was left out, in words.
 
     Examples
     --------
@@ -72,6 +74,7 @@ class Measurement:
     columns: Mapping[str, Column]
     unknown: Mapping[str, NDArray[np.float64] | NDArray[np.str_]]
     lines: Sequence[int] | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         sizes = {column.values.shape for column in self.columns.values()}

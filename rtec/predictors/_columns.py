@@ -72,22 +72,36 @@ def length(name: str, value: float) -> float:
     return found
 
 
-def span(name: str, ends: npt.ArrayLike) -> tuple[float, float]:
-    """Return the lowest and the highest position of a range, in mm.
+def span(name: str, ends: object, *, most: float = LARGEST) -> tuple[float, float]:
+    """Return the lower and the upper end of a range.
+
+    Parameters
+    ----------
+    name
+        Name for the error message.
+    ends
+        Two numbers.
+    most
+        Largest magnitude of an end.
 
     Raises
     ------
     ArgumentError
-        Not two finite numbers, or a range without length.
+        Not two numbers, one that is too large, or a range without length.
 
     Examples
     --------
     >>> span("range_mm", [0, 10])
     (0.0, 10.0)
     """
-    low, high = column(name, ends, rows=2).tolist()
+    try:
+        low, high = (float(end) for end in ends)  # type: ignore[attr-defined]
+    except (TypeError, ValueError, OverflowError):
+        raise ArgumentError(name, repr(ends)[:60], "its lower and its upper end") from None
     if not low < high:
-        raise ArgumentError(name, f"{low:g} to {high:g} mm", "the lower end first, and a length above 0")
+        raise ArgumentError(name, f"{low:g} to {high:g}", "the lower end first, and a length above 0")
+    if max(-low, high) > most:
+        raise ArgumentError(name, f"{low:g} to {high:g}", f"ends within ±{most:g}")
     return low, high
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from rtec.compiled import finite_array
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
-from rtec.predictors._columns import LARGEST
+from rtec.predictors._columns import LARGEST, span
 from rtec.predictors.binding import CURVE, OF_TEMPERATURE
 
 
@@ -70,23 +71,13 @@ class StepModel:
             raise ArgumentError(
                 "ranges", repr(self.ranges)[:60], "the lowest and highest value by the name of an input"
             )
-        object.__setattr__(self, "range_mm", _range("range_mm", self.range_mm))
-        ranges = {name: _range(f"range of {name}", ends) for name, ends in self.ranges.items()}
+        object.__setattr__(self, "range_mm", span("range_mm", self.range_mm))
+        ranges = {name: span(f"range of {name}", ends, most=math.inf) for name, ends in self.ranges.items()}
         for name in ranges:
             if name not in self.inputs or name == "position":
                 others = ", ".join(other for other in self.inputs if other != "position")
                 raise ArgumentError("ranges", str(name)[:60], f"an input: {others}", "positions have range_mm")
         object.__setattr__(self, "ranges", ranges)
-
-
-def _range(name: str, ends: object) -> tuple[float, float]:
-    try:
-        low, high = (float(end) for end in ends)  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
-        raise ArgumentError(name, repr(ends)[:60], "its lower and its upper end") from None
-    if not low < high:
-        raise ArgumentError(name, f"{low:g} to {high:g}", "the lower end first, and a length above 0")
-    return low, high
 
 
 def growth(sensor: str, mm_per_k: float, *, from_degc: float = 20.0) -> StepModel:

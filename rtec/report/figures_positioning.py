@@ -35,7 +35,7 @@ def positioning_figure(result: StudyResult, scale: Scale) -> Figure | None:
         axes.tick_params(labelbottom=index == len(rows) - 1)
     axes.set_xlabel(f"target position ({scale.position_unit})")
     figure.supylabel(f"deviation, actual − target ({scale.symbol})", fontsize=9.5)
-    _share_scales([axes for axes, (name, _) in zip(figure.axes, rows, strict=True) if name != "uncompensated"])
+    share_scales([axes for axes, (name, _) in zip(figure.axes, rows, strict=True) if name != "uncompensated"])
     if first is not None:
         legend_above(figure, first, 4)
     return figure
@@ -73,7 +73,7 @@ def _figures(figures: PositioningFigures, scale: Scale) -> str:
     return "   ".join(f"{name} {scale.text(value)}" for name, value in named) + f"  {scale.symbol}"
 
 
-def _share_scales(panels: list[Axes]) -> None:
+def share_scales(panels: list[Axes]) -> None:
     """Give panels of like ranges one scale."""
     if not panels:
         return

@@ -11,7 +11,7 @@ from rtec.predictors._kernels import within_turn
 from rtec.predictors.layered import TOUCH_MM
 from rtec.report.diagnosis.readings import FORWARD, REVERSE
 from rtec.report.figures_style import GUIDE, INK, guide
-from rtec.training.results import BASE
+from rtec.training.results import Kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,11 +21,17 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-COLOURS = {"table": "#e69f00", "geometry": "#0072b2", "model": "#009e73", "network": "#7b3294", BASE: "#777777"}
+COLOURS = {
+    Kind.TABLE: "#e69f00",
+    Kind.GEOMETRY: "#0072b2",
+    Kind.MODEL: "#009e73",
+    Kind.NETWORK: "#7b3294",
+    Kind.NONE: "#777777",
+}
 """Of each kind of predictor."""
 _WAYS = ((1.0, FORWARD, "forward"), (-1.0, REVERSE, "reverse"))
-_KINDS = {"table": "table", "geometry": "geometry", "model": "effects", "network": "network"}
-_LINES = {"table": "-", "geometry": ":", "model": "--", "network": "-."}
+_KINDS = {Kind.TABLE: "table", Kind.GEOMETRY: "geometry", Kind.MODEL: "effects", Kind.NETWORK: "network"}
+_LINES = {Kind.TABLE: "-", Kind.GEOMETRY: ":", Kind.MODEL: "--", Kind.NETWORK: "-."}
 _MOST_POINTS, _MANY = 2000, 200
 _BINS, _A_BIN = 50, 10
 """Means that are drawn at most, and readings in each of them at least, on average."""
@@ -84,7 +90,7 @@ def draw_between(axes: Axes, result: PredictorComparison, rows: list[Row]) -> No
                   markersize=4.0, markeredgewidth=0.9)  # fmt: skip
     measured = set(np.unique(result.parts.train.direction))
     for kind, words in _KINDS.items():
-        best = next((row for row in rows if row.kind == kind), None)
+        best = next((row for row in rows if row.kind is kind), None)
         for way, _, _ in _WAYS:
             if best is not None and way in measured:
                 says = _says(best, places, way, result.parts.train)

@@ -17,7 +17,7 @@ from rtec.whole_file import WholeFile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 WIDTH_INCH = 10.0
 """Width of every figure: that of the page."""
@@ -145,7 +145,7 @@ def _file_of(figure: Figure, suffix: str) -> bytes:
     return made.getvalue()
 
 
-def legend_above(figure: Figure, axes: Axes, columns: int) -> None:
+def legend_above(figure: Figure | SubFigure, axes: Axes, columns: int) -> None:
     """Put the legend of ``axes`` above everything, where it covers no data."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:

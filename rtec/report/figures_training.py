@@ -11,7 +11,7 @@ from rtec.errors import ArgumentError
 from rtec.report.figures_learning import draw_courses, draw_spacings
 from rtec.report.figures_predicted import COLOURS, draw_along, draw_between, draw_left
 from rtec.report.figures_style import INK, guide, magnitudes, new_figure, write_figure
-from rtec.training.results import BASE
+from rtec.training.results import Kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,14 +97,14 @@ def _designs(rows: list[Row]) -> dict[str, list[Row]]:
 
 def _design(row: Row) -> str:
     """Return the name of a predictor without the way in which it was fitted."""
-    return row.name.rsplit(" ", 1)[0] if row.kind in ("network", "table") else row.name
+    return row.name.rsplit(" ", 1)[0] if row.kind in (Kind.NETWORK, Kind.TABLE) else row.name
 
 
 def _draw_errors(axes: Axes, result: PredictorComparison) -> None:
     y = np.arange(len(result.rows))[::-1]
     shown: list[float] = []
     for place, row in zip(y, result.ranked, strict=True):
-        colour = COLOURS.get(row.kind, INK)
+        colour = COLOURS[row.kind]
         if row.rms_heldout_mm is None or row.worst_heldout_mm is None:
             axes.text(0.99, place, "no figure", transform=axes.get_yaxis_transform(), color="#777777", fontsize=7.5,
                       ha="right", va="center")  # fmt: skip
@@ -113,7 +113,7 @@ def _draw_errors(axes: Axes, result: PredictorComparison) -> None:
         axes.plot(shown[-2:], [place, place], color=colour, linewidth=0.8, alpha=0.5)
         axes.plot(shown[-2], place, "o", color=colour, markersize=5.5)
         axes.plot(shown[-1], place, "|", color=colour, markersize=8)
-    names = ["none (no correction)" if row.kind == BASE else row.name for row in result.ranked]
+    names = ["none (no correction)" if row.kind is Kind.NONE else row.name for row in result.ranked]
     axes.set_yticks(y, names, fontsize=7.5)
     axes.set_ylim(-0.7, y.size - 0.3)
     dashed = "; dashed: repeatability" if result.noise_mm else ""
@@ -130,9 +130,9 @@ def _looks(rows: list[Row]) -> dict[str, tuple[str, str]]:
     """Return colour and mark of each design: the kind has the colour."""
     looks: dict[str, tuple[str, str]] = {}
     for kind in dict.fromkeys(row.kind for row in rows):
-        designs = sorted({_design(row) for row in rows if row.kind == kind})
+        designs = sorted({_design(row) for row in rows if row.kind is kind})
         for place, design in enumerate(designs):
-            looks[design] = COLOURS.get(kind, INK), _MARKS[place % len(_MARKS)]
+            looks[design] = COLOURS[kind], _MARKS[place % len(_MARKS)]
     return {name: looks[name] for name in sorted(looks)}
 
 

@@ -9,7 +9,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from rtec.report.appearance import MISSING, joined, printable
-from rtec.training.results import BASE
+from rtec.training.results import Kind
 
 if TYPE_CHECKING:
     from rtec.training import PredictorComparison, Row
@@ -46,7 +46,7 @@ def training_document(result: PredictorComparison) -> dict[str, object]:
 def _row(row: Row) -> dict[str, object]:
     return {
         "name": row.name,
-        "kind": row.kind,
+        "kind": row.kind.value,
         "rms_train_um": _um(row.rms_train_mm),
         "rms_heldout_um": _um(row.rms_heldout_mm),
         "worst_heldout_um": _um(row.worst_heldout_mm),
@@ -166,10 +166,10 @@ def _judges(result: PredictorComparison) -> str:
 def _beside(result: PredictorComparison, best: Row) -> list[str]:
     """Return what a network buys over a table, over the geometry of several axes and over named physics."""
     lines = []
-    kinds = {"table": "the best table", "geometry": "the best geometry of all axes"}
-    kinds |= {"model": "the effects that were found", "network": "the best network"}
+    kinds = {Kind.TABLE: "the best table", Kind.GEOMETRY: "the best geometry of all axes"}
+    kinds |= {Kind.MODEL: "the effects that were found", Kind.NETWORK: "the best network"}
     for kind, words in kinds.items():
-        row = next((r for r in result.ranked if r.kind == kind and r.rms_heldout_mm is not None), None)
+        row = next((r for r in result.ranked if r.kind is kind and r.rms_heldout_mm is not None), None)
         if row is None or row is best or row.rms_heldout_mm is None or best.rms_heldout_mm is None:
             continue
         more = row.rms_heldout_mm / best.rms_heldout_mm - 1.0
@@ -177,14 +177,14 @@ def _beside(result: PredictorComparison, best: Row) -> list[str]:
         verdict = f"{100.0 * more:.0f} % more" if more < _TIMES else f"{1.0 + more:.3g} times as much"
         verdict = "as good" if more <= ALIKE else verdict
         lines.append(f"{words[0].upper()}{words[1:]} ({row.name}): {figure}, {verdict}.")
-        if kind == "geometry":
+        if kind is Kind.GEOMETRY:
             lines += [f"  {note}" for note in row.notes]
     return lines
 
 
 def _beside_nothing(result: PredictorComparison, best: Row) -> list[str]:
     """Return that a correction is hardly worth it, where that is so."""
-    bare = next((row for row in result.rows if row.kind == BASE and row.rms_heldout_mm is not None), None)
+    bare = next((row for row in result.rows if row.kind is Kind.NONE and row.rms_heldout_mm is not None), None)
     if bare is None or (best.rms_heldout_mm or 0.0) <= (1.0 - ALIKE) * (bare.rms_heldout_mm or 0.0):
         return []
     return [f"Without any correction it is {_three(bare.rms_heldout_mm)} µm: no predictor is worth its place here."]

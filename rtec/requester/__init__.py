@@ -4,6 +4,7 @@ from rtec.requester.dialogue import Answer, BoxSide, PcSide
 from rtec.requester.pc_node import PcNode, PcView
 from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
+from rtec.requester.setup import Setup
 
 __all__ = [
     "Answer",
@@ -16,5 +17,6 @@ __all__ = [
     "PcState",
     "PcView",
     "Precautions",
+    "Setup",
     "Status",
 ]

@@ -19,6 +19,7 @@ from rtec.link._frame_kernels import (
     AXIS_BITS,
     CORRECTIONS,
     ENABLE,
+    EXPECTED,
     HOLD,
     HOLD_WANTED,
     IS_PROBING,
@@ -26,11 +27,13 @@ from rtec.link._frame_kernels import (
     PROBE,
     REQUEST,
     RESET,
+    SETUP,
     STATUS,
     SWITCH_ON,
     pack_corrections,
     pack_position,
     pack_probe,
+    pack_setup,
     pack_status,
     request_agrees,
     request_flags,
@@ -38,12 +41,14 @@ from rtec.link._frame_kernels import (
     request_total,
     sequence_of,
     session_of,
+    setup_word,
 )
 from rtec.link._kernels import MAILBOX, mailbox_reset, post
 from rtec.link._outbox_kernels import DISORDERED, IN_ORDER, OUTBOX, REPEATED, order_of, put
 from rtec.requester._box_kernels import (
     AXIS_TAKEN,
     BOX,
+    DRIVE_STOPPED,
     ENCODER_FAULT,
     FATAL,
     GO_HOME,
@@ -55,6 +60,7 @@ from rtec.requester._box_kernels import (
     OK,
     REFUSED_TOO_FAST,
     RUNNING,
+    SETUP_DIFFERS,
     STATUS_DISABLED,
     box_reset,
     box_tick,
@@ -70,6 +76,7 @@ BOX_NODE = np.dtype(
         ("watch_ps", np.int64),  # longest silence of the PC
         ("gap_ps", np.int64),  # least time between two requests that are judged
         ("limit_steps", np.int64),  # totals beyond this are never believed (0: no limit)
+        ("setup", np.int64),  # word of its own setup (0: it says nothing of it)
         # parts
         ("box", BOX),
         ("down", MAILBOX),
@@ -77,6 +84,8 @@ BOX_NODE = np.dtype(
         ("out", OUTBOX),
         # state
         ("session", np.int64),
+        ("expected", np.int64),  # word of the setup that the PC expects (0: it has said nothing)
+        ("expected_ps", np.int64),
         ("at_home", np.int64),  # the home switch
         ("requester", np.int64),  # the PC that took the axis home
         ("heard", np.int64),  # 1: a request has been believed in since the start
@@ -88,6 +97,7 @@ BOX_NODE = np.dtype(
         ("large_spent", np.int64),  # 1: Large Correction has let a change through, and still stands
         ("resets_asked", np.int64),
         ("cycle_next_ps", np.int64),
+        ("sequence_setup", np.int64),
         ("sequence_status", np.int64),
         ("sequence_corrections", np.int64),
         ("sequence_position", np.int64),
@@ -137,6 +147,8 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     mailbox_reset(n.up)
     n.out.waiting = 0
     n.session = session & 0xFF
+    n.expected = 0
+    n.expected_ps = -NEVER
     n.heard = 0
     n.heard_ps = t_ps
     n.judged = 0
@@ -145,6 +157,7 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     n.large_spent = 0
     n.resets_asked = 0
     n.cycle_next_ps = t_ps
+    n.sequence_setup = 0
     n.sequence_status = 0
     n.sequence_corrections = 0
     n.sequence_position = 0
@@ -170,6 +183,25 @@ def frames_refused(n: Record) -> int:
         + n.contradictory
         + n.hasty
     )
+
+
+@step
+def setup_differs(n: Record, t_ps: int) -> bool:
+    """Return whether the PC that was heard last expects another design, step or cycle than this box has."""
+    known = n.setup != 0 and n.expected != 0 and t_ps - n.expected_ps <= n.watch_ps
+    return bool(known and n.expected != n.setup)
+
+
+@step
+def take_expected(n: Record, t_ps: int, payload: int) -> None:
+    """Take what the PC expects; a box that is set up differently is not to be homed by it."""
+    n.expected = setup_word(payload)
+    n.expected_ps = t_ps
+    if setup_differs(n, t_ps):
+        if n.box.state == NOT_HOMED:
+            mailbox_reset(n.down)  # also where the home command has come first
+        elif n.box.state == RUNNING:
+            box_fail(n, SETUP_DIFFERS)
 
 
 @helper
@@ -205,7 +237,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
     if b.state == NOT_HOMED:
         n.heard_ps = t_ps
         n.judged = n.heard_sequence
-        if flags & GO_HOME and n.at_home == 1:
+        if flags & GO_HOME and n.at_home == 1 and not setup_differs(n, t_ps):
             n.requester = request_requester(payload)
             post(n.down, t_ps, 0, GO_HOME, 0, 0)
         return
@@ -266,13 +298,25 @@ def box_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
             take_request(n, t_ps, payload)
         else:
             n.wrong_checksum += 1
-    elif kind in (STATUS, CORRECTIONS, POSITION, PROBE):
+    elif kind == EXPECTED:
+        if is_sealed(identifier, payload):
+            take_expected(n, t_ps, payload)
+        else:
+            n.wrong_checksum += 1
+    elif kind in (SETUP, STATUS, CORRECTIONS, POSITION, PROBE):
         if is_sealed(identifier, payload):
             box_fail(n, AXIS_TAKEN)  # somebody else says what only this box may say
         else:
             n.wrong_checksum += 1
     else:
         n.foreign += 1
+
+
+@step
+def say_setup(n: Record) -> None:
+    """Send the setup."""
+    n.sequence_setup += 1
+    put(n.out, SETUP + n.axis, pack_setup(SETUP + n.axis, n.sequence_setup, n.setup))
 
 
 @step
@@ -334,16 +378,19 @@ def say_trip(n: Record) -> None:
 
 
 @step
-def box_watch(n: Record, t_ps: int, illegal: int) -> None:
-    """Stop for good where the PC is silent, or the encoder's lines are not those of an encoder.
+def box_watch(n: Record, t_ps: int, illegal: int, stopped: bool) -> None:
+    """Stop for good where the PC is silent, the encoder's lines are not those of an encoder, or the drive is stopped.
 
-    ``illegal`` counts the changes of both lines at once that the box's own decoder saw.
+    ``illegal`` counts the changes of both lines at once that the box's own decoder saw; ``stopped`` is the contact by
+    which the controller says that it has stopped the drive.
     """
     if n.box.state == RUNNING:
         if t_ps - n.heard_ps > n.watch_ps:
             box_fail(n, LINK_LOST)
         elif illegal > 0:
             box_fail(n, ENCODER_FAULT)
+        elif stopped:
+            box_fail(n, DRIVE_STOPPED)
 
 
 @step
@@ -374,6 +421,8 @@ def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> N
     kept_back = completed != b.accepted or n.down.word0 != b.accepted
     if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
         n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
+    elif b.state == NOT_HOMED and setup_differs(n, t_ps):
+        n.code = SETUP_DIFFERS
     due = t_ps >= n.cycle_next_ps
     if due:
         n.cycle_next_ps += n.cycle_ps
@@ -389,6 +438,8 @@ def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> N
         say_trip(n)
     if due:
         say_position(n, count)
+        if n.setup != 0 and (homed or b.state == NOT_HOMED):
+            say_setup(n)
 
 
 @step

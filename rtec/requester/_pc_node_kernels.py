@@ -15,10 +15,12 @@ from rtec.link._frame_kernels import (
     AXIS_BITS,
     CORRECTIONS,
     COUNTED_BITS,
+    EXPECTED,
     HOLD,
     POSITION,
     PROBE,
     REQUEST,
+    SETUP,
     STATUS,
     corrections_accepted,
     corrections_completed,
@@ -30,6 +32,7 @@ from rtec.link._frame_kernels import (
     probe_trips,
     sequence_of,
     session_of,
+    setup_word,
     status_code,
     status_flags,
     status_session,
@@ -69,6 +72,10 @@ NOT_COMPLETED = 19
 ANSWER_LATE = 20
 STATUS_WRONG = 21
 BEYOND_WORD = 22
+SETUP_DIFFERS = 23
+DRIVE_STOPPED = 24
+
+KINDS_HEARD = (SETUP, EXPECTED, STATUS, CORRECTIONS, POSITION, PROBE, REQUEST)
 
 MOST_DOUBTS = 2
 """Positions in a row that are forgiven although they cannot be: as many as the box forgives unbelievable totals."""
@@ -85,6 +92,7 @@ PC_NODE = np.dtype(
         ("low_mm", np.float64),  # where the predictor knows the axis
         ("high_mm", np.float64),
         ("limit_mm", np.float64),  # largest deviation that is plausible (0: no limit)
+        ("setup", np.int64),  # word of the setup that it expects of the box (0: whatever it is)
         # parts
         ("pc", PC),
         ("down", MAILBOX),
@@ -96,6 +104,7 @@ PC_NODE = np.dtype(
         ("reason", np.int64),
         ("held_ps", np.int64),  # when it began to hold
         ("session", np.int64),
+        ("box_setup", np.int64),  # word of the box's setup (0: it has said nothing)
         ("has_status", np.int64),
         ("has_corrections", np.int64),
         ("has_position", np.int64),
@@ -119,6 +128,7 @@ PC_NODE = np.dtype(
         ("home_seen", np.int64),  # 1: and the box has said the home position since
         ("turn_ps", np.int64),
         ("sequence", np.int64),
+        ("expected_sequence", np.int64),
         ("hold_sequence", np.int64),
         ("trips", np.int64),
         ("trip_position", np.int64),
@@ -156,6 +166,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.reset_meant = 0
     n.reason = NONE
     n.held_ps = NEVER
+    n.box_setup = 0
     n.has_status = 0
     n.has_corrections = 0
     n.has_position = 0
@@ -167,6 +178,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.home_seen = 0
     n.turn_ps = -NEVER
     n.sequence = sequence & 0xFF
+    n.expected_sequence = 0
     n.hold_sequence = 0
     n.trips = 0
     n.open_ps = NEVER
@@ -183,6 +195,14 @@ def follows(n: Record, has: int, last: int, payload: int) -> bool:
         return True
     n.out_of_order += 1
     return False
+
+
+@step
+def take_setup(n: Record, t_ps: int, payload: int) -> None:
+    """Take how the box is set up; where that is not what the PC expects, its totals would mean something else."""
+    n.box_setup = setup_word(payload)
+    if n.setup != 0 and n.box_setup != n.setup:
+        pc_hold(n, t_ps, SETUP_DIFFERS)
 
 
 @helper
@@ -274,17 +294,19 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
         else:
             n.wrong_checksum += 1
         return
-    if identifier & AXIS_BITS != n.axis or kind not in (STATUS, CORRECTIONS, POSITION, PROBE, REQUEST):
+    if identifier & AXIS_BITS != n.axis or kind not in KINDS_HEARD:
         return
     if not is_sealed(identifier, payload):
         n.wrong_checksum += 1
+    elif kind == SETUP:
+        take_setup(n, t_ps, payload)
     elif kind == STATUS:
         take_status(n, t_ps, payload)
     elif kind == CORRECTIONS:
         take_corrections(n, t_ps, payload)
     elif kind == POSITION:
         take_position(n, t_ps, payload)
-    elif kind == REQUEST:
+    elif kind in (REQUEST, EXPECTED):
         pc_hold(n, t_ps, ANOTHER_PC)
     elif session_of(payload) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
         n.has_probe = 1

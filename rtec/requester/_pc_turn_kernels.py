@@ -12,6 +12,7 @@ from typing import Any
 from rtec._jit import Record, helper, kernel, step
 from rtec.link._frame_kernels import (
     ENABLE,
+    EXPECTED,
     GO_HOME,
     HOLD,
     MOST_AXES,
@@ -19,12 +20,14 @@ from rtec.link._frame_kernels import (
     RESET,
     pack_hold,
     pack_request,
+    pack_setup,
 )
 from rtec.link._kernels import deliver, post
 from rtec.link._outbox_kernels import put
 from rtec.predictors._kernels import AXES, believed_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
+    DRIVE_STOPPED as BOX_DRIVE_STOPPED,
     ENCODER_FAULT as BOX_ENCODER_FAULT,
     FATAL,
     I_DONT_BELIEVE_YOU,
@@ -35,6 +38,7 @@ from rtec.requester._box_kernels import (
     OK,
     REFUSED_TOO_FAST,
     RUNNING,
+    SETUP_DIFFERS as BOX_SETUP_DIFFERS,
     STATUS_DISABLED,
     STATUS_PROBING,
 )
@@ -61,10 +65,12 @@ from rtec.requester._pc_node_kernels import (
     CLOCK_JUMP,
     CORRECTIONS_DISABLED,
     DEVIATION_LIMIT,
+    DRIVE_STOPPED,
     ENCODER_FAULT,
     NONE,
     NOT_COMPLETED,
     PREDICTOR_OUT_OF_RANGE,
+    SETUP_DIFFERS,
     STATUS_WRONG,
     pc_hold,
 )
@@ -89,6 +95,10 @@ def reason_in_status(n: Record) -> int:
             return BOX_IMPLAUSIBLE
         if code == BOX_ENCODER_FAULT:
             return ENCODER_FAULT
+        if code == BOX_SETUP_DIFFERS:
+            return SETUP_DIFFERS
+        if code == BOX_DRIVE_STOPPED:
+            return DRIVE_STOPPED
         return BOX_HELD
     if state != RUNNING or n.code not in (
         OK,
@@ -139,6 +149,14 @@ def say_request(n: Record, total: int, flags: int) -> None:
     put(n.out, REQUEST + n.axis, pack_request(n.axis, n.sequence, total, flags, n.requester, n.session))
 
 
+@step
+def say_expected(n: Record) -> None:
+    """Say what setup it expects of the box."""
+    if n.setup != 0:
+        n.expected_sequence += 1
+        put(n.out, EXPECTED + n.axis, pack_setup(EXPECTED + n.axis, n.expected_sequence, n.setup))
+
+
 @helper
 def turn_waiting(n: Record, t_ps: int) -> None:
     """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position.
@@ -151,10 +169,14 @@ def turn_waiting(n: Record, t_ps: int) -> None:
         n.homing = 0
         say_request(n, 0, RESET)
     elif state == NOT_HOMED:
+        if n.code == BOX_SETUP_DIFFERS and (n.setup == 0 or n.box_setup != n.setup):
+            pc_hold(n, t_ps, SETUP_DIFFERS)
+            return
         if n.homing == 0:
             n.home_seen = 0
         n.homing = 1
         n.reset_meant = 0
+        say_expected(n)
         say_request(n, 0, GO_HOME)
     elif state != RUNNING or n.homing == 1:
         say_request(n, 0, 0)
@@ -172,6 +194,8 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         pc_look(p, t_ps, True)
         n.hold_sequence += 1
         put(n.out, HOLD, pack_hold(n.hold_sequence, n.reason, n.axis))
+        if n.reason == SETUP_DIFFERS:
+            say_expected(n)  # so that the box can say it, too
         say_request(n, p.sent, 0)
         return False
     incomplete = n.has_corrections == 0 or n.has_position == 0

@@ -17,6 +17,7 @@ from rtec.predictors.binding import bound, check_axis, sees_axes, sensor_names
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
+from rtec.requester.setup import Setup
 from rtec.signal import NEVER
 
 
@@ -37,6 +38,10 @@ class PcView:
     at_home: bool
     """Whether the axis stands on its home switch."""
     session: int
+    setup: Setup | None
+    """What it expects of the box; None: it takes it as it is."""
+    box_setup: Setup | None
+    """How the box is set up; None before it has said so."""
     position: int
     """Counts from home."""
     direction: int
@@ -91,6 +96,8 @@ class PcNode:
         How far beyond the ends of its range the predictor is still asked.
     temperatures
         Names of the temperature sensors; `feel` says what they read.
+    setup
+        What it says to expect of the box, and compares with what the box says; None: nothing is said or compared.
 
     Raises
     ------
@@ -124,6 +131,7 @@ class PcNode:
         home_mm: float = 0.0,
         margin_mm: float = 0.0,
         temperatures: Sequence[str] = (),
+        setup: Setup | None = None,
     ) -> None:
         self.axis = whole_within("axis", axis, 1, MOST_AXES)
         number_within("count_mm", count_mm, 1e-9, 1e3, unit="mm")
@@ -133,6 +141,7 @@ class PcNode:
         conversation.fill_pc(node.pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
         precautions.fill_pc(node, count_mm=count_mm)
         node.axis = axis
+        node.setup = 0 if setup is None else setup.word
         node.requester = whole_within("requester", requester, 0, 7)
         self._temperatures = sensor_names(temperatures)
         node.pc.home_mm = number_within("home_mm", home_mm, -1e6, 1e6, unit="mm")
@@ -222,6 +231,8 @@ class PcNode:
             switch_on=bool(flags & SWITCH_ON),
             at_home=bool(flags & AT_HOME),
             session=int(n.session),
+            setup=Setup.of_word(int(n.setup)),
+            box_setup=Setup.of_word(int(n.box_setup)),
             position=int(n.position),
             direction=int(n.pc.direction),
             target=int(n.pc.target),

@@ -38,6 +38,8 @@ class HoldReason(enum.IntEnum):
     ANSWER_LATE = _codes.ANSWER_LATE
     STATUS_WRONG = _codes.STATUS_WRONG
     BEYOND_WORD = _codes.BEYOND_WORD
+    SETUP_DIFFERS = _codes.SETUP_DIFFERS
+    DRIVE_STOPPED = _codes.DRIVE_STOPPED
 
     @property
     def meaning(self) -> str:
@@ -77,6 +79,10 @@ _MEANINGS = {
     HoldReason.ANSWER_LATE: "the box answers requests that are too old: the bus delays what it carries, or loses it",
     HoldReason.STATUS_WRONG: "the box says a state or a code that no box has, or that do not go together",
     HoldReason.BEYOND_WORD: "the predictor asks for more steps than the request's word of this design holds",
+    HoldReason.SETUP_DIFFERS: "box and PC are set up for another design, step or cycle: start both with the same",
+    HoldReason.DRIVE_STOPPED: (
+        "the controller has stopped the drive (following error or encoder fault): mend that, then home again"
+    ),
 }
 
 
@@ -102,6 +108,8 @@ class Precautions:
         Deviations beyond it the PC never asks for; 0 for no limit.
     most_mm_s
         Fastest that the axis can move: a position further away than that is not believed.
+    speed
+        Picoseconds of the node's own clock, on which the times above are, in a picosecond of the bus.
 
     Raises
     ------
@@ -122,6 +130,7 @@ class Precautions:
     limit_steps: int = 0
     limit_mm: float = 0.0
     most_mm_s: float = 1000.0
+    speed: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -131,10 +140,16 @@ class Precautions:
         whole_within("limit_steps", self.limit_steps, 0, 32767)
         number_within("limit_mm", self.limit_mm, 0.0, 1e3, unit="mm")
         number_within("most_mm_s", self.most_mm_s, 1e-3, 1e5, unit="mm/s")
+        number_within("speed", self.speed, 0.1, 100.0)
         whole_within("gap_ps", self.gap_ps, 0, self.cycle_ps // 2, unit="ps (at most half a cycle)")
         if not 3 * self.cycle_ps <= self.watch_ps <= 6 * self.cycle_ps:
             allowed = f"three to six cycles, {3 * self.cycle_ps} to {6 * self.cycle_ps} ps"
             raise ArgumentError("watch_ps", self.watch_ps, allowed)
+
+    @property
+    def bus_cycle_ps(self) -> int:
+        """Return the cycle on the clock of the bus."""
+        return round(self.cycle_ps / self.speed)
 
     def fill_box(self, node: Record) -> None:
         """Write the box's share into its node's state."""

@@ -36,6 +36,10 @@ class Status(enum.IntEnum):
     """A total beyond the box's limit was asked for; fatal."""
     ENCODER_FAULT = _box_kernels.ENCODER_FAULT
     """Both lines of the encoder changed at once; fatal."""
+    SETUP_DIFFERS = _box_kernels.SETUP_DIFFERS
+    """The PC expects another design, step or cycle; it cannot take the axis home. Fatal where it has done so."""
+    DRIVE_STOPPED = _box_kernels.DRIVE_STOPPED
+    """The controller has stopped the drive; fatal."""
 
 
 class BoxState(enum.IntEnum):

@@ -3,9 +3,10 @@
 from rtec.training.compare_predictors import compare_predictors
 from rtec.training.methods import Method, all_methods
 from rtec.training.parts import Parts, parts_of, samples_of
-from rtec.training.results import PredictorComparison, Row
+from rtec.training.results import Kind, PredictorComparison, Row
 
 __all__ = [
+    "Kind",
     "Method",
     "Parts",
     "PredictorComparison",

@@ -18,9 +18,9 @@ from rtec.jobs import cores
 from rtec.predictors import Predictor
 from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.training import Effort, Limit
-from rtec.training.methods import Fitted, Kind, Method, Task, all_methods, turn_warning
+from rtec.training.methods import Fitted, Method, Task, all_methods, turn_warning
 from rtec.training.parts import Parts, parts_of
-from rtec.training.results import PredictorComparison, Row
+from rtec.training.results import Kind, PredictorComparison, Row
 
 COVERED = 0.9
 """Share of readings at other places that an interval is to hold."""
@@ -175,7 +175,7 @@ class _Run:
             self._tell(f"{method.name}: {1e3 * loss_mm:.3g} µm")
 
         self._tell(method.name)
-        row = Row(name=method.name, kind=method.kind.value)
+        row = Row(name=method.name, kind=method.kind)
         task = Task(
             dataset=self._dataset,
             parts=self._parts,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from rtec.predictors.fitting.several_axes import Geometry, fit_across
 from rtec.predictors.fitting.spaced_tables import Table, spaced_table, table_of
 from rtec.predictors.fitting.training import Course, Design, Effort, Limit, train
 from rtec.training.parts import Parts
+from rtec.training.results import Kind
 
 DESIGNS = (Design(hidden=(40,)), Design(hidden=(30, 10)), Design(hidden=(30,), within_turn=8))
 """Of the thesis, section 5.4."""
@@ -74,16 +74,6 @@ class Fitted:
     model: Model | None = None
 
 
-class Kind(Enum):
-    """What a predictor is made of."""
-
-    NONE = "none"
-    TABLE = "table"
-    GEOMETRY = "geometry"
-    MODEL = "model"
-    NETWORK = "network"
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Method:
     """One way to a predictor."""
@@ -125,9 +115,9 @@ def all_methods(*, several_axes: bool = False) -> tuple[Method, ...]:
 def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]:
     def fit(task: Task) -> Fitted:
         parts = task.parts
-        chosen = spaced_table(parts.train, parts.choose, kind, between)
+        chosen = spaced_table(parts.seen, kind, between, seed=task.effort.seed)
         # the place without readings would be a gap that no control's table has
-        table = table_of(together([parts.train, parts.choose, parts.sure]), chosen)
+        table = table_of(together([parts.seen, parts.sure]), chosen)
         points = sum(side.size for side in _errors(table))
         notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
         if task.pitch_mm is not None:
@@ -154,12 +144,12 @@ def _errors(table: Table) -> tuple[np.ndarray, ...]:
 
 def _fits_geometry(geometry: Geometry) -> Callable[[Task], Fitted]:
     def fit(task: Task) -> Fitted:
-        parts = [task.parts.train, task.parts.choose]
-        found = fit_across(together([*parts, task.parts.sure]), geometry)
+        parts = task.parts
+        found = fit_across(together([parts.seen, parts.sure]), geometry)
         return Fitted(
             predictor=found.predictor,
             parameters=found.parameters,
-            unsure=fit_across(together(parts), geometry).predictor,
+            unsure=fit_across(parts.seen, geometry).predictor,
             notes=tuple(map(str, found.across)),
         )
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rtec.dataset.dataset import Dataset
 from rtec.errors import ArgumentError
 from rtec.predictors.binding import axis_name
-from rtec.predictors.fitting.samples import Samples
+from rtec.predictors.fitting.samples import Samples, together
 from rtec.predictors.tables import SAME_TARGET_MM
 
 HELD_OUT = 0.2
@@ -19,7 +19,7 @@ HELD_OUT = 0.2
 SURE = 0.125
 """Share of the other places that tell how sure a predictor is."""
 CHOOSING = 0.2
-"""Share of what is left that stops a training and chooses a spacing."""
+"""Share of what is left that stops a training."""
 FEWEST_PLACES = 8
 
 
@@ -32,8 +32,8 @@ class Parts:
     train
         What a predictor is fitted to.
     choose
-        What stops a training and chooses the spacing of a table: other readings of the same places where places were
-        measured more than once, else other places.
+        What stops a training: other readings of the same places where places were measured more than once, else
+        other places.
     sure
         Places that show how far off a predictor is where it was not fitted.
     heldout
@@ -50,6 +50,11 @@ class Parts:
     heldout: Samples
     rows: NDArray[np.bool_]
     heldout_by: str
+
+    @property
+    def seen(self) -> Samples:
+        """Readings of ``train`` and ``choose``: all that a fit may take which needs no stopping."""
+        return together([self.train, self.choose])
 
 
 def samples_of(dataset: Dataset, axes: Sequence[int] | None = None) -> tuple[Samples, NDArray[np.int64]]:

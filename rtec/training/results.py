@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +14,15 @@ from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.training import Course
 from rtec.training.parts import Parts
 
-BASE = "none"
-"""Kind of the row without a predictor: how large the error is that the others are to foretell."""
+
+class Kind(Enum):
+    """What a predictor is made of; of nothing where a row shows how large the error is that the others foretell."""
+
+    NONE = "none"
+    TABLE = "table"
+    GEOMETRY = "geometry"
+    MODEL = "model"
+    NETWORK = "network"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,7 +32,7 @@ class Row:
     Parameters
     ----------
     name, kind
-        What it is: ``table bi-directional linear``; ``none``, ``table``, ``model`` or ``network``.
+        What it is, such as ``table bi-directional linear``, a table.
     predictor
         None where there is none; ``reason`` says why.
     rms_train_mm, rms_heldout_mm, worst_heldout_mm
@@ -53,7 +61,7 @@ class Row:
     """
 
     name: str
-    kind: str
+    kind: Kind
     predictor: Predictor | None = None
     rms_train_mm: float | None = None
     rms_heldout_mm: float | None = None
@@ -78,7 +86,7 @@ class Row:
     @property
     def works(self) -> bool:
         """Whether it has a figure, and is a predictor."""
-        return self.rms_heldout_mm is not None and self.kind != BASE
+        return self.rms_heldout_mm is not None and self.kind is not Kind.NONE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

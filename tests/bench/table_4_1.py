@@ -3,7 +3,7 @@
 Example::
 
     python tests/bench/table_4_1.py
-    python tests/bench/table_4_1.py -o docs/predictors.md
+    python tests/bench/table_4_1.py -o docs/predictors.md --figure docs/predictors-learning.png
 """
 
 from __future__ import annotations
@@ -19,12 +19,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from diagnosis_job import lathe_calibration
+from figure_4_1 import learning_figure
 from into_page import print_or_write
 from threadpoolctl import threadpool_limits
 
 from rtec.predictors.fitting.algorithms import Algorithm, Problem
 from rtec.predictors.fitting.layers import Layers, Shape
 from rtec.predictors.fitting.samples import Samples, means_over_turns
+from rtec.report.figures_style import write_figure
 from rtec.units import MM_PER_INCH
 
 Floats = npt.NDArray[np.float64]
@@ -66,11 +68,20 @@ class Data:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Training:
-    """One start: processor time, epochs, and the sum of squares in square inches at its end."""
+    """One start: processor time, and the sum of squares in square inches at the start and after each epoch."""
 
     seconds: float
-    epochs: int
-    squares: float
+    course: tuple[float, ...]
+
+    @property
+    def epochs(self) -> int:
+        """Return how many epochs it took."""
+        return len(self.course) - 1
+
+    @property
+    def squares(self) -> float:
+        """Return the sum of squares at its end."""
+        return self.course[-1]
 
     def reached(self, goal: float) -> bool:
         """Return whether it reached a goal."""
@@ -141,22 +152,30 @@ def train(
     begun = time.process_time()
     with np.errstate(over="ignore", invalid="ignore"):
         algorithm.train(Problem(Layers(shape, inputs), target), weights, watch)
-    return Training(seconds=time.process_time() - begun, epochs=len(course) - 1, squares=course[-1])
+    return Training(seconds=time.process_time() - begun, course=tuple(course))
 
 
-def table(data: Data, *, scaled: bool, starts: int, note: str) -> Iterator[str]:
+def trainings(data: Data, starts: int, *, scaled: bool) -> dict[Algorithm, list[Training]]:
+    """Return the starts of each algorithm of Table 4-1."""
+    return {
+        algorithm: [train(data, (30,), algorithm, seed, scaled=scaled) for seed in range(starts)]
+        for algorithm in PUBLISHED
+    }
+
+
+def table(trained: dict[Algorithm, list[Training]], note: str) -> Iterator[str]:
     """Yield Table 4-1 as markdown."""
-    yield f"{note}\n\n"
+    yield f"{note}:\n\n"
     yield "| algorithm | time, mean | epochs, mean | reached goal | SSE, mean | SSE, lowest | thesis: time | SSE |\n"
     yield "|---|---|---|---|---|---|---|---|\n"
-    for algorithm, (seconds, squares) in PUBLISHED.items():
-        found = [train(data, (30,), algorithm, seed, scaled=scaled) for seed in range(starts)]
+    for algorithm, found in trained.items():
+        seconds, squares = PUBLISHED[algorithm]
         ends = [one.squares for one in found]
         cells = (
             algorithm.title,
             f"{np.mean([one.seconds for one in found]):.2f} s",
             f"{np.mean([one.epochs for one in found]):.0f}",
-            f"{sum(one.reached(GOAL) for one in found)} of {starts}",
+            f"{sum(one.reached(GOAL) for one in found)} of {len(found)}",
             f"{np.mean(ends):.2e}",
             f"{min(ends):.2e}",
             f"{seconds} s",
@@ -206,12 +225,22 @@ def chapter_5(starts: int) -> Iterator[str]:
     yield "\n"
 
 
-def tables(starts: int) -> str:
-    """Return all tables as markdown."""
+def tables(starts: int, figure: Path | None) -> str:
+    """Return all tables as markdown, and draw the learning curves of the first two."""
     means = data_of(means_over_turns(averages(), PITCH_MM))
-    scaled = table(means, scaled=True, starts=starts, note="Inputs from -1 to 1, errors of standard deviation 1:")
-    raw = table(means, scaled=False, starts=starts, note="Inputs and errors in inches, as in Appendix C:")
-    return "".join([*scaled, *raw, *chapter_5(starts)])
+    notes = {
+        "Inputs from -1 to 1, errors of standard deviation 1": True,
+        "Inputs and errors in inches, as in Appendix C": False,
+    }
+    found = {note: trainings(means, starts, scaled=scaled) for note, scaled in notes.items()}
+    if figure is not None:
+        courses = {
+            note: {algorithm: [one.course for one in every] for algorithm, every in trained.items()}
+            for note, trained in found.items()
+        }
+        ends = {algorithm: squares for algorithm, (_, squares) in PUBLISHED.items()}
+        write_figure(lambda: learning_figure(courses, goal=GOAL, published=ends), figure)
+    return "".join([*(line for note, trained in found.items() for line in table(trained, note)), *chapter_5(starts)])
 
 
 def main() -> int:
@@ -219,9 +248,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Make Table 4-1 and the figures of section 5.4 again.")
     parser.add_argument("--starts", type=int, default=STARTS, help="trainings of each algorithm")
     parser.add_argument("-o", "--output", type=Path, help="page in which the tables stand between two comments")
+    parser.add_argument("--figure", type=Path, help="PNG of the learning curves of Table 4-1")
     given = parser.parse_args()
     with threadpool_limits(1):
-        print_or_write(parser, given.output, "table_4_1", lambda: tables(given.starts))
+        print_or_write(parser, given.output, "table_4_1", lambda: tables(given.starts, given.figure))
     return 0
 
 

@@ -3,7 +3,7 @@
 Example::
 
     python tests/bench/three_axes.py
-    python tests/bench/three_axes.py -o docs/predictors.md
+    python tests/bench/three_axes.py -o docs/predictors.md --figure docs/predictors-axes.png
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from figure_three_axes import axes_figure
 from into_page import print_or_write
 
 from rtec.axis.encoder import Encoder
@@ -26,6 +27,7 @@ from rtec.machine.station_settings import StationSettings
 from rtec.machine.volume import drawn_volume, there_and_back
 from rtec.metrology.measurement_csv import write_measurement
 from rtec.predictors import Predictor
+from rtec.report.figures_style import write_figure
 from rtec.training import all_methods, compare_predictors
 
 SEED, REPEATABILITY_MM, BUDGET_S = 3, 0.0005, 6.0
@@ -68,27 +70,39 @@ def fitted(calibration: GridReadings, check: GridReadings) -> dict[str, list[Pre
     return found
 
 
-def tables() -> Iterator[str]:
-    """Yield the lines of the table."""
+def left_um() -> dict[str, npt.NDArray[np.float64]]:
+    """Return what each correction leaves at the places of the test, in µm, a column for each axis."""
     calibration = measured([np.linspace(-10.0, 310.0, 9)] * 3, 1)
     rng = np.random.default_rng(5)
     check = measured([np.sort(rng.uniform(0.0, 300.0, 5)) for _ in AXES], 2)
     test = [np.array([15.0, 80.0, 150.0, 222.0, 290.0])] * 3
-    rows = {"uncorrected": measured(test, 4)}
-    rows |= {name: measured(test, 4, by) for name, by in fitted(calibration, check).items()}
+    predictors: dict[str, list[Predictor] | None] = {"uncorrected": None, **fitted(calibration, check)}
+    return {name: 1e3 * measured(test, 4, by).deviation_mm for name, by in predictors.items()}
+
+
+def table(left: dict[str, npt.NDArray[np.float64]]) -> Iterator[str]:
+    """Yield the lines of the table."""
     yield "| corrected by | axis 1 | axis 2 | axis 3 | largest |\n|---|---|---|---|---|\n"
-    for name, readings in rows.items():
-        rms = 1e3 * np.sqrt(np.mean(readings.deviation_mm**2, axis=0))
-        largest = 1e3 * np.abs(readings.deviation_mm).max()
+    for name, deviation in left.items():
+        rms, largest = np.sqrt(np.mean(deviation**2, axis=0)), np.abs(deviation).max()
         yield f"| {name} | " + " | ".join(f"{value:.2f}" for value in (*rms, largest)) + " |\n"
+    yield "\n"
 
 
 def main() -> int:
     """Print the table, or put it into a page."""
     parser = argparse.ArgumentParser(description="Correct three axes by where the others stand.")
     parser.add_argument("-o", "--output", type=Path, help="page in which the table stands between two comments")
+    parser.add_argument("--figure", type=Path, help="PNG of the table")
     given = parser.parse_args()
-    print_or_write(parser, given.output, "three_axes", lambda: "".join(tables()) + "\n")
+
+    def made() -> str:
+        left = left_um()
+        if given.figure is not None:
+            write_figure(lambda: axes_figure(left), given.figure)
+        return "".join(table(left))
+
+    print_or_write(parser, given.output, "three_axes", made)
     return 0
 
 

@@ -11,8 +11,12 @@ from dataclasses import dataclass, field
 from crc_oracle import bits_of, remainder
 
 HOLD, STATUS, REQUEST, CORRECTIONS, POSITION, PROBE = 0x080, 0x180, 0x200, 0x280, 0x300, 0x380
+SETUP, EXPECTED = 0x100, 0x140
 LARGE, PROBING, GO_HOME, ENABLE, RESET = 1, 2, 4, 8, 16
 MOST_AHEAD = 6  # five frames may be missing
+
+SETUP_A = (1 | 10_000 << 4 | 40_000 << 24).to_bytes(6, "little")
+"""Design A, 10 ms, steps of 4 counts of 1 µm."""
 
 STEPS_AROUND = [0b00, 0b01, 0b11, 0b10]
 """Levels A + 2 B in the positive direction: A leads B."""
@@ -92,6 +96,9 @@ class BoxRules:
     judged_ps: int = -(1 << 62)
     large_spent: bool = False
     resets: int = 0
+    setup: bytes = b""
+    """Design, cycle and step as its message has them; none: it says nothing of them."""
+    expected: tuple[int, bytes] | None = None
 
     def fail(self, reason: str) -> None:
         if self.state != "FATAL":
@@ -101,7 +108,7 @@ class BoxRules:
         """Power on, or a restart of the processor: it knows nothing any more."""
         self.state, self.reason, self.session = "NOT_HOMED", "", session % 256
         self.accepted = self.doubts = 0
-        self.last = self.waiting = None
+        self.last = self.waiting = self.expected = None
         self.heard_ps = t_ps
         self.judged_ps, self.large_spent, self.resets = -(1 << 62), False, 0
 
@@ -116,10 +123,22 @@ class BoxRules:
         if identifier & 0xF != self.axis or not right:
             return
         kind = identifier & ~0xF
-        if kind in (STATUS, CORRECTIONS, POSITION, PROBE):
+        if kind in (SETUP, STATUS, CORRECTIONS, POSITION, PROBE):
             self.fail("AXIS_TAKEN")
+        elif kind == EXPECTED:
+            self.expected = (t_ps, data[2:])
+            if self.differs(t_ps) and self.state == "NOT_HOMED":
+                self.waiting = None
+            elif self.differs(t_ps) and self.state == "RUNNING":
+                self.fail("SETUP_DIFFERS")
         elif kind == REQUEST:
             self.take(t_ps, Request.of(data), at_home=at_home)
+
+    def differs(self, t_ps: int) -> bool:
+        """Whether the PC has said a short while ago that it expects another box."""
+        if not self.setup or self.expected is None or self.expected[1] == bytes(6):
+            return False
+        return t_ps - self.expected[0] <= self.watch_ps and self.expected[1] != self.setup
 
     def take(self, t_ps: int, request: Request, *, at_home: bool) -> None:
         if request.session != self.session:
@@ -135,7 +154,7 @@ class BoxRules:
             self.acknowledge(t_ps, request, follows=follows)
         elif self.state == "NOT_HOMED":
             self.heard_ps = t_ps
-            if request.flags & GO_HOME and at_home:
+            if request.flags & GO_HOME and at_home and not self.differs(t_ps):
                 self.requester, self.waiting = request.requester, ("home", 0, 0)
         elif request.flags & ENABLE and not request.flags & GO_HOME:
             self.judge(t_ps, request)
@@ -166,12 +185,14 @@ class BoxRules:
         else:
             self.waiting = ("total", request.total, flags)
 
-    def tick(self, t_ps: int, *, at_home: bool) -> None:
+    def tick(self, t_ps: int, *, at_home: bool, stopped: bool = False) -> None:
         """Judge what has come since the last reading: the last word only, and only once; home only at home."""
         if not self.powered:
             return
         if self.state == "RUNNING" and t_ps - self.heard_ps > self.watch_ps:
             self.fail("LINK_LOST")
+        if self.state == "RUNNING" and stopped:
+            self.fail("DRIVE_STOPPED")
         word, self.waiting = self.waiting, None
         if word is not None and word[0] == "home" and not at_home:
             return

@@ -12,6 +12,7 @@ from crc_oracle import frame_checksum as checksum_bit_by_bit
 from node_oracle import (
     CORRECTIONS,
     ENABLE,
+    EXPECTED,
     GO_HOME,
     HOLD,
     LARGE,
@@ -20,6 +21,8 @@ from node_oracle import (
     PROBING,
     REQUEST,
     RESET,
+    SETUP,
+    SETUP_A,
     STATUS,
     BoxRules,
     PcRules,
@@ -41,6 +44,7 @@ from rtec.requester import (
     PcNode,
     PcState,
     Precautions,
+    Setup,
     Status,
     _pc_node_kernels,
     _pc_turn_kernels,
@@ -49,7 +53,7 @@ from rtec.requester import (
 MS = 10**9
 AXIS = 1
 WINDOW, GRACE, WATCH_PS = 3, 2, 50 * MS
-KINDS = (STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
+KINDS = (SETUP, EXPECTED, STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
 CI, LONG = 50_000, 1_000_000
 
 
@@ -125,6 +129,7 @@ class BoxUnderFire:
         self.state = self.station._state
         self.limit = Design.A.word_limit
         self.rules = BoxRules(axis=AXIS, session=1, watch_ps=WATCH_PS, window=WINDOW, grace=GRACE, limit=self.limit)
+        self.rules.setup = SETUP_A
         box = ("node", "box")
         self.box_state = field(self.state, *box, "state")
         self.accepted = field(self.state, *box, "accepted")
@@ -176,8 +181,9 @@ class BoxUnderFire:
         out = self.state.node.out
         for k in range(int(self.waiting)):
             identifier, data = int(out.identifier[k]), int(out.payload[k]).to_bytes(8, "little", signed=True)
-            assert identifier - AXIS in (STATUS, CORRECTIONS, POSITION, PROBE)
+            assert identifier - AXIS in (SETUP, STATUS, CORRECTIONS, POSITION, PROBE)
             assert is_right(identifier, data)
+            assert identifier - AXIS != SETUP or data[2:] == SETUP_A
             if identifier - AXIS == CORRECTIONS and self.rules.state == "RUNNING":
                 assert signed(data[4:6]) == self.rules.accepted
         out.waiting = 0
@@ -214,6 +220,9 @@ class BoxUnderFire:
                 identifier, data = mutator.spoil(identifier, data)
             elif draw.random() < 0.002:
                 identifier, data = HOLD, sealed(HOLD, draw.randbytes(8))
+            elif draw.random() < 0.01:
+                word = draw.choice((SETUP_A, SETUP_A, SETUP_A, bytes(6), draw.randbytes(6)))
+                identifier, data = EXPECTED + AXIS, sealed(EXPECTED + AXIS, bytes([0, draw.randrange(256), *word]))
             before = self.rules.judged
             self.hand(identifier, data)
             if draw.random() < 0.3:
@@ -236,7 +245,7 @@ def box_under_fire(frames, seed=7):
     box.fire(frames)
     # it was no monologue: many were judged, and every way to stop was gone
     assert box.believed > frames / 50
-    assert {"LINK_LOST", "HELD", "AXIS_TAKEN", "I_STILL_DONT_BELIEVE_YOU", "IMPLAUSIBLE"} <= box.ends
+    assert {"LINK_LOST", "HELD", "AXIS_TAKEN", "I_STILL_DONT_BELIEVE_YOU", "IMPLAUSIBLE", "SETUP_DIFFERS"} <= box.ends
 
 
 # ------------------------------------------------------------------ the PC
@@ -248,7 +257,7 @@ class PcUnderFire:
     def __init__(self, seed):
         self.mutator = Mutator(seed)
         self.now_ps = 0
-        self.sequences = {STATUS: 0, CORRECTIONS: 0, POSITION: 0, PROBE: 0}
+        self.sequences = {SETUP: 0, STATUS: 0, CORRECTIONS: 0, POSITION: 0, PROBE: 0}
         self.session = 0
         self.starts = 0
         self.reasons = set()
@@ -257,7 +266,7 @@ class PcUnderFire:
         self.model = bound(predictor)
         self.pc = PcNode(
             Conversation(window_steps=WINDOW), Precautions(), axis=AXIS, predictor=predictor, count_mm=0.001,
-            step_counts=4, word_limit=100,
+            step_counts=4, word_limit=100, setup=Setup(design="a", step_mm=0.004, cycle_ps=10 * MS),
         )  # fmt: skip
         self.node = self.pc._node
         self.state = field(self.node, "pc", "state")
@@ -288,11 +297,12 @@ class PcUnderFire:
         return identifier, sealed(identifier, bytes([0, self.sequences[kind], *body]))
 
     def words(self):
-        """Return the three frames of a cycle of the box."""
+        """Return the frames of a cycle of the box."""
         self.position += self.mutator.draw.randint(-40, 60) if self.running and self.turns > 4 else 0
         accepted = self.accepted.to_bytes(2, "little", signed=True)
         word = (self.running | (self.position & 0x7FFF) << 1).to_bytes(2, "little")
         return [
+            *([] if self.running else [self.frame(SETUP, SETUP_A)]),
             self.frame(STATUS, [0 if self.running else 1, int(self.running) | 8, self.session, 0, 0, 0]),
             self.frame(CORRECTIONS, [*accepted, *accepted, self.session, self.last_sequence or 0]),
             self.frame(POSITION, [*self.position.to_bytes(4, "little", signed=True), *word]),
@@ -313,6 +323,9 @@ class PcUnderFire:
             if identifier == HOLD:
                 assert data[2] == self.reason
                 assert HoldReason(data[2]) is not HoldReason.NONE
+            elif identifier == EXPECTED + AXIS:
+                assert data[2:] == SETUP_A
+                assert self.state == PcState.WAITING or self.reason == HoldReason.SETUP_DIFFERS
             else:
                 self.check_request(identifier, data)
         out.waiting = 0
@@ -381,4 +394,4 @@ def pc_under_fire(frames, seed=3):
     pc = PcUnderFire(seed)
     pc.fire(frames)
     assert pc.enabled > frames / 100
-    assert {"ANOTHER_PC", "BOX_RESTARTED", "COMPLETED_WRONG", "PREDICTOR_OUT_OF_RANGE"} <= pc.reasons
+    assert {"ANOTHER_PC", "SETUP_DIFFERS", "BOX_RESTARTED", "COMPLETED_WRONG", "PREDICTOR_OUT_OF_RANGE"} <= pc.reasons

@@ -18,7 +18,7 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
-from node_oracle import ENABLE, HOLD, REQUEST, BoxRules, Decoder, Request, is_right, sealed
+from node_oracle import ENABLE, EXPECTED, HOLD, REQUEST, BoxRules, Decoder, Request, is_right, sealed
 
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.frame import Frame
@@ -33,7 +33,7 @@ AXIS = 1
 KEPT = 32
 FATAL = {
     Status.I_STILL_DONT_BELIEVE_YOU, Status.LINK_LOST, Status.HELD, Status.AXIS_TAKEN, Status.IMPLAUSIBLE,
-    Status.ENCODER_FAULT,
+    Status.ENCODER_FAULT, Status.SETUP_DIFFERS, Status.DRIVE_STOPPED,
 }  # fmt: skip
 
 
@@ -96,6 +96,8 @@ class Arena:
         self.t_ps = 0
         limit = limit_steps or design.word_limit
         self.rules = BoxRules(axis=AXIS, session=1, watch_ps=50 * MS, window=window, grace=grace, limit=limit)
+        setup = list(Design).index(design) | 10_000 << 4 | design.step_counts * 10_000 << 24
+        self.rules.setup = setup.to_bytes(6, "little")
         self.before = self.after = None
         self.seen = 0
         self.read_lines()
@@ -113,6 +115,7 @@ class Arena:
             word_limit=self.settings.injector.design.word_limit,
             start_ps=self.t_ps + 3 * MS,
             first_sequence=first_sequence,
+            setup=self.settings.setup,
         )
         if acknowledge:
             self.pc.acknowledge()
@@ -148,7 +151,8 @@ class Arena:
                 self.rules.switch_on = bool(state.node.box.switch_on)
             # where it was at each of several readings is not kept: one that has homed was at home
             at_home = bool(state.node.at_home) or station.view.box_state is not BoxState.NOT_HOMED
-            self.rules.tick(due_ps, at_home=at_home)
+            stopped = bool(state.alarm) and state.alarm_ps < due_ps
+            self.rules.tick(due_ps, at_home=at_home, stopped=stopped)
             homed = homed or (was == "NOT_HOMED" and self.rules.state == "RUNNING")
             due_ps += MS
         self.t_ps = until_ps
@@ -233,7 +237,7 @@ class Nodes(RuleBasedStateMachine):
     @rule(which=st.integers(0, 1 << 16), to_box=st.booleans())
     def replay(self, which, to_box):
         arena = self.arena
-        known = [f for f in arena.heard if (f.identifier & ~0xF in (REQUEST, HOLD)) == to_box]
+        known = [f for f in arena.heard if (f.identifier & ~0xF in (EXPECTED, REQUEST, HOLD)) == to_box]
         if known:
             self.hand(known[-1 - which % min(len(known), 300)], to_box)
 
@@ -258,7 +262,8 @@ class Nodes(RuleBasedStateMachine):
         self.arena.run(after_ms * MS)
 
     @rule(
-        identifier=st.sampled_from([0x080, 0x181, 0x281, 0x301, 0x381, 0x201]), body=st.binary(min_size=8, max_size=8)
+        identifier=st.sampled_from([0x080, 0x101, 0x141, 0x181, 0x281, 0x301, 0x381, 0x201]),
+        body=st.binary(min_size=8, max_size=8),
     )
     def forge_anything(self, identifier, body):
         for to_box in (True, False):

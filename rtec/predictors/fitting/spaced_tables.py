@@ -19,6 +19,11 @@ Table = UnidirectionalTable | BidirectionalTable
 
 SPACINGS = 12
 """Tried, from the distance of the targets up to a quarter of the travel, in equal ratios."""
+FOLDS = 10
+"""Parts of the readings, each foretold by the others: of fewer the gaps are so wide that they decide."""
+REPEATED = 0.9
+"""Share of the places, in each direction, with more than one reading, from which on repeats say what a table is worth
+at all of them."""
 _SMOOTH = 1e-3
 """Weight of the second differences beside that of the readings: a point without a reading near it lies on the line of
 its neighbours."""
@@ -31,7 +36,7 @@ class SpacedTable:
     Parameters
     ----------
     table
-        That with the lowest error on readings that it does not see.
+        That with the lowest error on readings that were not seen, fitted to all.
     spacing_mm
         Distance of its points.
     tried
@@ -43,22 +48,29 @@ class SpacedTable:
     tried: tuple[tuple[float, float], ...]
 
 
-def spaced_table(seen: Samples, unseen: Samples, kind: type[Table], between: Between) -> SpacedTable:
-    """Return the table whose spacing foretells readings at other places best.
+def spaced_table(samples: Samples, kind: type[Table], between: Between, *, seed: int = 0) -> SpacedTable:
+    """Return the table whose spacing foretells best what it does not see.
+
+    The readings are drawn into ten parts; tables that are fitted to the others foretell each. Where places are read
+    once, as in a second round at other targets, all readings of a place are in one part: repeats of the other places
+    say nothing of these, and a table with points that rest on single readings looked as good as they. Where all are
+    repeated, single readings are drawn: with a place of the only round its gap would be judged, which no table has.
 
     Parameters
     ----------
-    seen, unseen
-        Readings that the points are fitted to, and readings at other places.
+    samples
+        At three places or more.
     kind
         Of one direction with a backlash, or of both.
     between
         What it says between its points. Cubics go through points that were fitted as those of straight lines.
+    seed
+        Draws the parts.
 
     Raises
     ------
     ArgumentError
-        A direction without readings, or readings at a single place.
+        A direction without readings, or readings at fewer places.
 
     References
     ----------
@@ -69,31 +81,50 @@ def spaced_table(seen: Samples, unseen: Samples, kind: type[Table], between: Bet
     >>> x = np.tile(np.arange(0.0, 41.0), 2)
     >>> way = np.repeat([1.0, -1.0], 41)
     >>> line = Samples(position_mm=x, direction=way, error_mm=1e-4 * x + 0.001 * (way < 0))
-    >>> found = spaced_table(line, line, UnidirectionalTable, Between.LINES)
+    >>> found = spaced_table(line, UnidirectionalTable, Between.LINES)
     >>> round(found.table.backlash_mm, 9), bool(abs(found.table.error_mm(20.5, 1) - 0.00205) < 1e-9)
     (0.001, True)
     """
-    low, high = seen.span_mm
-    ways = _both(seen)
-    steps = np.diff(np.unique(seen.position_mm))
+    low, high = samples.span_mm
+    steps = np.diff(np.unique(samples.position_mm))
     steps = steps[steps > SAME_TARGET_MM]
-    if not steps.size:
-        raise ArgumentError("position_mm", f"{low:g} mm alone", "readings at several places")
+    part = _parts(samples, seed)
+    if not steps.size or part.max() < 0:
+        found = f"{steps.size + 1} between {low:g} and {high:g} mm"
+        raise ArgumentError("places", found, "three or more, as each inner one is foretold by others")
     finest, coarsest = float(np.median(steps)), max(0.25 * (high - low), float(np.median(steps)))
     counts = {max(1, round((high - low) / h)) for h in np.geomspace(finest, coarsest, SPACINGS)}
-    tables = {count: _table(ways, np.linspace(low, high, count + 1), kind, between) for count in sorted(counts)}
-    off = {
-        count: math.sqrt(
-            float(np.mean((unseen.error_mm - table.error_mm(unseen.position_mm, unseen.direction)) ** 2))
-        )
-        for count, table in tables.items()
-    }
+    folds = [(_both(samples.take(part != k)), samples.take(part == k)) for k in range(part.max() + 1)]
+    off = {}
+    for count in sorted(counts):
+        grid = np.linspace(low, high, count + 1)
+        left = [unseen.left_by(_table(seen, grid, kind, between)) for seen, unseen in folds]
+        off[count] = math.sqrt(float(np.mean(np.concatenate(left) ** 2)))
     best = min(off, key=lambda count: off[count])
     return SpacedTable(
-        table=tables[best],
+        table=_table(_both(samples), np.linspace(low, high, best + 1), kind, between),
         spacing_mm=(high - low) / best,
         tried=tuple(((high - low) / count, rms) for count, rms in off.items()),
     )
+
+
+def _parts(samples: Samples, seed: int) -> npt.NDArray[np.int64]:
+    """Return the part that each reading is in, shape (n,); -1 where it is always seen."""
+    rng = np.random.default_rng(seed)
+    place = samples.place()
+    cell = np.unique(2 * place + (samples.direction < 0.0), return_inverse=True)[1]
+    count = np.bincount(cell)
+    if np.mean(count > 1) > REPEATED:
+        order = rng.permutation(samples.rows)
+        order = order[np.argsort(cell[order], kind="stable")]
+        nth = np.empty(samples.rows, dtype=np.int64)
+        nth[order] = np.arange(samples.rows) - np.repeat(np.cumsum(count) - count, count)
+        part = (rng.integers(0, FOLDS, count.size)[cell] + nth) % FOLDS
+        return np.where(count[cell] > 1, part, -1)
+    of_place = np.full(place.max() + 1, -1)
+    inner = rng.permutation(np.arange(1, place.max()))
+    of_place[inner] = np.arange(inner.size) % FOLDS
+    return of_place[place]
 
 
 def table_of(samples: Samples, like: SpacedTable) -> Table:

@@ -1,12 +1,14 @@
 """A diagnosis or a comparison as a page, figures, tables and plain data."""
 
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
-from rtec.report.diagnosis.folder import write_comparison, write_diagnosis
+from rtec.report.diagnosis.folder import write_comparison, write_diagnosis, write_several
 from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.sentence import comparison_sentence, verdict_sentence
+from rtec.report.diagnosis.several import changes_sentence, several_document, several_table
 from rtec.report.diagnosis.terminal import comparison_table, diagnosis_table, found_table
 
 __all__ = [
+    "changes_sentence",
     "comparison_document",
     "comparison_figures",
     "comparison_sentence",
@@ -15,7 +17,10 @@ __all__ = [
     "diagnosis_figures",
     "diagnosis_table",
     "found_table",
+    "several_document",
+    "several_table",
     "verdict_sentence",
     "write_comparison",
     "write_diagnosis",
+    "write_several",
 ]

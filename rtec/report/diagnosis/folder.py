@@ -9,13 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from rtec.inference.results import Diagnosis
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
-from rtec.report.diagnosis.page import comparison_page, diagnosis_page
+from rtec.report.diagnosis.figures_several import SEVERAL_CAPTION, several_figure
+from rtec.report.diagnosis.page import comparison_page, diagnosis_page, several_page
 from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
-from rtec.report.illustrations import Illustration
+from rtec.report.diagnosis.several import several_document
+from rtec.report.figures_style import figure_style
+from rtec.report.illustrations import Illustration, illustration
 from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
+    from rtec.report.diagnosis.several import Changes, Results
 
 Render = Callable[[Sequence[Illustration], Sequence[str]], str]
 
@@ -53,6 +57,42 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     figures = comparison_figures(comparison.dataset, comparison.model, comparison.noise)
     document = comparison_document(comparison)
     return _written(folder, figures, document, lambda drawn, files: comparison_page(comparison, drawn, files))
+
+
+def write_several(results: Results, found: Changes, folder: Path) -> Path:
+    """Write the pages of several measurements, each into a folder of its own, and one that holds them together.
+
+    Parameters
+    ----------
+    results, found
+        As for `several_document`.
+    folder
+        Where to; it exists. The folders in it bear the names of the files, with a number before them.
+
+    Returns
+    -------
+    Path
+        The page that holds them together.
+
+    Raises
+    ------
+    OutputError
+        The folder is missing or not writable, or the disk is full.
+    """
+    with figure_style():
+        figure = illustration(several_figure(results), "several", "Several measurements", SEVERAL_CAPTION)
+    parts = {name: f"{number}-{Path(name).stem[:60]}" for number, name in enumerate(results, 1)}
+    with whole_folder(folder) as new:
+        for name, one in results.items():
+            part = new / parts[name]
+            part.mkdir()
+            (write_diagnosis if isinstance(one, Diagnosis) else write_comparison)(one, part)  # type: ignore[arg-type]
+        write_figures(new, [figure])
+        document = several_document(results, found)
+        write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        files = without_empty(new, ("figures",))
+        write_text(new / PAGE, several_page(results, found, figure, parts, files))
+    return folder / PAGE
 
 
 def _written(folder: Path, figures: list[Illustration], document: dict[str, Any], render: Render) -> Path:

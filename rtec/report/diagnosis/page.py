@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rtec.inference.results import Diagnosis, Verdict
@@ -16,12 +16,14 @@ from rtec.report.diagnosis.sentence import (
     stretch_words,
     verdict_sentence,
 )
+from rtec.report.diagnosis.several import change_rows, changes_sentence, heads_of, left_rows
 from rtec.report.illustrations import Illustration
 from rtec.report.rendering import embedded, page_environment
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison, Where
     from rtec.report.diagnosis.quantities import Shown
+    from rtec.report.diagnosis.several import Changes, Results
 
 TONES = {
     Verdict.NAMED: "good",
@@ -94,6 +96,36 @@ def comparison_page(comparison: Comparison, figures: Sequence[Illustration], fil
         where=[_where(where, shown) for where in c.where],
         figures=_by_name(figures),
         definitions=chapters.DEFINITIONS[:_FOR_COMPARISONS],
+        files=files,
+    )  # fmt: skip
+
+
+def several_page(
+    results: Results, found: Changes, figure: Illustration, parts: Mapping[str, str], files: Sequence[str]
+) -> str:
+    """Return the page that holds several measurements together.
+
+    Parameters
+    ----------
+    results, found
+        As for `several_document`.
+    figure
+        Drawn already.
+    parts
+        The folder of each measurement's own page.
+    files
+        What lies beside the page, as paths from it.
+    """
+    first = next(iter(results))
+    dataset = results[first].dataset
+    return page_environment().get_template("diagnosis/several.html.j2").render(
+        title=f"{printable(dataset.observe).replace('_', ' ').capitalize()} in {len(results)} measurements",
+        sentence=changes_sentence(first, found),
+        heads=heads_of(results),
+        left=[(name, part, cells) for part, (name, cells) in zip(parts.values(), left_rows(results), strict=True)],
+        first=printable(first),
+        changes=[(printable(name), change_rows(of_file)) for name, of_file in found.items()],
+        figures=_by_name([figure]),
         files=files,
     )  # fmt: skip
 

@@ -59,7 +59,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--interface", "slcan", "--channel", "/dev/none"], "/dev/none: cannot be opened"),
         (["--interface", "virtual", "--channel", "a", "--bitrate", "fast"], "--bitrate: 'fast'"),
         (["--program", "none.nc"], "none.nc: cannot be read"),
-        (["--log", "bus.txt"], ".log, .asc or .blf"),
+        (["--log", "bus.txt"], "a name that ends in .log, .asc or .blf"),
         (["--channel", "../x"], "name: '../x'"),
         (["--stand", "--program", "none.nc"], "--stand or --program"),
         (["--dbc", "steers.dbc"], "\ufffd[31m"),
@@ -172,6 +172,80 @@ def test_two_terminals(child):
     assert box.end(signal.SIGINT) == 0
     assert "ended: Ctrl-C" in box.said
     assert not Path(os.environ.get("XDG_RUNTIME_DIR", "/nowhere"), "rtec", line[1]).exists()
+
+
+HERE = "in another terminal: PC"
+ALONE = "no other program can join: a virtual bus of python-can ends where its process does"
+BUS = 'or in Python: can.Bus(interface="'
+
+
+@pytest.mark.parametrize(
+    ("interface", "channel", "rate", "said"),
+    [
+        (None, None, None, [HERE, f'{BUS}slcan", channel="FAR/rtec")']),
+        (None, "two", None, [HERE, f'{BUS}slcan", channel="FAR/two")']),
+        ("udp_multicast", "239.74.163.2", None, [HERE, f'{BUS}udp_multicast", channel="239.74.163.2")']),
+        ("socketcan", "can0", None, [HERE, f'{BUS}socketcan", channel="can0")']),
+        (
+            "slcan", "/dev/ttyACM0", "500000",
+            [
+                "with the other side's own adapter as CHANNEL: PC",
+                f'{BUS}slcan", channel="CHANNEL", bitrate=500000)',
+            ],
+        ),
+        ("virtual", "x", None, [ALONE]),
+    ],
+)  # fmt: skip
+def test_the_ways_in_are_those_of_the_interface(monkeypatch, tmp_path, interface, channel, rate, said):
+    from rtec.cli._live import BusWords
+
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    bus = BusWords(interface=interface, channel=channel, bitrate=rate)
+    assert [line.replace(str(tmp_path / "rtec"), "FAR") for line in bus.ways_in("PC")] == said
+
+
+@pytest.mark.parametrize(
+    ("interface", "channel", "words"),
+    [
+        (None, "two", ["--channel", "two"]),
+        ("socketcan", "can0", ["--interface", "socketcan", "--channel", "can0"]),
+        ("serial", "/dev/ttyS0", ["--interface", "serial", "--channel", "CHANNEL"]),
+    ],
+)
+def test_the_options_of_the_other_side(interface, channel, words):
+    from rtec.cli._live import BusWords
+
+    assert BusWords(interface=interface, channel=channel, bitrate=None).words() == words
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_the_line_for_python_hears_the_box(child):
+    """What the box prints is typed as it stands into a program of the user's."""
+    import can
+
+    box = child("box", "--channel", f"python-{os.getpid()}")
+    box.wait_for("not homed")
+    line = next(line for line in box.said.splitlines() if "or in Python: " in line).split("or in Python: ")[1]
+    with eval(line, {"can": can}) as bus:  # noqa: S307 - the line that is printed to be copied
+        heard = {bus.recv(PATIENCE_S).arbitration_id for _ in range(8)}
+    assert {0x101, 0x181, 0x281, 0x301} <= heard
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_a_script_with_mistakes_is_done_to_its_end_and_fails():
+    words = [sys.executable, "-m", "rtec", "box", "--channel", f"script-{os.getpid()}", "--json"]
+    orders = "switch off\n\nhone\naxis 7 home\nswitch on\nquit\n"
+    done = subprocess.run(words, input=orders, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    report = json.loads(done.stdout)
+    assert (done.returncode, report["ended"]) == (1, "quit")
+    assert [(one["line"], one["order"]) for one in report["orders_refused"]] == [(3, "hone"), (4, "axis 7 home")]
+    told = done.stderr.splitlines()[-2:]
+    assert told[0].startswith(
+        "rtec: line 3 of the orders, 'hone', was not done: order: 'hone' is not allowed; allowed: go,"
+    )
+    assert told[0].endswith("did you mean 'home'?")
+    assert told[1].endswith("axis: 7 is not allowed; allowed: an axis of this process: 1")
+    assert "order: switch on" in done.stderr  # what comes after a mistake is done
 
 
 @pytest.mark.parametrize("speed", ["0.1", "20"])

@@ -82,9 +82,6 @@ def test_the_step_of_the_example_is_at_most_fifteen_lines():
     ("body", "reason"),
     [
         ("raise ValueError('boom')", "step raised ValueError: boom in mine.py, line 4, at 0 ps"),
-        ("pass", "step returned nothing; it has to return (levels, completed, wake_ps), at 0 ps"),
-        ("return 7, 0, 0", "step returned levels 7; A + 2 * B is 0 to 3, at 0 ps"),
-        ("return ab, 0, t_ps - 5 if t_ps else 0", "which is not after its own time 1000000 ps; 0 stands for none"),
         ("__import__('os')._exit(3)", "it ended its process with code 3, at 0 ps"),
         ("print('hello')\n        return ab, 0, 0", "+1 step asked for, 0 completed and no reason given, at 2 us"),
     ],
@@ -117,9 +114,6 @@ def test_an_algorithm_that_is_not_the_same_twice_gets_a_verdict(capfd, mine):
     ("text", "message"),
     [
         ("class X\n", "mine.py: line 1: expected ':'"),
-        ("import nonesuch\n", "mine.py: line 1: ModuleNotFoundError: No module named 'nonesuch'"),
-        ("class Y:\n    pass\n", "mine.py: has no X; classes with a step are: none"),
-        (STEP.replace("n = 0", "def __init__(self, a): pass") + "pass\n", "mine.py: X() raised TypeError"),
         ("__import__('os')._exit(5)\n", "mine.py:X: it ended its process with code 5 while the file is loaded"),
     ],
 )

@@ -46,10 +46,25 @@ def image(tmp_path):
     return written
 
 
+@pytest.fixture
+def judged_once(monkeypatch):
+    """The program of a test is judged once, in whatever form it is told."""
+    import rtec.campaign
+
+    judge, verdicts = rtec.campaign.check_firmware, []
+
+    def once(plan, progress):
+        if not verdicts:
+            verdicts.append(judge(plan, progress))
+        return verdicts[0]
+
+    monkeypatch.setattr(rtec.campaign, "check_firmware", once)
+
+
 QUICK = ("--design", "original", "--phases", "1", "--frequency", "2kHz", "--tries", "16")
 
 
-def test_a_good_image_passes(image, capsys, tmp_path):
+def test_a_good_image_passes(image, capsys, tmp_path, judged_once):
     figure, vcd = tmp_path / "a.png", tmp_path / "a.vcd"
     words = ["check", image(), *QUICK, "--figure", figure, "--vcd", vcd]
     code, out, err = said(capsys, *words, "--json")
@@ -78,7 +93,7 @@ def test_a_good_image_passes(image, capsys, tmp_path):
     assert "Data sheet" in out
 
 
-def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path):
+def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path, judged_once):
     file = image(*SWAPPED)
     (tmp_path / "mine.sym").write_text("0x0000 reset\n0x0290 pulses\n")
     code, out, err = said(capsys, "check", file, *QUICK, "--figure", tmp_path / "b.svg", "--json")

@@ -46,7 +46,7 @@ def test_three_examples_that_the_parser_takes(words, command):
     for example in examples:
         called = []
         for part in example.split(" && "):
-            first, *rest = shlex.split(part)
+            first, *rest = shlex.split(part.rpartition(" | ")[2])
             assert first == "rtec"
             found, values = parsed(rest)
             called.append(found)
@@ -70,7 +70,7 @@ def test_help_fits_the_terminal(capsys, monkeypatch, words, command, columns):
     assert main([*words, "--help"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= columns
-    assert sum(line.strip().startswith("Example: rtec") for line in lines) == 3
+    assert sum(line.strip().startswith("Example: ") for line in lines) == 3
     # no option is cut off
     shown = "\n".join(lines)
     for parameter in command.params:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 import time
 
 import pytest
@@ -24,13 +25,16 @@ def box():
     """A box on a virtual bus, in a thread: its channel."""
     import threading
 
+    from rtec.cli.box import _warm_up
     from rtec.link.python_can import open_transport
     from rtec.live.box_loop import BoxLoop
     from rtec.machine.station import Station, StationSettings
     from rtec.requester import Precautions
 
     channel = f"pc-{os.getpid()}-{time.monotonic_ns()}"
-    station = Station(StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9)))
+    settings = StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9))
+    _warm_up(settings)  # as rtec box does: compiling with a PC on the bus would take longer than the watch allows
+    station = Station(settings)
     ends = threading.Event()
     transport = open_transport(interface="virtual", channel=channel)
     loop = BoxLoop([station], transport)
@@ -112,13 +116,43 @@ def test_nobody_answers(capsys, table):
     words = [*on(f"none-{os.getpid()}"), "--table", str(table), "--start-up", "200ms"]
     code, report, err = run_pc(capsys, *words)
     assert (code, report["ended"]) == (1, "nobody answers")
+    assert "waiting up to 0.2 s for the box of axis 1" in err
     assert "not ready after 0.2 s" in err.splitlines()[-1]
 
 
 def test_no_box_offers_a_line(capsys):
-    assert main(["pc", "--channel", f"none-{os.getpid()}"]) == 2
-    err = capsys.readouterr().err
-    assert "no box offers it; start 'rtec box' in another terminal" in err
+    begun_s = time.monotonic()
+    assert main(["pc", "--channel", f"none-{os.getpid()}", "--start-up", "400ms"]) == 2
+    assert time.monotonic() - begun_s >= 0.4
+    waiting, error = (line for line in capsys.readouterr().err.splitlines() if "compiling" not in line)
+    assert waiting == f"rtec: waiting up to 0.4 s for a box on the line 'none-{os.getpid()}': 'rtec box' offers it"
+    assert "no box has offered it for 0.4 s; start 'rtec box' in another terminal" in error
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_a_box_that_comes_later_is_waited_for(monkeypatch, capsys):
+    """The line is not there at the first look, and is at the second."""
+    from rtec.cli import _live
+    from rtec.link.pseudo_terminal import Line
+
+    name = f"late-{os.getpid()}"
+    lines = []
+    monkeypatch.setattr(_live.time, "sleep", lambda s: lines.append(Line(name=name)))
+    try:
+        bus = _live.BusWords(interface=None, channel=name, bitrate=None)
+        assert bus.line_of_box(60.0) == lines[0].far
+    finally:
+        lines[0].close()
+    assert f"waiting up to 60 s for a box on the line '{name}'" in capsys.readouterr().err
+
+
+def test_a_pc_for_another_design_is_refused(capsys, box, table):
+    code, report, err = run_pc(capsys, *on(box[0]), "--table", str(table), "--design", "c", "--count", "2um")
+    assert (code, report["axes"][0]["reason"]) == (1, "SETUP_DIFFERS")
+    assert err.splitlines()[-1] == (
+        "rtec: axis 1: the machine is held: SETUP_DIFFERS: the box has design a, step 4 µm, cycle 50 ms; this PC is "
+        "set up for design c, step 4 µm, cycle 50 ms: start both with the same --design and --count"
+    )
 
 
 @pytest.mark.parametrize(

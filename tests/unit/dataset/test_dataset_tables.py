@@ -51,20 +51,25 @@ def test_speeds_of_a_table_read_again_are_repeats(load):
 @pytest.mark.parametrize(
     ("header", "words"),
     [
-        ("time_s,Position [mm],current_a", ("'Position [mm]'", "looks like a position", "actual_mm")),
-        ("time_s,nominalPos,deviation_um", ("'nominalPos'", "looks like a position", "target_mm")),
-        ("velocity_mm_s,pos,current_a", ("'pos'", "looks like a position")),
-        ("Dir,target_mm,deviation_um", ("'Dir'", "looks like a direction", "+1 and -1")),
-        (
-            "approach side,target_mm,deviation_um",
-            ("'approach side'", "like a direction", "take the column out"),
-        ),
+        ("time_s,nominalPos,deviation_um", ("'nominalPos'", "looks like the target", "nominalPos=target_mm")),
+        ("velocity_mm_s,pos,current_a", ("'pos'", "looks like the actual position", "pos=actual_mm")),
+        ("time_s,soll,deviation_um", ("'soll'", "looks like the target", "soll=ignore")),
+        ("Dir,target_mm,deviation_um", ("Dir 4 is not allowed", "+1 or -1", "Dir=ignore")),
     ],
 )
 def test_what_looks_like_a_position_or_a_direction_is_asked_about(load, header, words):
     with pytest.raises(FileFormatError) as error:
-        load(header + "\n1,2,3\n1,5,4\n-1,2,3\n-1,9,4\n")
+        load(header + "\n1,2,3\n1,5,4\n-1,2,3\n4,9,4\n")
     assert all(word in str(error.value) for word in words)
+
+
+def test_what_is_understood_is_used_and_said(load):
+    data = load("time_s,Position [mm],current_a\n0,2,3\n1,5,4\n2,2,3\n3,9,4\n")
+    assert (data.conditions.position.tolist(), data.units.position) == ([2.0, 5.0, 2.0, 9.0], "mm")
+    assert "took column 'Position [mm]' for the actual position" in data.notes
+    data = load("Dir,target_mm,deviation_um\n1,2,3\n1,5,4\n-1,5,3\n-1,2,4\n")
+    assert data.conditions.direction.tolist() == [1.0, 1.0, -1.0, -1.0]
+    assert "took column 'Dir' for the direction of approach" in data.notes
 
 
 def test_other_unknown_columns_are_no_question(load):

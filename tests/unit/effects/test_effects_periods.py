@@ -1,5 +1,7 @@
 """Periodic effects, and what a plan of positions can resolve."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from encoder_disc_oracle import deviations
@@ -19,10 +21,13 @@ from rtec.effects import (
     Units,
     alias_limit,
     frequencies,
+    frequency_grid,
     highest_frequency,
     phases_seen,
     resolved_harmonics,
 )
+from rtec.effects._periodic import families
+from rtec.effects.frequency_grid import looks_constant
 from rtec.errors import ArgumentError
 
 LINEAR = Units("mm", "mm", "s")
@@ -112,6 +117,39 @@ def test_the_lathe_resolves_four_harmonics_of_its_screw():
 )
 def test_phases_of_a_period(places, period, seen):
     assert phases_seen(np.asarray(places), period) == pytest.approx(seen, abs=1 if seen > 10 else 0)
+
+
+@pytest.mark.parametrize("runs", [1, 4])
+@pytest.mark.parametrize("other_step, other", [(0.66294, 0.0), (0.635, 0.3 * 0.635)])
+def test_a_wave_is_mainly_constant_where_most_runs_meet_one_phase_of_it(runs, other_step, other):
+    """The mean of its unit vectors, by hand: ones of the first runs, and what the vernier or the shift adds."""
+    first, second = 25.4 + 0.635 * np.arange(1561.0), 25.4 + other + other_step * np.arange(1495.0)
+    x, run = np.append(np.tile(first, runs), second), np.repeat(np.arange(runs + 1), [*[1561] * runs, 1495])
+    turned = 0.0 if other == 0.0 else np.exp(2j * np.pi * 0.3)  # the vernier goes round 65 times
+    expected = abs(1561 * runs + 1495 * turned) / x.size
+    c = at(x, run=run)
+    for share in (expected - 0.02, expected + 0.02):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(frequency_grid, "MOSTLY", share)
+            assert looks_constant(c, 1 / 0.635) == (share < expected)
+    assert not looks_constant(c, 2 / 6.35)
+    again = np.concatenate([x, x[:1561]]), np.concatenate([run, run[:1561]])
+    assert frequency_grid._visited(at(again[0], run=again[1])).size == x.size, "both ways of a run are one visit"
+    assert not looks_constant(at(x, run=run, moving=True), 1 / 0.635), "a log dwells where it likes"
+    part = np.arange(0, x.size, 7)
+    assert looks_constant(replace(c.take(part), whole=c), 1 / 0.635) == looks_constant(c, 1 / 0.635)
+
+
+def test_a_family_ends_before_a_harmonic_that_most_targets_see_as_a_constant():
+    first, second = 25.4 + 0.635 * np.arange(1561.0), 25.4 + 0.66294 * np.arange(1495.0)
+    runs = [first, first, first, first, second]
+    run = np.repeat(np.arange(5), [one.size for one in runs])
+    c = at(np.concatenate(runs), run=run, screw_pitch=6.35)
+    found = families(c, 2.0 / 6.35, (1, 2))
+    assert max(harmonics for base, harmonics in found if base == pytest.approx(2 / 6.35)) == 4, (
+        "the fifth is 0.635 mm"
+    )
+    assert max(harmonics for base, harmonics in found if base == pytest.approx(1 / 6.35)) == 8
 
 
 # cyclic

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import covariance, fall, measured, one_chain, whitened
 
+from rtec.dataset.load import load_dataset
 from rtec.effects import Shape, effect_named
 from rtec.inference.colour import COLOURS, Colour
 from rtec.inference.probes import Probe
@@ -22,6 +23,7 @@ from rtec.inference.proposals import (
 )
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space
+from rtec.metrology import Column, Measurement
 
 SCALE, BACKLASH, CYCLIC, MAP, WARM = (
     effect_named(n) for n in ("scale", "backlash", "cyclic", "pitch_map", "warm_up")
@@ -213,3 +215,21 @@ def test_waves_are_proposed_one_by_one_where_asked(revolution):
     )
     assert max(shape.harmonics for shape in families) > 1
     assert {(shape.harmonics, shape.by_direction) for shape in single} == {(1, False)}
+
+
+def test_play_seen_by_one_grid_of_targets_is_no_harmonic_of_the_screw():
+    """Four runs with targets every tenth of a turn, one at others: the tenth harmonic is constant in the four."""
+    up = [10.0 * np.arange(161) / 16.0] * 4 + [10.44 * np.arange(153) / 16.0]
+    x = np.concatenate([np.concatenate([one, one[::-1]]) for one in up])
+    way = np.concatenate([np.repeat([1.0, -1.0], one.size) for one in up])
+    run = np.repeat(np.arange(1, 6), [2 * one.size for one in up])
+    turn = 2.0 * np.pi * x / 6.25
+    error = 0.02 * way + 0.006 * np.sin(2.0 * turn) + 0.004 * way * np.cos(3.0 * turn)
+    noise = np.random.default_rng(0).normal(0.0, 0.001, x.size)
+    named = {"run": (run, ""), "direction": (way, ""), "target": (x, "mm"), "deviation": (error + noise, "mm")}
+    columns = {name: Column(name, unit, values) for name, (values, unit) in named.items()}
+    facts = {"screw_pitch": "6.25 mm"}
+    judge = judge_of(load_dataset(Measurement(source="two rounds", facts=facts, columns=columns, unknown={})))
+    shapes = [p.choice[1] for p in proposals(judge, judge.score([]), [CYCLIC])]
+    assert {round(shape.period, 2) for shape in shapes} == {6.25}
+    assert all(shape.by_direction and 3 <= shape.harmonics < 10 for shape in shapes)

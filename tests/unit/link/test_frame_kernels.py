@@ -176,11 +176,12 @@ def test_fields_of_any_hold(data):
 def test_identifiers_are_those_of_the_dbc():
     found = {message.name: message.frame_id for message in DBC.messages}
     expected = {"Hold": frames.HOLD}
-    for name in ("Status", "Request", "Corrections", "Position", "Probe"):
+    for name in ("Setup", "Expected", "Status", "Request", "Corrections", "Position", "Probe"):
         expected |= {f"{name}_{axis}": getattr(frames, name.upper()) + axis for axis in (1, 2, 3)}
     assert found == expected
-    # a hold passes before all else, and what stops a box before what moves it
-    assert sorted(expected.values())[:4] == [0x080, 0x181, 0x182, 0x183]
+    # a hold passes before all else, what is compared before what takes the axis home, what stops before what moves
+    first = sorted(expected.values())
+    assert first[:10] == [0x080, 0x101, 0x102, 0x103, 0x141, 0x142, 0x143, 0x181, 0x182, 0x183]
     assert frames.MOST_AXES == frames.AXIS_BITS == 15
 
 
@@ -207,7 +208,7 @@ def labels(message, signal):
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_codes_are_those_of_the_box(axis):
     codes = labels(f"Status_{axis}", "Code")
-    assert sorted(codes.values()) == list(range(12))
+    assert sorted(codes.values()) == list(range(14))
     for label, number in codes.items():
         known = getattr(_box_kernels, f"STATUS_{label}", None)
         assert number == (known if known is not None else getattr(_box_kernels, label)), label
@@ -233,7 +234,7 @@ def test_every_axis_of_the_dbc_has_the_same_messages():
             (s.name, s.start, s.length, s.is_signed, s.scale, s.unit, s.comment, s.choices) for s in message.signals
         ]
 
-    for name in ("Status", "Request", "Corrections", "Position", "Probe"):
+    for name in ("Setup", "Expected", "Status", "Request", "Corrections", "Position", "Probe"):
         one, *others = (DBC.get_message_by_name(f"{name}_{axis}") for axis in (1, 2, 3))
         for other in others:
             assert facts(other) == facts(one)

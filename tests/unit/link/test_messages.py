@@ -13,7 +13,7 @@ from crc_oracle import frame_checksum
 from hypothesis import given, settings, strategies as st
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.link._frame_kernels import hold_frame, position_frame, request_frame, status_frame
+from rtec.link._frame_kernels import hold_frame, position_frame, request_frame, setup_frame, status_frame
 from rtec.link.messages import KINDS, Kind, MessageSet, Verdict
 
 TEXT = (files("rtec.link") / "rtec.dbc").read_text()
@@ -47,7 +47,7 @@ def test_any_frame_is_read_as_by_cantools(messages, kind, axis, data, sealed):
     name = kind.name.capitalize()
     assert message.name == name
     assert message.axis == (axis if kind != Kind.HOLD else data[3])
-    expected = DBC.decode_message("Hold" if kind == Kind.HOLD else f"{name}_1", data)
+    expected = DBC.decode_message("Hold" if kind == Kind.HOLD else f"{name}_1", data, scaling=False)
     assert message.values == {key: value if isinstance(value, int) else str(value) for key, value in expected.items()}
     assert {type(value) for value in message.values.values()} <= {int, str}
     if not sealed and data[0] != frame_checksum(identifier, data):
@@ -260,7 +260,7 @@ def test_every_field_of_every_message_is_compared(tmp_path):
     assert len(places) == sum(len(message.signals) for message in DBC.messages) > 100
     for place in places:
         end = TEXT.index("\n", place)
-        text = TEXT[:place] + TEXT[place:end].replace("(1,0)", "(2,0)") + TEXT[end:]
+        text = TEXT[:place] + re.sub(r"\((1|0\.1),0\)", "(2,0)", TEXT[place:end]) + TEXT[end:]
         name = TEXT[place + 5 : TEXT.index(" :", place)]
         with pytest.raises(FileFormatError, match=f"signal {name}: scale is 2.0"):
             MessageSet.load(write(tmp_path, text))
@@ -296,6 +296,26 @@ def test_hostile_file_is_one_clear_error_soon(tmp_path, content, words):
     assert time.perf_counter() - began < 20
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 500
+
+
+def test_a_dbc_from_before_the_setups_still_describes_the_rest(tmp_path):
+    blocks = [block for block in TEXT.split("\n\n") if not re.match(r"BO_ \d+ (Setup|Expected)_", block)]
+    old = "\n\n".join(blocks)
+    old = "\n".join(line for line in old.splitlines() if not re.search(r" (25[789]|32[123]) ", line)) + "\n"
+    assert "Setup" not in old
+    assert "Expected" not in old
+    assert MessageSet.load(write(tmp_path, old)).decode(0x101, bytes(8)).name == "Setup"
+    with pytest.raises(FileFormatError, match="identifier 0x101 is that of the message Mine"):
+        MessageSet.load(write(tmp_path, old.replace("BO_ 128 Hold", "BO_ 257 Mine: 8 PC\n\nBO_ 128 Hold")))
+
+
+def test_a_setup_is_read_in_units(messages):
+    """257 is Setup_1; design C is 3, 10 ms are 10000 us, 2.54 um are 25400 steps of 0.1 nm."""
+    frame = messages.encode("Setup", 1, {"Design": "C", "Cycle": 10_000, "Step": 25_400})
+    read = DBC.decode_message(257, frame.data)
+    assert (str(read["Design"]), read["Cycle"], read["Step"]) == ("C", 10_000, pytest.approx(2540.0))
+    word = 3 | 10_000 << 4 | 25_400 << 24
+    assert frame.data == bytes_of(setup_frame(257, 1, word))
 
 
 def test_path_that_is_no_file(tmp_path):

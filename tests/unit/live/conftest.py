@@ -58,12 +58,22 @@ class FakeTransport:
 
 
 @pytest.fixture
-def cable():
-    """Return two ends of a cable with one clock each, kept together by whoever steps them."""
-    clock = Clock()
-    near, far = FakeTransport(clock), FakeTransport(clock)
-    near.other, far.other = far, near
-    return near, far
+def fresh():
+    """Return a maker of cables: two ends with a clock, kept together by whoever steps them."""
+
+    def make():
+        clock = Clock()
+        near, far = FakeTransport(clock), FakeTransport(clock)
+        near.other, far.other = far, near
+        return near, far
+
+    return make
+
+
+@pytest.fixture
+def cable(fresh):
+    """Return two ends of a cable."""
+    return fresh()
 
 
 class Together:
@@ -101,7 +111,7 @@ def together(cable):
     from rtec.predictors import BidirectionalTable
     from rtec.requester import Conversation, PcNode, Precautions
 
-    def make(moves=(), axes=(1,), table=None, speed=1.0, temperatures=()):
+    def make(moves=(), axes=(1,), table=None, speed=1.0, temperatures=(), setup=None):
         table = table or BidirectionalTable(
             forward_positions_mm=[-50, 50],
             forward_errors_mm=[0.012, 0.012],
@@ -119,6 +129,7 @@ def together(cable):
                 step_counts=4,
                 word_limit=127,
                 temperatures=temperatures,
+                setup=setup,
                 start_ps=cable[0].clock.now_ps + (2 + k) * MS,
             )
             for k, axis in enumerate(axes)

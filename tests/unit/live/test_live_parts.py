@@ -1,16 +1,17 @@
 """Orders, programs, waveforms, pictures, the wish to stop."""
 
 import io
+import os
 import signal
 
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.live.figures import spread_ms
+from rtec.live.incoming import Incoming
 from rtec.live.orders import FAULTS, Word, carry_out, parse_order
 from rtec.live.picture import picture
 from rtec.live.programs import read_moves
-from rtec.live.screen_process import TypedText, last_document
 from rtec.live.stopping import StopWish
 from rtec.live.waveform_text import HIGH, LOW, waveform_text
 from rtec.live.words import ALARM_WORDS, STATUS_WORDS
@@ -143,26 +144,25 @@ def test_picture_holds_every_axis_and_what_is_typed():
         }
         for k in (1, 2)
     ]
-    document = {"title": "rtec box", "axes": axes, "events": [f"event {k}" for k in range(12)], "prompt": "say"}
+    document = {"title": "rtec box", "axes": axes, "events": [f"event {k}" for k in range(12)]}
     out = io.StringIO()
-    Console(file=out, width=100).print(picture(document, typed="go 1", width=100))
+    Console(file=out, width=100).print(picture(document, width=100))
     shown = out.getvalue()
-    for piece in ("1.5 mm", "2.5 mm", "words of 2", "event 11", "say> go 1", "the box changed its lines once"):
+    for piece in ("1.5 mm", "2.5 mm", "words of 2", "event 11", "the box changed its lines once"):
         assert piece in shown
     assert "event 3\n" not in shown
 
 
-def test_typed_text():
-    typed = TypedText()
-    assert typed.take("go 1\x15home\r") == ["home"]
-    assert typed.take("a\x1b\x7fb") == [] and typed.text == "b"
-
-
 def test_documents_cut_anywhere():
-    document, rest = last_document(b'{"a": 1}\n{"a"')
-    assert document == {"a": 1}
-    assert last_document(rest + b": 2}\n") == ({"a": 2}, b"")
-    assert last_document(b"") == (None, b"")
+    read, write = os.pipe()
+    incoming = Incoming(read)
+    os.write(write, b'{"a": 1}\n{"a"')
+    assert incoming.take() == ([], {"a": 1}, False)
+    os.write(write, b": 2}\n")
+    assert incoming.take() == ([], {"a": 2}, False)
+    os.close(write)
+    assert incoming.take() == ([], None, True)
+    os.close(read)
 
 
 def test_a_second_interrupt_is_not_swallowed():

@@ -8,7 +8,8 @@ from rtec.live.box_run import BoxRun, box_document
 from rtec.live.events import Events
 from rtec.live.pc_run import PcRun, pc_document
 from rtec.live.shown import box_screen, pc_screen
-from rtec.requester import BoxState, HoldReason, PcState, Status
+from rtec.machine.faults import FaultKind
+from rtec.requester import BoxState, HoldReason, PcState, Setup, Status
 
 
 class Stop:
@@ -103,6 +104,33 @@ def test_switch_thrown_ends_in_hold_with_its_reason(together):
     ending, _ = pc_run(pair)
     assert (ending.why, ending.good) == ("held", False)
     assert "CORRECTIONS_DISABLED: the box's switch forbids corrections" in ending.text
+
+
+def test_two_sides_set_up_differently_both_say_what_each_has(together):
+    pair = together(setup=Setup(design="c", step_mm=0.002, cycle_ps=10**10))
+    ending, _ = pc_run(pair)
+    assert ending.why == "held"
+    assert ending.text == (
+        "axis 1: the machine is held: SETUP_DIFFERS: the box has design a, step 4 µm, cycle 10 ms; this PC is set up "
+        "for design c, step 2 µm, cycle 10 ms: start both with the same --design"
+    )
+    assert pair.box.stations[0].view.box_state is BoxState.NOT_HOMED
+    _, events = box_run(pair, [(0.0, "quit")])
+    assert texts(events)[-1][1] == (
+        "the PC on the bus is set up for design c, step 2 µm, cycle 10 ms; this box has design a, step 4 µm, cycle "
+        "10 ms: start both with the same --design"
+    )
+
+
+def test_a_drive_that_was_stopped_ends_in_hold_with_its_reason(together):
+    pair = together()
+    pair.run(0.3)
+    pair.box.stations[0].begin(FaultKind.LINES_SWAPPED)
+    pair.box.stations[0].go(30.0, 20.0)
+    ending, events = pc_run(pair)
+    assert ending.why == "held"
+    assert "DRIVE_STOPPED: the controller has stopped the drive" in ending.text
+    assert "active" not in texts(events)[-1][1]
 
 
 def test_held_pc_goes_on_saying_so_then_ends(together):
@@ -218,7 +246,7 @@ def test_reports_and_views_are_plain(together):
     _, events = box_run(pair, [(1.0, "quit")])
     report = json.loads(json.dumps(box_document(pair.box, events, ended="quit", run_s=1.0)))
     assert report["axes"][0]["completed"] == 3 and report["axes"][0]["inserted_counts"] == 12
-    shown = json.loads(json.dumps(box_screen(pair.box, events, title="t", at_s=1.0, keys=True)))
+    shown = json.loads(json.dumps(box_screen(pair.box, events, title="t", at_s=1.0)))
     # Design A at rest: four changes of the box's own for each of three insertions
     assert len(shown["axes"][0]["insertion"]) >= 12
     ending, events = pc_run(pair, until_s=pair.clock.now_ps / 1e12 + 0.1)

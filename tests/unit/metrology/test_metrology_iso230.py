@@ -133,6 +133,38 @@ def test_five_complete_runs_pass_without_warning_and_four_do_not():
     assert positioning_figures(bidirectional(target, up, down, runs=5)).warnings == ()
     (warning,) = positioning_figures(bidirectional(target, up, down, runs=4)).warnings
     assert "read only 4 times" in warning
+    assert "the first at 0 mm forward" in warning
+
+
+@pytest.mark.parametrize(
+    ("travel_mm", "targets", "asked"),
+    [(400, 4, "at least 5 on 400 mm"), (400, 5, None), (1500, 7, "at least 8 on 1500 mm, 5 a metre"), (1500, 8, None),
+     (2000, 10, None), (3000, 11, "at least 12 on 3000 mm, 250 mm apart"), (3000, 12, None)],
+)  # fmt: skip
+def test_targets_that_a_linear_axis_needs(travel_mm, targets, asked):
+    # ISO 230-2:2014: five at least and five a metre; beyond 2 m every 250 mm on average
+    place = np.linspace(0.0, travel_mm, targets)
+    found = positioning_figures(bidirectional(place, np.zeros(targets), np.ones(targets), runs=5)).warnings
+    assert found == () if asked is None else [asked in text for text in found] == [True]
+
+
+def test_one_run_is_enough_beyond_two_metres():
+    place = np.linspace(0.0, 3000.0, 20)
+    (warning,) = positioning_figures(bidirectional(place, np.zeros(20), np.ones(20))).warnings
+    assert "single run has no standard deviation" in warning
+
+
+@pytest.mark.parametrize(
+    ("travel_deg", "targets", "asked"),
+    [(90, 2, 3), (90, 3, None), (180, 4, 5), (180, 5, None), (350, 7, 8), (350, 8, None), (720, 15, 16)],
+)
+def test_targets_that_a_rotary_axis_needs(travel_deg, targets, asked):
+    linear = bidirectional(np.linspace(0.0, travel_deg, targets), np.zeros(targets), np.ones(targets), runs=5)
+    rotary = RotaryReadings(
+        target_deg=linear.target_mm, deviation_deg=linear.deviation_mm, direction=linear.direction, run=linear.run
+    )
+    found = positioning_figures(rotary).warnings
+    assert found == () if asked is None else f"at least {asked} on" in found[0]
 
 
 def test_target_without_one_direction_is_left_out_of_what_needs_both():
@@ -299,7 +331,7 @@ def test_command_prints_a_table_and_its_warnings_on_stderr(csv_file):
     result = CliRunner().invoke(app, [str(csv_file), "--unit", "mm"], catch_exceptions=False)
     assert "x.csv: 20 targets, 1 runs, in mm" in result.stdout
     assert "no period given" in result.stdout
-    assert "warning: a target was read only once" in result.stderr
+    assert "warning: column target: a target was read only once" in result.stderr
     assert "warning: columns not used: pulse_v" in result.stderr
 
 

@@ -134,7 +134,10 @@ def test_bad_files(file, text, line, words):
 
 def test_wrong_encoding_and_size(file, monkeypatch):
     file.write_bytes("target_mm\n1\n\xe9\n".encode("latin-1"))
-    with pytest.raises(FileFormatError, match=r"line 3: byte 0xe9 is no UTF-8"):
+    with pytest.raises(FileFormatError, match=r"line 3: target_mm 'é' is not a finite number"):
+        read_measurement(file)
+    file.write_bytes(b"target_mm\n1\n\xe9\x02\n")
+    with pytest.raises(FileFormatError, match=r"line 3: byte 0x02 is no text"):
         read_measurement(file)
     monkeypatch.setattr(text_file, "MAX_BYTES", 5)
     with pytest.raises(FileFormatError, match="at most 5 bytes"):

@@ -14,7 +14,7 @@ from rtec.predictors.fitting.training import Effort
 from rtec.report.figures_predicted import COLOURS
 from rtec.report.figures_style import figure_style, magnitudes, new_figure
 from rtec.report.figures_training import training_figure
-from rtec.training import all_methods, compare_predictors
+from rtec.training import Kind, all_methods, compare_predictors
 
 EFFORT = Effort(starts=1, epochs=5)
 
@@ -68,7 +68,7 @@ def marks(axes, marker):
 def test_each_row_has_its_name_and_its_errors_or_says_that_it_has_no_figure(result, panels):
     axes = panels["Error on the readings at places held out"]
     names = [label.get_text() for label in axes.get_yticklabels()]
-    assert names == ["none (no correction)" if row.kind == "none" else row.name for row in result.ranked]
+    assert names == ["none (no correction)" if row.kind is Kind.NONE else row.name for row in result.ranked]
     found = dict(zip(axes.get_yticks(), result.ranked, strict=True))
     dots = {y: x for x, y in marks(axes, "o")}
     assert dots == {y: pytest.approx(1e3 * row.rms_heldout_mm) for y, row in found.items() if row.rms_heldout_mm}
@@ -88,7 +88,7 @@ def test_the_error_stands_against_what_it_costs(result, panels, title, cost):
 
 def test_the_chosen_spacing_is_ringed_where_the_curve_of_a_table_is_lowest(result, panels):
     axes = panels["Tables: tried (dots), chosen (ring), judged (×)"]
-    tables = [row for row in result.rows if row.kind == "table"]
+    tables = [row for row in result.rows if row.kind is Kind.TABLE]
     rings = [min(row.tried, key=lambda pair: pair[1]) for row in tables]
     assert marks(axes, "o") == [pytest.approx((spacing, 1e3 * rms)) for spacing, rms in rings]
     judged = [pytest.approx((ring[0], 1e3 * row.rms_heldout_mm)) for ring, row in zip(rings, tables, strict=True)]
@@ -108,8 +108,9 @@ def test_each_training_has_a_curve_in_the_colour_of_its_algorithm(result, panels
 
 def test_lines_of_the_best_of_each_kind_go_through_the_readings_in_both_directions(result, panels):
     axes = panels["In the middle, 2 turns of the screw: the best of each kind"]
-    best = next(row for row in result.ranked if row.kind == "table")
-    lines = [line for line in axes.lines if to_hex(line.get_color()) == COLOURS["table"] and line.get_data()[0].size]
+    best = next(row for row in result.ranked if row.kind is Kind.TABLE)
+    colour = COLOURS[Kind.TABLE]
+    lines = [line for line in axes.lines if to_hex(line.get_color()) == colour and line.get_data()[0].size]
     assert len(lines) == 2
     for line, way in zip(lines, (1, -1), strict=True):
         x, y = line.get_data()

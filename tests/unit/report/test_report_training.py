@@ -9,7 +9,7 @@ from rich.console import Console
 from rtec.predictors.fitting.samples import Samples
 from rtec.report.training import training_sentence, training_table
 from rtec.training.parts import Parts
-from rtec.training.results import PredictorComparison, Row
+from rtec.training.results import Kind, PredictorComparison, Row
 
 COLUMNS = ("fitted", "out", "worst", "±", "held", "numbers", "fit", "ns")
 TOO_FEW = "readings: 12 averages is not allowed; allowed: 161 or more, one for each weight"
@@ -18,7 +18,7 @@ TOO_FEW = "readings: 12 averages is not allowed; allowed: 161 or more, one for e
 def row(name, kind, heldout_mm, parameters=1342, **other):
     figures = {"rms_train_mm": 0.00123, "worst_heldout_mm": 0.0456, "train_s": 21.4, "eval_ns": 1456.0}
     known = {"interval_mm": 0.00789, "coverage": 0.914, "parameters": parameters, "rms_heldout_mm": heldout_mm}
-    return Row(name=name, kind=kind, **figures, **known, **other)
+    return Row(name=name, kind=Kind(kind), **figures, **known, **other)
 
 
 def comparison(*rows):
@@ -33,7 +33,7 @@ RESULT = comparison(
     row("none", "none", 0.085),
     row("table uni-directional linear", "table", 0.00977),
     row("network 40 lm", "network", 0.00234, 201),
-    Row(name="network 30-10 lm", kind="network", reason=TOO_FEW),
+    Row(name="network 30-10 lm", kind=Kind.NETWORK, reason=TOO_FEW),
 )
 
 
@@ -69,8 +69,8 @@ def test_a_terminal_shows_whole_numbers_and_says_what_it_has_no_room_for(width, 
 
 
 def test_rows_of_one_design_that_have_no_figure_for_one_reason_are_one_sentence():
-    rows = [Row(name=f"network 40 {name}", kind="network", reason=TOO_FEW) for name in ("lm", "scg", "bfgs")]
-    other = Row(name="effects", kind="model", reason="nothing found")
+    rows = [Row(name=f"network 40 {name}", kind=Kind.NETWORK, reason=TOO_FEW) for name in ("lm", "scg", "bfgs")]
+    other = Row(name="effects", kind=Kind.MODEL, reason="nothing found")
     said = training_sentence(comparison(row("none", "none", 0.085), *rows, other)).splitlines()
     assert said[:3] == [
         "No predictor has a figure.",

@@ -4,21 +4,26 @@ import pytest
 from node_oracle import (
     CORRECTIONS,
     ENABLE,
+    EXPECTED,
     GO_HOME,
     LARGE,
     POSITION,
     REQUEST,
     RESET,
+    SETUP,
+    SETUP_A,
     STATUS,
     Request,
     is_right,
+    sealed,
     signed,
 )
 
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.frame import Frame
-from rtec.machine.station import Move, Station, StationSettings
-from rtec.requester import BoxState, Status
+from rtec.machine.faults import FaultKind
+from rtec.machine.station import Alarm, Move, Station, StationSettings
+from rtec.requester import BoxState, Precautions, Status
 
 MS = 10**9
 
@@ -43,6 +48,11 @@ class Desk:
         self.station.receive(Frame(identifier=REQUEST + 1, data=data))
         return self.wait(wait_ms)
 
+    def expect(self, word):
+        self.sequence += 1
+        data = sealed(EXPECTED + 1, bytes([0, self.sequence % 256, *word]))
+        self.station.receive(Frame(identifier=EXPECTED + 1, data=data))
+
     def home(self):
         self.ask(flags=GO_HOME)
         assert self.station.view.box_state is BoxState.RUNNING
@@ -65,7 +75,7 @@ def test_the_home_position_is_said_at_once(desk):
     assert t_ps - asked_ps <= MS  # the next reading, not the next cycle
     assert is_right(POSITION + 1, position)
     assert (signed(position[2:6]), position[6] & 1) == (0, 1)
-    assert {frame.identifier for _, frame in desk.sent} == {STATUS + 1, CORRECTIONS + 1, POSITION + 1}
+    assert {frame.identifier for _, frame in desk.sent} == {SETUP + 1, STATUS + 1, CORRECTIONS + 1, POSITION + 1}
 
 
 def test_an_axis_that_has_left_home_meanwhile_is_not_homed(desk):
@@ -144,3 +154,83 @@ def test_only_a_request_for_a_total_keeps_the_watch_alive(desk, flags, ends):
         desk.ask(flags=flags, wait_ms=10)
     assert desk.station.view.box_state.name == ends
     assert ends == "RUNNING" or desk.station.view.status is Status.LINK_LOST
+
+
+# set up differently
+
+SETUP_C = (3 | 10_000 << 4 | 20_000 << 24).to_bytes(6, "little")
+
+
+def test_the_setup_is_said_until_the_axis_is_homed(desk):
+    assert [data[2:] for _, data in desk.said(SETUP)] == [SETUP_A, SETUP_A]  # at 1 ms and 11 ms
+    desk.home()
+    assert len(desk.said(SETUP)) == 1
+    desk.ask(wait_ms=30)
+    assert desk.said(SETUP) == []
+
+
+@pytest.mark.parametrize("first", ["expected", "request"])
+def test_a_pc_that_expects_another_box_cannot_take_the_axis_home(desk, first):
+    if first == "request":
+        desk.ask(flags=GO_HOME, wait_ms=0)
+    desk.expect(SETUP_C)
+    if first == "expected":
+        desk.ask(flags=GO_HOME, wait_ms=0)
+    desk.wait(5)
+    view = desk.station.view
+    assert (view.box_state, view.status) == (BoxState.NOT_HOMED, Status.SETUP_DIFFERS)
+    assert str(view.expected) == "design c, step 2 µm, cycle 10 ms"
+    desk.expect(SETUP_A)
+    desk.home()
+
+
+def test_what_was_expected_long_ago_is_forgotten(desk):
+    """The PC that was wrong has gone; one that says nothing of a setup comes after it."""
+    desk.expect(SETUP_C)
+    desk.wait(40)
+    desk.ask(flags=GO_HOME)
+    assert desk.station.view.status is Status.SETUP_DIFFERS
+    desk.wait(10)  # 55 ms after it
+    desk.home()
+
+
+def test_a_box_that_runs_stops_for_good_where_the_pc_expects_another(desk):
+    desk.expect(SETUP_A)
+    desk.home()
+    desk.expect(SETUP_A)
+    desk.ask()
+    assert desk.station.view.box_state is BoxState.RUNNING
+    desk.expect(SETUP_C)
+    desk.ask()
+    assert (desk.station.view.box_state, desk.station.view.status) == (BoxState.FATAL, Status.SETUP_DIFFERS)
+
+
+def test_the_cycle_that_is_said_is_that_on_the_bus():
+    """An axis that runs five times as fast as the clock: 50 ms of its time are 10 ms of the bus."""
+    settings = StationSettings(precautions=Precautions(cycle_ps=50 * MS, watch_ps=250 * MS, speed=5.0))
+    assert settings.setup.word.to_bytes(6, "little") == SETUP_A
+
+
+# a stopped drive
+
+
+def test_a_drive_that_the_controller_has_stopped_stops_the_box_for_good(desk):
+    desk.home()
+    desk.station.begin(FaultKind.LINES_SWAPPED)
+    desk.station.go(30.0, 20.0)
+    for _ in range(60):
+        frames = desk.ask(wait_ms=10)
+        if desk.station.view.box_state is BoxState.FATAL:
+            break
+    view = desk.station.view
+    assert (view.alarm, view.status) == (Alarm.FOLLOWING, Status.DRIVE_STOPPED)
+    (data,) = [data for _, data in desk.said(STATUS) if data[2] == 13][:1]
+    assert frames and data[3] & 7 == 2
+
+
+def test_before_home_a_stopped_drive_means_nothing(desk):
+    desk.station._state.alarm = int(Alarm.FOLLOWING)
+    desk.wait(10)
+    assert desk.station.view.status is Status.NOT_HOMED
+    desk.home()
+    assert desk.station.view.alarm is Alarm.NONE

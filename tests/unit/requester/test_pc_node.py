@@ -1,12 +1,26 @@
 """The PC as a node: what it does when the start goes wrong, and that it never stops without a reason."""
 
 import pytest
-from node_oracle import CORRECTIONS, ENABLE, GO_HOME, POSITION, PROBE, REQUEST, STATUS, Request, sealed
+from node_oracle import (
+    CORRECTIONS,
+    ENABLE,
+    EXPECTED,
+    GO_HOME,
+    HOLD,
+    POSITION,
+    PROBE,
+    REQUEST,
+    SETUP,
+    SETUP_A,
+    STATUS,
+    Request,
+    sealed,
+)
 
 from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
 from rtec.predictors import LatheNetwork, StepModel, UnidirectionalTable
-from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Status
+from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Setup, Status
 
 MS = 10**9
 NOT_HOMED, RUNNING, FATAL = 0, 1, 2
@@ -16,10 +30,11 @@ SWITCH_ON = 8
 class Desk:
     """A PC and a hand that plays the box."""
 
-    def __init__(self):
+    def __init__(self, setup=None):
         table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.004, 0.004], backlash_mm=0.0)
         self.pc = PcNode(
-            Conversation(), Precautions(), axis=1, predictor=table, count_mm=0.001, step_counts=4, word_limit=127
+            Conversation(), Precautions(), axis=1, predictor=table, count_mm=0.001, step_counts=4, word_limit=127,
+            setup=setup,
         )  # fmt: skip
         self.sequence = 0
         self.judged = 0
@@ -54,6 +69,12 @@ class Desk:
 @pytest.fixture
 def desk():
     return Desk()
+
+
+def active(desk):
+    desk.cycle(NOT_HOMED, valid=0)
+    desk.cycle(RUNNING)
+    assert desk.pc.view.state is PcState.ACTIVE
 
 
 def node_at(home_mm, predictor, margin_mm=0.0):
@@ -180,12 +201,6 @@ def test_a_switch_that_keeps_a_step_in_holds_the_machine(desk, totals, state):
     assert totals == 0 or desk.pc.view.reason is HoldReason.CORRECTIONS_DISABLED
 
 
-def active(desk):
-    desk.cycle(NOT_HOMED, valid=0)
-    desk.cycle(RUNNING)
-    assert desk.pc.view.state is PcState.ACTIVE
-
-
 def test_more_steps_than_a_request_can_say_hold_the_machine(desk):
     """127 steps of 4 um: what is beyond them would be missing, and nobody would know."""
     active(desk)
@@ -229,3 +244,87 @@ def test_a_latch_of_the_past_is_no_latch(desk):
     say_latch(1, 1, 1111)  # played again
     assert (desk.pc.view.trips, desk.pc.view.trip_position) == (2, 2222)
     assert desk.pc.view.frames_refused == 1
+
+
+# set up differently
+
+
+@pytest.fixture
+def set_up():
+    return Desk(Setup(design="a", step_mm=0.004, cycle_ps=10 * MS))
+
+
+def test_it_says_what_it_expects_before_it_takes_the_axis_home(set_up):
+    set_up.say(SETUP, *SETUP_A)
+    set_up.sequence += 1
+    set_up.say(STATUS, Status.NOT_HOMED, NOT_HOMED | SWITCH_ON, 9, 0, 0, 0)
+    expected, request = set_up.pc.turn(at_ps=set_up.pc.due_ps)
+    assert (expected.identifier, expected.data[2:]) == (EXPECTED + 1, SETUP_A)
+    assert Request.of(request.data).flags == GO_HOME
+    active(set_up)
+    assert all(frame.identifier == REQUEST + 1 for frame in set_up.pc.turn(at_ps=set_up.pc.due_ps))
+
+
+@pytest.mark.parametrize("begins", [False, True])
+@pytest.mark.parametrize(
+    ("design", "cycle_us", "step"),
+    [(3, 10_000, 20_000), (1, 20_000, 40_000), (1, 10_000, 20_000), (2, 10_000, 40_000)],
+)
+def test_a_box_that_is_set_up_differently_holds_the_machine(set_up, design, cycle_us, step, begins):
+    if begins:
+        active(set_up)
+    set_up.say(SETUP, *(design | cycle_us << 4 | step << 24).to_bytes(6, "little"))
+    frames = set_up.pc.turn(at_ps=set_up.pc.due_ps)
+    assert (set_up.pc.view.state, set_up.pc.view.reason) == (PcState.HOLD, HoldReason.SETUP_DIFFERS)
+    assert {frame.identifier for frame in frames} == {HOLD, EXPECTED + 1, REQUEST + 1}
+    assert Request.of(frames[-1].data).flags == 0
+
+
+def test_a_box_that_says_nothing_of_its_setup_is_taken_as_it_is(set_up):
+    active(set_up)
+    assert set_up.pc.view.box_setup is None
+
+
+def test_a_pc_that_expects_nothing_takes_every_box(desk):
+    desk.say(SETUP, *bytes(5), 1)
+    active(desk)
+
+
+def test_a_refusal_of_the_box_is_heard_too(set_up):
+    set_up.cycle(NOT_HOMED, code=Status.SETUP_DIFFERS, valid=0)
+    assert set_up.pc.view.reason is HoldReason.SETUP_DIFFERS
+
+
+def test_a_refusal_of_another_pc_is_not_for_this_one(set_up):
+    set_up.say(SETUP, *SETUP_A)
+    (request,) = set_up.cycle(NOT_HOMED, code=Status.SETUP_DIFFERS, valid=0)
+    assert request.flags == GO_HOME
+
+
+@pytest.mark.parametrize(
+    ("code", "reason"),
+    [(Status.DRIVE_STOPPED, HoldReason.DRIVE_STOPPED), (Status.SETUP_DIFFERS, HoldReason.SETUP_DIFFERS)],
+)
+def test_a_box_that_has_stopped_for_good_says_why(desk, code, reason):
+    active(desk)
+    desk.cycle(FATAL, code=code)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, reason)
+
+
+@pytest.mark.parametrize(
+    ("box", "pc", "options"),
+    [
+        (("a", 0.004, 10), ("c", 0.002, 10), "--design"),
+        (("a", 0.004, 10), ("a", 0.002, 10), "--count"),
+        (("a", 0.004, 10), ("c", 0.004, 10), "--design and --count"),
+        (("a", 0.004, 10), ("a", 0.004, 20), "--cycle"),
+        (("a", 0.004, 10), ("c", 0.001, 20), "--design, --count and --cycle"),
+        (("original", 0.004, 10), ("a", 0.004, 10), "--design"),
+        (("a", 0.004, 10), ("a", 0.004, 10), ""),
+        (("mine", 0.004, 10), ("a", 0.002, 10), "--design and --count"),
+    ],
+)
+def test_the_options_that_make_two_setups_alike(box, pc, options):
+    one, other = (Setup(design=d, step_mm=s, cycle_ps=c * MS) for d, s, c in (box, pc))
+    assert one.options_that_differ(other) == options
+    assert (one.word == other.word) == (options == "")

@@ -14,8 +14,8 @@ from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.training import Effort
 from rtec.training import all_methods, compare_predictors, parts_of
 from rtec.training.compare_predictors import conformal_mm, judged, repeatability_mm
-from rtec.training.methods import Fitted, Kind, Method, turn_warning
-from rtec.training.results import PredictorComparison, Row
+from rtec.training.methods import Fitted, Method, turn_warning
+from rtec.training.results import Kind, PredictorComparison, Row
 
 QUICK = Effort(starts=1, epochs=5)
 
@@ -167,7 +167,7 @@ def test_a_coverage_of_exchangeable_residuals_is_near_what_is_asked():
         class Parts:
             train, choose, sure, heldout = part(5), part(5), part(39), part(40)
 
-        row = judged(Row(name="n", kind="none"), Fitted(predictor=NoError(), parameters=0), Parts, 0.0)
+        row = judged(Row(name="n", kind=Kind.NONE), Fitted(predictor=NoError(), parameters=0), Parts, 0.0)
         held.append(row.coverage)
     assert abs(np.mean(held) - 0.9) < 4.0 * np.std(held) / math.sqrt(300)
 
@@ -195,8 +195,8 @@ def test_a_measurement_that_no_predictor_can_be_made_of_is_one_error(tmp_path):
 
 
 def test_ranks_put_rows_without_figures_last():
-    rows = [Row(name="x", kind="network", reason="why"), Row(name="b", kind="table", rms_heldout_mm=2.0)]
-    rows += [Row(name="a", kind="table", rms_heldout_mm=1.0), Row(name="none", kind="none", rms_heldout_mm=0.5)]
+    rows = [Row(name="x", kind=Kind.NETWORK, reason="why"), Row(name="b", kind=Kind.TABLE, rms_heldout_mm=2.0)]
+    rows += [Row(name="a", kind=Kind.TABLE, rms_heldout_mm=1.0), Row(name="none", kind=Kind.NONE, rms_heldout_mm=0.5)]
     found = PredictorComparison(
         source="s", parts=None, rows=tuple(rows), pitch_mm=None, noise_mm=None, notes=(), interrupted=False
     )

@@ -1,0 +1,155 @@
+"""``rtec replay``: a bus log played into a live node, its answers held to the log."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rtec.cli._arguments import member
+from rtec.cli._console import note, print_json, progress
+from rtec.cli._live import BUS, OUTPUT, TIMES, BusWords, option, picoseconds, seconds
+from rtec.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from rtec.live.compared import Difference
+    from rtec.live.played import Survey
+    from rtec.live.replay_run import ReplayOutcome
+
+_FAILS = 1
+_SHOWN = 20
+SLOWEST, FASTEST = 0.1, 10.0
+
+
+def replay(
+    log: Annotated[
+        Path, typer.Argument(metavar="LOG", help="A .log (candump), .asc or .blf file.", show_default=False)
+    ],
+    role: Annotated[
+        str,
+        option("--as", BUS, "pc|box", "Whose frames are played: those of the PC to a box, or of the box to a PC."),
+    ] = "pc",
+    interface: Annotated[
+        str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, the line of 'rtec box'.")
+    ] = None,
+    channel: Annotated[
+        str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
+    ] = None,
+    bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    speed: Annotated[str, option("--speed", TIMES, "N", "Play N times as fast as it was recorded.")] = "1",
+    tolerance: Annotated[
+        str | None,
+        option("--tolerance", TIMES, "50ms", "Answers may come so much sooner or later; 5 cycles without."),
+    ] = None,
+    start_up: Annotated[str, option("--start-up", TIMES, "60s", "Longest wait for the node.")] = "60s",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON document on stdout.", rich_help_panel=OUTPUT)
+    ] = False,
+) -> None:
+    """Play a bus log into a live node, at the log's own times, and compare its answers with those of the log.
+
+    Only one side's frames are sent, so that nobody speaks for the node. Exits with 1 where it answers differently.
+
+    Example: rtec replay run.log
+
+    Example: rtec replay trace.asc --as box --interface socketcan --channel can0
+
+    Example: rtec replay night.blf --speed 2 --tolerance 100ms --json
+    """
+    from rtec.live.played import Role, survey
+    from rtec.live.quiet import quiet_collector
+    from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
+
+    bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
+    side = member(role, Role, name="--as")
+    pace = _speed(speed)
+    limit_s = seconds(start_up, "--start-up")
+    found = survey(log, side)
+    tolerance_ps = tolerance_of(found) if tolerance is None else picoseconds(tolerance, "--tolerance")
+    if found.cut_off is not None:
+        note(f"warning: {found.cut_off}")
+    with ExitStack() as stack:
+        end = None
+        if interface is None and side is Role.PC:
+            end = bus.line_of_box(limit_s)
+        elif interface is None:
+            from rtec.link.pseudo_terminal import Line
+
+            end = stack.enter_context(Line(name=bus.line)).near
+        transport = stack.enter_context(bus.open(end))
+        if side is Role.BOX:
+            for line in bus.ways_in(" ".join(["rtec", "pc", *bus.words()])):
+                note(line)
+        note(f"waiting up to {limit_s:g} s for the {side.other.words}")
+        stack.enter_context(quiet_collector())
+        show = stack.enter_context(progress(f"playing {log.name}"))
+        run = ReplayRun(log, transport, found, speed=pace, tolerance_ps=tolerance_ps, start_up_s=limit_s, show=show)
+        outcome = run.run()
+    if as_json:
+        print_json({"log": str(log)} | replay_document(outcome, found, speed=pace, tolerance_ps=tolerance_ps))
+    else:
+        _tell(outcome, found, tolerance_ps)
+    for words in outcome.notes:
+        note(words)
+    if not outcome.passed:
+        raise typer.Exit(_FAILS)
+
+
+def _speed(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not SLOWEST <= value <= FASTEST:
+        raise ArgumentError("--speed", repr(text[:40]), f"a pure number from {SLOWEST:g} to {FASTEST:g}")
+    return value
+
+
+def _tell(outcome: ReplayOutcome, found: Survey, tolerance_ps: int) -> None:
+    """Print what was played, and where the answers differ."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    node, played = found.role.other.words, found.role.words
+    if not outcome.met:
+        console.print(f"nothing was played: no {node} answered", style="bold red")
+        return
+    console.print(
+        f"{outcome.played} frames of the {played} played in {outcome.run_s:.1f} s; "
+        f"the {node} said {outcome.said} frames where the log holds {outcome.logged}",
+        soft_wrap=True,
+    )
+    if outcome.garbled:
+        console.print(f"{outcome.garbled} of the {node}'s frames have a wrong checksum", style="bold red")
+    if outcome.rivals:
+        console.print(f"another {played} speaks on this bus: {outcome.rivals} frames", style="bold red")
+    within = f"{tolerance_ps / 1e9:g} ms"
+    if outcome.passed:
+        console.print(f"the same answers as in the log, within {within}", style="green")
+    if not outcome.differences:
+        return
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    for heading in ("from s", "to s", "axis", "message", "field", "log", node, "frames"):
+        table.add_column(heading, justify="left" if heading in ("message", "field") else "right", no_wrap=True)
+    for each in outcome.differences[:_SHOWN]:
+        table.add_row(*_row(each))
+    console.print(table)
+    number = len(outcome.differences) + outcome.more
+    more = f", the first {_SHOWN} of them above" if number > _SHOWN else ""
+    console.print(f"{number} difference{'s' * (number != 1)} beyond {within}{more}", style="bold red")
+
+
+def _row(each: Difference) -> list[str]:
+    values = ["nothing" if value is None else str(value) for value in (each.logged, each.said)]
+    return [
+        f"{each.from_s:.3f}",
+        f"{each.to_s:.3f}",
+        str(each.axis),
+        each.message,
+        each.field,
+        *values,
+        str(each.frames),
+    ]

@@ -1,0 +1,201 @@
+"""What differs between diagnoses of several measurements: before and after, or axis by axis."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from rtec.inference.compare import Comparison
+from rtec.inference.fit import values_of
+from rtec.inference.model import Term
+from rtec.inference.results import Diagnosis, Value
+
+_LEVEL = 0.01
+"""Adjusted p below which a difference is one: that of the search for effects."""
+_SAME_PERIOD = 0.05
+"""How far the periods of two waves may differ, as a share, that are the same wave."""
+_TURN_DEG = 360.0
+
+
+class Outcome(enum.Enum):
+    """What became of an effect or of one of its parameters from the first measurement to another."""
+
+    SAME = "same"
+    DIFFERS = "differs"
+    NEW = "new"
+    """Not in the first, where it would have been seen."""
+    GONE = "gone"
+    """Not in the other, where it would have been seen."""
+    OPEN = "cannot be told"
+    """Found in one of the two only, and too small to be seen in the other, or not testable there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """One parameter of an effect in two measurements, or an effect that only one of them shows.
+
+    Parameters
+    ----------
+    effect
+        Its name.
+    parameter
+        Name of the parameter; nothing for an effect that only one of the two shows.
+    first, other
+        The parameter in each, with its standard error; None where the effect was not found.
+    difference, error
+        Other less first, and its standard error, in the unit of the values; None where there is no such thing.
+    p_adjusted
+        Probability of so large a difference by the errors alone, adjusted (Holm) for all that are compared.
+    outcome
+        What that comes to.
+    reason
+        In words, where the outcome needs one.
+    """
+
+    effect: str
+    parameter: str
+    first: Value | None
+    other: Value | None
+    outcome: Outcome
+    difference: float | None = None
+    error: float | None = None
+    p_adjusted: float | None = None
+    reason: str = ""
+
+
+def changes_from_first(results: Mapping[str, Diagnosis | Comparison]) -> dict[str, tuple[Change, ...]]:
+    """Return what differs between the first of several results and each of the others, by the name of the latter."""
+    first, *others = results
+    return {name: changes(results[first], results[name]) for name in others}
+
+
+def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tuple[Change, ...]:
+    """Return what differs between two diagnoses, parameter by parameter, in the order of the effects found.
+
+    Parameters
+    ----------
+    first, other
+        Of measurements of the same quantity; comparisons with the same model.
+
+    Returns
+    -------
+    tuple
+        Each parameter with a standard error in both; each effect found in one of them only.
+
+    Notes
+    -----
+    Differences are judged by the standard errors of the two fits, as independent normal deviates; Holm's procedure
+    (Holm 1979) holds the chance of one false difference among all below 0.01. What changes from one mounting of the
+    instrument to the next is a difference like any other: the readings cannot tell it from one of the axis.
+    """
+    pairs = list(_paired(first.model.terms, other.model.terms))
+    compared = []
+    for one, two in pairs:
+        if one is None or two is None:
+            continue
+        here, there = ({v.name: v for v in values_of(term, d.model)} for term, d in ((one, first), (two, other)))
+        for name, value in here.items():
+            if name in there and (found := _difference(value, there[name])) is not None:
+                compared.append((one.name, name, value, there[name], *found))
+    adjusted = _holm([2.0 * float(stats.norm.sf(abs(d) / e)) for *_, d, e in compared])
+    both = [
+        Change(
+            effect=effect,
+            parameter=name,
+            first=here,
+            other=there,
+            difference=d,
+            error=e,
+            p_adjusted=p,
+            outcome=Outcome.DIFFERS if p < _LEVEL else Outcome.SAME,
+        )
+        for (effect, name, here, there, d, e), p in zip(compared, adjusted, strict=True)
+    ]
+    gone = [_alone(one, first, other) for one, two in pairs if one is not None and two is None]
+    new = [_alone(two, other, first) for one, two in pairs if two is not None and one is None]
+    return (
+        *both,
+        *(
+            Change(effect=e, parameter=n, first=v, other=None, outcome=o or Outcome.GONE, reason=r)
+            for e, n, v, o, r in gone
+        ),
+        *(
+            Change(effect=e, parameter=n, first=None, other=v, outcome=o or Outcome.NEW, reason=r)
+            for e, n, v, o, r in new
+        ),
+    )
+
+
+def _paired(first: Sequence[Term], other: Sequence[Term]) -> Iterator[tuple[Term | None, Term | None]]:
+    """Yield the effects that belong together, and those of one measurement alone; waves by their periods."""
+    left = list(other)
+    for term in first:
+        rivals = [two for two in left if two.name == term.name and _period_distance(term, two) <= _SAME_PERIOD]
+        if not rivals:
+            yield term, None
+            continue
+        nearest = min(rivals, key=lambda two: _period_distance(term, two))
+        left.remove(nearest)
+        yield term, nearest
+    yield from ((None, two) for two in left)
+
+
+def _period_distance(one: Term, two: Term) -> float:
+    """Return how far the periods of two effects differ, as a share; 0 where they have none."""
+    periods = [getattr(term.shape, "period", None) for term in (one, two)]
+    if None in periods:
+        return 0.0
+    return abs(math.log(float(periods[1] or 1.0) / float(periods[0] or 1.0)))
+
+
+def _difference(first: Value, other: Value) -> tuple[float, float] | None:
+    """Return the difference of two numbers and its standard error; None where they have no errors or other units."""
+    numbers = isinstance(first.value, float) and isinstance(other.value, float) and first.unit == other.unit
+    if not numbers or first.error is None or other.error is None:
+        return None
+    error = math.hypot(first.error, other.error)
+    difference = float(other.value) - float(first.value)
+    if "phase" in first.name and first.unit == "deg":
+        difference = (difference + _TURN_DEG / 2) % _TURN_DEG - _TURN_DEG / 2
+    return (difference, error) if error > 0.0 and math.isfinite(error) else None
+
+
+def _holm(p: Sequence[float]) -> list[float]:
+    """Return p values adjusted for their number by Holm's step-down procedure.
+
+    >>> _holm([0.01, 0.04, 0.03])
+    [0.03, 0.06, 0.06]
+    """
+    order = np.argsort(p)
+    factors = len(p) - np.arange(len(p))
+    stepped = np.minimum(1.0, np.maximum.accumulate(np.asarray(p)[order] * factors)) if len(p) else np.zeros(0)
+    adjusted = np.empty(len(p))
+    adjusted[order] = stepped
+    return [float(value) for value in adjusted]
+
+
+def _alone(
+    term: Term, having: Diagnosis | Comparison, lacking: Diagnosis | Comparison
+) -> tuple[str, str, Value | None, Outcome | None, str]:
+    """Return an effect that one measurement shows alone, with its first parameter, and why that may say nothing."""
+    value = next((value for value in values_of(term, having.model) if value.error is not None), None)
+    size = float(np.std(term.component(having.dataset)))
+    smallest, why = None, ""
+    if isinstance(lacking, Diagnosis):
+        smallest = dict(lacking.minimum_detectable).get(term.name)
+        why = dict(lacking.not_testable).get(term.name, "")
+    kin = [
+        two.name
+        for two in lacking.model.terms
+        if two.name in term.effect.contains or term.name in two.effect.contains
+    ]
+    if kin:
+        why = f"{kin[0].replace('_', ' ')} stands in its place"
+    elif not why and (smallest is None or smallest > size):
+        why = "too small to be seen there"
+    return term.name, "" if value is None else value.name, value, Outcome.OPEN if why else None, why

@@ -1,0 +1,254 @@
+"""Whether a positioning test can be what it seems: outliers, mistaken units, copied runs, clocks that run back.
+
+Readings are looked at as `rtec.inference.diagnose` looks at them: its outliers, its periods that targets cannot show,
+its repeats and its clock. What ISO 230-2 asks of targets and runs stands in the warnings of the figures.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from rtec.dataset.at_rest import clock_runs_back
+from rtec.dataset.dataset import Dataset
+from rtec.dataset.load import load_dataset
+from rtec.dataset.moving_log import is_moving
+from rtec.dataset.repeats import members_of, place_numbers
+from rtec.dataset.unseen import shifted_targets, unseen_periods
+from rtec.effects import Floats
+from rtec.inference.outliers import FAR, far_from_neighbours, robust_scale
+from rtec.metrology import Measurement
+from rtec.readable import quantity_text
+
+_COLUMNS = ("run", "direction", "target", "actual", "deviation")
+_FACTS = ("screw_pitch", "scale_signal_period", "counts_per_rev")
+_FEWEST_ROWS, _FEWEST_REPEATS, _FEWEST_TARGETS = 3, 3, 3
+_MOST_SHOWN = 8
+_RARELY, _BY_CHANCE = 0.1, 0.01
+"""Share of equal repeats where nothing tells it, and the chance of equal passes below which they are copies."""
+_COARSE = 1e-2
+"""Deviations above this share of the travel are hardly those of an axis."""
+_FINE, _FINEST = 2e-7, {"mm": 1e-4, "deg": 1e-5}
+"""Nor are those below this share that are below this size, too."""
+_SLIPS = {
+    "mm": ((1e3, "mm among um"), (1e-3, "um among mm"), (25.4, "inch among mm"), (1 / 25.4, "mm among inch")),
+    "deg": ((3600.0, "deg among arcsec"), (1 / 3600.0, "arcsec among deg")),
+}
+"""By which factor a reading agrees with its repeats where its unit was mistaken."""
+_TELLING = 2.0
+"""Times what an outlier is off, at least: near zero any reading agrees with the others once it is made small."""
+
+
+def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Return what speaks against a positioning test, in sentences with line and column.
+
+    Parameters
+    ----------
+    measurement
+        With targets, and deviations or actual positions.
+    facts
+        ``screw_pitch``, ``scale_signal_period``, ``counts_per_rev`` from options; they go before those of the file.
+
+    Returns
+    -------
+    tuple of str
+        Empty where nothing does, or the readings are fewer than three.
+
+    Raises
+    ------
+    RtecError
+        The measurement holds no positioning test, or a fact is wrong.
+
+    Examples
+    --------
+    >>> from rtec.metrology import Readings, measurement_of_readings
+    >>> up, down, runs = [0.0, 8, 17, 30, 41], [41.0, 30, 17, 8, 0], 4
+    >>> error = np.random.default_rng(1).normal(0.0, 0.001, 40)
+    >>> error[17] = 0.1
+    >>> r = Readings(target_mm=(up + down) * 4, deviation_mm=error, direction=([1] * 5 + [-1] * 5) * 4,
+    ...              run=np.repeat([1, 2, 3, 4], 10))
+    >>> implausible(measurement_of_readings(r, {}))
+    ('reading 18, column deviation: 100 µm is far from the other readings at 17 mm backward: an outlier?',)
+    """
+    if measurement.rows < _FEWEST_ROWS:
+        return ()
+    known = {name: column for name, column in measurement.columns.items() if name in _COLUMNS}
+    linear = any(column.unit == "mm" for column in known.values())
+    said = {name: text for name, text in measurement.facts.items() if name in _FACTS[0 if linear else 1 :]}
+    bare = replace(measurement, columns=known, facts=said, unknown={})
+    data = load_dataset(bare, observe="deviation", facts=facts)
+    test = _Test(measurement, data)
+    if _moves(test):
+        return ("the axis moves while it is read: a log of its motion is no positioning test", *_clock(test))
+    slips, slipped = _unit_slips(test)
+    outliers = _outliers(test, far_from_neighbours(data) & ~slipped)
+    checks = _unit_of_all(test), slips, outliers, _copies(test), _clock(test), _other_targets(test), _unseen(test)
+    return tuple(text for check in checks for text in _not_too_many([*check]))
+
+
+def _not_too_many(texts: list[str]) -> list[str]:
+    """Cut a list that nobody would read to its end."""
+    more = len(texts) - _MOST_SHOWN
+    if more <= 0:
+        return texts
+    return [*texts[: _MOST_SHOWN - 1], f"{texts[_MOST_SHOWN - 1]}; and {more} more of this kind"]
+
+
+def _moves(test: _Test) -> bool:
+    columns, conditions = test.measurement.columns, test.data.conditions
+    time_s = columns["time"].values if "time" in columns else None
+    return is_moving(time_s, conditions.position, conditions.run, has_velocity=False)
+
+
+class _Test:
+    """The readings with names for people: lines of the file, passes, the column that holds the deviation."""
+
+    def __init__(self, measurement: Measurement, data: Dataset) -> None:
+        self.measurement, self.data = measurement, data
+        self.unit = data.units.position
+        self.column = "deviation" if "deviation" in measurement.columns else "actual"
+        self.places = place_numbers(data.conditions.position)
+        self.passes = [np.flatnonzero(data.passage == number) for number in np.unique(data.passage)]
+
+    def lines(self, rows: Iterable[int]) -> str:
+        """Return where rows stand in the file: ``line 7``, ``lines 7 to 12``, ``lines 7, 9, 30``."""
+        lines = [self.measurement.line_of(int(row)) for row in rows]
+        known = [line for line in lines if line is not None]
+        word, numbers = ("line", known) if known else ("reading", [int(row) + 1 for row in rows])
+        numbers = sorted(numbers)
+        if len(numbers) == 1:
+            return f"{word} {numbers[0]}"
+        if numbers[-1] - numbers[0] == len(numbers) - 1:
+            return f"{word}s {numbers[0]} to {numbers[-1]}"
+        more = f" and {len(numbers) - _MOST_SHOWN} more" if len(numbers) > _MOST_SHOWN else ""
+        return f"{word}s {', '.join(map(str, numbers[:_MOST_SHOWN]))}{more}"
+
+    def way(self, row: int) -> str:
+        """Return the direction of approach of a reading."""
+        direction = self.data.conditions.direction
+        return "" if direction is None else " forward" if direction[row] > 0 else " backward"
+
+    def name(self, number: int) -> str:
+        """Return what a pass is called."""
+        first = int(self.passes[number][0])
+        if "run" not in self.measurement.columns:
+            return f"pass {number + 1}{self.way(first)}"
+        return f"run {self.data.conditions.run[first]}{self.way(first)}"
+
+    def place(self, row: int) -> str:
+        """Return where a reading was taken."""
+        return f"{self.data.conditions.position[row]:.9g} {self.unit}"
+
+    def length(self, value: float) -> str:
+        """Return a deviation in a unit that suits it."""
+        small = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0)}.get(self.unit, (self.unit, 1.0))
+        return quantity_text(value * small[1], small[0])
+
+
+def _unit_of_all(test: _Test) -> Iterable[str]:
+    """Say where the deviations are too large or too small for the travel."""
+    travel = test.data.conditions.span
+    low, high = np.quantile(test.data.observed, [0.02, 0.98])
+    spread = float(high - low)
+    if travel <= 0.0 or test.unit not in _SLIPS:
+        return
+    what = f"column {test.column}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
+    (_, too_small), (_, too_large), *_ = _SLIPS[test.unit]
+    if spread > _COARSE * travel:
+        yield f"{what}: is the unit right ({too_large.replace('among', 'taken for')})?"
+    elif spread < min(_FINE * travel, _FINEST[test.unit]):
+        yield f"{what}: is the unit right ({too_small.replace('among', 'taken for')})?"
+
+
+def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:
+    """Say which readings agree with their repeats only in another unit; and return which these are."""
+    y, found = test.data.observed, np.zeros(test.data.rows, dtype=np.bool_)
+    middle = _middle_of_cells(test.data)
+    known = np.isfinite(middle)
+    if not known.any():
+        return [], found
+    near = FAR * robust_scale((y - middle)[known]) + 1e-9 * np.abs(y)
+    texts, possible = [], known & (np.abs(y - middle) > near) & (np.abs(middle) > _TELLING * near)
+    for factor, what in _SLIPS.get(test.unit, ()):
+        slipped = possible & ~found & (np.abs(factor * y - middle) <= near)
+        if slipped.any():
+            rows = np.flatnonzero(slipped)
+            where = f"{test.lines(rows)}, column {test.column}"
+            texts.append(f"{where}: times {factor:.4g} it agrees with the other readings at its target: {what}?")
+        found |= slipped
+    return texts, found
+
+
+def _middle_of_cells(data: Dataset) -> Floats:
+    """Return the median of the repeats of each reading, NaN where they are too few to outvote one."""
+    middle = np.full(data.rows, np.nan)
+    for rows in members_of(data.cell):
+        if rows.size >= _FEWEST_REPEATS:
+            middle[rows] = np.median(data.observed[rows])
+    return middle
+
+
+def _outliers(test: _Test, found: np.ndarray) -> Iterable[str]:
+    for row in np.flatnonzero(found).tolist():
+        others = "the other readings" if test.data.cell[row] >= 0 else "its neighbours"
+        what = f"{test.length(test.data.observed[row])} is far from {others} at {test.place(row)}{test.way(row)}"
+        yield f"{test.lines([row])}, column {test.column}: {what}: an outlier?"
+
+
+def _copies(test: _Test) -> Iterable[str]:
+    """Say which passes hold the same deviations at the same targets as one before them, and not by chance."""
+    alike: dict[tuple[int, ...], list[tuple[int, Floats]]] = {}
+    for number, rows in enumerate(test.passes):
+        ordered = rows[np.argsort(test.places[rows], kind="stable")]
+        values = np.round(test.data.observed[ordered], 12)
+        alike.setdefault(tuple(test.places[ordered].tolist()), []).append((number, values))
+    for places, passes in alike.items():
+        table = np.array([values for _, values in passes])
+        equal = [np.count_nonzero(table[:later] == values, axis=1) for later, values in enumerate(table)]
+        pairs = np.concatenate(equal)
+        partly = pairs[pairs < len(places)]
+        one_equal = (partly.sum() + _RARELY) / (partly.size * len(places) + 1.0)
+        if len(places) < _FEWEST_TARGETS or pairs.size * one_equal ** len(places) > _BY_CHANCE:
+            continue
+        for (number, _), same in zip(passes, equal, strict=True):
+            if (same == len(places)).any():
+                before = test.name(passes[int(np.argmax(same))][0])
+                what = f"{test.name(number)} has the same {len(places)} deviations as {before}: a copy?"
+                yield f"{test.lines(test.passes[number])}, column {test.column}: {what}"
+
+
+def _clock(test: _Test) -> Iterable[str]:
+    column = test.measurement.columns.get("time")
+    if column is None:
+        return
+    for row in clock_runs_back(column.values, test.data.conditions.run).tolist():
+        what = f"{column.values[row]:g} s after {column.values[row - 1]:g} s"
+        yield f"{test.lines([row])}, column time: {what}: the clock runs back"
+
+
+def _other_targets(test: _Test) -> Iterable[str]:
+    """Say which passes were not at the targets that most passes in their direction were at."""
+    passes = [frozenset(test.places[rows].tolist()) for rows in test.passes]
+    ways = [test.way(int(rows[0])) for rows in test.passes]
+    often = Counter(zip(ways, passes, strict=True)).most_common()
+    most = {way: places for (way, places), _ in reversed(often)}
+    for number, (rows, places, way) in enumerate(zip(test.passes, passes, ways, strict=True)):
+        usual = most[way]
+        if places == usual:
+            continue
+        lacking, others = len(usual - places), [row for row in rows.tolist() if test.places[row] not in usual]
+        what = [f"lacks {lacking} of {len(usual)} targets of the other runs"] if lacking else []
+        what += [f"has {len(others)} that they have not, the first {test.place(others[0])}"] if others else []
+        yield f"{test.lines(others or rows)}, column target: {test.name(number)} {' and '.join(what)}"
+
+
+def _unseen(test: _Test) -> Iterable[str]:
+    periods = unseen_periods(test.data.conditions)
+    if periods:
+        change = shifted_targets(test.data.conditions)
+        what = f"these targets cannot show periods of {', '.join(periods)}"
+        even = "; ISO 230-2 asks for uneven steps" if any("/ k" in period for period in periods) else ""
+        yield f"column target: {what}{even}{f': {change}' if change else ''}"

@@ -1,0 +1,271 @@
+"""A bus log played to a live node, and its answers held to the log."""
+
+from __future__ import annotations
+
+import contextlib
+from array import array
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from rtec.errors import FileFormatError, LinkError
+from rtec.link._frame_kernels import AXIS_BITS
+from rtec.link.frame import Frame
+from rtec.link.logs import Logged, read_log, replay
+from rtec.link.messages import Kind
+from rtec.link.transport import Received, Transport
+from rtec.live.compared import Comparison, Difference
+from rtec.live.figures import PS_PER_MS, spread_ms
+from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
+from rtec.live.voices import repeated, resealed, voice_of
+from rtec.units import PS_PER_S
+
+CYCLES = 5
+"""Of tolerance: so long either side itself takes a silence of the other for nothing (`watch_ps`)."""
+
+_FATAL = 2
+
+
+def tolerance_of(found: Survey) -> int:
+    """Return the tolerance that the log itself justifies, in whole ms: five cycles, as box and PC allow each other.
+
+    Examples
+    --------
+    >>> tolerance_of(Survey(role=Role.PC, cycle_ps=20 * 10**9)) // 10**9
+    100
+    """
+    return round(CYCLES * max(found.cycle_ps, CYCLE_PS) / PS_PER_MS) * PS_PER_MS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayOutcome:
+    """What came of a replay.
+
+    Parameters
+    ----------
+    met
+        Whether the node under test was heard at all.
+    lost
+        Whether the bus vanished before the end.
+    played
+        Frames that were sent.
+    logged, said
+        Frames of log and node that were compared.
+    garbled
+        Frames of the node with a wrong checksum.
+    rivals
+        Frames of somebody else who speaks as the side that is played.
+    differences, more
+        What was found, and how much more than is kept.
+    run_s
+        How long it took, on the clock of the bus.
+    late
+        How late frames were sent: number, median, 99th percentile, maximum in ms.
+    notes
+        What the user should know before believing it.
+    """
+
+    met: bool
+    lost: bool = False
+    played: int = 0
+    logged: int = 0
+    said: int = 0
+    garbled: int = 0
+    rivals: int = 0
+    differences: tuple[Difference, ...] = ()
+    more: int = 0
+    run_s: float = 0.0
+    late: dict[str, float | int | None]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Return whether the node answered as in the log."""
+        return self.met and not self.lost and not self.differences and not self.garbled
+
+
+class ReplayRun:
+    """Plays a log to the node under test.
+
+    Parameters
+    ----------
+    path
+        The log.
+    transport
+        The way to the bus.
+    found
+        What it holds (`rtec.live.played.survey`).
+    speed
+        2 plays twice as fast; the node's own times stay what they are.
+    tolerance_ps
+        On the clock of the bus.
+    start_up_s
+        Longest wait for the node.
+    show
+        Called with the share that is done.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        transport: Transport,
+        found: Survey,
+        *,
+        speed: float,
+        tolerance_ps: int,
+        start_up_s: float,
+        show: Callable[[float], None] = lambda share: None,
+    ) -> None:
+        self._path, self._transport, self._found, self._speed = path, transport, found, speed
+        self._start_up_s, self._show = start_up_s, show
+        self._tolerance_ps = round(tolerance_ps * speed)
+        absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
+        self._comparison = Comparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
+        self._ahead: dict[int, int] = {}
+        self._voice = voice_of(found.role, self._ahead)
+        self._begin_ps: int | None = None
+        self._late_ps = array("q")
+        self._rivals = 0
+        self._lost = False
+        self._notes: list[str] = []
+        resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(8)), {})  # its machine code is loaded before it counts
+        self._heard: dict[int, Frame] = {}
+        self._recent: deque[Received] = deque()
+
+    def run(self) -> ReplayOutcome:
+        """Meet the node, play the log, compare; return what came of it."""
+        if not self._meet():
+            return ReplayOutcome(met=False, late=spread_ms([], per_ms=1.0), notes=tuple(self._notes))
+        self._begin_ps = self._transport.now_ps()
+        for received in self._recent:
+            self._compare(received)
+        length_ps = self._found.end_ps - self._found.entry_ps
+        try:
+            replay(
+                self._frames(),
+                self._transport,
+                speed=self._speed,
+                on_received=self._take,
+                as_sent=self._sent,
+            )
+            self._listen(self._begin_ps + round((length_ps + self._tolerance_ps) / self._speed))
+        except LinkError as error:  # the node may have ended, and its line with it: what it said until then counts
+            self._notes.append(f"the bus was lost: {error}")
+            length_ps = self._comparison.heard_ps
+            self._lost = True
+        self._comparison.finish(length_ps)
+        return ReplayOutcome(
+            met=True,
+            lost=self._lost,
+            played=len(self._late_ps),
+            logged=self._comparison.logged,
+            said=self._comparison.said,
+            garbled=self._comparison.garbled,
+            rivals=self._rivals,
+            differences=tuple(self._comparison.differences),
+            more=self._comparison.more,
+            run_s=(self._transport.now_ps() - self._begin_ps) / PS_PER_S,
+            late=spread_ms(self._late_ps, per_ms=PS_PER_MS),
+            notes=tuple(self._notes),
+        )
+
+    def _meet(self) -> bool:
+        """Wait for the node under test: a box says its status, a PC answers a box that says its own."""
+        found = self._found
+        until_ps = self._transport.now_ps() + round(self._start_up_s * PS_PER_S)
+        if not found.homes:
+            self._notes.append(
+                f"the log takes no axis home: a {found.role.other.words} that has just started cannot follow it"
+            )
+        if found.role is Role.PC:
+            wanted = {Kind.STATUS + axis for axis in found.axes}
+        else:
+            wanted = {Kind.REQUEST + found.first_axis}
+        while not wanted <= self._heard.keys():
+            now_ps = self._transport.now_ps()
+            if now_ps >= until_ps:
+                missing = ", ".join(str(identifier & AXIS_BITS) for identifier in sorted(wanted - self._heard.keys()))
+                self._notes.append(f"the {found.role.other.words} of axis {missing} was not heard")
+                return False
+            for frame in found.before.values() if found.role is Role.BOX else ():
+                self._transport.send(repeated(frame, self._ahead))
+            while not wanted <= self._heard.keys():
+                received = self._transport.receive(min(now_ps + CYCLE_PS, until_ps))
+                if received is None:
+                    break
+                self._take(received)
+        if any(frame.data[3] & 7 == _FATAL for key, frame in self._heard.items() if key & ~AXIS_BITS == Kind.STATUS):
+            self._notes.append("the box has stopped for good before the log begins: switch it off and on")
+        return True
+
+    def _take(self, received: Received) -> None:
+        """Take a frame from the bus."""
+        frame = received.frame
+        kind = kind_of(frame)
+        if kind in self._found.role.kinds:
+            self._rivals += 1
+        elif kind is not None and len(frame.data) == 8:
+            self._voice.node_says(frame)
+            if self._begin_ps is not None:
+                self._compare(received)
+                return
+            self._heard[frame.identifier] = frame
+            self._recent.append(received)
+            while received.arrival_ps - self._recent[0].arrival_ps > self._tolerance_ps / self._speed:
+                self._recent.popleft()
+
+    def _compare(self, received: Received) -> None:
+        at_ps = round((received.arrival_ps - (self._begin_ps or 0)) * self._speed)
+        self._comparison.node_says(at_ps, received.frame)
+
+    def _frames(self) -> Iterator[Logged]:
+        """Yield what is to be played, and hand on what it is compared with."""
+        with contextlib.suppress(*([FileFormatError] if self._found.cut_off is not None else [])):
+            for logged in read_log(self._path):
+                if logged.time_ps > self._found.end_ps:
+                    return
+                at_ps, kind = logged.time_ps - self._found.entry_ps, kind_of(logged.frame)
+                if kind in self._found.role.kinds:
+                    if at_ps >= 0:
+                        yield replace(logged, time_ps=at_ps)
+                elif kind is not None:
+                    self._voice.log_says(logged.frame)
+                    if at_ps >= -self._tolerance_ps:
+                        self._comparison.log_says(at_ps, logged.frame)
+
+    def _sent(self, logged: Logged) -> Frame:
+        begin_ps = self._begin_ps or 0
+        self._late_ps.append(self._transport.now_ps() - begin_ps - round(logged.time_ps / self._speed))
+        self._show(logged.time_ps / max(self._found.end_ps - self._found.entry_ps, 1))
+        return self._voice.translated(logged.frame)
+
+    def _listen(self, until_ps: int) -> None:
+        while (received := self._transport.receive(until_ps)) is not None:
+            self._take(received)
+            if self._transport.now_ps() >= until_ps:
+                return
+
+
+def replay_document(outcome: ReplayOutcome, found: Survey, *, speed: float, tolerance_ps: int) -> dict[str, object]:
+    """Return the report of a replay."""
+    return {
+        "as": found.role.value,
+        "passed": outcome.passed,
+        "met": outcome.met,
+        "lost": outcome.lost,
+        "speed": speed,
+        "tolerance_ms": tolerance_ps / PS_PER_MS,
+        "played": outcome.played,
+        "left_out": found.others,
+        "logged": outcome.logged,
+        "said": outcome.said,
+        "garbled": outcome.garbled,
+        "rivals": outcome.rivals,
+        "run_s": round(outcome.run_s, 3),
+        "late": outcome.late,
+        "differences": [asdict(difference) for difference in outcome.differences],
+        "differences_left_out": outcome.more,
+        "cut_off": found.cut_off,
+        "notes": list(outcome.notes),
+    }

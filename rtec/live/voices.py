@@ -1,0 +1,175 @@
+"""The side of a log that is played, speaking to a node of today: what it gives back is what that node has said.
+
+A request carries the session of the box; corrections the sequence of the PC's request and, where the box of the log
+had accepted what it was asked for, the total that is asked for now. All else goes as it was recorded, mistakes
+included.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Protocol
+
+from rtec.link._crc_kernels import seal
+from rtec.link._frame_kernels import AXIS_BITS
+from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.messages import Kind
+from rtec.live.played import Role, kind_of
+
+_SEQUENCE, _SESSION, _JUDGED, _SESSION_OF_BOX = 1, 7, 7, 4
+"""Bytes of the frames."""
+_TOTAL, _COMPLETED, _ACCEPTED = slice(2, 4), slice(2, 4), slice(4, 6)
+
+_REMEMBERED = 32
+"""Requests of an axis that may still be judged."""
+
+
+class Voice(Protocol):
+    """The side that is played."""
+
+    def log_says(self, frame: Frame) -> None:
+        """Take what the node of the log says, up to the frame that is sent next."""
+
+    def node_says(self, frame: Frame) -> None:
+        """Take what the node under test says."""
+
+    def translated(self, frame: Frame) -> Frame:
+        """Return what is sent in the place of a frame of the log."""
+
+
+def voice_of(role: Role, ahead: dict[int, int]) -> Voice:
+    """Return the voice of a role; ``ahead`` by how much the sequence under an identifier is ahead of the log."""
+    return PcVoice() if role is Role.PC else BoxVoice(ahead)
+
+
+class PcVoice:
+    """A PC that speaks to a box of another session."""
+
+    def __init__(self) -> None:
+        self._logged: dict[int, int] = {}
+        self._said: dict[int, int] = {}
+
+    def log_says(self, frame: Frame) -> None:
+        """Take what the box of the log says."""
+        self._take(frame, self._logged)
+
+    def node_says(self, frame: Frame) -> None:
+        """Take what the box under test says."""
+        self._take(frame, self._said)
+
+    def translated(self, frame: Frame) -> Frame:
+        """Return what is sent: a session that was wrong in the log is wrong by as much now."""
+        axis = frame.identifier & AXIS_BITS
+        if not _is(frame, Kind.REQUEST) or axis not in self._logged or axis not in self._said:
+            return frame
+        session = frame.data[_SESSION] - self._logged[axis] + self._said[axis]
+        return resealed(frame, {_SESSION: session})
+
+    @staticmethod
+    def _take(frame: Frame, into: dict[int, int]) -> None:
+        if _is(frame, Kind.STATUS):
+            into[frame.identifier & AXIS_BITS] = frame.data[_SESSION_OF_BOX]
+
+
+class BoxVoice:
+    """A box that speaks to a PC whose turns come at other moments.
+
+    Parameters
+    ----------
+    ahead
+        By how much the sequence under an identifier is ahead of the log.
+    """
+
+    def __init__(self, ahead: dict[int, int]) -> None:
+        self._ahead = ahead
+        self._logged: dict[int, deque[tuple[int, int]]] = {}
+        self._said: dict[int, deque[tuple[int, int]]] = {}
+        self._accepted: dict[int, int] = {}
+
+    def log_says(self, frame: Frame) -> None:
+        """Take what the PC of the log says."""
+        self._take(frame, self._logged)
+
+    def node_says(self, frame: Frame) -> None:
+        """Take what the PC under test says."""
+        self._take(frame, self._said)
+
+    def translated(self, frame: Frame) -> Frame:
+        """Return what is sent: as many requests behind as in the log, and as much done of what was accepted."""
+        changes = {}
+        if len(frame.data) == PAYLOAD_BYTES and (ahead := self._ahead.get(frame.identifier, 0)):
+            changes[_SEQUENCE] = frame.data[_SEQUENCE] + ahead
+        axis = frame.identifier & AXIS_BITS
+        if _is(frame, Kind.CORRECTIONS) and self._logged.get(axis) and self._said.get(axis):
+            changes |= self._given_back(axis, frame.data)
+        return resealed(frame, changes) if changes else frame
+
+    def _given_back(self, axis: int, data: bytes) -> dict[int, int]:
+        """Return sequence and totals in terms of what this PC asks for; none for what it was never asked."""
+        logged, said = self._logged[axis], self._said[axis]
+        behind = (logged[-1][0] - data[_JUDGED]) & 0xFF
+        if behind >= len(logged):
+            return {}
+        asked, now_asked = logged[-1 - behind][1], said[max(-1 - behind, -len(said))]
+        accepted, completed = _number(data[_ACCEPTED]), _number(data[_COMPLETED])
+        now = now_asked[1] if accepted == asked else self._accepted.get(axis, accepted)
+        self._accepted[axis] = now
+        words = [*_bytes(now + completed - accepted), *_bytes(now)]
+        return {_JUDGED: now_asked[0]} | dict(enumerate(words, start=_COMPLETED.start))
+
+    @staticmethod
+    def _take(frame: Frame, into: dict[int, deque[tuple[int, int]]]) -> None:
+        if _is(frame, Kind.REQUEST):
+            requests = into.setdefault(frame.identifier & AXIS_BITS, deque(maxlen=_REMEMBERED))
+            requests.append((frame.data[_SEQUENCE], _number(frame.data[_TOTAL])))
+
+
+def _is(frame: Frame, kind: Kind) -> bool:
+    return kind_of(frame) is kind and len(frame.data) == PAYLOAD_BYTES
+
+
+def _number(data: bytes) -> int:
+    return int.from_bytes(data, "little", signed=True)
+
+
+def _bytes(number: int) -> bytes:
+    return (number & 0xFFFF).to_bytes(2, "little")
+
+
+def resealed(frame: Frame, changes: dict[int, int]) -> Frame:
+    """Return a frame with other bytes at some places; a checksum that was wrong is as wrong as before.
+
+    Examples
+    --------
+    >>> from rtec.link.messages import MessageSet
+    >>> messages = MessageSet.load()
+    >>> frame = resealed(messages.encode("Request", 1, {"Total": 3, "Session": 9}), {7: 40})
+    >>> frame == messages.encode("Request", 1, {"Total": 3, "Session": 40, "Sequence": 1})
+    True
+    """
+    if len(frame.data) != PAYLOAD_BYTES or frame.identifier_format is not IdentifierFormat.BASE:
+        return frame
+
+    def right(data: bytes) -> int:
+        return int(seal(frame.identifier, int.from_bytes(data, "little", signed=True))) & 0xFF
+
+    data = bytearray(frame.data)
+    wrong_by = data[0] ^ right(bytes(data))
+    for place, value in changes.items():
+        data[place] = value & 0xFF
+    data[0] = right(bytes(data)) ^ wrong_by
+    return Frame(identifier=frame.identifier, data=bytes(data))
+
+
+def repeated(frame: Frame, ahead: dict[int, int]) -> Frame:
+    """Return a frame from before the log was entered, to be sent once more; those of the log follow it.
+
+    Examples
+    --------
+    >>> ahead: dict[int, int] = {}
+    >>> frame = resealed(Frame(identifier=0x181, data=bytes(8)), {1: 7})
+    >>> [repeated(frame, ahead).data[1] for _ in range(3)], ahead
+    ([7, 8, 9], {385: 2})
+    """
+    ahead[frame.identifier] = ahead.get(frame.identifier, -1) + 1
+    return resealed(frame, {_SEQUENCE: frame.data[_SEQUENCE] + ahead[frame.identifier]})

@@ -1,0 +1,256 @@
+"""Figures of positioning tests as tables list them: names, definitions, groups, and numbers with equal decimals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rtec.metrology.judged_test import JudgedTest
+from rtec.readable import MISSING
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureName:
+    """How a table calls a figure.
+
+    Parameters
+    ----------
+    key
+        In the document of a test; those of the single directions end in ``_forward`` and ``_backward``.
+    symbol
+        As standards write it, or nothing.
+    words
+        In the field's words.
+    definition
+        One sentence.
+    """
+
+    key: str
+    symbol: str
+    words: str
+    definition: str
+
+
+ISO_FIGURES = (
+    FigureName(
+        key="A",
+        symbol="A",
+        words="accuracy",
+        definition="Largest mean + 2s less smallest mean - 2s, over all targets.",
+    ),
+    FigureName(
+        key="R",
+        symbol="R",
+        words="repeatability",
+        definition="Largest, over the targets, of 4s of a direction and of 2s forward + 2s backward + |reversal|.",
+    ),
+    FigureName(key="E", symbol="E", words="systematic error", definition="Largest mean less smallest mean."),
+    FigureName(
+        key="M",
+        symbol="M",
+        words="mean bidirectional error",
+        definition="Largest less smallest average of both directions' means.",
+    ),
+    FigureName(
+        key="B",
+        symbol="B",
+        words="reversal error",
+        definition="Largest difference, of either sign, of the means forward and backward at one target.",
+    ),
+    FigureName(
+        key="B_mean",
+        symbol="B̄",
+        words="mean reversal error",
+        definition="Mean over the targets of the mean forward less the mean backward, with its sign.",
+    ),
+)
+"""Figures of ISO 230-2:2014, clause 3."""
+VDI_FIGURES = (
+    FigureName(
+        key="P",
+        symbol="P",
+        words="positional uncertainty",
+        definition="Positionsunsicherheit: largest mean + (U + Ps) / 2 less smallest mean - (U + Ps) / 2, both ways.",
+    ),
+    FigureName(
+        key="Pa",
+        symbol="Pa",
+        words="positional deviation",
+        definition="Positionsabweichung: largest less smallest mean of both directions.",
+    ),
+    FigureName(
+        key="U_max",
+        symbol="Umax",
+        words="largest reversal",
+        definition="Umkehrspanne: U is the size of the difference of both directions' means at a target.",
+    ),
+    FigureName(key="U_mean", symbol="Ū", words="mean reversal", definition="Mean of U over the targets."),
+    FigureName(
+        key="Ps_max",
+        symbol="Psmax",
+        words="largest scatter, 6s",
+        definition="Positionsstreubreite: Ps is six times the mean of both directions' s at a target.",
+    ),
+    FigureName(key="Ps_mean", symbol="P̄s", words="mean scatter, 6s", definition="Mean of Ps over the targets."),
+)
+"""Figures of VDI/DGQ 3441."""
+READING_FIGURES = (
+    FigureName(
+        key="max_average_error",
+        symbol="",
+        words="maximum average error",
+        definition="The same as E.",
+    ),
+    FigureName(
+        key="max_reversal_error",
+        symbol="",
+        words="maximum reversal error",
+        definition="The same as B.",
+    ),
+    FigureName(
+        key="max_repeat",
+        symbol="",
+        words="maximum repeat",
+        definition="Largest less smallest of all readings at one target, both directions, where that is largest.",
+    ),
+    FigureName(
+        key="cyclic_pp",
+        symbol="",
+        words="cyclic, peak to peak",
+        definition="Of what repeats with the period: fitted to the means together with a slow trend.",
+    ),
+    FigureName(
+        key="rms",
+        symbol="rms",
+        words="root mean square",
+        definition="Of all readings, about zero.",
+    ),
+    FigureName(key="pp", symbol="pp", words="peak to peak", definition="Largest less smallest reading."),
+)
+"""Figures of the thesis and of the bare readings."""
+_GROUPS = (("ISO 230-2", ISO_FIGURES), ("VDI/DGQ 3441", VDI_FIGURES), ("thesis and all readings", READING_FIGURES))
+DIRECTIONS = {"": "", "_forward": "↑", "_backward": "↓"}
+"""Ends of keys, and the arrow behind the symbol."""
+
+_DECIMALS = {"um": 1, "mm": 4, "nm": 0, "inch": 6, "arcsec": 1, "deg": 5, "urad": 1}
+_MOST_MORE = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureRow:
+    """A row of a table of figures: words, symbol, and a text in each column."""
+
+    words: str
+    symbol: str
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureGroup:
+    """Rows of one standard."""
+
+    title: str
+    rows: tuple[FigureRow, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureTable:
+    """The figures of one test or several, all with the same decimals.
+
+    Parameters
+    ----------
+    headings
+        Of the columns: one test has both directions, each of them, and the uncertainty where one is stated; several
+        have a column each.
+    groups
+        ISO 230-2, VDI/DGQ 3441, thesis and bare readings, without what no test has.
+    decimals
+        Of every number.
+    """
+
+    headings: tuple[str, ...]
+    groups: tuple[FigureGroup, ...]
+    decimals: int
+
+
+def figure_table(tests: Sequence[JudgedTest], unit: str | None = None) -> FigureTable:
+    """Return the figures of tests of one kind of axis as a table.
+
+    Parameters
+    ----------
+    tests
+        One or more.
+    unit
+        As of `PositioningFigures.to_dict`.
+    """
+    documents = [_flat(test.to_dict(unit)) for test in tests]
+    name = tests[0].figures.unit_of(unit)[0]
+    digits = decimals(name, (document.get(key) for document in documents for key in ("A", "R", "E", "M", "B")))
+    several, sure = len(tests) > 1, any(test.uncertainty.contributions for test in tests)
+    headings = (
+        tuple(test.name for test in tests) if several else ("both", "forward", "backward", *["U, k = 2"][:sure])
+    )
+    groups = []
+    for title, listed in _GROUPS:
+        rows = []
+        for figure in listed:
+            keys = {f"{figure.symbol}{arrow}": f"{figure.key}{end}" for end, arrow in DIRECTIONS.items()}
+            if several:
+                rows += [_row(figure, symbol, [(d, key) for d in documents], digits) for symbol, key in keys.items()]
+            else:
+                keys |= {"U": f"U_{figure.key}"} if sure else {}
+                rows.append(_row(figure, figure.symbol, [(documents[0], key) for key in keys.values()], digits))
+        known = _named_once([row for row in rows if row.cells.count("") < len(row.cells)])
+        groups += [FigureGroup(title=title, rows=known)] if known else []
+    return FigureTable(headings=headings, groups=tuple(groups), decimals=digits)
+
+
+def _named_once(rows: Sequence[FigureRow]) -> tuple[FigureRow, ...]:
+    """Return rows of which those of single directions do not repeat the words of the row above."""
+    above = ["", *(row.words for row in rows)]
+    return tuple(
+        replace(row, words="") if row.words == before else row for row, before in zip(rows, above, strict=False)
+    )
+
+
+def _flat(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the document with the figures of VDI/DGQ 3441 and the uncertainties beside those of ISO 230-2."""
+    return {**document, **(document["vdi3441"] or {}), **document["uncertainty"]}
+
+
+def _row(figure: FigureName, symbol: str, cells: Iterable[tuple[dict[str, Any], str]], digits: int) -> FigureRow:
+    values = [document.get(key) for document, key in cells]
+    texts = tuple("" if value is None else number_text(value, digits) for value in values)
+    return FigureRow(words=figure.words, symbol=symbol, cells=texts)
+
+
+def decimals(unit: str, values: Iterable[float | None]) -> int:
+    """Return the decimals with which all numbers of a table in one unit are written.
+
+    As many as the unit is usually written with (a tenth of a micrometre), and more where a figure would have fewer
+    than two digits.
+
+    Examples
+    --------
+    >>> decimals("um", [135.26, 33.58]), decimals("um", [0.0889, 0.0122]), decimals("mm", [0.13, None, 0.0])
+    (1, 3, 4)
+    """
+    usual = _DECIMALS[unit]
+    sizes = [abs(value) for value in values if value is not None and value != 0.0 and math.isfinite(value)]
+    needed = 1 - math.floor(math.log10(min(sizes))) if sizes else usual
+    return min(max(usual, needed), usual + _MOST_MORE)
+
+
+def number_text(value: object, digits: int) -> str:
+    """Return a number with so many decimals, or a dash where there is none.
+
+    Examples
+    --------
+    >>> number_text(1.25, 1), number_text(-0.01, 1), number_text(None, 1)
+    ('1.2', '0.0', '–')
+    """
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        return MISSING
+    return f"{round(value, digits) + 0.0:.{digits}f}"

@@ -1,0 +1,77 @@
+"""A positioning test with everything that is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rtec.metrology.figures import PositioningFigures
+from rtec.metrology.uncertainty import PositioningUncertainty
+from rtec.metrology.vdi3441 import VdiFigures
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JudgedTest:
+    """A positioning test and what is said of it.
+
+    Parameters
+    ----------
+    name
+        For people; of the file.
+    facts
+        What the file says of machine, axis, date.
+    figures, vdi, uncertainty
+        By ISO 230-2 and VDI/DGQ 3441, and how sure they are.
+    warnings
+        What speaks against the test or limits its figures.
+    unknown
+        Headings of columns that were not used.
+    notes
+        What was guessed when the file was read.
+    """
+
+    name: str
+    facts: Mapping[str, str]
+    figures: PositioningFigures
+    vdi: VdiFigures | None
+    uncertainty: PositioningUncertainty
+    warnings: tuple[str, ...]
+    unknown: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    def to_dict(self, unit: str | None = None) -> dict[str, Any]:
+        """Return everything under the contract's names, ready for JSON.
+
+        Parameters
+        ----------
+        unit
+            As of `PositioningFigures.to_dict`.
+
+        Raises
+        ------
+        ArgumentError
+            A unit that the axis does not have.
+        """
+        factor = self.figures.unit_of(unit)[1]
+        return {
+            **self.figures.to_dict(unit),
+            "vdi3441": None if self.vdi is None else self.vdi.to_dict(factor),
+            "uncertainty": self.uncertainty.to_dict(factor),
+            "warnings": list(self.warnings),
+            "unknown_columns": list(self.unknown),
+            "notes": list(self.notes),
+        }
+
+
+def document_of_tests(tests: Sequence[JudgedTest], unit: str | None = None) -> dict[str, Any]:
+    """Return the document of one test, or several as ``files``, each with its ``name``.
+
+    Raises
+    ------
+    ArgumentError
+        A unit that an axis does not have.
+    """
+    if len(tests) == 1:
+        return tests[0].to_dict(unit)
+    return {"files": [{"name": test.name, **test.to_dict(unit)} for test in tests]}

@@ -1,0 +1,171 @@
+"""From a file to a measurement: our own CSV, tables as people write them, workbooks, files of laser systems.
+
+What a file is shows in what it holds, not in its name. Everything is turned into the units of the inside when it is
+read: mm, s, mm/s, degC, N, A, V, Nm, degrees for angles; revolutions and counts stay what they are. What had to be
+guessed stands in the notes of the measurement.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.laser_file import is_laser_file, readings_of_text
+from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
+from rtec.metrology.tables.headings import Strength, meaning_of
+from rtec.metrology.tables.layout import Table, table_of_text
+from rtec.metrology.tables.placing import place
+from rtec.metrology.tables.renishaw import is_renishaw_file, read_renishaw_text
+from rtec.metrology.tables.unfolding import unfolded
+from rtec.metrology.tables.values import Values
+from rtec.metrology.tables.wide import Pass, passes_of, turned
+from rtec.metrology.tables.workbook import is_workbook, table_of_workbook
+from rtec.metrology.text_file import read_any_text, shown
+
+_OF_LONG_TABLES = ("time", "velocity", "feed", "force", "current", "torque", "voltage")
+
+
+def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> Measurement:
+    r"""Read a measurement.
+
+    Parameters
+    ----------
+    path
+        A text file with a table in it, an .xlsx workbook, a file of the thesis's laser system or of Renishaw's.
+    choices
+        What the user says of its columns.
+
+    Raises
+    ------
+    FileFormatError
+        With the line: a number that is not finite or no number, a row of another length, a heading twice or two for
+        the same quantity, a quantity without unit (but a time of dates), no header, no rows, binary data; or what
+        cannot be told without asking.
+    ArgumentError
+        A choice for a column or a sheet that the file does not have.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "x.csv"
+    >>> _ = file.write_text("# screw_pitch: 0.25 inch\ntarget_inch,deviation_um,pulse_v\n1,2,0\n2,3,0\n")
+    >>> m = read_measurement(file)
+    >>> m.columns["target"].values.tolist(), list(m.unknown), m.facts["screw_pitch"]
+    ([25.4, 50.8], ['pulse_v'], '0.25 inch')
+
+    >>> _ = file.write_text("Soll;Abweichung (µm)\nmm;\n0,0;1,5\n10,0;2,5\n", encoding="latin-1")
+    >>> m = read_measurement(file)
+    >>> m.columns["deviation"].values.tolist(), m.notes[-1]
+    ([0.0015, 0.0025], "took column 'Abweichung (µm)' for the deviation")
+    """
+    if is_workbook(path):
+        return _of_table(table_of_workbook(path, choices.sheet), choices, ())
+    if choices.sheet is not None:
+        raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"no sheet: {path} is no workbook")
+    text, encoding = read_any_text(path)
+    notes = () if encoding == "utf-8" else (f"read as {encoding}",)
+    if is_laser_file(text):
+        if choices.columns:
+            raise ArgumentError("--map", next(iter(choices.columns)), "nothing for a file of the laser system")
+        readings = measurement_of_readings(readings_of_text(path, text), {})
+        return Measurement(source=str(path), facts={}, columns=readings.columns, unknown={})
+    if is_renishaw_file(text):
+        return read_renishaw_text(path, text, choices)
+    return _of_table(table_of_text(path, text), choices, notes)
+
+
+def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> Measurement:
+    table = _one_target_a_row(table)
+    passes = _passes(table, choices)
+    placed = place(table, choices, frozenset(one.column for one in passes))
+    values = Values(table, placed, choices.decimal, [one.column for one in passes])
+    if passes:
+        columns, lines, found = unfolded(table, values, passes)
+        unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
+    else:
+        columns, unknown, lines, found = *_columns(table, values), list(values.lines), []
+        if isinstance(values.lines, range):
+            lines = values.lines  # type: ignore[assignment]  # a range is the smaller for millions of rows
+    if not columns and not unknown:
+        raise FileFormatError(
+            table.source, table.heading_line, "no column is left", "at least one that is not ignored"
+        )
+    return Measurement(
+        source=table.source,
+        facts=MappingProxyType(table.facts),
+        columns=columns,
+        unknown=unknown,
+        lines=lines,
+        notes=(*notes, *table.notes, *placed.notes, *values.notes, *found),
+    )
+
+
+def _columns(
+    table: Table, values: Values
+) -> tuple[dict[str, Column], dict[str, NDArray[np.float64] | NDArray[np.str_]]]:
+    """Return the known columns by quantity, and the others by heading."""
+    columns: dict[str, Column] = {}
+    unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
+    placed = values.placed.columns
+    times = [index for index, (quantity, unit) in placed.items() if quantity == "time" and unit is None]
+    seen: dict[str, str] = {}
+    for index, heading in enumerate(table.headings):
+        if not heading or index in values.left_out or index in times[1:]:
+            continue
+        if index not in placed:
+            if (first := seen.setdefault(heading.lower(), heading)) is not heading:
+                problem = f"columns {shown(first)} and {shown(heading)} both hold {shown(heading.lower())}"
+                raise FileFormatError(table.source, table.heading_line, problem, "one column for each quantity")
+            unknown[heading] = values.unknown(index)
+            continue
+        quantity, unit = placed[index]
+        if unit is None:
+            columns[quantity] = Column(quantity, "s", values.time(times))
+        else:
+            columns[quantity] = Column(quantity, unit.inside, values.column(index))
+    return columns, unknown
+
+
+def _one_target_a_row(table: Table) -> Table:
+    """Return a table with a target a column as one with a target a row; any other as it is."""
+    if not all(heading.replace(".", "").replace(",", "").lstrip("+-").isdigit() for heading in table.headings[1:]):
+        return table
+    rows, _ = table.cells()
+    if (found := turned(table.headings, rows)) is None:
+        return table
+    headings, cells = found
+    return Table(
+        source=table.source,
+        facts=table.facts,
+        headings=tuple(headings),
+        units=(table.units[0], *[""] * (len(headings) - 1)),
+        above=("",) * len(headings),
+        heading_line=table.heading_line,
+        rows=cells,
+        lines=[table.heading_line] * len(cells),
+        notes=(*table.notes, "took each row for a pass, and each column for a target"),
+    )
+
+
+def _passes(table: Table, choices: ColumnChoices) -> list[Pass]:
+    """Return the columns of a wide table, or nothing where the table has a row for each reading."""
+    meanings = [meaning_of(heading, below) for heading, below in zip(table.headings, table.units, strict=True)]
+    taken = {
+        index
+        for index, meaning in enumerate(meanings)
+        if (meaning is not None and meaning.strength is Strength.EXACT)
+        or choices.of_column(index + 1, table.headings[index]) is not None
+    }
+    found = passes_of(table.headings, table.above, frozenset(taken))
+    columns = {one.column for one in found}
+    others = {
+        meaning.quantity for index, meaning in enumerate(meanings) if meaning is not None and index not in columns
+    }
+    if others & {"deviation", "actual", "run", *_OF_LONG_TABLES} or not others & {"target", "position"}:
+        return []
+    return found

@@ -1,0 +1,170 @@
+"""What is in a cell: numbers with a decimal point or comma, directions, run numbers, or nothing."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+from rtec.metrology.tables.words import BACKWARD, FORWARD, plain_words
+
+Cell = str | float
+"""A text, or what a workbook holds as a number."""
+
+MISSING = frozenset(
+    (
+        "",
+        "n/a",
+        "na",
+        "n.a.",
+        "#n/a",
+        "#na",
+        "#nv",
+        "-",
+        "--",
+        "---",
+        "–",
+        "—",
+        "null",
+        "none",
+        "missing",
+        "k.a.",
+        "?",
+    )
+)
+"""What people write where there is no reading, in small letters; ``nan``, a number gone wrong, is none."""
+
+_DASHES = ("-", "–", "—")
+_POINT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?", re.ASCII)
+_COMMA = re.compile(r"[+-]?(?:[0-9]+,?[0-9]*|,[0-9]+)(?:[eE][+-]?[0-9]{1,4})?", re.ASCII)
+_GROUPED = {
+    ".": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[,' ][0-9]{3})+(?:\.[0-9]*)?", re.ASCII),
+    ",": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.' ][0-9]{3})+(?:,[0-9]*)?", re.ASCII),
+}
+_GROUPS = {".": re.compile(r"[,' ]"), ",": re.compile(r"[.' ]")}
+_SIGNS = str.maketrans({"−": "-", "‒": "-", "–": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "’": "'"})
+_LONGEST = 60
+_WHOLE = re.compile(r"[^0-9]*([0-9]{1,9})[^0-9]*", re.ASCII)
+
+
+def is_missing(cell: Cell, *, signs: bool = False) -> bool:
+    """Return whether a cell says that there is no reading.
+
+    Parameters
+    ----------
+    cell
+        Any.
+    signs
+        Whether a dash is the sign of a direction here.
+
+    Examples
+    --------
+    >>> is_missing(" n/a "), is_missing("0"), is_missing("nan"), is_missing("-"), is_missing("-", signs=True)
+    (True, False, False, True, False)
+    """
+    text = cell.strip().lower() if isinstance(cell, str) else "0"
+    return text in MISSING and not (signs and text in _DASHES)
+
+
+def number_of(cell: Cell, mark: str) -> float | None:
+    """Return the number in a cell, or None where it holds none.
+
+    Parameters
+    ----------
+    cell
+        Spaces, apostrophes and the other mark may stand between groups of three digits.
+    mark
+        The decimal mark, ``.`` or ``,``.
+
+    Examples
+    --------
+    >>> number_of("-1.234,5", ","), number_of("1'250.75", "."), number_of("1,5", "."), number_of("1e-3", ".")
+    (-1234.5, 1250.75, None, 0.001)
+    """
+    if isinstance(cell, float):
+        return cell if math.isfinite(cell) else None
+    text = cell.strip()
+    if len(text) > _LONGEST:
+        return None
+    text = text.translate(_SIGNS)
+    if (_POINT if mark == "." else _COMMA).fullmatch(text) is None:
+        if _GROUPED[mark].fullmatch(text) is None:
+            return None
+        text = _GROUPS[mark].sub("", text)
+    value = float(text.replace(",", "."))
+    return value if math.isfinite(value) else None
+
+
+def looks_like_number(cell: Cell) -> bool:
+    """Return whether a cell is a number with one mark or the other.
+
+    Examples
+    --------
+    >>> looks_like_number("1,5"), looks_like_number("1.5"), looks_like_number("Run 1")
+    (True, True, False)
+    """
+    return isinstance(cell, float) or any(number_of(cell, mark) is not None for mark in ".,")
+
+
+def decimal_marks(cells: Iterable[Cell]) -> frozenset[str]:
+    """Return the decimal marks that the numbers among cells allow: one, both where nobody can tell, none in a muddle.
+
+    A cell such as ``100,000`` may be a hundred with three decimals or a hundred thousand. A lone point is a decimal
+    point, unless commas elsewhere say that it stands between thousands.
+
+    Parameters
+    ----------
+    cells
+        Of a whole table.
+
+    Examples
+    --------
+    >>> sorted(decimal_marks(["0,5", "100,000"])), sorted(decimal_marks(["1.500", "2"]))
+    ([','], ['.'])
+    >>> sorted(decimal_marks(["100,000", "-2"])), sorted(decimal_marks(["1.5", "0,5"]))
+    ([',', '.'], [])
+    """
+    sure, open_marks = set(), set()
+    for cell in cells:
+        if isinstance(cell, float) or not ("." in cell or "," in cell):
+            continue
+        readable = [mark for mark in ".," if number_of(cell, mark) is not None]
+        if len(readable) == 1:
+            sure.add(readable[0])
+        elif readable:
+            open_marks.add("," if "," in cell else ".")
+    if sure:
+        return frozenset(sure) if len(sure) == 1 else frozenset()
+    return frozenset(".,") if "," in open_marks else frozenset(".")
+
+
+def direction_of(cell: Cell) -> int | None:
+    """Return the direction of approach that a cell names, +1 or −1, or None.
+
+    Examples
+    --------
+    >>> [direction_of(cell) for cell in ("+", "Rückwärts", "1", -1.0, "↑", "approach from below")]
+    [1, -1, 1, -1, 1, None]
+    """
+    number = number_of(cell, ".")
+    if number is not None:
+        return int(number) if abs(number) == 1.0 else None
+    words = plain_words(str(cell)[:_LONGEST])
+    if len(words) != 1:
+        return None
+    return 1 if words[0] in FORWARD else -1 if words[0] in BACKWARD else None
+
+
+def run_of(cell: Cell) -> float | None:
+    """Return the run number that a cell names: a number, or one with a word around it.
+
+    Examples
+    --------
+    >>> run_of("Run 3"), run_of("2"), run_of("first")
+    (3.0, 2.0, None)
+    """
+    number = number_of(cell, ".")
+    if number is not None:
+        return number
+    match = _WHOLE.fullmatch(str(cell)[:_LONGEST])
+    return None if match is None else float(match[1])

@@ -1,0 +1,267 @@
+"""From the cells of placed columns to numbers in the units inside, row by row where something is wrong or missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtec.errors import FileFormatError
+from rtec.metrology.columns import ColumnUnit, units_lacking
+from rtec.metrology.readings import Floats
+from rtec.metrology.tables.cells import Cell, decimal_marks, direction_of, is_missing, number_of, run_of
+from rtec.metrology.tables.layout import Table
+from rtec.metrology.tables.placing import Placed
+from rtec.metrology.tables.times import is_date_or_clock, seconds_since_first
+from rtec.metrology.text_file import plain_numbers, shown
+
+_SAMPLE = 2000
+_NEEDED = ("target", "actual", "deviation", "direction", "run", "time")
+_A_NUMBER = "a decimal number, such as -20.01852 or 1e-3"
+_A_DIRECTION = "+1 or -1, + or -, forward or backward"
+_MOST_NAMED = 3
+
+
+class Values:
+    """The cells of a table, with those rows left out that lack a reading.
+
+    Parameters
+    ----------
+    table, placed
+        The table, and what its columns are.
+    decimal
+        The decimal mark, where the user states it.
+    passes
+        Columns of a wide table: numbers, in which a missing cell leaves out no row.
+    """
+
+    def __init__(self, table: Table, placed: Placed, decimal: str | None, passes: Sequence[int] = ()) -> None:
+        self.table, self.placed, self.passes = table, placed, passes
+        self.notes: list[str] = []
+        self.left_out: set[int] = set(placed.ignored)
+        self.numbers = self._quickly(decimal)
+        self.rows: list[list[Cell]] = []
+        self.lines: Sequence[int] = ()
+        self.mark = "."
+        if self.numbers is not None:
+            self.lines = _numbered(table.text, table.first_line)
+            return
+        self.rows, self.lines = table.cells()
+        if not self.rows:
+            problem = "no row follows the header"
+            raise FileFormatError(table.source, table.heading_line, problem, "one row for each reading")
+        self._skip_missing()
+        self.mark = decimal or self._decimal()
+
+    def _quickly(self, decimal: str | None) -> NDArray[np.float64] | None:
+        """Return all cells in one sweep where they are numbers with nothing strange between them."""
+        table, width = self.table, len(self.table.headings)
+        if table.rows is not None:
+            return None
+        if decimal != ",":
+            found = plain_numbers(table.text, width, table.separator)
+            if found is not None or table.separator == ",":
+                return found
+        few = [text.split(table.separator) for text in table.text[:_SAMPLE] if text.strip()]
+        if decimal is None and decimal_marks(cell.strip() for row in few for cell in row) != {","}:
+            return None
+        if any("." in text for text in table.text):
+            return None  # between thousands, or a muddle: cell by cell
+        return plain_numbers([text.replace(",", ".") for text in table.text], width, table.separator)
+
+    def _skip_missing(self) -> None:
+        """Leave out the rows that lack a reading, and columns that lack nearly all of them."""
+        missing: dict[int, list[int]] = {}
+        for column, (quantity, _) in self.placed.columns.items():
+            signs = quantity == "direction" and any(cells[column] == "+" for cells in self.rows)
+            rows = [row for row, cells in enumerate(self.rows) if is_missing(cells[column], signs=signs)]
+            if 2 * len(rows) <= len(self.rows):
+                missing[column] = rows
+            elif quantity.partition("_")[0] in _NEEDED:
+                self._refuse_gaps(column, rows)
+            else:
+                self.left_out.add(column)
+                heading = shown(self.table.headings[column])
+                self.notes.append(
+                    f"column {heading} is not used: {len(rows)} of its {len(self.rows)} cells are empty"
+                )
+        skipped = sorted({row for rows in missing.values() for row in rows})
+        if not skipped:
+            return
+        if len(skipped) == len(self.rows):
+            self._refuse_gaps(*next((column, rows) for column, rows in missing.items() if rows))
+        first = skipped[0]
+        where = ", ".join(str(self.lines[row]) for row in skipped[:_MOST_NAMED])
+        column = next(column for column, rows in missing.items() if first in rows)
+        what = "is empty" if not str(self.rows[first][column]) else f"is {shown(str(self.rows[first][column]))}"
+        self.notes.append(
+            f"{len(skipped)} of {len(self.rows)} rows are left out, because a cell is empty: "
+            f"line {where}{', ...' if len(skipped) > _MOST_NAMED else ''} ({self.table.headings[column]} {what})"
+        )
+        kept = sorted(set(range(len(self.rows))) - set(skipped))
+        self.rows = [self.rows[row] for row in kept]
+        self.lines = [self.lines[row] for row in kept]
+
+    def _refuse_gaps(self, column: int, rows: Sequence[int]) -> None:
+        heading = self.table.headings[column]
+        many = f", as in {len(rows)} of {len(self.rows)} rows" if len(self.rows) > 1 else ""
+        problem, allowed = (
+            f"{heading} is empty{many}",
+            "a value in every row (cells that were merged are to be filled)",
+        )
+        raise FileFormatError(self.table.source, self.lines[rows[0]], problem, allowed)
+
+    def _decimal(self) -> str:
+        """Return the decimal mark of the table; ask where both are possible."""
+        columns = [column for column in (*self.placed.columns, *self.passes) if column not in self.left_out]
+        columns = [
+            column for column in columns if self.placed.columns.get(column, ("", None))[0] not in ("time", "run")
+        ]
+        marks = decimal_marks(cells[column] for cells in self.rows for column in columns)
+        if len(marks) == 1:
+            return next(iter(marks))
+        marked = (
+            cell
+            for cells in self.rows
+            for column in columns
+            if isinstance(cell := cells[column], str) and "," in cell
+        )
+        example = shown(next(marked, ""))
+        if marks:
+            problem = f"{example} may have a decimal comma, or a comma between thousands"
+            raise FileFormatError(
+                self.table.source, None, problem, "--decimal comma or --decimal point, to say which"
+            )
+        problem = f"numbers with a decimal point, and numbers with a decimal comma, such as {example}"
+        raise FileFormatError(self.table.source, None, problem, "one of them throughout; --decimal says which")
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return len(self.rows) if self.numbers is None else len(self.numbers)
+
+    def column(self, index: int) -> Floats:
+        """Return a column that is placed, in its unit inside, shape (rows,).
+
+        Raises
+        ------
+        FileFormatError
+            A cell that the quantity does not allow, with its line.
+        """
+        quantity, unit = self.placed.columns[index]
+        assert unit is not None  # noqa: S101 - times of dates are read by `time`
+        if self.numbers is not None:
+            raw = self.numbers[:, index].copy()
+        else:
+            raw = np.array([self._number(row, index, quantity) for row in range(len(self.rows))])
+        return self._inside(index, quantity, unit, raw)
+
+    def _inside(self, index: int, quantity: str, unit: ColumnUnit, raw: Floats) -> Floats:
+        if (outside := _outside_range(quantity, unit, raw)) is not None:
+            row, allowed = outside
+            problem = f"{self.table.headings[index]} {raw[row]:g} is not allowed"
+            allowed += _or_ignore(self.table.headings[index], quantity)
+            raise FileFormatError(self.table.source, self.lines[row], problem, allowed)
+        return (raw + unit.offset) * unit.factor
+
+    def _number(self, row: int, index: int, quantity: str) -> float:
+        cell = self.rows[row][index]
+        found: float | None
+        allowed = _A_NUMBER
+        if quantity == "direction":
+            found, allowed = direction_of(cell), _A_DIRECTION
+            found = number_of(cell, self.mark) if found is None else found
+        else:
+            found = run_of(cell) if quantity == "run" else number_of(cell, self.mark)
+        if found is None:
+            heading, text = self.table.headings[index], str(cell)
+            kind = (
+                f"{heading} {shown(text)} is {'no direction' if quantity == 'direction' else 'not a finite number'}"
+            )
+            allowed += _or_ignore(heading, quantity)
+            raise FileFormatError(self.table.source, self.lines[row], kind, allowed)
+        return found
+
+    def pass_column(self, index: int, factor: float) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return a column of a wide table times a factor, and which of its cells hold a reading, shape (rows,)."""
+        if self.numbers is not None:
+            return self.numbers[:, index] * factor, np.ones(len(self.numbers), dtype=np.bool_)
+        there = np.array([not is_missing(cells[index]) for cells in self.rows])
+        values = [self._number(row, index, "") if there[row] else 0.0 for row in range(len(self.rows))]
+        return np.array(values) * factor, there
+
+    def time(self, indices: Sequence[int]) -> Floats:
+        """Return the time in s of a column of dates or times of day, or of one of each together, shape (rows,)."""
+        headings = [self.table.headings[index] for index in indices]
+        firsts = [str(self.rows[0][index]) for index in indices] if self.rows else []
+        if not firsts or not all(is_date_or_clock(first) for first in firsts) or len(indices) > 2:
+            problem = f"column {shown(headings[0])} has no unit"
+            raise FileFormatError(self.table.source, self.table.heading_line, problem, units_lacking("time") or "")
+        if len(indices) == 2 and ":" in firsts[0] and ":" not in firsts[1]:
+            indices = [indices[1], indices[0]]
+        cells = [" ".join(str(row[index]).strip() for index in indices) for row in self.rows]
+        seconds, notes = seconds_since_first(self.table.source, self.lines, headings[0], cells)
+        self.notes += notes
+        return seconds
+
+    def unknown(self, index: int) -> NDArray[np.float64] | NDArray[np.str_]:
+        """Return a column of no known quantity: numbers, or text where a cell is none, shape (rows,)."""
+        if self.numbers is not None:
+            return self.numbers[:, index].copy()
+        heading = self.table.headings[index]
+        for row, cells in enumerate(self.rows):
+            if _is_no_number(cells[index]):
+                problem = f"{heading} {shown(str(cells[index]))} is not finite"
+                raise FileFormatError(self.table.source, self.lines[row], problem, "a finite number, or text")
+        found = [number_of(cells[index], self.mark) for cells in self.rows]
+        if all(value is not None for value in found):
+            return np.array(found, dtype=np.float64)
+        return np.array([_text(cells[index]) for cells in self.rows], dtype=np.str_)
+
+
+def _or_ignore(heading: str, quantity: str) -> str:
+    """Return what to do where a column was taken for a direction or a run, and is none."""
+    guessed = quantity in ("direction", "run") and heading.lower() != quantity
+    return f"; --map '{heading}=ignore' leaves the column out" if guessed else ""
+
+
+def _text(cell: Cell) -> str:
+    return cell if isinstance(cell, str) else f"{cell:.15g}"
+
+
+def _is_no_number(cell: Cell) -> bool:
+    """Return whether a cell holds what is left of a number that went wrong: nan, an infinity, or one too large."""
+    if isinstance(cell, float):
+        return not math.isfinite(cell)
+    if cell.strip().lower().lstrip("+-") in ("nan", "inf", "infinity"):
+        return True
+    try:
+        return math.isinf(float(cell)) if len(cell) < 60 and cell[-1:].isdigit() else False
+    except ValueError:
+        return False
+
+
+def _outside_range(quantity: str, unit: ColumnUnit, raw: Floats) -> tuple[int, str] | None:
+    """Return the first row that the meaning of the quantity does not allow, and what it allows."""
+    if quantity == "direction":
+        good, allowed = np.abs(raw) == 1, "+1 or -1"
+    elif quantity == "run":
+        good, allowed = (raw == np.round(raw)) & (np.abs(raw) < 2**31), "a whole number"
+    else:
+        with np.errstate(over="ignore"):
+            good = np.isfinite((raw + unit.offset) * unit.factor)
+        allowed = "a number that stays finite in " + unit.inside
+    return None if good.all() else (int(np.flatnonzero(~good)[0]), allowed)
+
+
+def _numbered(body: Sequence[str], first_line: int) -> Sequence[int]:
+    """Return the line number of each row: a mere range, unless there are empty lines between the rows."""
+    last = len(body)
+    while last and not body[last - 1].strip():
+        last -= 1
+    rows: Iterable[str] = body[:last]
+    if not any(not text or text.isspace() for text in rows):
+        return range(first_line, first_line + last)
+    return [line for line, text in enumerate(body, first_line) if text.strip()]

@@ -1,0 +1,87 @@
+"""Several measurements beside each other: what was measured in each, and how much is left of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rtec.dataset.dataset import Dataset
+from rtec.report.appearance import printable
+from rtec.report.diagnosis.quantities import Shown, shown_for
+from rtec.report.diagnosis.readings import position_label, smoothed
+from rtec.report.figures_style import GUIDE, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rtec.report.diagnosis.several import Results
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7b3294", "#777777")
+_LONGEST = 28
+SEVERAL_CAPTION = (
+    "Left, the mean of the readings at each place, forward solid and backward dashed, a colour for each measurement. "
+    "Right, in the same colours, the RMS of what was measured, of what the effects leave, and of a reading's noise."
+)
+
+
+def several_figure(results: Results) -> Figure:
+    """Return the mean readings of each measurement along the axis, and the RMS measured, left and of the noise.
+
+    Parameters
+    ----------
+    results
+        Diagnoses or comparisons by the name of their file; more than eight share colours.
+
+    Returns
+    -------
+    Figure
+        Two panels, drawn within ``figure_style``.
+    """
+    figure = new_figure(4.6)
+    along, bars = figure.subplots(1, 2, width_ratios=(2.0, 1.0))
+    shown = shown_for(next(iter(results.values())).dataset)
+    for number, (name, one) in enumerate(results.items()):
+        _along(along, one.dataset, shown, _short(name), COLOURS[number % len(COLOURS)])
+    first = next(iter(results.values())).dataset
+    along.set(xlabel=position_label(first.conditions), ylabel=f"{printable(first.observe)} ({shown.symbol})")
+    along.axhline(0.0, color=GUIDE, linewidth=0.8)
+    along.set_title("mean at each place: forward solid, backward dashed")
+    along.legend(loc="best")
+    _bars(bars, results, shown)
+    return figure
+
+
+def _short(name: str) -> str:
+    text = printable(name)
+    return text if len(text) <= _LONGEST else "..." + text[3 - _LONGEST :]
+
+
+def _along(axes: Axes, dataset: Dataset, shown: Shown, label: str, colour: str) -> None:
+    """Draw the mean readings at each place, of each direction where there are two."""
+    c = dataset.conditions
+    ways = np.ones(dataset.rows) if c.direction is None else np.sign(c.direction)
+    for way, dash in ((1.0, "-"), (-1.0, "--"), (0.0, ":")):
+        rows = ways == way
+        if not rows.any():
+            continue
+        means = smoothed(c.position[rows], dataset.observed[rows])
+        shown_label = label if way == ways.max() else None
+        axes.plot(means.at, means.mean * shown.factor, dash, color=colour, linewidth=1.2, label=shown_label)
+
+
+def _bars(axes: Axes, results: Results, shown: Shown) -> None:
+    """Draw what was measured, what is left and the noise of each measurement as bars."""
+    heads = ("measured", "left", "noise")
+    width = 0.8 / len(results)
+    for number, one in enumerate(results.values()):
+        left = one.rms_after if hasattr(one, "rms_after") else one.rms
+        measured = float(np.sqrt(np.mean(np.square(one.dataset.observed))))
+        values = [shown.number(value) or 0.0 for value in (measured, left, one.noise.floor)]
+        at = np.arange(len(heads)) + (number - (len(results) - 1) / 2) * width
+        axes.bar(at, values, width * 0.9, color=COLOURS[number % len(COLOURS)])
+    axes.set_xticks(range(len(heads)), heads)
+    axes.set(ylabel=f"RMS ({shown.symbol})", ylim=(0.0, None))
+    axes.set_title("how much of it")
+    axes.grid(visible=False, axis="x")

@@ -1,0 +1,81 @@
+"""The folder of a positioning test, which gets all of its files or none."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from rtec.metrology import JudgedTest
+from rtec.metrology.judged_test import document_of_tests
+from rtec.report.figures_style import figure_style, new_figure
+from rtec.report.illustrations import Illustration, illustration
+from rtec.report.iso230.figures import draw_tests
+from rtec.report.iso230.pdf import sheet_pdf
+from rtec.report.iso230.sheet import Sheet, sheet_of
+from rtec.report.plain_data import plain
+from rtec.report.rendering import embedded, page_environment
+from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
+
+_PANEL_INCH, _AROUND_INCH = 3.5, 0.7
+PDF = "report.pdf"
+
+
+def write_positioning(tests: Sequence[JudgedTest], unit: str | None, folder: Path) -> Path:
+    """Write the page, the PDF, the plot and the numbers of positioning tests.
+
+    Everything is put in place at the end: an error, a full disk or Ctrl-C leaves the folder as it was.
+
+    Parameters
+    ----------
+    tests
+        One, or several of one kind of axis, as before and after.
+    unit
+        As of `rtec.metrology.PositioningFigures.to_dict`.
+    folder
+        Where to; it exists.
+
+    Returns
+    -------
+    Path
+        The page, ``report.html``; beside it are ``report.pdf``, ``result.json`` and ``figures``.
+
+    Raises
+    ------
+    OutputError
+        The folder is missing or not writable, or the disk is full.
+    ArgumentError
+        A unit that the axis does not have.
+    """
+    sheet = sheet_of(tests, unit)
+    figure = _plot(tests, sheet)
+    pdf = sheet_pdf(tests, sheet)
+    document = plain(document_of_tests(tests, unit))
+    with whole_folder(folder) as new:
+        write_figures(new, [figure])
+        (new / PDF).write_bytes(pdf)
+        write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        write_text(new / PAGE, _page(sheet, figure, without_empty(new, ())))
+    return folder / PAGE
+
+
+def _plot(tests: Sequence[JudgedTest], sheet: Sheet) -> Illustration:
+    with figure_style():
+        figure = new_figure(_AROUND_INCH + _PANEL_INCH * len(tests))
+        draw_tests(figure, tests, sheet.units, sheet.table.decimals)
+        return illustration(figure, "positioning", "Deviation at each target", sheet.caption)
+
+
+def _page(sheet: Sheet, figure: Illustration, files: Sequence[str]) -> str:
+    return (
+        page_environment()
+        .get_template("iso230/page.html.j2")
+        .render(
+            sheet=sheet,
+            figure=figure,
+            picture=embedded(figure),
+            statements=sheet.statements,
+            warned=any(test.warnings for test in sheet.tests),
+            files=files,
+        )
+    )

@@ -1,0 +1,170 @@
+"""What a sheet shows, as texts: the same for the page and for the PDF."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rtec.metrology import JudgedTest
+from rtec.metrology.figure_table import (
+    ISO_FIGURES,
+    READING_FIGURES,
+    VDI_FIGURES,
+    FigureTable,
+    figure_table,
+    number_text,
+)
+from rtec.report.appearance import joined, printable
+from rtec.report.iso230.units import SheetUnits, units_of
+
+_TARGET_COLUMNS = (
+    ("mean_forward", "mean ↑"),
+    ("mean_backward", "mean ↓"),
+    ("mean", "mean"),
+    ("reversal", "B"),
+    ("s_forward", "s ↑"),
+    ("s_backward", "s ↓"),
+    ("R_forward", "R ↑"),
+    ("R_backward", "R ↓"),
+    ("R", "R"),
+    ("n_forward", "n ↑"),
+    ("n_backward", "n ↓"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SheetOfTest:
+    """What is shown of one test.
+
+    Parameters
+    ----------
+    name
+        Of the file.
+    facts
+        What it is: targets, runs, and what the file says of it.
+    warnings, uncertainty
+        Sentences.
+    targets
+        A row of texts for each target, under ``Sheet.target_headings``.
+    """
+
+    name: str
+    facts: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+    uncertainty: tuple[str, ...]
+    targets: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheet:
+    """One test, or several beside each other.
+
+    Parameters
+    ----------
+    title, finding, caption
+        For people; the caption is that of the plot.
+    units
+        Of all numbers.
+    table
+        The figures.
+    target_headings
+        Of the tables of targets.
+    tests
+        What differs from test to test.
+    definitions
+        Terms and what they mean.
+    """
+
+    title: str
+    finding: str
+    caption: str
+    units: SheetUnits
+    table: FigureTable
+    target_headings: tuple[str, ...]
+    tests: tuple[SheetOfTest, ...]
+    definitions: tuple[tuple[str, str], ...]
+
+    @property
+    def statements(self) -> list[tuple[str, tuple[str, ...]]]:
+        """What is said of the uncertainty, with the names of the tests of which it is said."""
+        said: dict[tuple[str, ...], list[str]] = {}
+        for test in self.tests:
+            said.setdefault(test.uncertainty, []).append(test.name)
+        return [(joined(names), sentences) for sentences, names in said.items()]
+
+
+def sheet_of(tests: Sequence[JudgedTest], unit: str | None) -> Sheet:
+    """Return what is shown of tests of one kind of axis.
+
+    Raises
+    ------
+    ArgumentError
+        A unit that the axis does not have.
+    """
+    units, table = units_of(tests[0], unit), figure_table(tests, unit)
+    names = [printable(test.name) for test in tests]
+    return Sheet(
+        title=f"Positioning test: {joined(names)}",
+        finding=_finding(tests, units, table.decimals),
+        caption=_caption(tests),
+        units=units,
+        table=table,
+        target_headings=("target", *(heading for _, heading in _TARGET_COLUMNS)),
+        tests=tuple(_test_sheet(test, units, table.decimals) for test in tests),
+        definitions=_definitions(),
+    )
+
+
+def _finding(tests: Sequence[JudgedTest], units: SheetUnits, decimals: int) -> str:
+    """Return the main figures in a sentence, the tests in turn."""
+    documents = [test.to_dict(units.name) for test in tests]
+    said = []
+    for key in ("A", "R", "E", "B", "M", "A_forward", "A_backward", "E_forward", "E_backward"):
+        values = [document[key] for document in documents]
+        if any(value is not None for value in values) and not (len(key) > 1 and documents[0][key[0]] is not None):
+            symbol = key.replace("_forward", "↑").replace("_backward", "↓")
+            said.append(f"{symbol} {' → '.join(number_text(value, decimals) for value in values)} {units.symbol}")
+    return ", ".join(said)
+
+
+def _caption(tests: Sequence[JudgedTest]) -> str:
+    text = (
+        "Means of the runs at each target, approached forward (▲, solid) and backward (▽, dashed), with bands of two "
+        "standard deviations to either side. Beside the plot: A from the lowest to the highest edge of the bands, E "
+        "from the lowest to the highest mean, M the same of the means of both directions (dash-dotted). At the "
+        "targets where they are largest: the reversal error B between both means, and the repeatability R over both "
+        "bands."
+    )
+    return text + (" Panels whose ranges differ much have scales of their own." if len(tests) > 1 else "")
+
+
+def _test_sheet(test: JudgedTest, units: SheetUnits, decimals: int) -> SheetOfTest:
+    document = test.to_dict(units.name)
+    at = test.figures.at_targets.target * units.position_factor
+    facts = [
+        ("targets", f"{at.size}, from {at.min():.9g} to {at.max():.9g} {units.position_symbol}"),
+        ("runs in each direction", str(test.figures.runs)),
+        *((key.replace("_", " "), text) for key, text in test.facts.items()),
+    ]
+    rows = []
+    for place, row in zip(at.tolist(), document["at_targets"], strict=True):
+        cells = [str(row[key]) if key[:2] == "n_" else number_text(row[key], decimals) for key, _ in _TARGET_COLUMNS]
+        rows.append((f"{place:.9g}", *cells))
+    return SheetOfTest(
+        name=printable(test.name),
+        facts=tuple((printable(key), printable(text)) for key, text in facts),
+        warnings=tuple(printable(text) for text in test.warnings),
+        uncertainty=test.uncertainty.statement(units.symbol, units.factor),
+        targets=tuple(rows),
+    )
+
+
+def _definitions() -> tuple[tuple[str, str], ...]:
+    first = (
+        ("deviation", "Actual position less target (ISO 230-2), as it was measured."),
+        ("mean, s", "Mean and standard deviation (with n - 1) of the readings at a target from one direction."),
+        ("↑, ↓", "Of one direction of approach: forward, the position increases; backward, it decreases."),
+    )
+    named = ((f.symbol or f.words, f.definition) for f in (*ISO_FIGURES, *VDI_FIGURES, *READING_FIGURES))
+    last = ("U, k = 2", "Expanded measurement uncertainty of the figure for both directions, from what is stated.")
+    return (*first, *named, last)

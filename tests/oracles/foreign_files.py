@@ -1,0 +1,676 @@
+"""One positioning test, written in sixty ways: as instruments, spreadsheets and people write such files.
+
+The readings are made here from their definition, and every layout writes them by itself, with none of the code that
+reads them. Most layouts are read right: the readings come out again. A few cannot be told and have to be asked about.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+
+TARGETS = (0.0, 100.0, 250.0, 400.0, 500.0)
+RUNS = 3
+
+
+@dataclass(frozen=True)
+class Reading:
+    run: int
+    direction: int
+    target_mm: float
+    deviation_um: float
+    time_s: float
+
+    @property
+    def actual_mm(self) -> float:
+        return self.target_mm + self.deviation_um / 1000
+
+
+def readings(directions: Iterable[int] = (1, -1)) -> list[Reading]:
+    """Return the readings in the order in which they were taken; every number has at most four decimals in mm."""
+    found = []
+    for run in range(1, RUNS + 1):
+        for direction in directions:
+            for target in sorted(TARGETS, reverse=direction < 0):
+                deviation = target / 100 + (2.5 if direction < 0 else 0.0) + 0.3 * run + 0.1 * (target % 7)
+                found.append(Reading(run, direction, target, round(deviation, 1) - 3.0, 7.0 * len(found)))
+    return found
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """A file: how it is called, what is in it, and what has to be said of it.
+
+    ``asks`` is what the question has to name where the file cannot be read without one; ``maps``, ``sheet`` and
+    ``decimal`` are the answer to it, where there is one. ``missing`` readings have no value in the file.
+    """
+
+    name: str
+    data: bytes
+    asks: str = ""
+    maps: tuple[str, ...] = ()
+    sheet: str | None = None
+    decimal: str | None = None
+    missing: int = 0
+    notes: tuple[str, ...] = ()
+    expected: tuple[Reading, ...] = field(default_factory=lambda: tuple(readings()))
+
+
+ALL: list[Callable[[], Foreign]] = []
+
+
+def layout(make: Callable[[], Foreign]) -> Callable[[], Foreign]:
+    ALL.append(make)
+    return make
+
+
+def comma(value: float, decimals: int = 4) -> str:
+    return f"{value:.{decimals}f}".replace(".", ",")
+
+
+def text(lines: Iterable[str], end: str = "\n") -> str:
+    return end.join(lines) + end
+
+
+def rows(line: Callable[[Reading], str], directions: Iterable[int] = (1, -1)) -> list[str]:
+    return [line(one) for one in readings(directions)]
+
+
+def by_pass(target: float) -> dict[tuple[int, int], Reading]:
+    return {(one.run, one.direction): one for one in readings() if one.target_mm == target}
+
+
+# ---- separators and decimal marks
+
+
+@layout
+def contract() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("contract.csv", text(["# axis: x", "run,direction,target_mm,deviation_um", *body]).encode())
+
+
+@layout
+def semicolons() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("semicolons.csv", text(["run;direction;target_mm;deviation_um", *body]).encode())
+
+
+@layout
+def tabs() -> Foreign:
+    body = rows(lambda r: f"{r.run}\t{r.direction}\t{r.target_mm}\t{r.deviation_um}")
+    return Foreign("tabs.txt", text(["run\tdirection\ttarget_mm\tdeviation_um", *body]).encode())
+
+
+@layout
+def spaces() -> Foreign:
+    body = rows(lambda r: f"{r.run:3d} {r.direction:3d} {r.target_mm:10.3f} {r.deviation_um:8.2f}")
+    return Foreign("spaces.dat", text(["run dir  target_mm deviation_um", *body]).encode())
+
+
+@layout
+def bars() -> Foreign:
+    body = rows(lambda r: f"{r.run} | {r.direction} | {r.target_mm} | {r.deviation_um}")
+    return Foreign("bars.txt", text(["Run | Dir | Target [mm] | Error [um]", *body]).encode())
+
+
+@layout
+def decimal_comma() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}")
+    return Foreign("komma.csv", text(["Lauf;Richtung;Soll [mm];Abweichung [µm]", *body], "\r\n").encode("latin-1"))
+
+
+@layout
+def decimal_comma_tabs() -> Foreign:
+    body = rows(
+        lambda r: f"{comma(r.target_mm, 3)}\t{comma(r.actual_mm)}\t{'+' if r.direction > 0 else '-'}\t{r.run}"
+    )
+    return Foreign("komma.txt", text(["Sollwert/mm\tIstwert/mm\tRichtung\tLauf", *body]).encode())
+
+
+@layout
+def decimal_comma_quoted() -> Foreign:
+    body = rows(lambda r: f'{r.run},{r.direction},"{comma(r.target_mm, 1)}","{comma(r.deviation_um, 2)}"')
+    return Foreign("quoted.csv", text(["Lauf,Richtung,Soll (mm),Abweichung (um)", *body]).encode())
+
+
+@layout
+def thousands_german() -> Foreign:
+    def big(value: float) -> str:
+        return f"{value * 1000:,.2f}".translate(str.maketrans(",.", ".,"))
+
+    body = rows(lambda r: f"{r.run};{r.direction};{big(r.target_mm)};{comma(r.deviation_um, 2)}")
+    return Foreign("tausender.csv", text(["Lauf;Richtung;Soll [µm];Abweichung [µm]", *body]).encode())
+
+
+@layout
+def thousands_swiss() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm * 1000:,.1f};{r.deviation_um}".replace(",", "'"))
+    return Foreign("schweiz.csv", text(["Lauf;Richtung;Soll [µm];Abweichung [µm]", *body]).encode())
+
+
+@layout
+def thousands_english() -> Foreign:
+    body = rows(lambda r: f'{r.run},{r.direction},"{r.target_mm * 1000:,.1f}",{r.deviation_um}')
+    return Foreign("thousands.csv", text(["run,dir,nominal (um),error (um)", *body]).encode())
+
+
+@layout
+def three_decimals_or_thousands() -> Foreign:
+    """100,000 and 12,300: a hundred with three decimals, or a hundred thousand; nobody can tell."""
+    shifted = [replace(r, deviation_um=r.deviation_um + 10) for r in readings() if r.target_mm]
+    body = [f"{r.run};{r.direction};{comma(r.target_mm, 3)};{comma(r.deviation_um, 3)}" for r in shifted]
+    lines = text(["Lauf;Richtung;Soll [mm];Abweichung [µm]", *body])
+    return Foreign("offen.csv", lines.encode(), asks="--decimal comma", decimal="comma", expected=tuple(shifted))
+
+
+@layout
+def sep_line() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}")
+    return Foreign("sep.csv", text(["sep=;", "Run;Direction;Target (mm);Error (µm)", *body], "\r\n").encode())
+
+
+@layout
+def exponents() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm / 1000:.6E},{r.deviation_um / 1e6:.6E}")
+    return Foreign("exponents.csv", text(["run,direction,target_m,deviation_m", *body]).encode())
+
+
+@layout
+def unicode_minus() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}".replace("-", "\u2212"))
+    return Foreign("minus.csv", text(["Run;Direction;Target [mm];Deviation [µm]", *body]).encode())
+
+
+# ---- encodings
+
+
+@layout
+def latin_1() -> Foreign:
+    body = rows(lambda r: f"{r.target_mm},{r.deviation_um},{r.direction},{r.run}")
+    return Foreign("latin1.csv", text(["Position [mm],Abweichung (µm),Richtung,Lauf", *body]).encode("latin-1"))
+
+
+@layout
+def utf_8_with_mark() -> Foreign:
+    body = rows(lambda r: f"{r.target_mm};{r.deviation_um};{r.direction};{r.run}")
+    return Foreign("bom.csv", text(["Position [mm];Abweichung (µm);Richtung;Lauf", *body]).encode("utf-8-sig"))
+
+
+@layout
+def utf_16() -> Foreign:
+    body = rows(lambda r: f"{r.target_mm}\t{r.deviation_um}\t{r.direction}\t{r.run}")
+    return Foreign(
+        "unicode.txt", text(["Position [mm]\tAbweichung (µm)\tRichtung\tLauf", *body], "\r\n").encode("utf-16")
+    )
+
+
+@layout
+def utf_16_big_without_mark() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("big.csv", text(["run,direction,target_mm,deviation_um", *body]).encode("utf-16-be"))
+
+
+@layout
+def old_mac_line_ends() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("mac.csv", text(["run,direction,target_mm,deviation_um", *body], "\r").encode())
+
+
+@layout
+def dos_end_of_file() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("DOS.CSV", text(["run,direction,target_mm,deviation_um", *body], "\r\n").encode() + b"\x1a")
+
+
+# ---- titles, unit rows, what stands below
+
+
+@layout
+def title_lines() -> Foreign:
+    head = ["Positioniergenauigkeit X-Achse", "Maschine: VMC 500", "Datum: 22.11.2026", ""]
+    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}")
+    return Foreign("titel.csv", text([*head, "Lauf;Richtung;Soll [mm];Abweichung [µm]", *body]).encode("latin-1"))
+
+
+@layout
+def title_lines_with_separators() -> Foreign:
+    head = ["Report;;;", "Machine;VMC 500;;", "Operator;A. Smith;;", ";;;"]
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("padded.csv", text([*head, "Run;Direction;Target [mm];Error [um]", *body]).encode())
+
+
+@layout
+def unit_row() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("units.csv", text(["Run;Direction;Nominal;Deviation", ";;mm;µm", *body]).encode())
+
+
+@layout
+def unit_row_in_brackets() -> Foreign:
+    body = rows(lambda r: f"{r.target_mm}\t{r.actual_mm:.4f}\t{r.direction}\t{r.run}")
+    return Foreign("units.txt", text(["Target\tMeasured\tDir.\tRun", "[mm]\t[mm]\t[-]\t[-]", *body]).encode())
+
+
+@layout
+def sums_below() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    foot = ["", "Mean;;250;1.3", "Max;;500;5.0", "Inspected by A. Smith"]
+    return Foreign(
+        "sums.csv", text(["Run;Direction;Target [mm];Error [um]", *body, *foot]).encode(), notes=("left out",)
+    )
+
+
+@layout
+def trailing_separators() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um};;")
+    return Foreign("trailing.csv", text(["Run;Direction;Target [mm];Error [um];;", *body]).encode())
+
+
+@layout
+def empty_lines_between_passes() -> Foreign:
+    lines: list[str] = []
+    for one in readings():
+        if one.target_mm == (TARGETS[0] if one.direction > 0 else TARGETS[-1]):
+            lines.append("")
+        lines.append(f"{one.run},{one.direction},{one.target_mm},{one.deviation_um}")
+    return Foreign("gaps.csv", text(["Run,Direction,Target (mm),Error (um)", *lines]).encode())
+
+
+@layout
+def line_numbers() -> Foreign:
+    body = [f"{n};{r.run};{r.direction};{r.target_mm};{r.deviation_um}" for n, r in enumerate(readings(), 1)]
+    return Foreign("numbered.csv", text(["No.;Run;Direction;Target [mm];Error [um]", *body]).encode())
+
+
+# ---- headings
+
+
+@layout
+def english_headings() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.target_mm},{r.actual_mm:.4f},{'forward' if r.direction > 0 else 'reverse'}")
+    return Foreign("english.csv", text(["Cycle,Commanded position (mm),Measured position (mm),dir", *body]).encode())
+
+
+@layout
+def underscores() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("underscores.csv", text(["run,direction,nominal_mm,deviation_µm", *body]).encode())
+
+
+@layout
+def camel_case() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("camel.csv", text(["RunNo,ApproachDirection,NominalPos [mm],LinearError [um]", *body]).encode())
+
+
+@layout
+def french() -> Foreign:
+    body = rows(
+        lambda r: (
+            f"{r.run};{'aller' if r.direction > 0 else 'retour'};{comma(r.target_mm, 1)};{comma(r.deviation_um, 1)}"
+        )
+    )
+    return Foreign("francais.csv", text(["Série;Sens;Consigne (mm);Écart (µm)", *body]).encode("latin-1"))
+
+
+@layout
+def unit_after_slash() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("slash.csv", text(["Run;Direction;Position / mm;Deviation / µm", *body]).encode())
+
+
+@layout
+def unit_after_in() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("in.csv", text(["Run;Direction;Position in mm;Error in um", *body]).encode())
+
+
+@layout
+def inches_and_thousandths() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm / 25.4:.10f},{r.deviation_um / 25.4:.10f}")
+    return Foreign("inch.csv", text(["Run,Direction,Target (in),Error (thou)", *body]).encode())
+
+
+@layout
+def actual_less_target() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("istsoll.csv", text(["Lauf;Richtung;Sollposition [mm];Ist - Soll [µm]", *body]).encode())
+
+
+@layout
+def no_unit_asked() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign(
+        "nounit.csv",
+        text(["run,direction,nominal,error", *body]).encode(),
+        asks="nominal=target_mm",
+        maps=("nominal=target_mm", "error=deviation_um"),
+    )
+
+
+@layout
+def two_targets_asked() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.target_mm},{r.deviation_um}")
+    return Foreign(
+        "two.csv",
+        text(["run,direction,Nominal [mm],Soll [mm],error [um]", *body]).encode(),
+        asks="Soll [mm]=ignore",
+        maps=("Soll [mm]=ignore",),
+    )
+
+
+@layout
+def units_that_contradict() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign(
+        "contradict.csv",
+        text(["Run;Direction;Target [mm];Error [um]", ";;mm;mm", *body]).encode(),
+        asks="Error [um]=",
+        maps=("Error [um]=deviation_um",),
+    )
+
+
+@layout
+def a_second_error() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},{r.deviation_um / 3:.3f}")
+    return Foreign(
+        "straight.csv", text(["Run,Direction,Target (mm),Error (um),Straightness error (um)", *body]).encode()
+    )
+
+
+@layout
+def statistics_beside() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},1.5,0.2")
+    return Foreign(
+        "stats.csv", text(["Run,Direction,Target (mm),Error (um),Mean error (um),Std (um)", *body]).encode()
+    )
+
+
+# ---- directions, runs, times
+
+
+@layout
+def signs() -> Foreign:
+    body = rows(lambda r: f"{r.run},{'+' if r.direction > 0 else '-'},{r.target_mm},{r.deviation_um}")
+    return Foreign("signs.csv", text(["run,dir,target_mm,deviation_um", *body]).encode())
+
+
+@layout
+def arrows() -> Foreign:
+    body = rows(lambda r: f"Run {r.run};{'↑' if r.direction > 0 else '↓'};{r.target_mm};{r.deviation_um}")
+    return Foreign("arrows.csv", text(["Run;Approach;Target [mm];Error [µm]", *body]).encode())
+
+
+@layout
+def german_directions() -> Foreign:
+    way = {1: "vorwärts", -1: "rückwärts"}
+    body = rows(lambda r: f"{r.run};{way[r.direction]};{comma(r.target_mm, 1)};{comma(r.deviation_um, 1)}")
+    return Foreign("vor.csv", text(["Lauf;Anfahrrichtung;Soll [mm];Abw. [µm]", *body]).encode("latin-1"))
+
+
+@layout
+def directions_not_understood() -> Foreign:
+    body = rows(lambda r: f"{r.run},{'A' if r.direction > 0 else 'B'},{r.target_mm},{r.deviation_um}")
+    return Foreign(
+        "ab.csv", text(["run,Dir,target_mm,deviation_um", *body]).encode(), asks="Dir=ignore", maps=("Dir=ignore",)
+    )
+
+
+@layout
+def no_direction() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.target_mm},{r.deviation_um}")
+    return Foreign("nodirection.csv", text(["Run,Position (mm),Error (um)", *body]).encode())
+
+
+@layout
+def iso_dates() -> Foreign:
+    def moment(r: Reading) -> str:
+        return f"2026-11-22T10:{int(r.time_s) // 60:02d}:{int(r.time_s) % 60:02d}.000Z"
+
+    body = rows(lambda r: f"{moment(r)},{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    return Foreign("dates.csv", text(["Timestamp,Run,Direction,Target (mm),Error (um)", *body]).encode())
+
+
+@layout
+def clock_times_over_midnight() -> Foreign:
+    def moment(r: Reading) -> str:
+        s = int(23 * 3600 + 58 * 60 + r.time_s) % 86400
+        return f"{s // 3600:02d}:{s % 3600 // 60:02d}:{s % 60:02d}"
+
+    body = rows(lambda r: f"{moment(r)};{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign(
+        "uhrzeit.csv", text(["Uhrzeit;Lauf;Richtung;Soll [mm];Abweichung [µm]", *body]).encode(), notes=("midnight",)
+    )
+
+
+@layout
+def date_and_time_columns() -> Foreign:
+    def moment(r: Reading) -> str:
+        return f"22.11.2026;10:{int(r.time_s) // 60:02d}:{int(r.time_s) % 60:02d}"
+
+    body = rows(lambda r: f"{moment(r)};{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 1)}")
+    return Foreign("datum.csv", text(["Datum;Zeit;Lauf;Richtung;Soll [mm];Abweichung [µm]", *body]).encode())
+
+
+# ---- empty cells
+
+
+@layout
+def empty_and_not_available() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    body[4] = body[4].rpartition(";")[0] + ";n/a"
+    body[11] = body[11].rpartition(";")[0] + ";"
+    lines = text(["Run;Direction;Target [mm];Error [um]", *body])
+    return Foreign("empty.csv", lines.encode(), missing=2, notes=("2 of 30 rows are left out",))
+
+
+@layout
+def contract_with_an_empty_cell() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
+    body[7] = body[7].rpartition(",")[0] + ","
+    lines = text(["run,direction,target_mm,deviation_um", *body])
+    return Foreign("hole.csv", lines.encode(), missing=1, notes=("1 of 30 rows",))
+
+
+@layout
+def an_empty_column() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},")
+    return Foreign("notemp.csv", text(["run,direction,target_mm,deviation_um,temperature_degc", *body]).encode())
+
+
+# ---- wide tables
+
+
+@layout
+def wide_runs_and_signs() -> Foreign:
+    passes = [(run, way) for run in range(1, RUNS + 1) for way in (1, -1)]
+    head = ["Position [mm]", *(f"{run}{'+' if way > 0 else '-'} [µm]" for run, way in passes)]
+    body = [";".join([str(t), *(str(by_pass(t)[one].deviation_um) for one in passes)]) for t in TARGETS]
+    return Foreign("wide.csv", text([";".join(head), *body]).encode())
+
+
+@layout
+def wide_two_heading_rows() -> Foreign:
+    passes = [(run, way) for way in (1, -1) for run in range(1, RUNS + 1)]
+    above = ["", "Forward", *[""] * (RUNS - 1), "Reverse", *[""] * (RUNS - 1)]
+    head = ["Target [mm]", *(f"Run {run} [um]" for run, _ in passes)]
+    body = [",".join([str(t), *(str(by_pass(t)[one].deviation_um) for one in passes)]) for t in TARGETS]
+    return Foreign("spanned.csv", text([",".join(above), ",".join(head), *body]).encode())
+
+
+@layout
+def wide_with_unit_row() -> Foreign:
+    passes = [(run, way) for run in range(1, RUNS + 1) for way in (1, -1)]
+    head = ["Sollposition", *(f"Lauf {run} {'vor' if way > 0 else 'rück'}" for run, way in passes)]
+    body = [";".join([comma(t, 1), *(comma(by_pass(t)[one].deviation_um, 1) for one in passes)]) for t in TARGETS]
+    return Foreign("breit.csv", text([";".join(head), ";".join(["mm", *["µm"] * len(passes)]), *body]).encode())
+
+
+@layout
+def wide_actual_positions() -> Foreign:
+    passes = [(run, way) for run in range(1, RUNS + 1) for way in (1, -1)]
+    head = ["Target (mm)", *(f"Run {run} {'fwd' if way > 0 else 'rev'} (mm)" for run, way in passes)]
+    body = [",".join([str(t), *(f"{by_pass(t)[one].actual_mm:.4f}" for one in passes)]) for t in TARGETS]
+    return Foreign("wide_actual.csv", text([",".join(head), *body]).encode(), notes=("near their targets",))
+
+
+@layout
+def wide_bare_numbers() -> Foreign:
+    numbers = range(1, RUNS + 1)
+    lines = [f"Deviation (um){',' * (RUNS + 1)}", "Target (mm),Direction," + ",".join(map(str, numbers))]
+    for way in (1, -1):
+        for target in TARGETS:
+            found = by_pass(target)
+            lines.append(
+                f"{target},{'+' if way > 0 else '-'},"
+                + ",".join(str(found[run, way].deviation_um) for run in numbers)
+            )
+    return Foreign("bare.csv", text(lines).encode())
+
+
+@layout
+def wide_without_a_cell() -> Foreign:
+    passes = [(run, way) for run in range(1, RUNS + 1) for way in (1, -1)]
+    head = ["Position [mm]", *(f"{run}{'↑' if way > 0 else '↓'} [µm]" for run, way in passes)]
+    body = [";".join([str(t), *(str(by_pass(t)[one].deviation_um) for one in passes)]) for t in TARGETS]
+    body[2] = body[2].rpartition(";")[0] + ";-"
+    return Foreign("wide_hole.csv", text([";".join(head), *body]).encode(), missing=1)
+
+
+@layout
+def a_target_a_column() -> Foreign:
+    head = ["Target [mm]", *map(str, TARGETS)]
+    lines = [";".join(head)]
+    for run in range(1, RUNS + 1):
+        for way in (1, -1):
+            name = f"{run} {'↑' if way > 0 else '↓'} [µm]"
+            lines.append(";".join([name, *(str(by_pass(t)[run, way].deviation_um) for t in TARGETS)]))
+    return Foreign("across.csv", text(lines).encode(), notes=("each row for a pass",))
+
+
+# ---- laser systems
+
+
+@layout
+def thesis_laser() -> Foreign:
+    lines = ["Position       LasRead   LinearError Status AirTemp AirPress MatTemp"]
+    for run in range(1, RUNS + 1):
+        for one in (r for r in readings() if r.run == run):
+            position, error = one.target_mm / 25.4, one.deviation_um / 25400
+            lines.append(f"{position:12.5f} {-error - position:13.6f} {error:13.6f}      0 68.00 29.92    68.00")
+    return Foreign("laser.dat", text(lines).encode())
+
+
+def rtl() -> list[str]:
+    lines = [
+        "HEADER::",
+        "File type  : rtl",
+        "Owner      : Linear",
+        "Version no : 20",
+        "",
+        "TARGET DATA::",
+        "Filetype  : ISO",
+    ]
+    lines += [f"Target-count: {len(TARGETS)}", "Targets :"]
+    lines += [
+        " ".join(f"{t:12.6f}" for t in TARGETS[:3]),
+        " ".join(f"{t:12.6f}" for t in TARGETS[3:]),
+        "Flags: 0 0 2 0",
+        "",
+    ]
+    lines += ["USER-TEXT::", "Machine: VMC 500", "Serial No: 17", "Date:2026-11-22 10:00:00", "Axis:X", "", "RUNS::"]
+    lines += [f"Run-count:{2 * RUNS}", "", "DEVIATIONS::", "Run Target Data:"]
+    for one in readings():
+        number = 2 * one.run - (one.direction > 0)
+        lines.append(f"{number:3d} {TARGETS.index(one.target_mm) + 1:4d} {one.deviation_um:12.6f}")
+    return [*lines, "", "EOF::"]
+
+
+@layout
+def renishaw() -> Foreign:
+    return Foreign("x.rtl", text(rtl(), "\r\n").encode(), notes=("laser file with sections",))
+
+
+@layout
+def renishaw_without_suffix() -> Foreign:
+    return Foreign("export.txt", text(rtl()).encode("utf-16"), notes=("laser file with sections",))
+
+
+@layout
+def renishaw_targets_alone() -> Foreign:
+    lines = rtl()
+    return Foreign("x.pos", text(lines[: lines.index("RUNS::")]).encode(), asks="no deviations")
+
+
+@layout
+def laser_export_with_sections() -> Foreign:
+    head = [
+        "Machine: VMC 500",
+        "Serial Number: 17",
+        "Comments: X axis linear",
+        "",
+        "Raw Data:",
+        "Target Position\tRun\tDirection\tError",
+    ]
+    body = rows(lambda r: f"{r.target_mm}\t{r.run}\t{'Forward' if r.direction > 0 else 'Reverse'}\t{r.deviation_um}")
+    foot = ["", "Environmental Data:", "Air Temperature: 20.1", "Air Pressure: 1013.2"]
+    return Foreign("export.asc", text([*head, "(mm)\t\t\t(um)", *body, *foot]).encode(), notes=("left out",))
+
+
+# ---- workbooks
+
+
+def book(sheets: dict[str, list[list[object]]], hidden: Iterable[str] = ()) -> bytes:
+    import openpyxl
+
+    made = openpyxl.Workbook()
+    made.remove(made.active)
+    for title, lines in sheets.items():
+        sheet = made.create_sheet(title)
+        for line in lines:
+            sheet.append(line)
+        if title in hidden:
+            sheet.sheet_state = "hidden"
+    stream = io.BytesIO()
+    made.save(stream)
+    return stream.getvalue()
+
+
+def sheet_rows() -> list[list[object]]:
+    return [[r.run, "+" if r.direction > 0 else "-", r.target_mm, r.deviation_um] for r in readings()]
+
+
+@layout
+def workbook() -> Foreign:
+    head: list[list[object]] = [["Run", "Direction", "Target [mm]", "Error [µm]"]]
+    return Foreign("one.xlsx", book({"X axis": head + sheet_rows()}))
+
+
+@layout
+def workbook_with_titles() -> Foreign:
+    head: list[list[object]] = [
+        ["Positioning test"],
+        ["Machine", "VMC 500"],
+        [],
+        [None, "Run", "Dir", "Soll", "Abw."],
+        [None, "", "", "mm", "µm"],
+    ]
+    return Foreign(
+        "titled.xlsx", book({"Data": head + [[None, *line] for line in sheet_rows()], "Notes": [["by A. Smith"]]})
+    )
+
+
+@layout
+def workbook_of_several() -> Foreign:
+    head: list[list[object]] = [["Run", "Direction", "Target [mm]", "Error [µm]"]]
+    other = [[r, d, t, 2 * float(e)] for r, d, t, e in sheet_rows()]  # type: ignore[arg-type]
+    sheets = {"before": head + other, "after": head + sheet_rows()}
+    return Foreign("several.xlsx", book(sheets), asks="--sheet 'before'", sheet="After")
+
+
+@layout
+def workbook_with_formulas() -> Foreign:
+    head: list[list[object]] = [["Run", "Direction", "Target [mm]", "Actual [mm]", "Error [µm]"]]
+    body = [[r.run, r.direction, r.target_mm, r.actual_mm, f"=(D{n}-C{n})*1000"] for n, r in enumerate(readings(), 2)]
+    return Foreign("formulas.xlsx", book({"X": head + body}), asks="E2 holds the formula")
