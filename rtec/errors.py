@@ -19,6 +19,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+_KNOWN = "known: "
+
 
 class RtecError(Exception):
     """Base of all errors that rtec raises on purpose; the command line turns it into exit code 2."""
@@ -56,6 +58,7 @@ class ArgumentError(RtecError, ValueError):
     """
 
     def __init__(self, name: str, value: object, allowed: str, hint: str = "") -> None:
+        hint = "" if hint.startswith(_KNOWN) and hint.removeprefix(_KNOWN) in allowed else hint  # no list twice
         self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
         super().__init__(f"{name}: {value} is not allowed; allowed: {allowed}{'; ' + hint if hint else ''}")
 
@@ -127,4 +130,4 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """
     names = list(known)
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
-    return f"did you mean '{close[0]}'?" if close else "known: " + ", ".join(names)
+    return f"did you mean '{close[0]}'?" if close else _KNOWN + ", ".join(names)

@@ -132,8 +132,9 @@ def _built_in(options: Options) -> Chosen:
     from rtec.injector import InjectorSettings, Processor, RealEdges, Timing
 
     _refuse_others(options, "a design of rtec")
-    if options.design is not None or options.step is not None or options.states is not None:
-        raise ArgumentError("--design", "given", f"nothing beside {options.algorithm}, which has its own contract")
+    for name in ("design", "step", "states"):
+        if (said := getattr(options, name)) is not None:
+            raise ArgumentError(f"--{name}", said, f"nothing beside {options.algorithm}, which has its own contract")
     design = Design.named(options.algorithm)
     processor = member(options.timing or "fast", Processor, name="--timing")
     edges = member(options.real_edges or "hold", RealEdges, name="--real-edges")

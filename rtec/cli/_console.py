@@ -24,7 +24,9 @@ def print_json(document: Mapping[str, object]) -> None:
     """
     import json
 
-    sys.stdout.write(json.dumps(_strict(document), allow_nan=False, ensure_ascii=False) + "\n")
+    # what the stream cannot encode would be spelled out as on a terminal, which is no JSON
+    ascii_only = not (sys.stdout.encoding or "").lower().startswith("utf")
+    sys.stdout.write(json.dumps(_strict(document), allow_nan=False, ensure_ascii=ascii_only) + "\n")
 
 
 def _strict(value: object) -> object:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import os
 import signal
@@ -77,6 +78,27 @@ def _unwinding_on_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
+_PLAIN = "rtec-plain"
+_IN_ASCII = {
+    "µ": "u", "μ": "u", "±": "+-", "×": "x", "·": ".", "…": "...", "–": "-", "—": "-", "−": "-", "°": "deg ",
+    "→": "->", "←": "<-", "≤": "<=", "≥": ">=", "≈": "~", "²": "^2", "³": "^3", "⁻": "^-", "σ": "sigma", "√": "sqrt",
+    "\N{LEFT SINGLE QUOTATION MARK}": "'", "\N{RIGHT SINGLE QUOTATION MARK}": "'", "█": "#", "▇": "#", "━": "=",
+}  # fmt: skip
+"""How a terminal that knows ASCII only shows the signs of this field."""
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Return what stands for letters that a stream cannot encode: a codec's error handler."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letters = error.object[error.start : error.end]
+    spelled = (_IN_ASCII.get(sign) or sign.encode("ascii", "backslashreplace").decode() for sign in letters)
+    return "".join(spelled), error.end
+
+
+codecs.register_error(_PLAIN, _in_ascii)
+
+
 def _open_streams() -> None:
     """Give a process started without stdout or stderr somewhere to write; let no letter be unprintable."""
     for name in ("stdout", "stderr"):
@@ -84,7 +106,7 @@ def _open_streams() -> None:
         if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
         elif hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors=_PLAIN)
 
 
 def _ended(command: Callable[[], None]) -> int:

@@ -24,6 +24,8 @@ FAULTS = (
     "disable-switch-thrown", "probe-trip",
 )  # fmt: skip
 """Classes of ``rtec safety``."""
+PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
+"""Of the machine, of ``rtec safety``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (
     "canalystii", "cantact", "etas", "gs_usb", "iscan", "ixxat", "kvaser", "neousys", "neovi", "nican", "nixnet",

@@ -101,6 +101,8 @@ def add(
     """Add an effect to a model, refit it to a measurement, write it, and show how far the error falls.
 
     Example: rtec add backlash z_axis.csv --model known.toml -o better.toml
+    Example: rtec add cyclic z_axis.csv --period "0.25 inch" --harmonics 2 -o cyclic.toml
+    Example: rtec add windup z_axis.csv --distance "2 mm" -o windup.toml --json
     """
     from rtec.effects import effect_named
     from rtec.inference.addition import add as added

@@ -10,6 +10,7 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, print_json
+from rtec.cli._help import help_of, markup_mode
 from rtec.cli._words import EFFECTS, PLANS, completing
 from rtec.errors import ArgumentError
 from rtec.whole_file import check_file
@@ -22,6 +23,8 @@ def frame() -> None:
     """Hide physical effects in an emulated axis, and find out whether they are named.
 
     Example: rtec blind new --seed 7 -o data.csv && rtec diagnose data.csv && rtec blind guess data.csv backlash
+    Example: rtec blind new --hide 'backlash=3 um' -o data.csv && rtec blind guess data.csv 'backlash=3.2 um' --by Ada
+    Example: rtec blind score data.csv
     """
 
 
@@ -60,6 +63,8 @@ def new(
     its sign is drawn.
 
     Example: rtec blind new --seed 7 -o data.csv
+    Example: rtec blind new --hide 'backlash=3 um' --hide 'cyclic=6 um' -o data.csv
+    Example: rtec blind new --hide thermal_growth --plan one_heating -o poor.csv
     """
     from secrets import randbelow
 
@@ -123,6 +128,8 @@ def measure(
     """Carry out an experiment on the same axis, with the same effects in it, and seal the secret beside the new data.
 
     Example: rtec diagnose data.csv --suggest plan.toml && rtec blind measure data.csv --plan plan.toml -o second.csv
+    Example: rtec blind measure data.csv --plan plan.toml -o second.csv --seed 4
+    Example: rtec blind measure data.csv --plan plan.toml -o second.csv --force --json
     """
     from rtec.blind import measure as measured
 
@@ -143,6 +150,8 @@ def reveal(
     """Say what is hidden in a measurement.
 
     Example: rtec blind reveal data.csv
+    Example: rtec blind reveal data.csv --json
+    Example: rtec blind guess data.csv backlash && rtec blind reveal data.csv
     """
     from rtec.blind import document_of, reveal as opened
 
@@ -155,12 +164,12 @@ def reveal(
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of the game as one."""
-    app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
-    app.callback()(frame)
+    app = typer.Typer(cls=group, rich_markup_mode=markup_mode(), pretty_exceptions_enable=False)
+    app.callback(help=help_of(frame))(frame)
     from rtec.cli.blind_answers import guess, score
 
     for verb in (new, measure, guess, reveal, score):
-        app.command(verb.__name__)(verb)
+        app.command(verb.__name__, help=help_of(verb))(verb)
     return app
 
 

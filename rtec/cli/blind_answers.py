@@ -46,6 +46,8 @@ def guess(
     Exit code 1: the answer does not name all that is hidden, or more.
 
     Example: rtec blind guess data.csv backlash cyclic
+    Example: rtec blind guess data.csv 'backlash=12 +- 0.5 um' 'drift=20 um/h' --by Ada
+    Example: rtec blind guess data.csv nothing --json
     """
     from rtec.blind import KeptAnswer, answers_path, guessed, keep, points_of, read_answer, reveal, total_of
 
@@ -110,6 +112,8 @@ def score(
     their place. Exit code 1: a share of right answers of the diagnosis lies below its bar.
 
     Example: rtec blind score --trials 200 --jobs 2 -o confusion.md
+    Example: rtec blind score data.csv
+    Example: rtec blind score monday.csv tuesday.csv --json
     """
     if data:
         for name, value in (("--trials", trials), ("-o", output), ("--seed", seed), ("--jobs", jobs)):

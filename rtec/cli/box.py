@@ -97,9 +97,7 @@ def box(
     speaks on the bus.
 
     Example: rtec box --axes 3 --design c
-
     Example: rtec box --interface socketcan --channel can0 --log run.asc
-
     Example: echo "fault cable-open while inserting" | rtec box --duration 30s --json
     """
     from rtec.live.box_loop import BoxLoop

@@ -161,6 +161,8 @@ def check(
     under jitter. Exits with 1 where a check fails. What an algorithm is stands in docs/algorithm.md.
 
     Example: rtec check mine.py:MyDesign --design c --figure worst.png
+    Example: rtec check top.v --step 2 --states all --clock 50MHz --vcd worst.vcd
+    Example: rtec check image.ihx --design original --processor one-clock-25mhz --frequency 100kHz
     """
     from rtec.cli._check_door import choose
 

@@ -40,6 +40,8 @@ def compare(
     such as before and after or axis by axis, stand beside each other.
 
     Example: rtec compare z_axis.csv --model known.toml
+    Example: rtec compare z_axis.csv --model known.toml --heldout check.csv -o report
+    Example: rtec compare drive.csv --observe force --json
     """
     from rtec.inference.compare import compare as compared
 

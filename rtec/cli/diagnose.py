@@ -49,6 +49,8 @@ def diagnose(
     several measurements, such as before and after or axis by axis, it says what differs from the first.
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml --suggest plan.toml
+    Example: rtec diagnose z_axis.csv --model known.toml --lock
+    Example: rtec diagnose drive.csv --observe current --screw-pitch "5 mm" --json
     """
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.inference.model_file import write_model

@@ -33,6 +33,8 @@ def effects(
     """List the physical effects that are known, or show the card of one.
 
     Example: rtec effects backlash
+    Example: rtec effects
+    Example: rtec effects thermal_growth --json
     """
     from rtec.effects import LIBRARY, effect_named
 

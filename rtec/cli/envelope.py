@@ -73,6 +73,8 @@ def envelope(
     clock of the processor, until at some frequency a count is wrong or a transition illegal.
 
     Example: rtec envelope --design c --processor 8051-12mhz --processor 'one-clock 50MHz'
+    Example: rtec envelope --design b --nothing-owed --figure envelope.png
+    Example: rtec envelope --design a --image mine.hex --jitter 5ns --json
     """
     if figure is not None:
         check_file("--figure", figure, force=force, endings=FIGURES)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rtec.checks import number_within
 from rtec.cli import _measured
 from rtec.cli._arguments import option
 from rtec.cli._console import note, print_json
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 _UNITS = {"mm": 1.0, "inch": 25.4}
 _SHORTEST_MM = 1e-3
+_FARTHEST_MM = 1e6
 
 
 def _file(metavar: str, text: str) -> Any:
@@ -59,6 +61,8 @@ def export(
     it; they are named. A trained predictor leaves as C whole: constants and one function.
 
     Example: rtec export found.toml --linuxcnc z.comp
+    Example: rtec export best.toml --c z.c --precision single
+    Example: rtec export found.toml --csv z.csv --from "0 mm" --to "300 mm" --within "0.5 um"
     """
     given = {"linuxcnc": linuxcnc, "csv": csv, "c": c}
     files = {name: file for name, file in given.items() if file is not None}
@@ -179,6 +183,10 @@ def _range(known: Model | Predictor, start: str | None, end: str | None) -> tupl
         raise ArgumentError(
             what, "nothing", "a position such as '0 mm'", "the model does not say where it was measured"
         )
+    for name, place_mm in (("--from", low), ("--to", high)):
+        number_within(name, place_mm, -_FARTHEST_MM, _FARTHEST_MM, unit="mm")
     if not high >= low + _SHORTEST_MM:
+        if end is None:
+            raise ArgumentError("--from", f"{low:g} mm", f"a position before {high:g} mm, by a micrometre or more")
         raise ArgumentError("--to", f"{high:g} mm", f"a position beyond {low:g} mm, by a micrometre or more")
     return low, high

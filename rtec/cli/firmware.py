@@ -13,6 +13,7 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._arguments import choice, option, whole_option
 from rtec.cli._console import note, print_json, progress
+from rtec.cli._help import help_of, markup_mode
 from rtec.cli._words import files_ending
 from rtec.errors import RtecError
 from rtec.whole_file import check_file
@@ -39,6 +40,8 @@ def frame() -> None:
     """Run, read, build and check firmware: machine code of the MCS-51 in Intel HEX, alone or in the box.
 
     Example: rtec firmware check mine.ihx --design original
+    Example: rtec firmware copy c mine.asm && rtec firmware build mine.asm
+    Example: rtec firmware run mine.ihx --cycles 1e6
     """
 
 
@@ -60,6 +63,8 @@ def run(
     and is reported with its address and cycle.
 
     Example: rtec firmware run blink.hex --cycles 1000000
+    Example: rtec firmware run mine.ihx --part 8051 --timing one-clock
+    Example: rtec firmware run blink.hex --cycles 100_000 --json
     """
     cpu = _processor(image, part, timing)
     with progress("firmware") as show:
@@ -94,6 +99,8 @@ def trace(
     """List instructions as they are executed, each with the cycle in which it begins and the ports that it changes.
 
     Example: rtec firmware trace blink.hex --from 1000 --instructions 20
+    Example: rtec firmware trace blink.hex --instructions 100 --vcd ports.vcd
+    Example: rtec firmware trace mine.ihx --timing one-clock --clock 25MHz --json
     """
     from firmware_model.isa import disassemble as disassembled
     from rtec.units import FREQUENCY, parse_quantity
@@ -163,6 +170,8 @@ def images(json: _measured.Json = False) -> None:
     """List the images of the four designs that come with this package, with processors and files.
 
     Example: rtec firmware list
+    Example: rtec firmware list --json
+    Example: rtec firmware list && rtec firmware copy c mine.asm
     """
     from importlib.resources import files
 
@@ -190,6 +199,8 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
     Data between instructions is listed as instructions, too: nothing in the file tells them apart.
 
     Example: rtec firmware disassemble blink.hex
+    Example: rtec firmware disassemble mine.ihx
+    Example: rtec firmware disassemble mine.ihx --json
     """
     from firmware_model import read_hex
     from firmware_model.isa import disassemble_image
@@ -210,8 +221,8 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     from rtec.cli.firmware_build import build, copy
     from rtec.cli.firmware_check import check
 
-    app = typer.Typer(cls=group, rich_markup_mode="rich", pretty_exceptions_enable=False)
-    app.callback()(frame)
+    app = typer.Typer(cls=group, rich_markup_mode=markup_mode(), pretty_exceptions_enable=False)
+    app.callback(help=help_of(frame))(frame)
     verbs: dict[str, Callable[..., None]] = {
         "run": run,
         "trace": trace,
@@ -222,7 +233,7 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
         "check": check,
     }
     for name, verb in verbs.items():
-        app.command(name)(verb)
+        app.command(name, help=help_of(verb))(verb)
     return app
 
 

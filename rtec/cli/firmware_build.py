@@ -42,6 +42,8 @@ def copy(
     """Copy the source of a design that comes with this package, as a beginning of your own.
 
     Example: rtec firmware copy c mine.asm
+    Example: rtec firmware copy original mine.asm --force
+    Example: rtec firmware copy b mine.asm && rtec firmware build mine.asm
     """
     from importlib.resources import files
 
@@ -72,6 +74,8 @@ def build(
     name beside the source take their place.
 
     Example: rtec firmware build mine.asm
+    Example: rtec firmware build mine.asm --processor one-clock-25mhz
+    Example: rtec firmware build mine.asm --json
     """
     from firmware_model.images.build import BuildError, assemble
     from rtec.whole_file import WholeFile

@@ -83,6 +83,8 @@ def check(
     walk through in docs/how-to-firmware.md.
 
     Example: rtec firmware check mine.ihx --design c
+    Example: rtec firmware check mine.ihx --design c --processor one-clock-25mhz --frequency 50kHz
+    Example: rtec firmware check mine.ihx --design original --no-hold-latch --figure mine.png
     """
     from rtec.cli.firmware import as_bad_input
 

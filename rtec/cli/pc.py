@@ -112,9 +112,7 @@ def pc(
     asked, with 1 where the machine is held or no box was ready in time.
 
     Example: rtec pc --table z.csv --design c
-
     Example: rtec pc --model best.toml --home 1inch --interface socketcan --channel can0
-
     Example: rtec pc --axes 3 --reset --start-up 5min
     """
     from rtec.live.events import Events

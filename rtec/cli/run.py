@@ -55,6 +55,8 @@ def run(
     With --firmware each design's box is an emulated 8051 that runs the images of `rtec firmware list`, pin by pin.
 
     Example: rtec run --repeatability 0um -o before-after
+    Example: rtec run --write-study mine.toml && rtec run mine.toml
+    Example: rtec run mine.toml --firmware --processor one-clock-100mhz --json
     """
     if write_study is not None:
         _write_builtin(write_study, force)

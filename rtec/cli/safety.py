@@ -10,7 +10,7 @@ import typer
 
 from rtec.cli import _console, _measured
 from rtec.cli._arguments import option, whole_option
-from rtec.cli._words import FAULTS, completing
+from rtec.cli._words import FAULTS, PHASES, completing
 from rtec.errors import ArgumentError, OutputError
 from rtec.whole_file import check_file
 
@@ -40,8 +40,9 @@ def safety(
         list[str] | None,
         option(
             "--phase",
-            metavar="start-up|at-rest|cutting|rapid|reversal|insertion|probing|large-correction",
-            help="Only in this phase; may be given again.",
+            metavar="PHASE",
+            help=f"Only in this: {', '.join(PHASES)}; may be given again.",
+            complete=completing(PHASES),
         ),
     ] = None,
     design: Annotated[
@@ -63,6 +64,8 @@ def safety(
     neither is given.
 
     Example: rtec safety -o safety.md
+    Example: rtec safety --fault pc-killed --phase cutting --design c --seeds 10
+    Example: rtec safety --design b --seeds 1 --json
     """
     picture = None if output is None else output.with_suffix(".png")
     if output is not None and picture is not None:
@@ -103,16 +106,13 @@ def _plan(options: dict[str, list[str]], seeds: int, seed: int) -> MatrixPlan:
     from rtec.campaign.safety_variants import variants_named
     from rtec.injector import Design
 
-    try:
-        designs = tuple(dict.fromkeys(Design.named(name) for name in options["design"])) or tuple(Design)
-        chosen: dict[str, Any] = {}
-        if options["phase"]:
-            chosen["phases"] = tuple(dict.fromkeys(Phase.named(name) for name in options["phase"]))
-        if options["fault"]:
-            found = dict.fromkeys(variant for name in options["fault"] for variant in variants_named(name))
-            chosen["variants"] = tuple(found)
-    except ArgumentError as error:
-        raise ArgumentError(f"--{error.name}", error.value, error.allowed, error.hint) from error
+    designs = tuple(dict.fromkeys(Design.named(name) for name in options["design"])) or tuple(Design)
+    chosen: dict[str, Any] = {}
+    if options["phase"]:
+        chosen["phases"] = tuple(dict.fromkeys(Phase.named(name) for name in options["phase"]))
+    if options["fault"]:
+        found = dict.fromkeys(variant for name in options["fault"] for variant in variants_named(name))
+        chosen["variants"] = tuple(found)
     return MatrixPlan(designs=designs, seeds=seeds, seed=seed, **chosen)
 
 

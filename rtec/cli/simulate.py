@@ -168,6 +168,8 @@ def simulate(
     insertion. A G-code file has a length of its own: no --cycles; its fastest feed runs at the --frequency.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
+    Example: rtec simulate --design original --frequency 20kHz --cycles 1e3 --corrections 9 --figure insertion.png
+    Example: rtec simulate --design a --frequency 100kHz --cycles 1000 --corrections 5 --motion reversal --vcd f.vcd
     """
     from rtec.axis import Encoder, Imperfections
     from rtec.axis.motion import MotionKind

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 from rtec.cli import _console, _measured
 from rtec.cli._arguments import option
-from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.injector import Design
@@ -25,14 +24,13 @@ def tables(
     The states are the report's: 1 is 00, 2 is 10, 3 is 11, 4 is 01 (A, then B), one count from each to the next.
 
     Example: rtec tables --design c
+    Example: rtec tables
+    Example: rtec tables --design original --json
     """
     from rtec.injector import Design
     from rtec.injector.walk import walks
 
-    try:
-        designs = list(Design) if design is None else [Design.named(design)]
-    except ArgumentError as error:
-        raise ArgumentError("--design", error.value, error.allowed, error.hint) from error
+    designs = list(Design) if design is None else [Design.named(design)]
     _console.announce_compilation()
     made = [(known, walks(known)) for known in designs]
     if json:

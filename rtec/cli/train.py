@@ -63,6 +63,8 @@ def train(
     the best so far.
 
     Example: rtec train z_axis.csv --heldout check.csv -o best.toml
+    Example: rtec train z_axis.csv --budget "2 min" --figure errors.png
+    Example: rtec train z_axis.csv --pick effects -o effects.toml --json
     """
     if pick is not None and output is None:
         raise ArgumentError("--pick", pick, "it together with -o MODEL.toml")

@@ -11,7 +11,7 @@ import typer
 from rtec.axis.motion import MotionKind
 from rtec.blind import PLANS
 from rtec.board import MICROCONTROLLERS
-from rtec.campaign.safety_phases import hyphened
+from rtec.campaign.safety_phases import Phase, hyphened
 from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import _words
 from rtec.cli._verbs import application
@@ -30,6 +30,7 @@ from rtec.training import all_methods
             [method.name.replace(" ", "-") for method in all_methods(several_axes=True)][1:],
         ),
         (_words.FAULTS, list(dict.fromkeys(hyphened(variant.name.split(",")[0]) for variant in VARIANTS))),
+        (_words.PHASES, [hyphened(phase.value) for phase in Phase]),
         (_words.MOTIONS, [kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME]),
     ],
 )
