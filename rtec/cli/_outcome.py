@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 import traceback
+import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
@@ -83,9 +84,9 @@ _IN_ASCII = {
     "µ": "u", "μ": "u", "±": "+-", "×": "x", "·": ".", "…": "...", "–": "-", "—": "-", "−": "-", "°": "deg ",
     "→": "->", "←": "<-", "≤": "<=", "≥": ">=", "≈": "~", "²": "^2", "³": "^3", "⁻": "^-", "σ": "sigma", "√": "sqrt",
     "\N{LEFT SINGLE QUOTATION MARK}": "'", "\N{RIGHT SINGLE QUOTATION MARK}": "'", "█": "#", "▇": "#", "━": "=",
-    "\N{COMBINING MACRON}": "_mean", "\N{NON-BREAKING HYPHEN}": "-", "\N{FIGURE DASH}": "-", "\N{PRIME}": "'", "τ": "tau",
+    "\N{COMBINING MACRON}": "_mean", "\N{NON-BREAKING HYPHEN}": "-", "\N{FIGURE DASH}": "-", "\N{PRIME}": "'",
     "↑": "^", "↓": "v", "▲": "^", "▼": "v", "▽": "v", "▁": "_", "▔": "-", "─": "-", "═": "=", "⇒": "=>", "⇐": "<=",
-    "∞": "inf", "½": "1/2", "∛": "cbrt",
+    "∞": "inf", "τ": "tau", "½": "1/2", "∛": "cbrt",
 }  # fmt: skip
 """How a terminal that knows ASCII only shows the signs of this field."""
 
@@ -94,9 +95,21 @@ def _in_ascii(error: UnicodeError) -> tuple[str, int]:
     """Return what stands for letters that a stream cannot encode: a codec's error handler."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    letters = error.object[error.start : error.end]
-    spelled = (_IN_ASCII.get(sign) or sign.encode("ascii", "backslashreplace").decode() for sign in letters)
-    return "".join(spelled), error.end
+    return "".join(_spelled(sign) for sign in error.object[error.start : error.end]), error.end
+
+
+def _spelled(sign: str) -> str:
+    r"""Return a sign as it is known, else as its letter without accents, else as its number.
+
+    >>> _spelled("µ"), _spelled("\u016a"), _spelled("ü"), _spelled("Ж")
+    ('u', 'U_mean', 'u', '\\u0416')
+    """
+    if sign in _IN_ASCII or sign.isascii():
+        return _IN_ASCII.get(sign, sign)
+    parts = unicodedata.normalize("NFKD", sign)
+    if parts != sign:
+        return "".join(_spelled(part) for part in parts)
+    return "" if unicodedata.combining(sign) else sign.encode("ascii", "backslashreplace").decode()
 
 
 codecs.register_error(_PLAIN, _in_ascii)

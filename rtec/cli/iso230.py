@@ -65,8 +65,8 @@ def iso230(
     """Judge positioning tests: figures of ISO 230-2 and VDI/DGQ 3441, their uncertainty, what speaks against them.
 
     Example: rtec iso230 before.csv after.csv -o report
-    Example: rtec iso230 z_axis.csv --period "0.25 inch" --unit mm
-    Example: rtec iso230 z_axis.csv --strict --json
+    Example: rtec iso230 z_axis.csv --period "0.25 inch"
+    Example: rtec iso230 messung.csv --map "Soll=target_mm" --json
     """
     from rtec.metrology.judged_test import document_of_tests
 

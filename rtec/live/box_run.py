@@ -217,6 +217,7 @@ def _axis_document(axis: int, view: StationView) -> dict[str, object]:
         "alarm": view.alarm.name,
         "powered": view.powered,
         "session": view.session,
+        "setup": str(view.setup),
         "position_mm": view.position_mm,
         "position_counts": view.position,
         "controller_counts": view.controller_count,

@@ -244,6 +244,8 @@ def _axis_document(axis: int, view: PcView) -> dict[str, object]:
         "box_state": None if view.box_state is None else view.box_state.name,
         "status": None if view.status is None else view.status.name,
         "session": view.session,
+        "setup": None if view.setup is None else str(view.setup),
+        "box_setup": None if view.box_setup is None else str(view.box_setup),
         "position_counts": view.position,
         "direction": view.direction,
         "target": view.target,

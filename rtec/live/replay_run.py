@@ -28,7 +28,7 @@ _FATAL = 2
 
 
 def tolerance_of(found: Survey) -> int:
-    """Return the tolerance that the log itself justifies, in whole ms: five cycles, as box and PC allow each other.
+    """Return the tolerance that the log justifies, in whole ms: five cycles, as box and PC wait for each other.
 
     Examples
     --------

@@ -246,12 +246,14 @@ def test_reports_and_views_are_plain(together):
     _, events = box_run(pair, [(1.0, "quit")])
     report = json.loads(json.dumps(box_document(pair.box, events, ended="quit", run_s=1.0)))
     assert report["axes"][0]["completed"] == 3 and report["axes"][0]["inserted_counts"] == 12
+    assert report["axes"][0]["setup"] == "design a, step 4 µm, cycle 10 ms"
     shown = json.loads(json.dumps(box_screen(pair.box, events, title="t", at_s=1.0)))
     # Design A at rest: four changes of the box's own for each of three insertions
     assert len(shown["axes"][0]["insertion"]) >= 12
     ending, events = pc_run(pair, until_s=pair.clock.now_ps / 1e12 + 0.1)
     report = json.loads(json.dumps(pc_document(pair.pc, events, ending=ending, run_s=1.0)))
     assert report["handshake"]["number"] == 1
+    assert (report["axes"][0]["setup"], report["axes"][0]["box_setup"]) == (None, "design a, step 4 µm, cycle 10 ms")
     shown = json.loads(json.dumps(pc_screen(pair.pc, events, count_mm=0.001, title="t", at_s=1.0)))
     assert shown["axes"][0]["cells"]["completed"] == "+3 steps"
     assert pair.pc.nodes[0].view.state is PcState.HOLD
