@@ -98,7 +98,7 @@ def box(
 
     Example: rtec box --axes 3 --design c
     Example: rtec box --interface socketcan --channel can0 --log run.asc
-    Example: echo "fault cable-open while inserting" | rtec box --duration 30s --json
+    Example: rtec box --duration 30s --json
     """
     from rtec.live.box_loop import BoxLoop
     from rtec.live.box_run import BoxRun, box_document

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from enum import IntEnum
 
-from rtec.metrology.columns import ColumnUnit, quantity_of_heading, units_lacking
+from rtec.metrology.columns import ColumnUnit, axis_of_heading, quantity_of_heading, units_lacking
 from rtec.metrology.tables.units import column_unit, spelled_unit
 from rtec.metrology.tables.words import (
     ACTUAL,
@@ -29,6 +29,7 @@ from rtec.metrology.tables.words import (
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
 _BEHIND = re.compile(r"^(?P<name>.*?)(?:\s*[/,;:]\s*|\s+in\s+|\s+-\s+|[_\s]+)(?P<unit>[^\s_,;]+)$", re.IGNORECASE)
+_ANOTHER_AXIS = re.compile(r"position_[0-9]{1,2}", re.ASCII | re.IGNORECASE)
 _NO_UNIT = ("run", "direction")
 _AXIS_LETTERS = frozenset("xyzabcuvw")
 _LINEAR_AXES = frozenset("xyz")
@@ -88,6 +89,10 @@ def meaning_of(heading: str, unit_cell: str = "") -> Meaning | None:
     """
     if (ours := quantity_of_heading(heading)) is not None:
         return Meaning(*ours, Strength.EXACT)
+    if axis_of_heading(heading) is not None:
+        return None  # where another axis stood: kept under its heading, as `rtec.dataset` wants it
+    if _ANOTHER_AXIS.fullmatch(heading.strip()) is not None and units_lacking(heading) is not None:
+        return Meaning(heading.strip().lower(), None, Strength.EXACT)
     name, unit = named_and_unit(heading)
     unit = unit or unit_below(unit_cell)
     words = plain_words(name)

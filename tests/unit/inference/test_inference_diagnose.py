@@ -558,7 +558,6 @@ def test_nothing_but_time(tmp_path):
     ("header", "row", "word"),
     [
         (HEADER, "1,1,10,nan", "nan"),
-        (HEADER, "1,1,10,", "empty"),
         (HEADER, "1,1,10,inf", "inf"),
         (HEADER, "1,1,10,1e30", "at most"),
         ("run,direction,target_deg,deviation_um", "1,1,10,3", "units mixed"),

@@ -12,7 +12,7 @@ from rtec.machine.grid_run import measure_grid
 from rtec.machine.moves import Line
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.volume import Slide, Volume, Waves, there_and_back
-from rtec.metrology.measurement_csv import read_measurement, write_measurement
+from rtec.metrology import read_measurement, write_measurement
 from rtec.predictors import AxisTable, AxisTables, NoError
 from rtec.predictors.fitting.several_axes import Geometry, fit_across
 from rtec.requester import HoldReason, PcState
