@@ -490,6 +490,7 @@ def unclosed_sockets():
 
 
 @pytest.mark.usefixtures("unclosed_sockets")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # where it is collected sooner
 def test_a_line_over_tcp():
     """slcan over ``socket://``, as offered where there are no pseudo-terminals."""
     with socket.create_server(("127.0.0.1", 0)) as server:
