@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,61 +191,6 @@ def read_inputs(
     if lock:
         dataset, other = locked(dataset)
     return Inputs(dataset=dataset, model=known, heldout=other, locked=lock)
-
-
-def names_of(files: Sequence[Path]) -> list[str]:
-    """Return the shortest names that tell several files apart.
-
-    Raises
-    ------
-    ArgumentError
-        One of them comes twice.
-
-    Examples
-    --------
-    >>> names_of([Path("before/x.csv"), Path("after/x.csv"), Path("after/y.csv")])
-    ['before/x.csv', 'after/x.csv', 'y.csv']
-    """
-    for number, file in enumerate(files):
-        if file in files[:number]:
-            raise ArgumentError("DATA", f"{file}, given twice,", "different files")
-    plain = [file.name for file in files]
-    return [name if plain.count(name) == 1 else str(file) for name, file in zip(plain, files, strict=True)]
-
-
-def refuse_with_several(files: Sequence[Path], **options: object) -> None:
-    """Refuse options that belong to a single measurement where several are given.
-
-    Raises
-    ------
-    ArgumentError
-        One of ``options``, by its name without the dashes, is not None or False.
-
-    Examples
-    --------
-    >>> refuse_with_several([Path("x.csv")], save="m.toml")
-    """
-    for name, value in options.items():
-        if len(files) > 1 and value not in (None, False):
-            raise ArgumentError(f"--{name}", "given with several measurements", "a single one")
-
-
-def refuse_another_quantity(first: Dataset, other: Dataset) -> None:
-    """Refuse a measurement beside another one of something else, or in units that cannot be held against it.
-
-    Raises
-    ------
-    ArgumentError
-        Quantity or units differ.
-    """
-    seen = [f"{one.observe} in {one.units.observed} over {one.units.position}" for one in (first, other)]
-    if seen[0] != seen[1]:
-        raise ArgumentError("DATA", f"{other.source}, {seen[1]},", f"{seen[0]}, as in {first.source}")
-
-
-def said_of(dataset: Dataset, name: str, files: Sequence[str]) -> list[str]:
-    """Return the notes of a measurement, with the name of its file where there are several."""
-    return [f"{name}: {sentence}" if len(files) > 1 else sentence for sentence in dataset.notes]
 
 
 @contextmanager

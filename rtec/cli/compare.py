@@ -9,6 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._several import names_of, refuse_another_quantity, refuse_with_several, show_several
 from rtec.whole_file import check_folder
 
 if TYPE_CHECKING:
@@ -43,12 +44,15 @@ def compare(
     Example: rtec compare z_axis.csv --model known.toml --heldout check.csv -o report
     Example: rtec compare drive.csv --observe force --json
     """
+    from rtec.inference.changes import changes_from_first
     from rtec.inference.compare import compare as compared
+    from rtec.report.destination import report_folder
+    from rtec.report.diagnosis import comparison_document, comparison_sentence, write_comparison, write_several
 
     if output is not None:
         check_folder("-o", output, force=force)
-    names = _measured.names_of(data)
-    _measured.refuse_with_several(data, heldout=heldout, lock=lock)
+    names = names_of(data)
+    refuse_with_several(data, heldout=heldout, lock=lock)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
     choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
     results: dict[str, Comparison] = {}
@@ -59,56 +63,34 @@ def compare(
                 file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
             )
             for before in results.values():
-                _measured.refuse_another_quantity(before.dataset, given.dataset)
+                refuse_another_quantity(before.dataset, given.dataset)
             announce_compilation()
             results[name] = compared(given.dataset, given.model, given.heldout)
         show(0.7)
-        page = _written(results, output)
-    _show(results, page, as_json=json)
+        found = changes_from_first(results)
+        result = next(iter(results.values()))
+        written = {}
+        if output is not None:
+            with report_folder(output, "comparison") as folder:
+                page = write_several(results, found, folder) if found else write_comparison(result, folder)
+                written["report"] = str(page)
+    if found:
+        show_several(results, found, comparison_sentence, written, as_json=json)
+    elif json:
+        print_json(comparison_document(result) | written)
+    else:
+        _show(result)
+    if written and not json:
+        typer.echo(f"Report: {written['report']}")
 
 
-def _written(results: dict[str, Comparison], output: Path | None) -> Path | None:
-    """Write the report of one comparison, or of several; return its page."""
-    from rtec.inference.changes import changes_from_first
-    from rtec.report.destination import report_folder
-    from rtec.report.diagnosis import write_comparison, write_several
-
-    if output is None:
-        return None
-    with report_folder(output, "comparison") as folder:
-        if len(results) == 1:
-            return write_comparison(next(iter(results.values())), folder)
-        return write_several(results, changes_from_first(results), folder)
-
-
-def _show(results: dict[str, Comparison], page: Path | None, *, as_json: bool) -> None:
-    """Print one comparison, or several beside each other."""
+def _show(result: Comparison) -> None:
     from rich.console import Console
 
-    from rtec.inference.changes import changes_from_first
-    from rtec.report.diagnosis import (
-        comparison_document,
-        comparison_sentence,
-        comparison_table,
-        several_document,
-        several_table,
-    )
+    from rtec.report.diagnosis import comparison_sentence, comparison_table
 
-    written = {} if page is None else {"report": str(page)}
-    several = len(results) > 1
-    if as_json:
-        document = several_document(results, changes_from_first(results)) if several else None
-        print_json((document or comparison_document(next(iter(results.values())))) | written)
-        return
+    for sentence in result.dataset.notes:
+        note(sentence)
     console = Console(highlight=False)
-    for name, result in results.items():
-        for sentence in _measured.said_of(result.dataset, name, list(results)):
-            note(sentence)
-        start = f"{name}: " if several else ""
-        console.print(start + comparison_sentence(result), soft_wrap=True, markup=False)
-        if not several:
-            console.print(comparison_table(result))
-    if several:
-        console.print(several_table(results, changes_from_first(results)))
-    if page is not None:
-        typer.echo(f"Report: {page}")
+    console.print(comparison_sentence(result), soft_wrap=True, markup=False)
+    console.print(comparison_table(result))

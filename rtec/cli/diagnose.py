@@ -9,6 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._several import names_of, refuse_another_quantity, refuse_with_several, show_several
 from rtec.errors import ArgumentError
 from rtec.whole_file import check_file, check_folder
 
@@ -52,13 +53,14 @@ def diagnose(
     Example: rtec diagnose z_axis.csv --model known.toml --lock
     Example: rtec diagnose drive.csv --observe current --screw-pitch "5 mm" --json
     """
+    from rtec.inference.changes import changes_from_first
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.inference.model_file import write_model
     from rtec.report.destination import report_folder
-    from rtec.report.diagnosis import write_diagnosis
+    from rtec.report.diagnosis import changes_sentence, verdict_sentence, write_diagnosis, write_several
 
-    names = _measured.names_of(data)
-    _measured.refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
+    names = names_of(data)
+    refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
     if output is not None:
         check_folder("-o", output, force=force)
     if save is not None:
@@ -78,7 +80,7 @@ def diagnose(
                 file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
             )
             for before in results.values():
-                _measured.refuse_another_quantity(before.dataset, given.dataset)
+                refuse_another_quantity(before.dataset, given.dataset)
             announce_compilation()
             show(0.1 + 0.8 * begun)
             results[name] = diagnosed(
@@ -89,47 +91,26 @@ def diagnose(
                 seed=seed,
                 progress=lambda share, begun=begun: show(0.1 + 0.8 * (begun + share / len(data))),  # type: ignore[misc]
             )
-        result = next(iter(results.values()))
+        result, found = next(iter(results.values())), changes_from_first(results)
         if output is not None:
             with report_folder(output, "diagnosis") as folder:
-                page = write_diagnosis(result, folder) if len(results) == 1 else _write_several(results, folder)
+                page = write_several(results, found, folder) if found else write_diagnosis(result, folder)
                 written["report"] = str(page)
         if save is not None:
             write_model(save, result.model)
             written["model"] = str(save)
         if suggest is not None and _write_plan(suggest, result):
             written["plan"] = str(suggest)
-    if len(results) == 1:
-        show_diagnosis(result, written, as_json=json, seed=seed)
+    if found:
+        show_several(results, found, verdict_sentence, {"seed": seed, **written}, as_json=json)
+        if not json:
+            typer.echo(changes_sentence(names[0], found))
+            _tell(written)
     else:
-        _show_several(results, written, as_json=json, seed=seed)
+        show_diagnosis(result, written, as_json=json, seed=seed)
 
 
-def _write_several(results: dict[str, Diagnosis], folder: Path) -> Path:
-    from rtec.inference.changes import changes_from_first
-    from rtec.report.diagnosis import write_several
-
-    return write_several(results, changes_from_first(results), folder)
-
-
-def _show_several(results: dict[str, Diagnosis], written: dict[str, str], *, as_json: bool, seed: int) -> None:
-    """Print several diagnoses beside each other, and what differs from the first."""
-    from rich.console import Console
-
-    from rtec.inference.changes import changes_from_first
-    from rtec.report.diagnosis import changes_sentence, several_document, several_table, verdict_sentence
-
-    found = changes_from_first(results)
-    if as_json:
-        print_json({**several_document(results, found), "seed": seed, **written})
-        return
-    console = Console(highlight=False)
-    for name, result in results.items():
-        for sentence in dict.fromkeys((*_measured.said_of(result.dataset, name, list(results)),)):
-            note(sentence)
-        console.print(f"{name}: {verdict_sentence(result)}", soft_wrap=True, markup=False)
-    console.print(several_table(results, found))
-    console.print(changes_sentence(next(iter(results)), found), soft_wrap=True, markup=False)
+def _tell(written: dict[str, str]) -> None:
     for what, place in written.items():
         typer.echo(f"{what.capitalize()}: {place}")
 
@@ -165,5 +146,4 @@ def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool,
     console = Console(highlight=False)
     console.print(verdict_sentence(result), soft_wrap=True, markup=False)
     console.print(diagnosis_table(result))
-    for what, place in written.items():
-        typer.echo(f"{what.capitalize()}: {place}")
+    _tell(written)

@@ -10,6 +10,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json
+from rtec.cli._several import names_of
 from rtec.errors import ArgumentError, FileFormatError, RtecError
 from rtec.whole_file import check_folder
 
@@ -83,7 +84,7 @@ def iso230(
     }
     given = {name: text for name, text in options.items() if text is not None}
     choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
-    names = _measured.names_of(data)
+    names = names_of(data)
     tests = [_judged(path, name, period, given, choices) for path, name in zip(data, names, strict=True)]
     _check_alike(tests)
     document = document_of_tests(tests, unit)

@@ -126,9 +126,9 @@ def measurement_of(given: str | Path | Measurement, choices: ColumnChoices = NO_
     """Return what is in a file; refuse numbers too large to square."""
     measurement = given if isinstance(given, Measurement) else read_measurement(given, choices)
     for column in measurement.columns.values():
-        monsters = np.flatnonzero(~(np.abs(column.values) <= _LARGEST))
-        if monsters.size:
-            row, allowed = int(monsters[0]), f"at most {_LARGEST:g} in size"
+        too_large = np.flatnonzero(~(np.abs(column.values) <= _LARGEST))
+        if too_large.size:
+            row, allowed = int(too_large[0]), f"at most {_LARGEST:g} in size"
             problem = f"{column.heading} is {column.values[row]:g}"
             raise FileFormatError(measurement.source, measurement.line_of(row), problem, allowed)
     return measurement

@@ -116,19 +116,9 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
         )
         for (effect, name, here, there, d, e), p in zip(compared, adjusted, strict=True)
     ]
-    gone = [_alone(one, first, other) for one, two in pairs if one is not None and two is None]
-    new = [_alone(two, other, first) for one, two in pairs if two is not None and one is None]
-    return (
-        *both,
-        *(
-            Change(effect=e, parameter=n, first=v, other=None, outcome=o or Outcome.GONE, reason=r)
-            for e, n, v, o, r in gone
-        ),
-        *(
-            Change(effect=e, parameter=n, first=None, other=v, outcome=o or Outcome.NEW, reason=r)
-            for e, n, v, o, r in new
-        ),
-    )
+    gone = [_alone(one, first, other, Outcome.GONE) for one, two in pairs if one is not None and two is None]
+    new = [_alone(two, other, first, Outcome.NEW) for one, two in pairs if two is not None and one is None]
+    return (*both, *gone, *new)
 
 
 def _paired(first: Sequence[Term], other: Sequence[Term]) -> Iterator[tuple[Term | None, Term | None]]:
@@ -179,10 +169,8 @@ def _holm(p: Sequence[float]) -> list[float]:
     return [float(value) for value in adjusted]
 
 
-def _alone(
-    term: Term, having: Diagnosis | Comparison, lacking: Diagnosis | Comparison
-) -> tuple[str, str, Value | None, Outcome | None, str]:
-    """Return an effect that one measurement shows alone, with its first parameter, and why that may say nothing."""
+def _alone(term: Term, having: Diagnosis | Comparison, lacking: Diagnosis | Comparison, outcome: Outcome) -> Change:
+    """Return the change for an effect that one measurement shows alone: gone, new, or why that cannot be told."""
     value = next((value for value in values_of(term, having.model) if value.error is not None), None)
     size = float(np.std(term.component(having.dataset)))
     smallest, why = None, ""
@@ -198,4 +186,11 @@ def _alone(
         why = f"{kin[0].replace('_', ' ')} stands in its place"
     elif not why and (smallest is None or smallest > size):
         why = "too small to be seen there"
-    return term.name, "" if value is None else value.name, value, Outcome.OPEN if why else None, why
+    return Change(
+        effect=term.name,
+        parameter="" if value is None else value.name,
+        first=value if outcome is Outcome.GONE else None,
+        other=value if outcome is Outcome.NEW else None,
+        outcome=Outcome.OPEN if why else outcome,
+        reason=why,
+    )

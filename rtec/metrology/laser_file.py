@@ -21,7 +21,6 @@ Thesis, section 2.3, Table 2-3; section 4.2, Figure 4.4.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,7 +29,7 @@ import numpy as np
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.readings import Floats, Integers, Readings
-from rtec.metrology.text_file import plain_numbers, read_text, shown, write_lines
+from rtec.metrology.text_file import PLAIN_NUMBER, plain_numbers, read_text, shown, write_lines
 from rtec.units import MM_PER_INCH
 
 COLUMNS = ("Position", "LasRead", "LinearError", "Status", "AirTemp", "AirPress", "MatTemp")
@@ -40,7 +39,6 @@ KPA_PER_INHG = 3.386389
 """Kilopascals in one inch of mercury at 0 degC (BIPM and NIST SP 811 give 3.386 389)."""
 
 _HEADER = "".join(COLUMNS).lower()
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _MAX_PREFACE_LINES = 200
 _AGREE_INCH = 1.5e-5
 """How far the three length columns may disagree: half of the last digit of each, doubled."""
@@ -167,7 +165,7 @@ def _row(path: str | Path, line: int, text: str) -> list[float]:
         )
     values = []
     for name, field in zip(COLUMNS, fields, strict=True):
-        if len(field) > 60 or _NUMBER.fullmatch(field) is None or not math.isfinite(float(field)):
+        if len(field) > 60 or PLAIN_NUMBER.fullmatch(field) is None or not math.isfinite(float(field)):
             raise FileFormatError(path, line, f"{name} {shown(field)} is not a finite number", "a decimal number")
         values.append(float(field))
     if not _is_status(values[3]):

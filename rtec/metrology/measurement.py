@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,9 +11,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.readings import Floats, Readings, RotaryReadings
-from rtec.metrology.text_file import shown
-
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+from rtec.metrology.text_file import PLAIN_NUMBER, shown
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,7 +185,7 @@ class Measurement:
         text = self.facts.get(key)
         if text is None:
             return None
-        if _NUMBER.fullmatch(text.strip()) is None or not 0 < float(text) < math.inf:
+        if PLAIN_NUMBER.fullmatch(text.strip()) is None or not 0 < float(text) < math.inf:
             raise FileFormatError(self.source, None, f"{key}: {shown(text)} is not allowed", "a number above 0")
         return float(text)
 

@@ -7,6 +7,8 @@ guessed stands in the notes of the measurement.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -18,9 +20,10 @@ from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.metrology.tables.headings import Strength, meaning_of
-from rtec.metrology.tables.layout import Table, table_of_text
+from rtec.metrology.tables.layout import table_of_text
 from rtec.metrology.tables.placing import place
 from rtec.metrology.tables.renishaw import is_renishaw_file, read_renishaw_text
+from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.unfolding import unfolded
 from rtec.metrology.tables.values import Values
 from rtec.metrology.tables.wide import Pass, passes_of, turned
@@ -84,13 +87,13 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
     passes = _passes(table, choices)
     placed = place(table, choices, frozenset(one.column for one in passes))
     values = Values(table, placed, choices.decimal, [one.column for one in passes])
+    lines: Sequence[int] = values.lines
+    unfolding: list[str] = []
+    unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
     if passes:
-        columns, lines, found = unfolded(table, values, passes)
-        unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
+        columns, lines, unfolding = unfolded(table, values, passes)
     else:
-        columns, unknown, lines, found = *_columns(table, values), list(values.lines), []
-        if isinstance(values.lines, range):
-            lines = values.lines  # type: ignore[assignment]  # a range is the smaller for millions of rows
+        columns, unknown = _columns(table, values)
     if not columns and not unknown:
         raise FileFormatError(
             table.source, table.heading_line, "no column is left", "at least one that is not ignored"
@@ -101,7 +104,7 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
         columns=columns,
         unknown=unknown,
         lines=lines,
-        notes=(*notes, *table.notes, *placed.notes, *values.notes, *found),
+        notes=(*notes, *table.notes, *placed.notes, *values.notes, *unfolding),
     )
 
 
@@ -139,13 +142,11 @@ def _one_target_a_row(table: Table) -> Table:
     if (found := turned(table.headings, rows)) is None:
         return table
     headings, cells = found
-    return Table(
-        source=table.source,
-        facts=table.facts,
+    return replace(
+        table,
         headings=tuple(headings),
         units=(table.units[0], *[""] * (len(headings) - 1)),
         above=("",) * len(headings),
-        heading_line=table.heading_line,
         rows=cells,
         lines=[table.heading_line] * len(cells),
         notes=(*table.notes, "took each row for a pass, and each column for a target"),

@@ -14,6 +14,8 @@ from rtec.whole_file import WholeFile
 
 MAX_BYTES = 1 << 28
 """Largest file that is read (256 MiB, about five million rows): a bound on memory, not a property of a format."""
+PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+"""A number as instruments write it: digits of ASCII, a point, an exponent."""
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f]")
 _UTF_16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 

@@ -6,27 +6,22 @@ them; nothing is guessed of it. Of any other file the rows are found first, as l
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from rtec.errors import FileFormatError
 from rtec.metrology.tables.cells import Cell, is_missing, looks_like_number
 from rtec.metrology.tables.headings import Strength, meaning_of, unit_below
+from rtec.metrology.tables.table import MAX_COLUMNS, Table, split_line
 from rtec.metrology.tables.words import plain_words
-from rtec.metrology.text_file import shown
+from rtec.metrology.text_file import PLAIN_NUMBER, shown
 
-MAX_COLUMNS = 1000
-MOST_CELLS = 8_000_000
-"""That are looked at one by one: they take a gigabyte. Plain numbers are read in one sweep and need a fifth of it."""
 _FACT = re.compile(r"#\s*(?P<key>[^:]{1,80}?)\s*:\s*(?P<value>.*)")
 _TITLE_FACT = re.compile(r"(?P<key>[^:=]{1,60}?)\s*[:=]\s*(?P<value>.+)")
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _SEPARATORS = ("\t", ";", ",", "|", None)
-_NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars"}
 _SAMPLE = 300
 _SUMMARY = frozenset(
     "mean average mittel mittelwert std stdev sigma min max range sum total end eof summe anzahl".split()
@@ -34,76 +29,6 @@ _SUMMARY = frozenset(
 _A_HEADER = "a header line such as target_mm,actual_mm"
 _KEY_AND_VALUE = 2
 _FACTS_OF_AXES = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
-    """A table as it stands in a file, before anything of it is understood.
-
-    Parameters
-    ----------
-    source
-        The file, for messages.
-    facts
-        ``# key: value`` lines and ``key: value`` titles, keys in lower case.
-    headings, units, above
-        Of each column: its heading (nothing where the whole column is empty), what stands below it in a row of units,
-        and what spans it from the line above.
-    heading_line
-        Line of the headings, counted from 1.
-    text, separator, first_line
-        Lines of the rows where the file is a text, what is between their columns (None for spaces), and the line of
-        the first of them.
-    rows, lines
-        Cells of a workbook, and the row of the sheet in which each stood.
-    notes
-        What was found out, in words.
-    """
-
-    source: str
-    facts: dict[str, str]
-    headings: tuple[str, ...]
-    units: tuple[str, ...]
-    above: tuple[str, ...]
-    heading_line: int
-    text: list[str] = field(default_factory=list)
-    separator: str | None = ","
-    first_line: int = 0
-    rows: list[list[Cell]] | None = None
-    lines: Sequence[int] = ()
-    notes: tuple[str, ...] = ()
-
-    def cells(self) -> tuple[list[list[Cell]], Sequence[int]]:
-        """Return the rows with the line of each; empty lines are passed over.
-
-        Raises
-        ------
-        FileFormatError
-            A row of another length than the headings, quotes that do not close, or too many cells.
-        """
-        if self.rows is not None:
-            return self.rows, self.lines
-        width = len(self.headings)
-        if width * len(self.text) > MOST_CELLS:
-            problem = f"{width * len(self.text)} cells, not all of which are plain numbers"
-            allowed = f"at most {MOST_CELLS}; or plain numbers alone: seconds for dates, no empty cells"
-            raise FileFormatError(self.source, None, problem, allowed)
-        rows: list[list[Cell]] = []
-        lines: list[int] = []
-        for line, text in enumerate(self.text, self.first_line):
-            if not text.strip():
-                continue
-            found = split_line(self.source, line, text, self.separator)
-            while len(found) > width and not found[-1]:
-                found.pop()
-            if self.separator != "," and not any(found):
-                continue
-            if len(found) != width:
-                allowed = f"{width}, one for each heading; the file may be cut off"
-                raise FileFormatError(self.source, line, f"{len(found)} fields", allowed)
-            rows.append(list(found))
-            lines.append(line)
-        return rows, lines
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,29 +137,6 @@ def _text_grid(source: str, lines: list[str], separator: str | None) -> _Grid:
     return _Grid(source, len(lines), fields, lambda index: not lines[index].strip())
 
 
-def split_line(source: str, line: int, text: str, separator: str | None) -> list[str]:
-    """Return the fields of a line without the spaces around them.
-
-    Raises
-    ------
-    FileFormatError
-        Quotes that do not close, or a field that is too long.
-
-    Examples
-    --------
-    >>> split_line("x.csv", 1, '1, "a, b",', ","), split_line("x.csv", 1, "1.5  2.5", None)
-    (['1', 'a, b', ''], ['1.5', '2.5'])
-    """
-    if separator is None:
-        return text.split()
-    try:
-        found = next(csv.reader([text], delimiter=separator, strict=True, skipinitialspace=True))
-    except csv.Error as error:
-        allowed = f"fields separated by {_NAMES.get(separator, shown(separator))}"
-        raise FileFormatError(source, line, f"no row of a CSV file ({error})", allowed) from None
-    return [field.strip() for field in found]
-
-
 def _facts(source: str | Path, lines: list[str]) -> tuple[dict[str, str], int]:
     """Return the ``# key: value`` lines and the index of the first line that is none."""
     facts: dict[str, str] = {}
@@ -260,7 +162,7 @@ def _is_ours(line: str) -> bool:
         headings = split_line("", 0, line, ",")
     except FileFormatError:
         return False
-    if any(_NUMBER.fullmatch(heading) for heading in headings):
+    if any(PLAIN_NUMBER.fullmatch(heading) for heading in headings):
         return False
     meanings = (meaning_of(heading) for heading in headings)
     return any(meaning is not None and meaning.strength is Strength.EXACT for meaning in meanings)
@@ -382,7 +284,7 @@ def _headings(grid: _Grid, text: list[str] | None, header: int, separator: str |
         headings = split_line(grid.source, header + 1, text[header], separator)
     if len(headings) > MAX_COLUMNS:
         raise FileFormatError(grid.source, header + 1, f"{len(headings)} columns", f"at most {MAX_COLUMNS}")
-    if headings and _NUMBER.fullmatch(headings[0]):
+    if headings and PLAIN_NUMBER.fullmatch(headings[0]):
         problem = f"no header line: {shown(', '.join(headings))} holds numbers"
         raise FileFormatError(grid.source, header + 1, problem, _A_HEADER)
     for column, heading in enumerate(headings):

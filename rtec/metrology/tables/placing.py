@@ -20,7 +20,7 @@ from rtec.metrology.tables.headings import (
     named_and_unit,
     unit_below,
 )
-from rtec.metrology.tables.layout import Table
+from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.units import column_unit
 from rtec.metrology.text_file import shown
 

@@ -11,7 +11,7 @@ from rtec.metrology.columns import ColumnUnit
 from rtec.metrology.measurement import Column
 from rtec.metrology.readings import Floats
 from rtec.metrology.tables.headings import named_and_unit, unit_below
-from rtec.metrology.tables.layout import Table
+from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.units import column_unit
 from rtec.metrology.tables.values import Values
 from rtec.metrology.tables.wide import Pass

@@ -12,8 +12,8 @@ from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit, units_lacking
 from rtec.metrology.readings import Floats
 from rtec.metrology.tables.cells import Cell, decimal_marks, direction_of, is_missing, number_of, run_of
-from rtec.metrology.tables.layout import Table
 from rtec.metrology.tables.placing import Placed
+from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.times import is_date_or_clock, seconds_since_first
 from rtec.metrology.text_file import plain_numbers, shown
 

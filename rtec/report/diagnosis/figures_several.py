@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
+from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
 from rtec.report.diagnosis.readings import position_label, smoothed
@@ -76,7 +77,7 @@ def _bars(axes: Axes, results: Results, shown: Shown) -> None:
     heads = ("measured", "left", "noise")
     width = 0.8 / len(results)
     for number, one in enumerate(results.values()):
-        left = one.rms_after if hasattr(one, "rms_after") else one.rms
+        left = one.rms_after if isinstance(one, Diagnosis) else one.rms
         measured = float(np.sqrt(np.mean(np.square(one.dataset.observed))))
         values = [shown.number(value) or 0.0 for value in (measured, left, one.noise.floor)]
         at = np.arange(len(heads)) + (number - (len(results) - 1) / 2) * width

@@ -8,7 +8,7 @@ import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology import column_choices, read_measurement
-from rtec.metrology.tables import layout, workbook
+from rtec.metrology.tables import table, workbook
 
 HEAD = "Soll [mm];Fehler [um]\n"
 
@@ -96,7 +96,7 @@ def test_a_sensor_that_recorded_little_is_left_out_and_said(read):
 
 
 def test_too_many_cells_are_refused_and_plain_numbers_are_not(read, monkeypatch):
-    monkeypatch.setattr(layout, "MOST_CELLS", 10)
+    monkeypatch.setattr(table, "MOST_CELLS", 10)
     rows = "".join(f"{k};{k}\n" for k in range(20))
     assert read(HEAD + rows).rows == 20
     with pytest.raises(FileFormatError, match="42 cells, not all of which are plain numbers"):

@@ -1,0 +1,104 @@
+"""Several measurements at once: what tells them apart, what is refused, and how they are shown beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from rtec.cli._console import note, print_json
+from rtec.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from rtec.dataset.dataset import Dataset
+    from rtec.inference.changes import Change
+    from rtec.inference.compare import Comparison
+    from rtec.inference.results import Diagnosis
+
+_R = TypeVar("_R", "Diagnosis", "Comparison")
+
+
+def names_of(files: Sequence[Path]) -> list[str]:
+    """Return the shortest names that tell several files apart.
+
+    Raises
+    ------
+    ArgumentError
+        One of them comes twice.
+
+    Examples
+    --------
+    >>> names_of([Path("before/x.csv"), Path("after/x.csv"), Path("after/y.csv")])
+    ['before/x.csv', 'after/x.csv', 'y.csv']
+    """
+    for number, file in enumerate(files):
+        if file in files[:number]:
+            raise ArgumentError("DATA", f"{file}, given twice,", "different files")
+    plain = [file.name for file in files]
+    return [name if plain.count(name) == 1 else str(file) for name, file in zip(plain, files, strict=True)]
+
+
+def refuse_with_several(files: Sequence[Path], **options: object) -> None:
+    """Refuse options that belong to a single measurement where several are given.
+
+    Raises
+    ------
+    ArgumentError
+        One of ``options``, by its name without the dashes, is not None or False.
+
+    Examples
+    --------
+    >>> refuse_with_several([Path("x.csv")], save="m.toml")
+    """
+    for name, value in options.items():
+        if len(files) > 1 and value not in (None, False):
+            raise ArgumentError(f"--{name}", "given with several measurements", "a single one")
+
+
+def refuse_another_quantity(first: Dataset, other: Dataset) -> None:
+    """Refuse a measurement beside another one of something else, or in units that cannot be held against it.
+
+    Raises
+    ------
+    ArgumentError
+        Quantity or units differ.
+    """
+    seen = [f"{one.observe} in {one.units.observed} over {one.units.position}" for one in (first, other)]
+    if seen[0] != seen[1]:
+        raise ArgumentError("DATA", f"{other.source}, {seen[1]},", f"{seen[0]}, as in {first.source}")
+
+
+def show_several(
+    results: Mapping[str, _R],
+    found: Mapping[str, Sequence[Change]],
+    sentence: Callable[[_R], str],
+    more: Mapping[str, object],
+    *,
+    as_json: bool,
+) -> None:
+    """Print results beside each other and what differs from the first: one JSON document, or sentences and tables.
+
+    Parameters
+    ----------
+    results, found
+        As for `rtec.report.diagnosis.several_document`.
+    sentence
+        What is said of each.
+    more
+        Of the document.
+    as_json
+        Whether it is to be JSON.
+    """
+    from rich.console import Console
+
+    from rtec.report.diagnosis import several_document, several_table
+
+    if as_json:
+        print_json({**several_document(results, found), **more})
+        return
+    console = Console(highlight=False)
+    for name, result in results.items():
+        for said in result.dataset.notes:
+            note(f"{name}: {said}")
+        console.print(f"{name}: {sentence(result)}", soft_wrap=True, markup=False)
+    console.print(several_table(results, found))

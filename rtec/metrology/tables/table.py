@@ -1,0 +1,109 @@
+"""A table as it stands in a file, before anything of it is understood."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rtec.errors import FileFormatError
+from rtec.metrology.tables.cells import Cell
+from rtec.metrology.text_file import shown
+
+MAX_COLUMNS = 1000
+MOST_CELLS = 8_000_000
+"""That are looked at one by one: they take a gigabyte. Plain numbers are read in one sweep and need a fifth of it."""
+_NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A table as it stands in a file, before anything of it is understood.
+
+    Parameters
+    ----------
+    source
+        The file, for messages.
+    facts
+        ``# key: value`` lines and ``key: value`` titles, keys in lower case.
+    headings, units, above
+        Of each column: its heading (nothing where the whole column is empty), what stands below it in a row of units,
+        and what spans it from the line above.
+    heading_line
+        Line of the headings, counted from 1.
+    text, separator, first_line
+        Lines of the rows where the file is a text, what is between their columns (None for spaces), and the line of
+        the first of them.
+    rows, lines
+        Cells of a workbook, and the row of the sheet in which each stood.
+    notes
+        What was found out, in words.
+    """
+
+    source: str
+    facts: dict[str, str]
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    above: tuple[str, ...]
+    heading_line: int
+    text: list[str] = field(default_factory=list)
+    separator: str | None = ","
+    first_line: int = 0
+    rows: list[list[Cell]] | None = None
+    lines: Sequence[int] = ()
+    notes: tuple[str, ...] = ()
+
+    def cells(self) -> tuple[list[list[Cell]], Sequence[int]]:
+        """Return the rows with the line of each; empty lines are passed over.
+
+        Raises
+        ------
+        FileFormatError
+            A row of another length than the headings, quotes that do not close, or too many cells.
+        """
+        if self.rows is not None:
+            return self.rows, self.lines
+        width = len(self.headings)
+        if width * len(self.text) > MOST_CELLS:
+            problem = f"{width * len(self.text)} cells, not all of which are plain numbers"
+            allowed = f"at most {MOST_CELLS}; or plain numbers alone: seconds for dates, no empty cells"
+            raise FileFormatError(self.source, None, problem, allowed)
+        rows: list[list[Cell]] = []
+        lines: list[int] = []
+        for line, text in enumerate(self.text, self.first_line):
+            if not text.strip():
+                continue
+            found = split_line(self.source, line, text, self.separator)
+            while len(found) > width and not found[-1]:
+                found.pop()
+            if self.separator != "," and not any(found):
+                continue
+            if len(found) != width:
+                allowed = f"{width}, one for each heading; the file may be cut off"
+                raise FileFormatError(self.source, line, f"{len(found)} fields", allowed)
+            rows.append(list(found))
+            lines.append(line)
+        return rows, lines
+
+
+def split_line(source: str, line: int, text: str, separator: str | None) -> list[str]:
+    """Return the fields of a line without the spaces around them.
+
+    Raises
+    ------
+    FileFormatError
+        Quotes that do not close, or a field that is too long.
+
+    Examples
+    --------
+    >>> split_line("x.csv", 1, '1, "a, b",', ","), split_line("x.csv", 1, "1.5  2.5", None)
+    (['1', 'a, b', ''], ['1.5', '2.5'])
+    """
+    if separator is None:
+        return text.split()
+    try:
+        found = next(csv.reader([text], delimiter=separator, strict=True, skipinitialspace=True))
+    except csv.Error as error:
+        allowed = f"fields separated by {_NAMES.get(separator, shown(separator))}"
+        raise FileFormatError(source, line, f"no row of a CSV file ({error})", allowed) from None
+    return [field.strip() for field in found]
