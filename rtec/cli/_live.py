@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
@@ -41,6 +41,13 @@ BUS, MACHINE, TIMES, OUTPUT = "The bus", "The machine", "Times and limits", "Out
 def option(name: str, panel: str, metavar: str, text: str) -> Any:
     """Return an option of a panel."""
     return typer.Option(name, help=text, metavar=metavar, rich_help_panel=panel, autocompletion=among(metavar, name))
+
+
+OfInterface = Annotated[
+    str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, the line of 'rtec box'.")
+]
+OfChannel = Annotated[str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")]
+OfBitrate = Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

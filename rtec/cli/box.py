@@ -19,6 +19,8 @@ from rtec.cli._live import (
     OUTPUT,
     TIMES,
     BusWords,
+    OfBitrate,
+    OfChannel,
     axes_of,
     check_dbc,
     check_log,
@@ -50,10 +52,8 @@ def box(
     interface: Annotated[
         str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, a line to 'rtec pc'.")
     ] = None,
-    channel: Annotated[
-        str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
-    ] = None,
-    bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    channel: OfChannel = None,
+    bitrate: OfBitrate = None,
     dbc: Annotated[
         Path | None, option("--dbc", BUS, "FILE.dbc", "A DBC of yours that must describe the same messages.")
     ] = None,

@@ -18,6 +18,9 @@ from rtec.cli._live import (
     OUTPUT,
     TIMES,
     BusWords,
+    OfBitrate,
+    OfChannel,
+    OfInterface,
     axes_of,
     check_dbc,
     check_log,
@@ -44,13 +47,9 @@ MARGIN_MM = 1.0
 
 
 def pc(
-    interface: Annotated[
-        str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, the line of 'rtec box'.")
-    ] = None,
-    channel: Annotated[
-        str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
-    ] = None,
-    bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    interface: OfInterface = None,
+    channel: OfChannel = None,
+    bitrate: OfBitrate = None,
     dbc: Annotated[
         Path | None, option("--dbc", BUS, "FILE.dbc", "A DBC of yours that must describe the same messages.")
     ] = None,

@@ -10,7 +10,18 @@ import typer
 
 from rtec.cli._arguments import member
 from rtec.cli._console import note, print_json, progress
-from rtec.cli._live import BUS, OUTPUT, TIMES, BusWords, option, picoseconds, seconds
+from rtec.cli._live import (
+    BUS,
+    OUTPUT,
+    TIMES,
+    BusWords,
+    OfBitrate,
+    OfChannel,
+    OfInterface,
+    option,
+    picoseconds,
+    seconds,
+)
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -31,13 +42,9 @@ def replay(
         str,
         option("--as", BUS, "pc|box", "Whose frames are played: those of the PC to a box, or of the box to a PC."),
     ] = "pc",
-    interface: Annotated[
-        str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, the line of 'rtec box'.")
-    ] = None,
-    channel: Annotated[
-        str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")
-    ] = None,
-    bitrate: Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")] = None,
+    interface: OfInterface = None,
+    channel: OfChannel = None,
+    bitrate: OfBitrate = None,
     speed: Annotated[str, option("--speed", TIMES, "N", "Play N times as fast as it was recorded.")] = "1",
     tolerance: Annotated[
         str | None,

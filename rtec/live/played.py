@@ -1,7 +1,7 @@
 """A log of box and PC from one side: what of it is played, and what the node under test is held to.
 
 Whoever is played speaks under its own identifiers only, so that nobody speaks for the node under test;
-`rtec.live.voices` is how it speaks.
+`rtec.live.replayed_side` is how it speaks.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from rtec.link.messages import Kind
 _BEFORE = (Kind.STATUS, Kind.CORRECTIONS, Kind.POSITION, Kind.SETUP)
 """What a box says that waits for a PC."""
 
+_KINDS = frozenset(Kind)
+_OF_PC = frozenset({Kind.HOLD, Kind.EXPECTED, Kind.REQUEST})
+_OF_BOX = _KINDS - _OF_PC
 
 CYCLE_PS = 10 * 10**9
 """Of box and PC where nothing else is said."""
@@ -46,8 +49,7 @@ class Role(enum.Enum):
         >>> sorted(kind.name for kind in Role.PC.kinds)
         ['EXPECTED', 'HOLD', 'REQUEST']
         """
-        of_pc = frozenset({Kind.HOLD, Kind.EXPECTED, Kind.REQUEST})
-        return of_pc if self is Role.PC else frozenset(Kind) - of_pc
+        return _OF_PC if self is Role.PC else _OF_BOX
 
     @property
     def words(self) -> str:
@@ -72,7 +74,7 @@ def kind_of(frame: Frame) -> Kind | None:
     base = frame.identifier - axis
     if (
         frame.identifier_format is not IdentifierFormat.BASE
-        or base not in set(Kind)
+        or base not in _KINDS
         or (axis == 0) != (base == Kind.HOLD)
     ):
         return None

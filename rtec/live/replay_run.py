@@ -11,20 +11,19 @@ from pathlib import Path
 
 from rtec.errors import FileFormatError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS
-from rtec.link.frame import Frame
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.logs import Logged, read_log, replay
 from rtec.link.messages import Kind
 from rtec.link.transport import Received, Transport
 from rtec.live.compared import Comparison, Difference
 from rtec.live.figures import PS_PER_MS, spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
-from rtec.live.voices import repeated, resealed, voice_of
+from rtec.live.replayed_side import repeated, resealed, side_of
+from rtec.requester import BoxState
 from rtec.units import PS_PER_S
 
 CYCLES = 5
 """Of tolerance: so long either side itself takes a silence of the other for nothing (`watch_ps`)."""
-
-_FATAL = 2
 
 
 def tolerance_of(found: Survey) -> int:
@@ -123,13 +122,15 @@ class ReplayRun:
         absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
         self._comparison = Comparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
         self._ahead: dict[int, int] = {}
-        self._voice = voice_of(found.role, self._ahead)
+        self._side = side_of(found.role, self._ahead)
         self._begin_ps: int | None = None
         self._late_ps = array("q")
         self._rivals = 0
         self._lost = False
         self._notes: list[str] = []
-        resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(8)), {})  # its machine code is loaded before it counts
+        resealed(
+            Frame(identifier=Kind.REQUEST + 1, data=bytes(PAYLOAD_BYTES)), {}
+        )  # its machine code is loaded before it counts
         self._heard: dict[int, Frame] = {}
         self._recent: deque[Received] = deque()
 
@@ -195,7 +196,11 @@ class ReplayRun:
                 if received is None:
                     break
                 self._take(received)
-        if any(frame.data[3] & 7 == _FATAL for key, frame in self._heard.items() if key & ~AXIS_BITS == Kind.STATUS):
+        if any(
+            frame.data[3] & 7 == BoxState.FATAL
+            for key, frame in self._heard.items()
+            if key & ~AXIS_BITS == Kind.STATUS
+        ):
             self._notes.append("the box has stopped for good before the log begins: switch it off and on")
         return True
 
@@ -205,8 +210,8 @@ class ReplayRun:
         kind = kind_of(frame)
         if kind in self._found.role.kinds:
             self._rivals += 1
-        elif kind is not None and len(frame.data) == 8:
-            self._voice.node_says(frame)
+        elif kind is not None and len(frame.data) == PAYLOAD_BYTES:
+            self._side.node_says(frame)
             if self._begin_ps is not None:
                 self._compare(received)
                 return
@@ -230,7 +235,7 @@ class ReplayRun:
                     if at_ps >= 0:
                         yield replace(logged, time_ps=at_ps)
                 elif kind is not None:
-                    self._voice.log_says(logged.frame)
+                    self._side.log_says(logged.frame)
                     if at_ps >= -self._tolerance_ps:
                         self._comparison.log_says(at_ps, logged.frame)
 
@@ -238,7 +243,7 @@ class ReplayRun:
         begin_ps = self._begin_ps or 0
         self._late_ps.append(self._transport.now_ps() - begin_ps - round(logged.time_ps / self._speed))
         self._show(logged.time_ps / max(self._found.end_ps - self._found.entry_ps, 1))
-        return self._voice.translated(logged.frame)
+        return self._side.translated(logged.frame)
 
     def _listen(self, until_ps: int) -> None:
         while (received := self._transport.receive(until_ps)) is not None:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rtec._jit import Record, kernel
 from rtec.link._bus_kernels import bus_next, bus_reset, bus_step, bus_submit
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
-from rtec.requester._box_node_kernels import box_receive, box_sample, box_say, box_start, box_watch
+from rtec.requester._box_node_kernels import box_receive, box_start
+from rtec.requester._box_turn_kernels import box_sample, box_say, box_watch
 from rtec.requester._pc_node_kernels import pc_node_start, pc_receive
 from rtec.requester._pc_turn_kernels import pc_finish, pc_prepare
 

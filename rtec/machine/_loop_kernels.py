@@ -28,7 +28,7 @@ from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import believed_mm
 from rtec.requester._box_kernels import box_reset, box_tick
-from rtec.requester._box_node_kernels import word_of
+from rtec.requester._box_turn_kernels import word_of
 from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
 from rtec.signal._kernels import NEVER
 

@@ -32,7 +32,8 @@ from rtec.machine._kept_kernels import put_aside
 from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, deliver_lines, fault_at_axis
 from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import RUNNING
-from rtec.requester._box_node_kernels import box_receive, box_sample, box_say, box_start, box_watch, holds_machine
+from rtec.requester._box_node_kernels import box_receive, box_start, holds_machine
+from rtec.requester._box_turn_kernels import box_sample, box_say, box_watch
 from rtec.signal._kernels import NEVER
 
 

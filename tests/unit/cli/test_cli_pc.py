@@ -21,34 +21,16 @@ def table(tmp_path):
 
 
 @pytest.fixture
-def box():
+def box(on_a_bus):
     """A box on a virtual bus, in a thread: its channel."""
-    import threading
-
     from rtec.cli.box import _warm_up
-    from rtec.link.python_can import open_transport
-    from rtec.live.box_loop import BoxLoop
     from rtec.machine.station import Station, StationSettings
     from rtec.requester import Precautions
 
-    channel = f"pc-{os.getpid()}-{time.monotonic_ns()}"
     settings = StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9))
     _warm_up(settings)  # as rtec box does: compiling with a PC on the bus would take longer than the watch allows
     station = Station(settings)
-    ends = threading.Event()
-    transport = open_transport(interface="virtual", channel=channel)
-    loop = BoxLoop([station], transport)
-
-    def run():
-        while not ends.is_set():
-            loop.step()
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    yield channel, station
-    ends.set()
-    thread.join()
-    transport.close()
+    return on_a_bus(station), station
 
 
 def run_pc(capsys, *words):

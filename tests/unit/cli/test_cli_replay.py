@@ -2,8 +2,6 @@
 
 import json
 import os
-import threading
-import time
 
 import pytest
 
@@ -53,27 +51,10 @@ def log(tmp_path):
 
 
 @pytest.fixture
-def box():
+def box(on_a_bus):
     """A box that has just been switched on, on a virtual bus, in a thread: its channel."""
-    from rtec.link.python_can import open_transport
-    from rtec.live.box_loop import BoxLoop
-
-    channel = f"replay-{os.getpid()}-{time.monotonic_ns()}"
-    ends = threading.Event()
-    transport = open_transport(interface="virtual", channel=channel)
     station, _ = parts()
-    loop = BoxLoop([station], transport)
-
-    def run():
-        while not ends.is_set():
-            loop.step()
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    yield channel, station
-    ends.set()
-    thread.join()
-    transport.close()
+    return on_a_bus(station), station
 
 
 def run_replay(capsys, *words):

@@ -15,7 +15,7 @@ from rtec.live.compared import Comparison
 from rtec.live.pc_loop import PcLoop
 from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
-from rtec.live.voices import voice_of
+from rtec.live.replayed_side import side_of
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.requester import BoxState, Conversation, PcState, Setup
 
@@ -202,7 +202,7 @@ def test_twice_as_fast(fresh, recorded):
 def test_mistakes_of_the_log_stay_mistakes():
     """Another session is as much another one as in the log, and a wrong checksum is as wrong."""
     messages = MessageSet.load()
-    translator = voice_of(Role.PC, {})
+    translator = side_of(Role.PC, {})
     translator.log_says(messages.encode("Status", 1, {"Session": 9}))
     translator.node_says(messages.encode("Status", 1, {"Session": 200}))
     for session, expected in ((9, 200), (10, 201), (8, 199)):
@@ -221,7 +221,7 @@ def test_mistakes_of_the_log_stay_mistakes():
 def test_a_played_box_accepts_what_this_pc_asks_for():
     """Where the box of the log had accepted what it was asked for; else it stays at what it accepted last."""
     messages = MessageSet.load()
-    voice = voice_of(Role.BOX, {0x281: 5})
+    voice = side_of(Role.BOX, {0x281: 5})
 
     def ask(logged, said):
         voice.log_says(messages.encode("Request", 1, {"Total": logged[1], "Sequence": logged[0]}))

@@ -24,7 +24,7 @@ _REMEMBERED = 32
 """Requests of an axis that may still be judged."""
 
 
-class Voice(Protocol):
+class ReplayedSide(Protocol):
     """The side that is played."""
 
     def log_says(self, frame: Frame) -> None:
@@ -37,12 +37,12 @@ class Voice(Protocol):
         """Return what is sent in the place of a frame of the log."""
 
 
-def voice_of(role: Role, ahead: dict[int, int]) -> Voice:
-    """Return the voice of a role; ``ahead`` by how much the sequence under an identifier is ahead of the log."""
-    return PcVoice() if role is Role.PC else BoxVoice(ahead)
+def side_of(role: Role, ahead: dict[int, int]) -> ReplayedSide:
+    """Return the side of a role; ``ahead`` by how much the sequence under an identifier is ahead of the log."""
+    return ReplayedPc() if role is Role.PC else ReplayedBox(ahead)
 
 
-class PcVoice:
+class ReplayedPc:
     """A PC that speaks to a box of another session."""
 
     def __init__(self) -> None:
@@ -71,7 +71,7 @@ class PcVoice:
             into[frame.identifier & AXIS_BITS] = frame.data[_SESSION_OF_BOX]
 
 
-class BoxVoice:
+class ReplayedBox:
     """A box that speaks to a PC whose turns come at other moments.
 
     Parameters

@@ -1,0 +1,170 @@
+"""The box's turn on the bus: it watches, takes its reading, and says what is due.
+
+What goes out is the box's words as frames, every ``cycle_ps`` and at once when the job is done or the code changes.
+"""
+
+from __future__ import annotations
+
+from rtec._jit import Record, step
+from rtec.link._frame_kernels import (
+    AT_HOME,
+    CORRECTIONS,
+    HOLD_WANTED,
+    IS_PROBING,
+    POSITION,
+    PROBE,
+    SETUP,
+    STATUS,
+    SWITCH_ON,
+    pack_corrections,
+    pack_position,
+    pack_probe,
+    pack_setup,
+    pack_status,
+)
+from rtec.link._kernels import mailbox_reset
+from rtec.link._outbox_kernels import put
+from rtec.requester._box_kernels import (
+    DRIVE_STOPPED,
+    ENCODER_FAULT,
+    FATAL,
+    LINK_LOST,
+    NOT_HOMED,
+    OK,
+    REFUSED_TOO_FAST,
+    RUNNING,
+    SETUP_DIFFERS,
+    STATUS_DISABLED,
+    box_tick,
+)
+from rtec.requester._box_node_kernels import WORD_STALE, WORD_TORN, box_fail, frames_refused, setup_differs
+
+
+@step
+def say_setup(n: Record) -> None:
+    """Send the setup."""
+    n.sequence_setup += 1
+    put(n.out, SETUP + n.axis, pack_setup(SETUP + n.axis, n.sequence_setup, n.setup))
+
+
+@step
+def say_status(n: Record, moments: int) -> None:
+    """Send the status."""
+    b = n.box
+    flags = b.state
+    flags |= SWITCH_ON if b.switch_on == 1 else 0
+    flags |= IS_PROBING if b.probing == 1 else 0
+    flags |= HOLD_WANTED if b.state == FATAL else 0
+    flags |= AT_HOME if n.at_home == 1 else 0
+    n.sequence_status += 1
+    frames = frames_refused(n)
+    payload = pack_status(n.axis, n.sequence_status, n.code, flags, n.session, frames, b.refused, moments)
+    put(n.out, STATUS + n.axis, payload)
+    n.said_code = n.code
+
+
+@step
+def say_corrections(n: Record, completed: int) -> None:
+    """Send what is completed and accepted."""
+    n.sequence_corrections += 1
+    payload = pack_corrections(n.axis, n.sequence_corrections, completed, n.box.accepted, n.session, n.judged)
+    put(n.out, CORRECTIONS + n.axis, payload)
+    n.said_completed = completed
+
+
+@step
+def word_of(n: Record, right: int) -> int:
+    """Return what the position word says where it should say ``right``, with the faults that it is made to have."""
+    word = right
+    if n.word_fault == WORD_STALE:
+        word = n.word_kept
+    elif n.word_fault == WORD_TORN:
+        word = (n.word_kept & ~0xFF) | (right & 0xFF)  # the upper bytes are those of an earlier reading
+    if word != right:
+        n.word_struck += 1
+    return int(word)
+
+
+@step
+def say_position(n: Record, count: int) -> None:
+    """Send the position word."""
+    right = count - n.box.zero
+    word = word_of(n, right)
+    n.position = word
+    valid = 1 if n.box.state != NOT_HOMED else 0
+    n.sequence_position += 1
+    put(n.out, POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, right))
+
+
+@step
+def say_trip(n: Record) -> None:
+    """Send the probe latch."""
+    n.sequence_probe += 1
+    payload = pack_probe(n.axis, n.sequence_probe, n.box.trip_position, n.box.trips, n.session)
+    put(n.out, PROBE + n.axis, payload)
+    n.said_trips = n.box.trips
+
+
+@step
+def box_watch(n: Record, t_ps: int, illegal: int, stopped: bool) -> None:
+    """Stop for good where the PC is silent, the encoder's lines are not those of an encoder, or the drive is stopped.
+
+    ``illegal`` counts the changes of both lines at once that the box's own decoder saw; ``stopped`` is the contact by
+    which the controller says that it has stopped the drive.
+    """
+    if n.box.state == RUNNING:
+        if t_ps - n.heard_ps > n.watch_ps:
+            box_fail(n, LINK_LOST)
+        elif illegal > 0:
+            box_fail(n, ENCODER_FAULT)
+        elif stopped:
+            box_fail(n, DRIVE_STOPPED)
+
+
+@step
+def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
+    """Let the box take its reading and judge."""
+    if n.box.state == NOT_HOMED and n.at_home == 0:
+        mailbox_reset(n.down)  # the axis has left home since it was told to take it
+    box_tick(n.box, n.down, n.up, t_ps, count, completed)
+
+
+@step
+def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> None:
+    """Want to send what is due; ``moments`` counts those at which the speed gate refused to insert."""
+    b = n.box
+    homed = b.homed == 1
+    b.homed = 0
+    if homed:
+        completed = 0  # home zeroes every counter, and whoever owns the injector does the same
+        b.accepted = 0
+        n.said_completed = 0
+        n.large_spent = 0
+    elif abs(b.accepted - n.said_accepted) > b.window:
+        n.large_spent = 1
+    n.said_accepted = b.accepted
+    n.code = b.status
+    if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
+        n.code = REFUSED_TOO_FAST
+    kept_back = completed != b.accepted or n.down.word0 != b.accepted
+    if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
+        n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
+    elif b.state == NOT_HOMED and setup_differs(n, t_ps):
+        n.code = SETUP_DIFFERS
+    due = t_ps >= n.cycle_next_ps
+    if due:
+        n.cycle_next_ps += n.cycle_ps
+        if n.cycle_next_ps <= t_ps:
+            n.cycle_next_ps = t_ps + n.cycle_ps
+        n.said_moments = moments
+    due = due or homed  # the PC waits for the home position, and the axis may move on any time
+    if due or (n.code != n.said_code and REFUSED_TOO_FAST not in (n.code, n.said_code)):
+        say_status(n, moments)
+    if due or (completed == b.accepted and completed != n.said_completed):
+        say_corrections(n, completed)
+    if b.trips != n.said_trips or (due and b.probing == 1):
+        say_trip(n)
+    if due:
+        say_position(n, count)
+        if n.setup != 0 and (homed or b.state == NOT_HOMED):
+            say_setup(n)

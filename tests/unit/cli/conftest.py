@@ -1,0 +1,36 @@
+"""A live box for the commands that speak to one."""
+
+import os
+import threading
+import time
+
+import pytest
+
+
+@pytest.fixture
+def on_a_bus():
+    """Put a station on a virtual bus of its own, in a thread; returns the channel."""
+    from rtec.link.python_can import open_transport
+    from rtec.live.box_loop import BoxLoop
+
+    ends, running = threading.Event(), []
+
+    def put(station):
+        channel = f"box-{os.getpid()}-{time.monotonic_ns()}"
+        transport = open_transport(interface="virtual", channel=channel)
+        loop = BoxLoop([station], transport)
+
+        def run():
+            while not ends.is_set():
+                loop.step()
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        running.append((thread, transport))
+        return channel
+
+    yield put
+    ends.set()
+    for thread, transport in running:
+        thread.join()
+        transport.close()
