@@ -128,9 +128,8 @@ class ReplayRun:
         self._rivals = 0
         self._lost = False
         self._notes: list[str] = []
-        resealed(
-            Frame(identifier=Kind.REQUEST + 1, data=bytes(PAYLOAD_BYTES)), {}
-        )  # its machine code is loaded before it counts
+        # its machine code is loaded before it counts
+        resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(PAYLOAD_BYTES)), {})
         self._heard: dict[int, Frame] = {}
         self._recent: deque[Received] = deque()
 
@@ -196,11 +195,8 @@ class ReplayRun:
                 if received is None:
                     break
                 self._take(received)
-        if any(
-            frame.data[3] & 7 == BoxState.FATAL
-            for key, frame in self._heard.items()
-            if key & ~AXIS_BITS == Kind.STATUS
-        ):
+        statuses = (frame for key, frame in self._heard.items() if key & ~AXIS_BITS == Kind.STATUS)
+        if any(frame.data[3] & 7 == BoxState.FATAL for frame in statuses):
             self._notes.append("the box has stopped for good before the log begins: switch it off and on")
         return True
 

@@ -140,7 +140,7 @@ def _refuse_contradiction(table: Table, index: int) -> None:
     if (stated := contradicting_unit(table.headings[index], table.units[index])) is not None:
         heading = table.headings[index]
         problem = f"column {shown(heading)} states {stated} and {shown(table.units[index])} below it"
-        allowed = f"one unit; or --map '{heading}=QUANTITY_UNIT', such as deviation_um, says which"
+        allowed = f"one unit; or {table.as_choice(index, 'QUANTITY_UNIT')}, such as deviation_um, says which"
         raise FileFormatError(table.source, table.heading_line, problem, allowed)
 
 
@@ -171,7 +171,8 @@ def _strongest(table: Table, meanings: dict[int, Meaning], said: Mapping[int, Me
         if bare is not None and quantity != "time":
             heading = table.headings[bare]
             units = units_lacking(heading) or ""
-            allowed = f"{units}; --map '{heading}={units.partition(',')[0]}' says so without a change of the file"
+            choice = table.as_choice(bare, units.partition(",")[0])
+            allowed = f"{units}; {choice} says so without a change of the file"
             raise FileFormatError(table.source, table.heading_line, f"column {shown(heading)} has no unit", allowed)
         best = max((meanings[index].strength for index in usable), default=None)
         top = [index for index in usable if meanings[index].strength is best]
@@ -189,7 +190,7 @@ def _lacks_unit(meaning: Meaning) -> bool:
 def _refuse_two(table: Table, top: list[int], quantity: str) -> None:
     first, second = (table.headings[index] for index in top[:2])
     problem = f"columns {shown(first)} and {shown(second)} both hold {shown(quantity)}"
-    allowed = f"one column for each quantity; --map '{second}={IGNORE}' leaves one out"
+    allowed = f"one column for each quantity; {table.as_choice(top[1], IGNORE)} leaves one out"
     raise FileFormatError(table.source, table.heading_line, problem, allowed)
 
 
@@ -205,7 +206,8 @@ def _refuse_unplaced(
         if index not in chosen and meaning.quantity in lacking:
             heading = table.headings[index]
             problem = f"column {shown(heading)} looks like {_words(meaning.quantity)}, but states no unit"
-            allowed = f"its unit, as in --map '{heading}={_EXAMPLES[meaning.quantity]}'; or '{heading}={IGNORE}'"
+            choice = table.as_choice(index, _EXAMPLES[meaning.quantity])
+            allowed = f"its unit, as in {choice}; or {table.as_choice(index, IGNORE)}"
             raise FileFormatError(table.source, table.heading_line, problem, allowed)
 
 

@@ -13,6 +13,7 @@ from rtec.metrology.text_file import shown
 MAX_COLUMNS = 1000
 MOST_CELLS = 8_000_000
 """That are looked at one by one: they take a gigabyte. Plain numbers are read in one sweep and need a fifth of it."""
+_LONGEST = 40
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars"}
 
 
@@ -52,6 +53,17 @@ class Table:
     rows: list[list[Cell]] | None = None
     lines: Sequence[int] = ()
     notes: tuple[str, ...] = ()
+
+    def called(self, column: int) -> str:
+        """Return what a column is called in a message: its heading, cut where it is long."""
+        heading = self.headings[column]
+        return heading if len(heading) <= _LONGEST else shown(heading)
+
+    def as_choice(self, column: int, meaning: str) -> str:
+        """Return the option that says what a column is; by its number where its heading is not to be typed."""
+        heading = self.headings[column]
+        easy = len(heading) <= _LONGEST and heading.isprintable() and "'" not in heading
+        return f"--map '{heading if easy else f'column {column + 1}'}={meaning}'"
 
     def cells(self) -> tuple[list[list[Cell]], Sequence[int]]:
         """Return the rows with the line of each; empty lines are passed over.

@@ -12,6 +12,7 @@ from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit, units_lacking
 from rtec.metrology.readings import Floats
 from rtec.metrology.tables.cells import Cell, decimal_marks, direction_of, is_missing, number_of, run_of
+from rtec.metrology.tables.choices import IGNORE
 from rtec.metrology.tables.placing import Placed
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.times import is_date_or_clock, seconds_since_first
@@ -98,14 +99,14 @@ class Values:
         what = "is empty" if not str(self.rows[first][column]) else f"is {shown(str(self.rows[first][column]))}"
         self.notes.append(
             f"{len(skipped)} of {len(self.rows)} rows are left out, because a cell is empty: "
-            f"line {where}{', ...' if len(skipped) > _MOST_NAMED else ''} ({self.table.headings[column]} {what})"
+            f"line {where}{', ...' if len(skipped) > _MOST_NAMED else ''} ({self.table.called(column)} {what})"
         )
         kept = sorted(set(range(len(self.rows))) - set(skipped))
         self.rows = [self.rows[row] for row in kept]
         self.lines = [self.lines[row] for row in kept]
 
     def _refuse_gaps(self, column: int, rows: Sequence[int]) -> None:
-        heading = self.table.headings[column]
+        heading = self.table.called(column)
         many = f", as in {len(rows)} of {len(self.rows)} rows" if len(self.rows) > 1 else ""
         problem, allowed = (
             f"{heading} is empty{many}",
@@ -161,8 +162,8 @@ class Values:
     def _inside(self, index: int, quantity: str, unit: ColumnUnit, raw: Floats) -> Floats:
         if (outside := _outside_range(quantity, unit, raw)) is not None:
             row, allowed = outside
-            problem = f"{self.table.headings[index]} {raw[row]:g} is not allowed"
-            allowed += _or_ignore(self.table.headings[index], quantity)
+            problem = f"{self.table.called(index)} {raw[row]:g} is not allowed"
+            allowed += self._or_ignore(index, quantity)
             raise FileFormatError(self.table.source, self.lines[row], problem, allowed)
         return (raw + unit.offset) * unit.factor
 
@@ -176,13 +177,18 @@ class Values:
         else:
             found = run_of(cell) if quantity == "run" else number_of(cell, self.mark)
         if found is None:
-            heading, text = self.table.headings[index], str(cell)
+            heading, text = self.table.called(index), str(cell)
             kind = (
                 f"{heading} {shown(text)} is {'no direction' if quantity == 'direction' else 'not a finite number'}"
             )
-            allowed += _or_ignore(heading, quantity)
+            allowed += self._or_ignore(index, quantity)
             raise FileFormatError(self.table.source, self.lines[row], kind, allowed)
         return found
+
+    def _or_ignore(self, index: int, quantity: str) -> str:
+        """Return what to do where a column was taken for a direction or a run, and is none."""
+        guessed = quantity in ("direction", "run") and self.table.headings[index].lower() != quantity
+        return f"; {self.table.as_choice(index, IGNORE)} leaves the column out" if guessed else ""
 
     def pass_column(self, index: int, factor: float) -> tuple[Floats, NDArray[np.bool_]]:
         """Return a column of a wide table times a factor, and which of its cells hold a reading, shape (rows,)."""
@@ -194,7 +200,7 @@ class Values:
 
     def time(self, indices: Sequence[int]) -> Floats:
         """Return the time in s of a column of dates or times of day, or of one of each together, shape (rows,)."""
-        headings = [self.table.headings[index] for index in indices]
+        headings = [self.table.called(index) for index in indices]
         firsts = [str(self.rows[0][index]) for index in indices] if self.rows else []
         if not firsts or not all(is_date_or_clock(first) for first in firsts) or len(indices) > 2:
             problem = f"column {shown(headings[0])} has no unit"
@@ -210,7 +216,7 @@ class Values:
         """Return a column of no known quantity: numbers, or text where a cell is none, shape (rows,)."""
         if self.numbers is not None:
             return self.numbers[:, index].copy()
-        heading = self.table.headings[index]
+        heading = self.table.called(index)
         for row, cells in enumerate(self.rows):
             if _is_no_number(cells[index]):
                 problem = f"{heading} {shown(str(cells[index]))} is not finite"
@@ -219,12 +225,6 @@ class Values:
         if all(value is not None for value in found):
             return np.array(found, dtype=np.float64)
         return np.array([_text(cells[index]) for cells in self.rows], dtype=np.str_)
-
-
-def _or_ignore(heading: str, quantity: str) -> str:
-    """Return what to do where a column was taken for a direction or a run, and is none."""
-    guessed = quantity in ("direction", "run") and heading.lower() != quantity
-    return f"; --map '{heading}=ignore' leaves the column out" if guessed else ""
 
 
 def _text(cell: Cell) -> str:

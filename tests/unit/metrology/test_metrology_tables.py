@@ -75,6 +75,13 @@ def test_nothing_is_said_of_our_own_format(read):
     assert read("target_mm,deviation_um,note\n0,1,a\n10,2,b\n").notes == ()
 
 
+def test_a_heading_that_nobody_can_type_is_asked_about_by_its_number(read):
+    with pytest.raises(FileFormatError) as error:
+        read("Target " + "x" * 300 + ";Error [um]\n0;1\n10;2\n")
+    assert "--map 'column 1=target_mm'" in str(error.value)
+    assert len(str(error.value)) < 400
+
+
 @pytest.mark.parametrize("heading", ["Soll - Ist [um]", "Straightness error [um]", "Mean error [um]", "yaw [um]"])
 def test_what_is_no_deviation_is_not_taken_for_one(read, heading):
     m = read(f"Soll [mm];{heading}\n0;1\n10;2\n")
