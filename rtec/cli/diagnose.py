@@ -75,21 +75,24 @@ def diagnose(
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:
         for number, (name, file) in enumerate(zip(names, data, strict=True)):
-            begun = number / len(data)
             given = _measured.read_inputs(
                 file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
             )
             for before in results.values():
                 refuse_another_quantity(before.dataset, given.dataset)
             announce_compilation()
-            show(0.1 + 0.8 * begun)
+
+            def told(share: float, before: int = number) -> None:
+                show(0.1 + 0.8 * (before + share) / len(data))
+
+            told(0.0)
             results[name] = diagnosed(
                 given.dataset,
                 given.model,
                 given.heldout,
                 locked=given.locked,
                 seed=seed,
-                progress=lambda share, begun=begun: show(0.1 + 0.8 * (begun + share / len(data))),  # type: ignore[misc]
+                progress=told,
             )
         result, found = next(iter(results.values())), changes_from_first(results)
         if output is not None:

@@ -95,7 +95,7 @@ def span(name: str, ends: object, *, most: float = LARGEST) -> tuple[float, floa
     (0.0, 10.0)
     """
     try:
-        low, high = (float(end) for end in ends)  # type: ignore[attr-defined]
+        low, high = (float(end) for end in ends)  # type: ignore[attr-defined]  # what is no pair is refused below
     except (TypeError, ValueError, OverflowError):
         raise ArgumentError(name, repr(ends)[:60], "its lower and its upper end") from None
     if not low < high:

@@ -101,6 +101,6 @@ def test_mutated_files_are_read_or_refused(kind, tmp_path):
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("kind", FORMATS)
-@pytest.mark.filterwarnings("ignore")
+@pytest.mark.filterwarnings("ignore")  # as above
 def test_a_hundred_thousand_mutated_files(kind, tmp_path):
     assert 0 < read_all(kind, MANY, tmp_path) < MANY

@@ -86,7 +86,10 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
         for name, one in results.items():
             part = new / parts[name]
             part.mkdir()
-            (write_diagnosis if isinstance(one, Diagnosis) else write_comparison)(one, part)  # type: ignore[arg-type]
+            if isinstance(one, Diagnosis):
+                write_diagnosis(one, part)
+            else:
+                write_comparison(one, part)
         write_figures(new, [figure])
         document = several_document(results, found)
         write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")

@@ -79,8 +79,8 @@ def test_rtl_that_does_not_compile(capsys, tmp_path):
     assert f"{file}, line 4: " in text
 
 
-def alive_with(folder: Path) -> list[str]:
-    """Return the processes that work in a folder or have it in their arguments."""
+def alive_with(folder: Path) -> list[list[str]]:
+    """Return the words of the processes that have a folder in their arguments."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -88,8 +88,13 @@ def alive_with(folder: Path) -> list[str]:
         except OSError:
             continue
         if any(str(folder) in word for word in words):
-            found.append(" ".join(words))
+            found.append(words)
     return found
+
+
+def simulates(folder: Path) -> bool:
+    """Tell whether the simulator itself runs: the compiler before it has its name in the arguments, too."""
+    return any(Path(words[0]).name == "vvp" for words in alive_with(folder))
 
 
 @needs_icarus
@@ -103,15 +108,15 @@ def test_an_interrupted_check_leaves_no_folder_and_no_process(tmp_path, number, 
     file.write_text(WIRES.replace("endmodule", "always @(posedge clk) while (asked == 1) ;\nendmodule"))
     pins.write_text(pins_text("wires"))
     words = ["check", str(file), "--pins", str(pins), "--clock", "50MHz", *ICARUS, "--stream", "00 1us:r1 9us:end"]
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [*RTEC, *words], env=os.environ | {"TMPDIR": str(made)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    until = time.monotonic() + 60
-    while not any("vvp" in command for command in alive_with(made)) and time.monotonic() < until:
-        time.sleep(0.05)  # a process of its own, at its own pace
-    assert any("vvp" in command for command in alive_with(made))
-    process.send_signal(number)
-    process.communicate(timeout=60)
+    ) as process:
+        until = time.monotonic() + 60
+        while not (simulated := simulates(made)) and process.poll() is None and time.monotonic() < until:
+            time.sleep(0.05)  # a process of its own, at its own pace
+        process.send_signal(number)
+        process.communicate(timeout=60)
+    assert simulated
     assert process.returncode == code
     assert list(made.iterdir()) == []
     assert alive_with(made) == []
