@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
@@ -12,6 +14,13 @@ from rtec import __version__
 from rtec.cli._help import help_of, markup_mode
 from rtec.errors import ArgumentError, RtecError, nearest
 
+VERBS = tuple(
+    "run compare diagnose add train export effects simulate tables check envelope safety iso230 box pc replay"
+    " blind firmware".split()
+)
+"""In the order in which help lists them; each in the module of its name."""
+_GROUPS = ("blind", "firmware")
+"""Verbs that have verbs of their own."""
 _UNITS = frozenset("hz hz_s ps s mm mm_s mm_s2 um deg counts steps sigma degc".split())
 """With which the name of a parameter ends."""
 
@@ -55,37 +64,37 @@ def _frame(
     """
 
 
-def application() -> typer.Typer:
-    """Return the command line with all its verbs, in the order in which help lists them."""
-    # here, so that Ctrl-C while verbs load meets the handler, and no name of the package hides a module
-    from rtec.cli import blind, firmware
-    from rtec.cli.add import add
-    from rtec.cli.box import box
-    from rtec.cli.check import check
-    from rtec.cli.compare import compare
-    from rtec.cli.diagnose import diagnose
-    from rtec.cli.effects import effects
-    from rtec.cli.envelope import envelope
-    from rtec.cli.export import export
-    from rtec.cli.iso230 import iso230
-    from rtec.cli.pc import pc
-    from rtec.cli.replay import replay
-    from rtec.cli.run import run
-    from rtec.cli.safety import safety
-    from rtec.cli.simulate import simulate
-    from rtec.cli.tables import tables
-    from rtec.cli.train import train
+def application(verbs: Iterable[str] = VERBS) -> typer.Typer:
+    """Return the command line with some of its verbs, all by default, in the order in which help lists them."""
+    app = _empty()
+    for name in verbs:
+        module = _module_of(name)
+        if name in _GROUPS:
+            app.add_typer(module.application(Verbs), name=name)
+        else:
+            verb = getattr(module, name)
+            app.command(name, help=help_of(verb))(verb)
+    return app
 
+
+def _listing() -> typer.Typer:
+    """Return the command line whose verbs have a help and no parameters: these take longer than all else to make."""
+    app = _empty()
+    for name in VERBS:
+        verb = getattr(_module_of(name), "frame" if name in _GROUPS else name)
+        app.command(name, help=help_of(verb))(lambda: None)
+    return app
+
+
+def _empty() -> typer.Typer:
     app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode=markup_mode(), pretty_exceptions_enable=False)
     app.callback(help=help_of(_frame))(_frame)
-    for verb in (
-        run, compare, diagnose, add, train, export, effects, simulate, tables, check, envelope, safety, iso230,
-        box, pc, replay,
-    ):  # fmt: skip
-        app.command(verb.__name__, help=help_of(verb))(verb)
-    app.add_typer(blind.application(Verbs), name="blind")
-    app.add_typer(firmware.application(Verbs), name="firmware")
     return app
+
+
+def _module_of(verb: str) -> Any:
+    # when it is called for, so that Ctrl-C while it loads meets the handler
+    return import_module(f"rtec.cli.{verb}")
 
 
 def call(words: list[str]) -> None:
@@ -93,10 +102,11 @@ def call(words: list[str]) -> None:
 
     ``main`` of the group would end the process itself for some errors, so it serves the shell's completion only.
     """
-    group = typer.main.get_command(application())
     if "_RTEC_COMPLETE" in os.environ:
-        group.main(prog_name="rtec")
+        typer.main.get_command(application()).main(prog_name="rtec")
         return
+    verb = next((word for word in words if not word.startswith("-")), None)  # no option before it takes a value
+    group = typer.main.get_command(application([verb]) if verb in VERBS else _listing())
     try:
         with group.make_context("rtec", words or ["--help"]) as context:
             group.invoke(context)
