@@ -16,7 +16,7 @@ from rtec.dataset.at_rest import clock_runs_back
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.load import load_dataset
 from rtec.dataset.moving_log import is_moving
-from rtec.dataset.repeats import members_of, place_numbers
+from rtec.dataset.repeats import members_of, pair_numbers, place_numbers
 from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.effects import Floats
 from rtec.inference.outliers import FAR, far_from_neighbours, robust_scale
@@ -111,7 +111,17 @@ class _Test:
         self.unit = data.units.position
         self.column = "deviation" if "deviation" in measurement.columns else "actual"
         self.places = place_numbers(data.conditions.position)
-        self.passes = [np.flatnonzero(data.passage == number) for number in np.unique(data.passage)]
+        self.passes = sorted(members_of(self._pass_numbers()), key=lambda rows: int(rows[0]))
+
+    def _pass_numbers(self) -> np.ndarray:
+        """Return the pass of each reading: its run and direction; by the order of the rows where nothing states runs.
+
+        Rows may stand in another order than readings were taken in: sorted by target, or both ways at each target.
+        """
+        run, direction = self.data.conditions.run, self.data.conditions.direction
+        if "run" not in self.measurement.columns or direction is None:
+            return self.data.passage
+        return pair_numbers(run, (direction > 0.0).astype(np.int64))
 
     def lines(self, rows: Iterable[int]) -> str:
         """Return where rows stand in the file: ``line 7``, ``lines 7 to 12``, ``lines 7, 9, 30``."""

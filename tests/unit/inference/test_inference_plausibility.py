@@ -53,6 +53,22 @@ def test_good_readings_are_plausible(tmp_path):
     assert found(tmp_path, good_rows()) == ()
 
 
+@pytest.mark.parametrize(
+    "order",
+    [
+        pytest.param(lambda row: (row[3], -row[1], row[0]), id="by target"),
+        pytest.param(lambda row: (row[0], -row[1], row[3]), id="both ways ascending"),
+        pytest.param(lambda row: (row[0], row[3], -row[1]), id="both ways at each target"),
+    ],
+)
+def test_rows_may_stand_in_another_order_than_they_were_read_in(tmp_path, order):
+    rows = [[*row[:2], *row[3:]] for row in sorted(good_rows(), key=order)]  # without its time
+    assert found(tmp_path, rows, "run,direction,target_mm,deviation_um") == ()
+    lacking = [row for row in rows if row[:3] != [2, -1, 30.0]]
+    (text,) = found(tmp_path, lacking, "run,direction,target_mm,deviation_um")
+    assert "column target: run 2 backward lacks 1 of 6 targets of the other runs" in text
+
+
 def test_outlier_is_named_with_line_and_column(tmp_path):
     (text,) = found(tmp_path, changed(3, -1, 17.0, 4, 70.0))
     assert text.startswith(f"line {LINE[3, -1, 17.0]}, column deviation: 70 µm")
