@@ -20,14 +20,15 @@ from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.metrology.tables.headings import Strength, meaning_of
-from rtec.metrology.tables.layout import table_of_text
+from rtec.metrology.tables.layout import tables_of_text
 from rtec.metrology.tables.placing import place
 from rtec.metrology.tables.renishaw import is_renishaw_file, read_renishaw_text
+from rtec.metrology.tables.several import one_table
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.unfolding import unfolded
 from rtec.metrology.tables.values import Values
 from rtec.metrology.tables.wide import Pass, passes_of, turned
-from rtec.metrology.tables.workbook import is_workbook, table_of_workbook
+from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
 from rtec.metrology.text_file import read_any_text, shown
 
 _OF_LONG_TABLES = ("time", "velocity", "feed", "force", "current", "torque", "voltage")
@@ -67,7 +68,7 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
     ([0.0015, 0.0025], "took column 'Abweichung (µm)' for the deviation")
     """
     if is_workbook(path):
-        return _of_table(table_of_workbook(path, choices.sheet), choices, ())
+        return _of_table(one_table(tables_of_workbook(path, choices.sheet), choices), choices, ())
     if choices.sheet is not None:
         raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"no sheet: {path} is no workbook")
     text, encoding = read_any_text(path)
@@ -79,7 +80,7 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
         return Measurement(source=str(path), facts={}, columns=readings.columns, unknown={})
     if is_renishaw_file(text):
         return read_renishaw_text(path, text, choices)
-    return _of_table(table_of_text(path, text), choices, notes)
+    return _of_table(one_table(tables_of_text(path, text), choices), choices, notes)
 
 
 def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> Measurement:
