@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.metrology.tables.headings import Strength, meaning_of
 from rtec.metrology.tables.layout import tables_of_text
@@ -84,7 +85,7 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
 
 
 def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> Measurement:
-    table = _one_target_a_row(table)
+    table = without_units(_one_target_a_row(table), choices)
     passes = _passes(table, choices)
     placed = place(table, choices, frozenset(one.column for one in passes))
     values = Values(table, placed, choices.decimal, [one.column for one in passes])

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 
+from rtec.metrology.tables.units import SPELLINGS, spelled_unit
 from rtec.metrology.tables.words import BACKWARD, FORWARD, plain_words
 
 Cell = str | float
@@ -44,6 +45,11 @@ _GROUPED = {
 _GROUPS = {".": re.compile(r"[,' ]"), ",": re.compile(r"[.' ]")}
 _SIGNS = str.maketrans({"−": "-", "‒": "-", "–": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "’": "'"})
 _LONGEST = 60
+_WITH_UNIT = re.compile(r"(.*[0-9][.,]?)\s*([^0-9\[\](){}+\-−]{1,20})", re.ASCII)
+_MAY_HOLD_UNITS = re.compile(
+    r"[0-9][.,]?\s{0,3}(?:" + "|".join(map(re.escape, sorted(SPELLINGS, key=len, reverse=True))) + r")(?![a-z])",
+    re.IGNORECASE,
+)
 _WHOLE = re.compile(r"[^0-9]*([0-9]{1,9})[^0-9]*", re.ASCII)
 
 
@@ -96,14 +102,45 @@ def number_of(cell: Cell, mark: str) -> float | None:
 
 
 def looks_like_number(cell: Cell) -> bool:
-    """Return whether a cell is a number with one mark or the other.
+    """Return whether a cell is a number with one mark or the other, with a unit behind it or without.
 
     Examples
     --------
-    >>> looks_like_number("1,5"), looks_like_number("1.5"), looks_like_number("Run 1")
+    >>> looks_like_number("1,5"), looks_like_number("1.5 mm"), looks_like_number("Run 1")
     (True, True, False)
     """
-    return isinstance(cell, float) or any(number_of(cell, mark) is not None for mark in ".,")
+    return isinstance(cell, float) or _is_number(cell) or apart_from_unit(cell) is not None
+
+
+def _is_number(text: str) -> bool:
+    return any(number_of(text, mark) is not None for mark in ".,")
+
+
+def apart_from_unit(cell: Cell) -> tuple[str, str] | None:
+    """Return the number in a cell and the unit behind it, as `spelled_unit` returns it, or None.
+
+    Examples
+    --------
+    >>> apart_from_unit("-3,2 µm"), apart_from_unit("0.5in"), apart_from_unit("12"), apart_from_unit("3 times")
+    (('-3,2', 'um'), ('0.5', 'inch'), None, None)
+    """
+    if isinstance(cell, float) or len(cell) > _LONGEST:
+        return None
+    match = _WITH_UNIT.fullmatch(cell.strip().translate(_SIGNS))
+    if match is None or (unit := spelled_unit(match[2])) is None or not _is_number(match[1]):
+        return None
+    return match[1], unit
+
+
+def may_hold_units(line: str) -> bool:
+    """Return whether a number with a unit behind it may stand in a line.
+
+    Examples
+    --------
+    >>> may_hold_units("1;0,5 mm"), may_hold_units("1;forward;0.5")
+    (True, False)
+    """
+    return _MAY_HOLD_UNITS.search(line) is not None
 
 
 def decimal_marks(cells: Iterable[Cell]) -> frozenset[str]:

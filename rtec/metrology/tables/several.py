@@ -12,6 +12,7 @@ from rtec.metrology.tables.choices import ColumnChoices
 from rtec.metrology.tables.headings import meaning_of
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.wide import Pass, pass_of, passes_of
+from rtec.metrology.tables.words import ACTUAL, BACKWARD, DEVIATION, FORWARD, RUN, plain_words
 from rtec.metrology.text_file import shown
 
 _READINGS = ("deviation", "actual", "force", "current", "torque", "voltage")
@@ -139,11 +140,22 @@ def _joined(tables: Sequence[Table], choices: ColumnChoices) -> Table | None:
         return None
     titles = [table.title if any(one.title for one in tables[1:]) else "" for table in tables]
     passes = [one for one in (pass_of(0, title) for title in titles) if one is not None]
-    if len({(one.run, one.direction) for one in passes}) == len(tables):
+    if len({(one.run, one.direction) for one in passes}) == len(tables) and _name_passes_alone(titles, passes):
         return _of_passes(tables, passes, choices)
     if all(not title or _PAGE.fullmatch(title.strip()) for title in titles[1:]):
         return _repeated(tables, choices, pages=any(titles))
     return None
+
+
+def _name_passes_alone(titles: Sequence[str], passes: Sequence[Pass]) -> bool:
+    """Return whether titles differ in nothing but run and direction: 'Axis 1' and 'Axis 2' are no runs."""
+    rests = {
+        frozenset(word for word in plain_words(title) if not word.isdigit() and word not in FORWARD | BACKWARD)
+        for title in titles
+    }
+    rest = next(iter(rests))
+    numbered = any(one.run is not None for one in passes)
+    return len(rests) == 1 and (not numbered or not rest or bool(rest & RUN) or rest <= DEVIATION | ACTUAL)
 
 
 def _repeated(tables: Sequence[Table], choices: ColumnChoices, *, pages: bool) -> Table | None:
