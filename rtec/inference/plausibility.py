@@ -126,6 +126,11 @@ class _Test:
         more = f" and {len(numbers) - _MOST_SHOWN} more" if len(numbers) > _MOST_SHOWN else ""
         return f"{word}s {', '.join(map(str, numbers[:_MOST_SHOWN]))}{more}"
 
+    def where(self, rows: Iterable[int], quantity: str = "") -> str:
+        """Return lines and column of rows; of their deviations, unless another quantity is named."""
+        rows = list(rows)
+        return f"{self.lines(rows)}, column {self.measurement.called(quantity or self.column, rows)}"
+
     def way(self, row: int) -> str:
         """Return the direction of approach of a reading."""
         direction = self.data.conditions.direction
@@ -155,7 +160,8 @@ def _unit_of_all(test: _Test) -> Iterable[str]:
     spread = float(high - low)
     if travel <= 0.0 or test.unit not in _SLIPS:
         return
-    what = f"column {test.column}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
+    name = test.measurement.called(test.column)
+    what = f"column {name}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
     (_, too_small), (_, too_large), *_ = _SLIPS[test.unit]
     if spread > _COARSE * travel:
         yield f"{what}: is the unit right ({too_large.replace('among', 'taken for')})?"
@@ -176,8 +182,9 @@ def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:
         slipped = possible & ~found & (np.abs(factor * y - middle) <= near)
         if slipped.any():
             rows = np.flatnonzero(slipped)
-            where = f"{test.lines(rows)}, column {test.column}"
-            texts.append(f"{where}: times {factor:.4g} it agrees with the other readings at its target: {what}?")
+            texts.append(
+                f"{test.where(rows)}: times {factor:.4g} it agrees with the other readings at its target: {what}?"
+            )
         found |= slipped
     return texts, found
 
@@ -195,7 +202,7 @@ def _outliers(test: _Test, found: np.ndarray) -> Iterable[str]:
     for row in np.flatnonzero(found).tolist():
         others = "the other readings" if test.data.cell[row] >= 0 else "its neighbours"
         what = f"{test.length(test.data.observed[row])} is far from {others} at {test.place(row)}{test.way(row)}"
-        yield f"{test.lines([row])}, column {test.column}: {what}: an outlier?"
+        yield f"{test.where([row])}: {what}: an outlier?"
 
 
 def _copies(test: _Test) -> Iterable[str]:
@@ -217,7 +224,7 @@ def _copies(test: _Test) -> Iterable[str]:
             if (same == len(places)).any():
                 before = test.name(passes[int(np.argmax(same))][0])
                 what = f"{test.name(number)} has the same {len(places)} deviations as {before}: a copy?"
-                yield f"{test.lines(test.passes[number])}, column {test.column}: {what}"
+                yield f"{test.where(test.passes[number])}: {what}"
 
 
 def _clock(test: _Test) -> Iterable[str]:
@@ -226,7 +233,7 @@ def _clock(test: _Test) -> Iterable[str]:
         return
     for row in clock_runs_back(column.values, test.data.conditions.run).tolist():
         what = f"{column.values[row]:g} s after {column.values[row - 1]:g} s"
-        yield f"{test.lines([row])}, column time: {what}: the clock runs back"
+        yield f"{test.where([row], 'time')}: {what}: the clock runs back"
 
 
 def _other_targets(test: _Test) -> Iterable[str]:
@@ -242,7 +249,7 @@ def _other_targets(test: _Test) -> Iterable[str]:
         lacking, others = len(usual - places), [row for row in rows.tolist() if test.places[row] not in usual]
         what = [f"lacks {lacking} of {len(usual)} targets of the other runs"] if lacking else []
         what += [f"has {len(others)} that they have not, the first {test.place(others[0])}"] if others else []
-        yield f"{test.lines(others or rows)}, column target: {test.name(number)} {' and '.join(what)}"
+        yield f"{test.where(others or rows, 'target')}: {test.name(number)} {' and '.join(what)}"
 
 
 def _unseen(test: _Test) -> Iterable[str]:
@@ -251,4 +258,4 @@ def _unseen(test: _Test) -> Iterable[str]:
         change = shifted_targets(test.data.conditions)
         what = f"these targets cannot show periods of {', '.join(periods)}"
         even = "; ISO 230-2 asks for uneven steps" if any("/ k" in period for period in periods) else ""
-        yield f"column target: {what}{even}{f': {change}' if change else ''}"
+        yield f"column {test.measurement.called('target')}: {what}{even}{f': {change}' if change else ''}"

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
 from rtec.metrology.tables.cell_units import without_units
@@ -91,9 +92,10 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
     values = Values(table, placed, choices.decimal, [one.column for one in passes])
     lines: Sequence[int] = values.lines
     unfolding: list[str] = []
+    headings: list[str] = []
     unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
     if passes:
-        columns, lines, unfolding = unfolded(table, values, passes)
+        columns, lines, headings, unfolding = unfolded(table, values, passes)
     else:
         columns, unknown = _columns(table, values)
     if not columns and not unknown:
@@ -107,6 +109,12 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
         unknown=unknown,
         lines=lines,
         notes=(*notes, *table.notes, *placed.notes, *values.notes, *unfolding),
+        headings={
+            quantity: table.headings[index]
+            for index, (quantity, _) in placed.columns.items()
+            if quantity_of_heading(table.headings[index]) is None
+        },
+        passes=headings,
     )
 
 

@@ -1,4 +1,4 @@
-"""Units behind the numbers in cells, such as ``12,5 mm``: taken off where they agree with each other and the heading."""
+"""Units behind numbers in cells, such as ``12,5 mm``: taken off where they agree with each other and the heading."""
 
 from __future__ import annotations
 

@@ -21,7 +21,9 @@ _NEAR = 0.1
 _ASK = "the unit in the headings, such as 'Run 1 [µm]', or in a row below them"
 
 
-def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict[str, Column], list[int], list[str]]:
+def unfolded(
+    table: Table, values: Values, passes: Sequence[Pass]
+) -> tuple[dict[str, Column], list[int], list[str], list[str]]:
     """Return the readings of a wide table in the order in which the axis took them.
 
     Parameters
@@ -35,8 +37,8 @@ def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict
     -------
     columns
         ``run``, ``direction`` (where it is known), ``target`` and ``deviation`` or ``actual``, shape (readings,).
-    lines
-        Line of each reading.
+    lines, headings
+        Line and column of each reading.
     notes
         What was taken for what.
 
@@ -57,7 +59,8 @@ def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict
     unit = _unit(table, passes)
     stated = [index for index, (name, _) in values.placed.columns.items() if name == "direction"]
     directions = values.column(stated[0]) if stated else None
-    parts = [_one_pass(values, one, unit.factor, target, directions) for one in _numbered(passes)]
+    ordered = _numbered(passes)
+    parts = [_one_pass(values, one, unit.factor, target, directions) for one in ordered]
     order = np.concatenate([rows for rows, *_ in parts])
     readings = np.concatenate([found for _, found, *_ in parts])
     quantity, notes = _quantity(passes, readings, target[order], same_unit=unit == target_unit)
@@ -75,7 +78,8 @@ def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict
         )
     names = f"{shown(table.headings[passes[0].column])} to {shown(table.headings[passes[-1].column])}"
     notes.insert(0, f"took columns {names} for {len(passes)} passes of {quantity}s")
-    return column, [values.lines[row] for row in order], notes
+    headings = [table.headings[one.column] for one, (rows, *_) in zip(ordered, parts, strict=True) for _ in rows]
+    return column, [values.lines[row] for row in order], headings, notes
 
 
 def _numbered(passes: Sequence[Pass]) -> list[Pass]:
