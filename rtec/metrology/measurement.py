@@ -174,7 +174,7 @@ class Measurement:
                 self.source,
                 None,
                 f"no positioning test in the columns {shown(have)}",
-                "a column target_mm (or another unit) with actual_mm or deviation_um",
+                "a target with actual positions or deviations; --map 'HEADING=target_mm' or =deviation_um says which",
             )
         return *target, *deviation
 

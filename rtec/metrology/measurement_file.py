@@ -19,6 +19,7 @@ from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.tables.agreement import disagreement
 from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.metrology.tables.headings import Strength, meaning_of
@@ -98,6 +99,7 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
         columns, lines, headings, unfolding = unfolded(table, values, passes)
     else:
         columns, unknown = _columns(table, values)
+        _refuse_disagreement(table, values, columns)
     if not columns and not unknown:
         raise FileFormatError(
             table.source, table.heading_line, "no column is left", "at least one that is not ignored"
@@ -144,6 +146,15 @@ def _columns(
     return columns, unknown
 
 
+def _refuse_disagreement(table: Table, values: Values, columns: dict[str, Column]) -> None:
+    """Refuse a deviation of the other sign or in another unit than the positions beside it tell."""
+    if (what := disagreement(columns)) is not None:
+        index = next(index for index, (quantity, _) in values.placed.columns.items() if quantity == "deviation")
+        problem = f"column {shown(table.headings[index])} is {what}, by the positions beside it"
+        allowed = f"a deviation is actual less target; {table.as_choice(index, 'ignore')} takes it from the positions"
+        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+
+
 def _one_target_a_row(table: Table) -> Table:
     """Return a table with a target a column as one with a target a row; any other as it is."""
     if not all(heading.replace(".", "").replace(",", "").lstrip("+-").isdigit() for heading in table.headings[1:]):
@@ -177,6 +188,10 @@ def _passes(table: Table, choices: ColumnChoices) -> list[Pass]:
     others = {
         meaning.quantity for index, meaning in enumerate(meanings) if meaning is not None and index not in columns
     }
-    if others & {"deviation", "actual", "run", *_OF_LONG_TABLES} or not others & {"target", "position"}:
+    said = (choices.of_column(index, heading) for index, heading in enumerate(table.headings, 1))
+    others |= {text.partition("_")[0].replace("command", "target") for text in said if text is not None}
+    if others & {"deviation", "actual", *_OF_LONG_TABLES} or not others & {"target", "position"}:
+        return []
+    if "run" in others and any(one.run is not None for one in found):
         return []
     return found

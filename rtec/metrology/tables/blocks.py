@@ -64,7 +64,7 @@ def blocks_of(grid: Grid, head: int, header: int, *, below: bool) -> list[Block]
             found.append(Block(title, index, index + 1, grid.size))
         elif found and is_row(fields):
             last_row = index
-        elif found and _names_a_pass(fields):
+        elif found and names_a_pass(fields):
             found.append(Block(index, current, index + 1, grid.size))
     return _closed(grid, found, header)
 
@@ -99,7 +99,7 @@ def _says_something(field: str) -> bool:
     return meaning_of(field) is not None or pass_of(0, field) is not None or bool({*plain_words(field)} & STATISTIC)
 
 
-def _names_a_pass(fields: Sequence[Cell]) -> bool:
+def names_a_pass(fields: Sequence[Cell]) -> bool:
     """Return whether a line holds the name of a run or of a direction, and nothing else."""
     filled = [str(field) for field in fields if field != ""]
     text = " ".join(filled)

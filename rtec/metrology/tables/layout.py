@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rtec.errors import FileFormatError
-from rtec.metrology.tables.blocks import WORD, Block, blocks_of, without_remarks
+from rtec.metrology.tables.blocks import WORD, Block, blocks_of, names_a_pass, without_remarks
 from rtec.metrology.tables.cells import Cell
 from rtec.metrology.tables.grid import Grid, is_row, is_summary, is_unit_row, rows_from, text_grid
 from rtec.metrology.tables.headings import Strength, meaning_of
@@ -68,6 +68,9 @@ def tables_of_text(source: str | Path, text: str) -> list[Table]:
         separator = next((mark for mark in _SEPARATORS if mark is not None and mark in lines[head]), ",")
         return _tables(text_grid(str(source), lines, separator), lines, facts, head, head, separator)
     _, start, separator, grid = best
+    if start == head and (commented := _commented(lines, separator, head, len(grid.fields(start)))) is not None:
+        lines[commented] = lines[commented].strip().lstrip("#").strip()
+        return _tables(grid, lines, facts, commented, commented, separator)
     return _tables(grid, lines, facts, head, _header_above(grid, head, start), separator)
 
 
@@ -106,6 +109,17 @@ def tables_of_grid(source: str, rows: list[list[Cell | None]]) -> list[Table]:
     if not count:
         raise FileFormatError(source, None, "no rows of numbers", "headings, and rows of numbers below them")
     return _tables(grid, None, {}, head, _header_above(grid, head, start), None)
+
+
+def _commented(lines: list[str], separator: str | None, head: int, width: int) -> int | None:
+    """Return the index of headings behind a '#', as numpy writes them, above rows that have none."""
+    above = [index for index in range(head) if lines[index].strip()]
+    if not above:
+        return None
+    text = lines[above[-1]].strip().lstrip("#").strip()
+    fields = text.split(separator)
+    said = sum(meaning_of(field) is not None for field in fields)
+    return above[-1] if len(fields) == width and 2 * said >= width else None
 
 
 def _first_filled(row: Sequence[Cell | None]) -> int:
@@ -152,10 +166,18 @@ def _header_above(grid: Grid, head: int, start: int) -> int:
     above = [index for index in range(head, start) if not grid.is_blank(index)]
     if above and is_unit_row(grid.fields(above[-1])):
         above.pop()
+    while len(above) > 1 and names_a_pass(grid.fields(above[-1])):
+        above.pop()  # 'Run 1' between the headings and its rows
+    while len(above) > 1 and is_row(fields := grid.fields(above[-1])) and not _says_anything(fields):
+        above.pop()  # a row with something strange in it: said where it is read
     if not above:
         line = ", ".join(str(field) for field in grid.fields(start))
         raise FileFormatError(grid.source, start + 1, f"no header line: {shown(line)} holds numbers", _A_HEADER)
     return above[-1]
+
+
+def _says_anything(fields: Sequence[Cell]) -> bool:
+    return any(isinstance(field, str) and meaning_of(field) is not None for field in fields)
 
 
 def _tables(
