@@ -43,7 +43,7 @@ class Foreign:
     """A file: how it is called, what is in it, and what has to be said of it.
 
     ``asks`` is what the question has to name where the file cannot be read without one; ``maps``, ``sheet``,
-    ``decimal`` and ``table`` are the answer to it, where there is one. ``missing`` readings have no value in the file.
+    ``decimal`` and ``table`` are the answer to it, where there is one. ``missing`` readings have no value in it.
     """
 
     name: str

@@ -44,4 +44,5 @@ def disagreement(columns: Mapping[str, Column]) -> str | None:
 
 
 def _centred(values: Floats) -> Floats:
-    return values - values.mean()
+    centred: Floats = values - values.mean()
+    return centred
