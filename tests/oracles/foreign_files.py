@@ -703,7 +703,7 @@ def two_axes_with_numbers() -> Foreign:
     other = [f"{r.direction};{r.target_mm};{2 * r.deviation_um:.1f}" for r in readings()]
     lines = ["Axis 1", head, *one, "", "Axis 2", head, *other]
     alone = tuple(replace(r, run=1) for r in readings())
-    return Foreign("axis12.csv", text(lines).encode(), asks="'Axis 1', line 2", table=1, expected=alone)
+    return Foreign("axis12.csv", text(lines).encode(), asks="'Axis 1', rows from line 3", table=1, expected=alone)
 
 
 @layout

@@ -11,7 +11,11 @@ from rtec.metrology.readings import Floats
 
 _FEWEST = 3
 _CLOSE = 0.05
-_SLIPS = ((-1.0, "target less actual"), (1e3, "1000 times actual less target"), (1e-3, "a thousandth of it"))
+_SLIPS = (
+    (-1.0, "target less actual"),
+    (1e3, "1000 times actual less target"),
+    (1e-3, "a thousandth of actual less target"),
+)
 
 
 def disagreement(columns: Mapping[str, Column]) -> str | None:

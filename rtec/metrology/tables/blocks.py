@@ -10,11 +10,13 @@ from rtec.metrology.tables.cells import Cell, looks_like_number
 from rtec.metrology.tables.grid import Grid, is_row, is_unit_row
 from rtec.metrology.tables.headings import meaning_of
 from rtec.metrology.tables.wide import pass_of
-from rtec.metrology.tables.words import STATISTIC, plain_words
+from rtec.metrology.tables.words import BACKWARD, DIRECTION, FORWARD, POSITION, RUN, STATISTIC, TARGET, plain_words
 from rtec.metrology.text_file import shown
 
 WORD = re.compile(r"[^\W\d_eE]|#")
 """What no line of plain numbers holds."""
+_TELLING = RUN | DIRECTION | TARGET | POSITION | {"axis", "axes", "achse", "axe", "asse", "eje"}
+_TELLING |= {word for word in FORWARD | BACKWARD if len(word) > 1}
 _FEWEST = 2
 _MOST_NAMED = 3
 
@@ -31,10 +33,10 @@ class Block:
     first: int
     stop: int
 
-    def title(self, grid: Grid, titles: Sequence[int]) -> str:
-        """Return the line above the table that names it: the last of its titles."""
-        own = [self.head] if self.header < self.head else list(titles)
-        return " ".join(str(field) for field in grid.fields(own[-1]) if field != "") if own else ""
+    def titles(self, grid: Grid, above: Sequence[int]) -> tuple[str, ...]:
+        """Return the lines that name the table: those above its headings, or the one below the rows before it."""
+        own = [self.head] if self.header < self.head else above
+        return tuple(" ".join(str(field) for field in grid.fields(index) if field != "") for index in own)
 
 
 def blocks_of(grid: Grid, head: int, header: int, *, below: bool) -> list[Block]:
@@ -64,17 +66,22 @@ def blocks_of(grid: Grid, head: int, header: int, *, below: bool) -> list[Block]
             found.append(Block(title, index, index + 1, grid.size))
         elif found and is_row(fields):
             last_row = index
-        elif found and names_a_pass(fields):
+        elif found and _names_a_part(fields, after_blank=index > 0 and grid.is_blank(index - 1)):
             found.append(Block(index, current, index + 1, grid.size))
     return _closed(grid, found, header)
 
 
 def _closed(grid: Grid, found: list[Block], header: int) -> list[Block]:
-    """Return blocks that end where the titles of the next begin, without those that hold no row."""
+    """Return those blocks that hold a row, each up to where the titles of the next of them begin."""
     stops = [*(block.head for block in found[1:]), grid.size]
-    closed = [replace(block, stop=stop) for block, stop in zip(found, stops, strict=True)]
-    full = [block for block in closed if any(is_row(grid.fields(i)) for i in range(block.first, block.stop))]
-    return full or [block for block in closed if block.header == header][:1]
+    full = [
+        block
+        for block, stop in zip(found, stops, strict=True)
+        if any(is_row(grid.fields(index)) for index in range(block.first, stop))
+    ]
+    full = full or [block for block in found if block.header == header][:1]
+    stops = [*(block.head for block in full[1:]), grid.size]
+    return [replace(block, stop=stop) for block, stop in zip(full, stops, strict=True)]
 
 
 def _plain(fields: Sequence[Cell]) -> list[str]:
@@ -99,13 +106,18 @@ def _says_something(field: str) -> bool:
     return meaning_of(field) is not None or pass_of(0, field) is not None or bool({*plain_words(field)} & STATISTIC)
 
 
-def names_a_pass(fields: Sequence[Cell]) -> bool:
-    """Return whether a line holds the name of a run or of a direction, and nothing else."""
+def is_name(fields: Sequence[Cell]) -> bool:
+    """Return whether a line holds words in one cell, and nothing else."""
     filled = [str(field) for field in fields if field != ""]
-    text = " ".join(filled)
-    return (
-        not any(map(looks_like_number, filled[:1])) and any(map(str.isalpha, text)) and pass_of(0, text) is not None
-    )
+    return len(filled) == 1 and any(map(str.isalpha, filled[0])) and not looks_like_number(filled[0])
+
+
+def _names_a_part(fields: Sequence[Cell], *, after_blank: bool) -> bool:
+    """Return whether a line between rows names what follows: a run, a way, an axis, or anything behind a gap."""
+    if not is_name(fields):
+        return False
+    words = plain_words(next(str(field) for field in fields if field != ""))
+    return after_blank or len(words) == 1 or bool(_TELLING.intersection(words))
 
 
 def without_remarks(grid: Grid, text: list[str] | None, first: int, last: int) -> tuple[Grid, tuple[str, ...]]:
@@ -137,6 +149,4 @@ def without_remarks(grid: Grid, text: list[str] | None, first: int, last: int) -
 
 def _is_remark(fields: Sequence[Cell]) -> bool:
     """Return whether a line holds words and no number: one cell of them, or a comment."""
-    filled = [str(field) for field in fields if field != ""]
-    words = len(filled) == 1 or (bool(filled) and filled[0].startswith("#"))
-    return words and any(map(str.isalpha, filled[0])) and not looks_like_number(filled[0])
+    return is_name(fields) or next((str(field) for field in fields if field != ""), "").startswith("#")

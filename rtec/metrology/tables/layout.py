@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rtec.errors import FileFormatError
-from rtec.metrology.tables.blocks import WORD, Block, blocks_of, names_a_pass, without_remarks
+from rtec.metrology.tables.blocks import WORD, Block, blocks_of, is_name, without_remarks
 from rtec.metrology.tables.cells import Cell
 from rtec.metrology.tables.grid import Grid, is_row, is_summary, is_unit_row, rows_from, text_grid
 from rtec.metrology.tables.headings import Strength, meaning_of
@@ -154,7 +154,8 @@ def _is_ours(line: str) -> bool:
     if any(PLAIN_NUMBER.fullmatch(heading) for heading in headings):
         return False
     meanings = (meaning_of(heading) for heading in headings)
-    return any(meaning is not None and meaning.strength is Strength.EXACT for meaning in meanings)
+    exact = {meaning.quantity for meaning in meanings if meaning is not None and meaning.strength is Strength.EXACT}
+    return bool(exact - {"run", "direction"})
 
 
 def _header_above(grid: Grid, head: int, start: int) -> int:
@@ -166,8 +167,9 @@ def _header_above(grid: Grid, head: int, start: int) -> int:
     above = [index for index in range(head, start) if not grid.is_blank(index)]
     if above and is_unit_row(grid.fields(above[-1])):
         above.pop()
-    while len(above) > 1 and names_a_pass(grid.fields(above[-1])):
-        above.pop()  # 'Run 1' between the headings and its rows
+    if any(not is_name(grid.fields(index)) for index in above):
+        while is_name(grid.fields(above[-1])):
+            above.pop()  # 'Run 1' between the headings and its rows
     while len(above) > 1 and is_row(fields := grid.fields(above[-1])) and not _says_anything(fields):
         above.pop()  # a row with something strange in it: said where it is read
     if not above:
@@ -198,7 +200,7 @@ def _table(
     headings = _headings(grid, text, block.header, separator)
     width = len(headings)
     head, header, first = block.head, block.header, block.first
-    units, above, title = [""] * width, [""] * width, ""
+    units, above, names = [""] * width, [""] * width, ()  # type: list[str], list[str], tuple[str, ...]
     notes: tuple[str, ...] = ()
     last = grid.size
     if not ours:
@@ -207,7 +209,7 @@ def _table(
             units = [str(field) for field in [*grid.fields(below), *units][:width]]
             first = max(first, below + 1)
         titles = [index for index in range(head, header) if not grid.is_blank(index)]
-        title = block.title(grid, titles)
+        names = block.titles(grid, titles)
         if titles and (spanning := _spanning(grid.fields(titles[-1]), width)) is not None:
             above = spanning
             titles.pop()
@@ -223,7 +225,7 @@ def _table(
         headings=tuple(headings),
         units=tuple(units),
         above=tuple(above),
-        title=title,
+        titles=names,
         heading_line=header + 1,
         text=[] if text is None else _rows(text, grid, first, last) if not ours else text[first:last],
         separator=separator,

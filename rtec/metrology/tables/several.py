@@ -12,7 +12,7 @@ from rtec.metrology.tables.choices import ColumnChoices
 from rtec.metrology.tables.headings import meaning_of
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.wide import Pass, pass_of, passes_of
-from rtec.metrology.tables.words import ACTUAL, BACKWARD, DEVIATION, FORWARD, RUN, plain_words
+from rtec.metrology.tables.words import ACTUAL, BACKWARD, DEVIATION, FORWARD, RUN, TIME, plain_words
 from rtec.metrology.text_file import shown
 
 _READINGS = ("deviation", "actual", "force", "current", "torque", "voltage")
@@ -57,18 +57,39 @@ def one_table(tables: Sequence[Table], choices: ColumnChoices) -> Table:
             problem = f"{len(found)} tables, and nothing tells that they are runs of one test: {_listed(found)}"
             number = found.index(good[0]) + 1
             allowed = f"--table {number}, or another of them; or a column of runs, or 'Run 1' and so on above each"
-            raise FileFormatError(found[0].source, good[1].heading_line, problem, allowed)
+            raise FileFormatError(found[0].source, good[1].first_line, problem, allowed)
         good = [joined]
     return replace(good[0], notes=(*good[0].notes, *note))
 
 
 def _listed(tables: Sequence[Table]) -> str:
-    names = [f"{shown(table.title)}, line {table.heading_line}" for table in tables]
     names = [
-        name if table.title else f"line {table.heading_line} ({shown(', '.join(table.headings))})"
-        for name, table in zip(names, tables, strict=True)
+        f"{shown(title)}, rows from line {table.first_line}"
+        if title
+        else f"rows from line {table.first_line} ({shown(', '.join(table.headings))})"
+        for title, table in zip(_names(tables), tables, strict=True)
     ]
     return "; ".join(names[:4]) + ("; ..." if len(names) > 4 else "")
+
+
+def _names(tables: Sequence[Table]) -> list[str]:
+    """Return what the titles of each table say of it alone, without dates and times."""
+    if len(tables) < _FEWEST:
+        return [" ".join(table.titles[-1:]) for table in tables]
+    most = max(len(table.titles) for table in tables[1:])
+    titles = [table.titles[max(0, len(table.titles) - most) :] for table in tables]  # not those of the whole file
+    shared = set(titles[0]).intersection(*titles[1:])
+    return [", ".join(line for line in lines if line not in shared and not _is_moment(line)) for lines in titles]
+
+
+def _is_moment(line: str) -> bool:
+    words = plain_words(line)
+    return bool(words) and words[0] in TIME
+
+
+def _pass_named(title: str) -> Pass | None:
+    """Return the pass that a title names, whatever follows it behind a colon or in brackets."""
+    return pass_of(0, title) or pass_of(0, re.split(r"(?<=\d)\s*[:(,;]", title)[0])
 
 
 def _quantities(table: Table, choices: ColumnChoices) -> list[str | None]:
@@ -121,7 +142,7 @@ def _part(table: Table, group: Sequence[int]) -> Table:
         headings=tuple(table.headings[index] for index in group),
         units=tuple(table.units[index] for index in group),
         above=tuple("" if text == title else text for text in above),
-        title=title,
+        titles=(title,) if title else (),
     )
 
 
@@ -138,10 +159,10 @@ def _joined(tables: Sequence[Table], choices: ColumnChoices) -> Table | None:
     heads = {(tuple(heading.strip().lower() for heading in table.headings), table.units) for table in tables}
     if len(heads) > 1 or _target(first, choices) is None:
         return None
-    titles = [table.title if any(one.title for one in tables[1:]) else "" for table in tables]
-    passes = [one for one in (pass_of(0, title) for title in titles) if one is not None]
+    titles = _names(tables)
+    passes = _numbered([one for one in map(_pass_named, titles) if one is not None])
     if len({(one.run, one.direction) for one in passes}) == len(tables) and _name_passes_alone(titles, passes):
-        return _of_passes(tables, passes, choices)
+        return _of_passes(tables, titles, passes, choices)
     if all(not title or _PAGE.fullmatch(title.strip()) for title in titles[1:]):
         return _repeated(tables, choices, pages=any(titles))
     return None
@@ -150,11 +171,11 @@ def _joined(tables: Sequence[Table], choices: ColumnChoices) -> Table | None:
 def _name_passes_alone(titles: Sequence[str], passes: Sequence[Pass]) -> bool:
     """Return whether titles differ in nothing but run and direction: 'Axis 1' and 'Axis 2' are no runs."""
     rests = {
-        frozenset(word for word in plain_words(title) if not word.isdigit() and word not in FORWARD | BACKWARD)
-        for title in titles
+        frozenset(word for word in plain_words(title) if word.isalpha() and word not in FORWARD | BACKWARD)
+        for title in (re.split(r"(?<=\d)\s*[:(,;]", title)[0] for title in titles)
     }
     rest = next(iter(rests))
-    numbered = any(one.run is not None for one in passes)
+    numbered = any(one.run is not None for one in passes) and any(map(str.isdigit, "".join(titles)))
     return len(rests) == 1 and (not numbered or not rest or bool(rest & RUN) or rest <= DEVIATION | ACTUAL)
 
 
@@ -181,7 +202,17 @@ def _repeated(tables: Sequence[Table], choices: ColumnChoices, *, pages: bool) -
     return None
 
 
-def _of_passes(tables: Sequence[Table], passes: Sequence[Pass], choices: ColumnChoices) -> Table | None:
+def _numbered(passes: Sequence[Pass]) -> list[Pass]:
+    """Return passes whose directions come again and again with the number of their run."""
+    ways = [one.direction for one in passes]
+    if any(one.run is not None or one.direction is None for one in passes) or len(set(ways)) == len(ways):
+        return list(passes)
+    return [replace(one, run=ways[: number + 1].count(one.direction)) for number, one in enumerate(passes)]
+
+
+def _of_passes(
+    tables: Sequence[Table], titles: Sequence[str], passes: Sequence[Pass], choices: ColumnChoices
+) -> Table | None:
     """Return tables whose titles name a run or a direction below each other, with columns that hold it."""
     have = set(_quantities(tables[0], choices))
     names: list[str] = []
@@ -196,7 +227,7 @@ def _of_passes(tables: Sequence[Table], passes: Sequence[Pass], choices: ColumnC
             return None
     if not names and not have & {"run", "direction"}:
         return None
-    said = ", ".join(shown(table.title) for table in tables[:3])
+    said = ", ".join(shown(title) for title in titles[:3])
     note = f"took {len(tables)} tables for parts of one test: {said}{', ...' if len(tables) > 3 else ''}"
     return _below_each_other(tables, names, added, note)
 
@@ -208,7 +239,7 @@ def _below_each_other(
     first = tables[0]
     cells = [table.cells() for table in tables]
     more = ("",) * len(names)
-    where = ", ".join(dict.fromkeys(f"line {table.heading_line}" for table in tables[:3]))
+    where = ", ".join(dict.fromkeys(f"line {table.first_line}" for table in tables[:3]))
     return replace(
         first,
         headings=(*first.headings, *names),
@@ -217,7 +248,7 @@ def _below_each_other(
         rows=[[*row, *own] for (rows, _), own in zip(cells, added, strict=True) for row in rows],
         lines=[line for _, lines in cells for line in lines],
         text=[],
-        notes=(*dict.fromkeys(text for table in tables for text in table.notes), f"{note} ({where})"),
+        notes=(*dict.fromkeys(text for table in tables for text in table.notes), f"{note} (rows from {where})"),
     )
 
 

@@ -30,8 +30,8 @@ class Table:
     headings, units, above
         Of each column: its heading (nothing where the whole column is empty), what stands below it in a row of units,
         and what spans it from the line above.
-    title
-        The line above it that names it, where there is one.
+    titles
+        The lines above it, or above its part of them.
     heading_line
         Line of the headings, counted from 1.
     text, separator, first_line
@@ -49,7 +49,7 @@ class Table:
     units: tuple[str, ...]
     above: tuple[str, ...]
     heading_line: int
-    title: str = ""
+    titles: tuple[str, ...] = ()
     text: list[str] = field(default_factory=list)
     separator: str | None = ","
     first_line: int = 0

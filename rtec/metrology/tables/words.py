@@ -65,7 +65,7 @@ FILLERS = _set(
     "axis axes achse x y z a b c u v w of the in linear lin machine maschine value values val wert werte raw "
     "data daten rotary positioning position pos along point punkt no nr number num and und i j k n p motor air "
     "luft material mat rel relative abs absolute total measuring stage table tool accuracy at by to de la le "
-    "der die des point punkte"
+    "der die des point punkte st nd rd th"
 )
 FORWARD = _set(
     "forward forwards forth fwd fw positive positiv pos plus up upward outward ascending asc increasing avanti ida "
