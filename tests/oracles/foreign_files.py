@@ -831,6 +831,33 @@ def merged_targets() -> Foreign:
 
 
 @layout
+def merged_headings() -> Foreign:
+    lines: list[list[object]] = [["Deviation [µm]"], ["Target [mm]", "Forward", None, None, "Reverse", None, None]]
+    lines.append([None, *range(1, RUNS + 1), *range(1, RUNS + 1)])
+    passes = [(run, way) for way in (1, -1) for run in range(1, RUNS + 1)]
+    lines += [[t, *(by_pass(t)[one].deviation_um for one in passes)] for t in TARGETS]
+    return Foreign("mergedhead.xlsx", book({"X": lines}))
+
+
+@layout
+def another_axis_below_a_gap() -> Foreign:
+    body = of_axis(1)
+    lines = ["Run;Direction;Target [mm];Error [um]", *of_axis(2), "", "Y axis;;;", *body]
+    return Foreign("gap.csv", text(lines).encode(), asks="'Y axis'", table=2)
+
+
+@layout
+def a_table_a_pass_with_dates() -> Foreign:
+    lines = ["Machine: VMC 500", ""]
+    for one in range(2 * RUNS):
+        way, run = 1 - 2 * (one % 2), one // 2 + 1
+        lines += [f"{'Forward' if way > 0 else 'Reverse'}", f"Date: 22.11.2026 10:1{one}", "Target [mm];Error [um]"]
+        lines += [f"{r.target_mm};{r.deviation_um}" for r in readings() if (r.run, r.direction) == (run, way)]
+        lines.append("")
+    return Foreign("passes.csv", text(lines).encode(), notes=("took 6 tables for parts of one test",))
+
+
+@layout
 def headings_behind_a_hash() -> Foreign:
     body = rows(lambda r: f"{r.run} {r.direction} {r.target_mm} {r.deviation_um}")
     return Foreign("savetxt.txt", text(["# run direction target_mm deviation_um", *body]).encode())

@@ -6,9 +6,10 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from rtec.errors import FileFormatError
-from rtec.metrology.tables.cells import Cell, is_missing, looks_like_number
+from rtec.metrology.tables.cells import Cell, is_missing, looks_like_number, number_of
 from rtec.metrology.tables.headings import unit_below
 from rtec.metrology.tables.table import split_line
 from rtec.metrology.tables.words import plain_words
@@ -82,11 +83,19 @@ def rows_from(grid: Grid, head: int) -> tuple[int, int]:
     return count, start
 
 
+def _counts_runs(fields: Sequence[Cell]) -> bool:
+    """Return whether fields are the numbers of runs, 1, 2, 3, 1, 2, 3, beside an empty cell: headings, no row."""
+    numbers = [number_of(field, ".") for field in fields[1:] if field != ""]
+    steps = [(before, after) for before, after in pairwise(numbers) if before is not None and after is not None]
+    counted = len(numbers) > 1 and len(steps) == len(numbers) - 1 and numbers[0] == 1.0
+    return fields[0] == "" and counted and all(after in (1.0, before + 1.0) for before, after in steps)
+
+
 def is_row(fields: Sequence[Cell]) -> bool:
     """Return whether fields look like a row: half of those that are filled in hold a number, and at least one."""
     filled = [field for field in fields if not is_missing(field)]
     numbers = sum(looks_like_number(field) for field in filled)
-    return len(fields) > 1 and numbers > 0 and 2 * numbers >= len(filled)
+    return len(fields) > 1 and numbers > 0 and 2 * numbers >= len(filled) and not _counts_runs(fields)
 
 
 def is_unit_row(fields: Sequence[Cell]) -> bool:

@@ -213,6 +213,9 @@ def _table(
         if titles and (spanning := _spanning(grid.fields(titles[-1]), width)) is not None:
             above = spanning
             titles.pop()
+            if titles and (outer := _over_all(grid.fields(titles[-1]))):
+                above = [f"{outer} {text}" for text in above]
+                titles.pop()
         for index in titles:
             _title(facts, grid.fields(index))
         last, notes = _end(grid, first, width)
@@ -258,11 +261,21 @@ def _headings(grid: Grid, text: list[str] | None, header: int, separator: str | 
         raise FileFormatError(grid.source, header + 1, problem, _A_HEADER)
     for column, heading in enumerate(headings):
         if not heading and not _is_empty_column(grid, header + 1, column):
+            if (merged := _above(grid, header, column)) is not None:
+                headings[column] = merged
+                continue
             problem = f"column {column + 1} has no heading"
             raise FileFormatError(grid.source, header + 1, problem, "a heading in every column")
     while headings and not headings[-1]:
         headings.pop()
     return headings
+
+
+def _above(grid: Grid, header: int, column: int) -> str | None:
+    """Return the words above a heading that is empty, as they are where the two cells are merged."""
+    above = grid.fields(header - 1) if header > 0 and not grid.is_blank(header - 1) else ()
+    cell = above[column] if len(above) > column else ""
+    return cell if isinstance(cell, str) and meaning_of(cell) is not None else None
 
 
 def _is_empty_column(grid: Grid, first: int, column: int) -> bool:
@@ -273,9 +286,8 @@ def _is_empty_column(grid: Grid, first: int, column: int) -> bool:
 def _spanning(fields: Sequence[Cell], width: int) -> list[str] | None:
     """Return headings that span several columns, filled in to the right; None for a line that is a mere title."""
     filled = [index for index, field in enumerate(fields) if field != ""]
-    meaning = meaning_of(str(fields[0])) if filled == [0] else None
-    if meaning is not None and meaning.unit is not None and meaning.unit.inside:
-        return [str(fields[0])] * width  # such as 'Deviation [µm]' over all the runs
+    if over := _over_all(fields):
+        return [over] * width
     if not filled or filled[-1] == 0 or (len(filled) == _KEY_AND_VALUE and filled == [0, 1]):
         return None
     found, current = [], ""
@@ -283,6 +295,13 @@ def _spanning(fields: Sequence[Cell], width: int) -> list[str] | None:
         current = str(fields[column] if column < len(fields) else "") or current
         found.append(current)
     return found
+
+
+def _over_all(fields: Sequence[Cell]) -> str:
+    """Return a lone cell that says what all the runs below it hold, such as 'Deviation [µm]', or nothing."""
+    filled = [index for index, field in enumerate(fields) if field != ""]
+    meaning = meaning_of(str(fields[0])) if filled == [0] else None
+    return str(fields[0]) if meaning is not None and meaning.unit is not None and meaning.unit.inside else ""
 
 
 def _title(facts: dict[str, str], fields: Sequence[Cell]) -> None:
