@@ -85,7 +85,16 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
         return ("the axis moves while it is read: a log of its motion is no positioning test", *_clock(test))
     slips, slipped = _unit_slips(test)
     outliers = _outliers(test, far_from_neighbours(data) & ~slipped)
-    checks = _unit_of_all(test), slips, outliers, _copies(test), _clock(test), _other_targets(test), _unseen(test)
+    checks = (
+        _unit_of_all(test),
+        slips,
+        outliers,
+        _copies(test),
+        _clock(test),
+        _other_targets(test),
+        _sorted(test),
+        _unseen(test),
+    )
     return tuple(text for check in checks for text in _not_too_many([*check]))
 
 
@@ -250,6 +259,14 @@ def _other_targets(test: _Test) -> Iterable[str]:
         what = [f"lacks {lacking} of {len(usual)} targets of the other runs"] if lacking else []
         what += [f"has {len(others)} that they have not, the first {test.place(others[0])}"] if others else []
         yield f"{test.where(others or rows, 'target')}: {test.name(number)} {' and '.join(what)}"
+
+
+def _sorted(test: _Test) -> Iterable[str]:
+    """Say where targets that stand in the file one by one, both ways together, tell no direction."""
+    places, columns = test.data.conditions.position, test.measurement.columns
+    if "direction" not in columns and 2 * np.count_nonzero(np.diff(places) == 0.0) >= places.size - 1:
+        what = "the same target stands in rows one after the other, and no column tells the direction of approach"
+        yield f"column {test.measurement.called('target')}: {what}: are the rows sorted by target?"
 
 
 def _unseen(test: _Test) -> Iterable[str]:

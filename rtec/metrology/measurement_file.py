@@ -30,6 +30,7 @@ from rtec.metrology.tables.several import one_table
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.unfolding import unfolded
 from rtec.metrology.tables.values import Values
+from rtec.metrology.tables.ways import counts_runs
 from rtec.metrology.tables.wide import Pass, passes_of, turned
 from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
 from rtec.metrology.text_file import read_any_text, shown
@@ -143,7 +144,25 @@ def _columns(
             columns[quantity] = Column(quantity, "s", values.time(times))
         else:
             columns[quantity] = Column(quantity, unit.inside, values.column(index))
+    _find_runs(columns, unknown, values)
     return columns, unknown
+
+
+def _find_runs(
+    columns: dict[str, Column], unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]], values: Values
+) -> None:
+    """Take a column called a number, such as 'Nr.', for that of the run where it counts runs."""
+    target = columns.get("target", columns.get("actual"))
+    if "run" in columns or target is None:
+        return
+    for heading, found in unknown.items():
+        if found.dtype.kind == "f" and counts_runs(heading, numbers := found.astype(np.float64), target.values):
+            columns["run"] = Column("run", "", numbers)
+            values.notes.append(
+                f"took column {shown(heading)} for the number of the run: it counts up from run to run"
+            )
+            del unknown[heading]
+            return
 
 
 def _refuse_disagreement(table: Table, values: Values, columns: dict[str, Column]) -> None:

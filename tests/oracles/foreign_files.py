@@ -858,6 +858,13 @@ def a_table_a_pass_with_dates() -> Foreign:
 
 
 @layout
+def runs_called_numbers() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    lines = text(["Nr.;Direction;Target [mm];Error [um]", *body])
+    return Foreign("nr.csv", lines.encode(), notes=("'Nr.' for the number of the run",))
+
+
+@layout
 def headings_behind_a_hash() -> Foreign:
     body = rows(lambda r: f"{r.run} {r.direction} {r.target_mm} {r.deviation_um}")
     return Foreign("savetxt.txt", text(["# run direction target_mm deviation_um", *body]).encode())

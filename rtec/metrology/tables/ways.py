@@ -1,4 +1,4 @@
-"""Directions that no word tells: which of two names stands for forward shows in the order of the targets."""
+"""What no word tells and the order of the targets does: which of two names is forward, and what counts the runs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtec.metrology.readings import Floats
+from rtec.metrology.tables.words import plain_words
+
+_NUMBERS = frozenset("nr no n num number nummer messung measurement meas set series".split())
 
 
 def ways_by_motion(names: Sequence[str], target: Floats, run: Floats) -> dict[str, int] | None:
@@ -41,3 +44,25 @@ def ways_by_motion(names: Sequence[str], target: Floats, run: Floats) -> dict[st
             found[after].add(step)
     told = {name: next(iter(steps)) for name, steps in found.items() if len(steps) == 1}
     return told if sorted(told.values()) == [-1, 1] else None
+
+
+def counts_runs(heading: str, numbers: Floats, target: Floats) -> bool:
+    """Return whether a column that is called a number counts runs: up from run to run, with several targets in each.
+
+    Parameters
+    ----------
+    heading
+        Such as ``Nr.``, which may number the rows, the targets or the runs.
+    numbers, target
+        Shape (rows,), in the order of the readings.
+
+    Examples
+    --------
+    >>> target = np.array([0.0, 9, 0, 9])
+    >>> counts_runs("Nr.", np.array([1.0, 1, 2, 2]), target), counts_runs("Nr.", np.array([1.0, 2, 3, 4]), target)
+    (True, False)
+    """
+    if not (set(plain_words(heading)) <= _NUMBERS and (np.diff(numbers) >= 0).all() and np.ptp(numbers) > 0):
+        return False
+    runs = [target[numbers == one] for one in np.unique(numbers)]
+    return bool((numbers == np.round(numbers)).all()) and all(np.ptp(places) > 0 for places in runs)
