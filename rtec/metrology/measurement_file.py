@@ -77,6 +77,8 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
         raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"no sheet: {path} is no workbook")
     text, encoding = read_any_text(path)
     notes = () if encoding == "utf-8" else (f"read as {encoding}",)
+    if choices.table is not None and (is_laser_file(text) or is_renishaw_file(text)):
+        raise ArgumentError("--table", choices.table, f"no table: {path} is a file of a laser system")
     if is_laser_file(text):
         if choices.columns:
             raise ArgumentError("--map", next(iter(choices.columns)), "nothing for a file of the laser system")

@@ -52,7 +52,7 @@ def tables_of_text(source: str | Path, text: str) -> list[Table]:
     facts, head = _facts(source, lines)
     if _is_ours(lines[head]):
         grid = text_grid(str(source), lines, ",")
-        if not any(line.strip() == lines[head].strip() for line in lines[head + 1 :]):
+        if text.count(lines[head].strip()) == 1:
             return [_table(grid, lines, facts, Block(head, head, head + 1, grid.size), ",", ours=True)]
         return _tables(grid, lines, facts, head, head, ",")
     separators: Sequence[str | None] = _SEPARATORS

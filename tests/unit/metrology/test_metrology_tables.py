@@ -96,6 +96,8 @@ def test_a_heading_that_nobody_can_type_is_asked_about_by_its_number(read):
 def test_a_table_that_is_not_there(read):
     text = "Achse X\nSoll [mm];Fehler [um]\n0;1\n10;2\n\nAchse Y\nSoll [mm];Fehler [um]\n0;3\n10;4\n"
     assert read(text, table=2).columns["deviation"].values.tolist() == [0.003, 0.004]
+    with pytest.raises(ArgumentError, match="is a file of a laser system"):
+        read(RTL, name="x.rtl", table=1)
     with pytest.raises(ArgumentError, match=r"1 to 2 in .*: 'Achse X', rows from line 3; 'Achse Y', rows"):
         read(text, table=3)
 
@@ -142,6 +144,13 @@ def test_dates_of_other_countries(read):
         m = read(f"Soll [mm];Fehler [um];Zeit\n0;1;{cells[0]}\n10;2;{cells[1]}\n")
         assert m.columns["time"].values.tolist() == [0.0, 5.0]
         assert any("22" in note and "year" in note for note in m.notes)
+
+
+def test_a_date_beside_a_time_of_day(read):
+    m = read("Soll [mm];Fehler [um];Date;Time\n0;1;2026-11-22;23:59:50\n10;2;2026-11-24;00:00:10\n")
+    assert m.columns["time"].values.tolist() == [0.0, 86420.0]
+    with pytest.raises(FileFormatError, match="both hold 'time'"):
+        read("Soll [mm];Fehler [um];Zeit [s];Uhrzeit [s]\n0;1;2;2\n10;2;3;3\n")
 
 
 def test_a_sensor_that_recorded_little_is_left_out_and_said(read):
