@@ -22,7 +22,7 @@ from rtec.metrology.measurement import Column, Measurement, measurement_of_readi
 from rtec.metrology.tables.agreement import disagreement
 from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
-from rtec.metrology.tables.headings import Strength, meaning_of
+from rtec.metrology.tables.headings import Meaning, Strength, meaning_of
 from rtec.metrology.tables.layout import tables_of_text
 from rtec.metrology.tables.placing import place
 from rtec.metrology.tables.renishaw import is_renishaw_file, read_renishaw_text
@@ -32,6 +32,7 @@ from rtec.metrology.tables.unfolding import unfolded
 from rtec.metrology.tables.values import Values
 from rtec.metrology.tables.ways import counts_runs
 from rtec.metrology.tables.wide import Pass, passes_of, turned
+from rtec.metrology.tables.words import AXIS, plain_words
 from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
 from rtec.metrology.text_file import read_any_text, shown
 
@@ -140,6 +141,7 @@ def _columns(
                 problem = f"columns {shown(first)} and {shown(heading)} both hold {shown(heading.lower())}"
                 raise FileFormatError(table.source, table.heading_line, problem, "one column for each quantity")
             unknown[heading] = values.unknown(index)
+            _refuse_several_axes(table, index, unknown[heading])
             continue
         quantity, unit = placed[index]
         if unit is None:
@@ -148,6 +150,15 @@ def _columns(
             columns[quantity] = Column(quantity, unit.inside, values.column(index))
     _find_runs(columns, unknown, values)
     return columns, unknown
+
+
+def _refuse_several_axes(table: Table, index: int, cells: NDArray[np.float64] | NDArray[np.str_]) -> None:
+    """Refuse a column that names more than one axis."""
+    names = list(dict.fromkeys(cells.tolist())) if set(plain_words(table.headings[index])) <= AXIS else []
+    if len(names) > 1:
+        problem = f"column {shown(table.headings[index])} names several axes: {', '.join(map(str, names[:3]))}"
+        allowed = f"one axis a file; {table.as_choice(index, 'ignore')} takes them for one"
+        raise FileFormatError(table.source, table.heading_line, problem, allowed)
 
 
 def _find_runs(
@@ -206,13 +217,24 @@ def _passes(table: Table, choices: ColumnChoices) -> list[Pass]:
     }
     found = passes_of(table.headings, table.above, frozenset(taken))
     columns = {one.column for one in found}
-    others = {
-        meaning.quantity for index, meaning in enumerate(meanings) if meaning is not None and index not in columns
-    }
-    said = (choices.of_column(index, heading) for index, heading in enumerate(table.headings, 1))
-    others |= {text.partition("_")[0].replace("command", "target") for text in said if text is not None}
+    said = [choices.of_column(index, heading) for index, heading in enumerate(table.headings, 1)]
+    others = {text.partition("_")[0].replace("command", "target") for text in said if text is not None}
+    for index, meaning in enumerate(meanings):
+        if meaning is not None and said[index] is None and index not in columns:
+            others.add(meaning.quantity)
+            _refuse_both(table, index, meaning, found)
     if others & {"deviation", "actual", *_OF_LONG_TABLES} or not others & {"target", "position"}:
         return []
     if "run" in others and any(one.run is not None for one in found):
         return []
     return found
+
+
+def _refuse_both(table: Table, index: int, meaning: Meaning, passes: list[Pass]) -> None:
+    """Refuse a deviation beside passes in both directions: it may be their difference."""
+    guessed = meaning.quantity == "deviation" and meaning.strength < Strength.EXACT
+    if guessed and {one.direction for one in passes} >= {1, -1}:
+        names = " and ".join(shown(table.headings[one.column]) for one in passes[:2])
+        problem = f"column {shown(table.headings[index])} may be the deviation, and {names} passes of deviations"
+        allowed = f"{table.as_choice(index, 'ignore')} reads the passes; {table.as_choice(index, 'deviation_um')} it"
+        raise FileFormatError(table.source, table.heading_line, problem, allowed)

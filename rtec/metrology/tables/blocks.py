@@ -10,12 +10,22 @@ from rtec.metrology.tables.cells import Cell, looks_like_number
 from rtec.metrology.tables.grid import Grid, is_row, is_unit_row
 from rtec.metrology.tables.headings import meaning_of
 from rtec.metrology.tables.wide import pass_of
-from rtec.metrology.tables.words import BACKWARD, DIRECTION, FORWARD, POSITION, RUN, STATISTIC, TARGET, plain_words
+from rtec.metrology.tables.words import (
+    AXIS,
+    BACKWARD,
+    DIRECTION,
+    FORWARD,
+    POSITION,
+    RUN,
+    STATISTIC,
+    TARGET,
+    plain_words,
+)
 from rtec.metrology.text_file import shown
 
 WORD = re.compile(r"[^\W\d_eE]|#")
 """What no line of plain numbers holds."""
-_TELLING = RUN | DIRECTION | TARGET | POSITION | {"axis", "axes", "achse", "axe", "asse", "eje"}
+_TELLING = RUN | DIRECTION | TARGET | POSITION | AXIS
 _TELLING |= {word for word in FORWARD | BACKWARD if len(word) > 1}
 _FEWEST = 2
 _MOST_NAMED = 3
@@ -58,7 +68,7 @@ def blocks_of(grid: Grid, head: int, header: int, *, below: bool) -> list[Block]
     current, title = header, head
     last_row = -1
     for index in range(head, grid.size if below else header + 1):
-        if grid.is_blank(index):
+        if grid.is_blank(index) and index != header:
             continue
         fields = grid.fields(index)
         if index == header or (len(known) > 1 and _plain(fields) == known) or _is_heading(grid, index, fields):

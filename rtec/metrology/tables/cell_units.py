@@ -95,7 +95,8 @@ def _refuse_others(table: Table, column: int, parts: Mapping[int, tuple[str, str
         stated = contradicting_unit(heading, unit) or (below if below not in (None, unit) else None)
         if stated is not None:
             problem = f"column {shown(heading)} states {stated}, and a cell of it {unit}"
-            allowed = f"one unit; or {table.as_choice(column, 'QUANTITY_UNIT')}, such as deviation_um, says which"
+            choice = f"; or {table.as_choice(column, 'QUANTITY_UNIT')}, such as deviation_um, says which"
+            allowed = "one unit" + (choice if meaning_of(heading) is not None else "")
             raise FileFormatError(table.source, lines[row], problem, allowed)
 
 

@@ -161,7 +161,7 @@ def _is_ours(line: str) -> bool:
 def _header_above(grid: Grid, head: int, start: int) -> int:
     """Return the index of the headings above the first row, passing over a row of units."""
     first = grid.fields(start)[0]
-    meaning = meaning_of(first) if isinstance(first, str) else None
+    meaning = meaning_of(first) if isinstance(first, str) and len(first) > 1 else None
     if meaning is not None and meaning.quantity in ("target", "position"):
         return start  # 'Target [mm]' before numbers: the targets stand side by side
     above = [index for index in range(head, start) if not grid.is_blank(index)]

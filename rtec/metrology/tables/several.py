@@ -187,7 +187,8 @@ def _repeated(tables: Sequence[Table], choices: ColumnChoices, *, pages: bool) -
     cells = [table.cells() for table in tables]
     where = [{_value(row[target]) for row in rows} for rows, _ in cells]
     runs_alike = all(len(one) >= _ALIKE * len(set().union(*where)) for one in where)
-    if "run" not in quantities and runs_alike and not passes_of(first.headings, first.above, frozenset()):
+    wide = bool(passes_of(first.headings, first.above, frozenset()))
+    if "run" not in quantities and runs_alike and not wide:
         numbers = [[float(number)] for number in range(1, many + 1)]
         return _below_each_other(tables, ["run"], numbers, f"took {many} tables for runs, in their order")
     named = [index for index, one in enumerate(quantities) if one in ("run", "direction", "target", "position")]
@@ -195,7 +196,7 @@ def _repeated(tables: Sequence[Table], choices: ColumnChoices, *, pages: bool) -
     apart = sum(map(len, keys)) == len(set().union(*keys))
     pairs = zip(cells, tables[1:], strict=False)
     without_gap = all(lines[-1:] == [later.heading_line - 1] for (_, lines), later in pairs)
-    if apart if "run" in quantities else pages or without_gap:
+    if apart if wide or "run" in quantities else pages or without_gap:
         return _below_each_other(
             tables, [], [[] for _ in tables], f"took {many} tables with the same headings for one"
         )

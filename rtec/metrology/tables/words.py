@@ -50,6 +50,7 @@ OTHERS = {
     "pressure": _set("pressure druck luftdruck pression airpress"),
     "humidity": _set("humidity feuchte luftfeuchte luftfeuchtigkeit feuchtigkeit humidite"),
 }
+AXIS = _set("axis axes achse achsen axe asse eje")
 STATISTIC = _set(
     "mean average avg mittel mittelwert std stdev stddev sigma min max minimum maximum range spannweite median "
     "count uncertainty unsicherheit limit tolerance toleranz repeatability reversal umkehrspanne trend fit "

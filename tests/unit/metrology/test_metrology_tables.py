@@ -45,6 +45,14 @@ BAD = [
     ("Soll [mm];Fehler [um]\n0;(1.5)\n10;2\n20;3\n", "line 2: Fehler [um] '(1.5)' is not a finite number"),
     ("Soll [mm];Fehler [um];Soll [mm];Abw [um]\n0;1;5;2\n10;1;15;2\n", "--table 1, or another of them"),
     ("Soll [mm];Fehler [um];Abw [um]\nAchse X\n0;1;2\nAchse Y\n0;1;2\n", "'Achse Y', rows from line 5"),
+    (
+        "Richtung;Soll [mm];Fehler [um]\n+;0;1\n+;10;2\n\nnach der Messe\n+;0;1\n+;10;2\n",
+        "'nach der Messe', rows from line 6",
+    ),
+    ("Soll [mm];1 [um];2 [um]\n0;1;2\n10;1;2\nSoll [mm];1 [um];2 [um]\n0;1;2\n10;1;2\n", "--table 1, or another"),
+    ("Soll [mm];Vor [um];Rück [um];Differenz [um]\n0;1;2;1\n10;1;2;1\n", "'Differenz [um]=ignore' reads the passes"),
+    ("Achse;Soll [mm];Fehler [um]\nX;0;1\nX;9;2\nY;0;1\nY;9;2\n", "column 'Achse' names several axes: X, Y"),
+    ("Soll [mm];1+ [um];1- [um]\n0;1 mm;2 mm\n10;1 mm;2 mm\n", "a cell of it mm; allowed: one unit"),
     ("Soll [mm];Richtung;Fehler [um]\n0;A;1\n0;B;2\n9;A;1\n9;B;1\n", "Richtung 'A' is no direction"),
 ]
 
@@ -80,6 +88,10 @@ def test_choices_go_before_what_is_guessed(read):
     assert m.columns["temperature"].values.tolist() == [7.0, 8.0]
     assert [note for note in m.notes if "took" in note] == ["took column 'Soll [mm]' for the target"]
     assert list(read(HEAD + "0;1\n10;2\n", "Fehler [um]=ignore").columns) == ["target"]
+
+
+def test_a_rule_above_everything_is_a_heading_as_good_as_any(read):
+    assert list(read("----\nSoll\n").unknown) == ["----"]
 
 
 def test_nothing_is_said_of_our_own_format(read):
