@@ -50,7 +50,10 @@ BAD = [
         "'nach der Messe', rows from line 6",
     ),
     ("Soll [mm];1 [um];2 [um]\n0;1;2\n10;1;2\nSoll [mm];1 [um];2 [um]\n0;1;2\n10;1;2\n", "--table 1, or another"),
-    ("Soll [mm];Vorwärts [um];Rückwärts [um];Differenz [um]\n0;1;2;1\n10;1;2;1\n", "'Differenz [um]=ignore' reads the passes"),
+    (
+        "Soll [mm];Vorwärts [um];Rückwärts [um];Differenz [um]\n0;1;2;1\n10;1;2;1\n",
+        "'Differenz [um]=ignore' reads the passes",
+    ),
     ("Achse;Soll [mm];Fehler [um]\nX;0;1\nX;9;2\nY;0;1\nY;9;2\n", "column 'Achse' names several axes: X, Y"),
     ("Soll [mm];1+ [um];1- [um]\n0;1 mm;2 mm\n10;1 mm;2 mm\n", "a cell of it mm; allowed: one unit"),
     ("Soll [mm];Richtung;Fehler [um]\n0;A;1\n0;B;2\n9;A;1\n9;B;1\n", "Richtung 'A' is no direction"),
