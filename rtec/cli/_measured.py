@@ -78,6 +78,12 @@ Maps = Annotated[
 Sheet = Annotated[
     str | None, option(metavar="NAME", help="Sheet of a workbook that has several.", rich_help_panel=_READ)
 ]
+TableNumber = Annotated[
+    int | None,
+    whole_option(
+        "--table", low=1, help="Number of the table, where a file or sheet has several.", rich_help_panel=_READ
+    ),
+]
 Decimal = Annotated[
     str | None,
     option(metavar="MARK", help="point or comma, where the numbers do not tell which it is.", rich_help_panel=_READ),
@@ -118,7 +124,7 @@ def facts_of(
 
 
 def choices_of(
-    maps: list[str] | None, sheet: str | None, decimal: str | None, *, several: bool = False
+    maps: list[str] | None, sheet: str | None, table: int | None, decimal: str | None, *, several: bool = False
 ) -> ColumnChoices:
     """Return what options say of the columns of a file, or of several that need not all have every column.
 
@@ -129,12 +135,12 @@ def choices_of(
 
     Examples
     --------
-    >>> choices_of(["nominal=target_mm"], None, "comma").decimal
+    >>> choices_of(["nominal=target_mm"], None, None, "comma").decimal
     ','
     """
     from rtec.metrology import column_choices
 
-    choices = column_choices(maps or (), sheet=sheet, decimal=decimal)
+    choices = column_choices(maps or (), sheet=sheet, table=table, decimal=decimal)
     return dataclasses.replace(choices, of_several=several)
 
 

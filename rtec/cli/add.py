@@ -56,6 +56,7 @@ def add(
     reference_temperature: _measured.ReferenceTemperature = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
+    table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
     period: Annotated[_Text, _option("'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")] = None,
     harmonics: Annotated[_Text, _option("N", "Of a period.")] = None,
@@ -133,7 +134,7 @@ def add(
         "speed": speed,
     }
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
-    choices = _measured.choices_of(maps, sheet, decimal)
+    choices = _measured.choices_of(maps, sheet, table, decimal)
     with progress(f"adding {effect}") as show:
         given = _measured.read_inputs(
             data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices

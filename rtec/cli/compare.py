@@ -28,6 +28,7 @@ def compare(
     reference_temperature: _measured.ReferenceTemperature = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
+    table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
@@ -54,7 +55,7 @@ def compare(
     names = names_of(data)
     refuse_with_several(data, heldout=heldout, lock=lock)
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
-    choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
+    choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
     results: dict[str, Comparison] = {}
     with progress(f"comparing {', '.join(names)}"[:60]) as show:
         for number, (name, file) in enumerate(zip(names, data, strict=True)):

@@ -29,6 +29,7 @@ def diagnose(
     reference_temperature: _measured.ReferenceTemperature = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
+    table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
@@ -70,7 +71,7 @@ def diagnose(
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file than that of --save")
     facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
-    choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
+    choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
     written = {}
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:

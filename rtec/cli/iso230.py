@@ -59,6 +59,7 @@ def iso230(
     ] = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
+    table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
     force: Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
@@ -83,7 +84,7 @@ def iso230(
         "eve": eve,
     }
     given = {name: text for name, text in options.items() if text is not None}
-    choices = _measured.choices_of(maps, sheet, decimal, several=len(data) > 1)
+    choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
     names = names_of(data)
     tests = [_judged(path, name, period, given, choices) for path, name in zip(data, names, strict=True)]
     _check_alike(tests)
@@ -121,13 +122,17 @@ def _judged(
     test = positioning_test(measurement)
     figures = positioning_figures(test.readings, period=test.period(period))
     facts = {} if period is None else {"screw_pitch": period}
+    target = f"column {measurement.called('target')}:"
     return JudgedTest(
         name=name,
         facts=test.facts,
         figures=figures,
         vdi=vdi_figures(figures),
         uncertainty=positioning_uncertainty(figures, _inputs(test, figures.coordinate, given)),
-        warnings=(*figures.warnings, *implausible(measurement, facts)),
+        warnings=(
+            *(text.replace("column target:", target) for text in figures.warnings),
+            *implausible(measurement, facts),
+        ),
         unknown=test.unknown,
         notes=measurement.notes,
     )

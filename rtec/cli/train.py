@@ -52,6 +52,7 @@ def train(
     counts_per_rev: _measured.CountsPerRev = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
+    table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
     seed: Annotated[int, whole_option(low=0, help="Draws what is held out, and the first weights.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
@@ -85,7 +86,7 @@ def train(
     if not 0.0 < budget_s <= 1e6:
         raise ArgumentError("--budget", budget, "a time above 0 s, up to 1e6 s")
     facts = _measured.facts_of(screw_pitch, None, counts_per_rev, None)
-    choices = _measured.choices_of(maps, sheet, decimal)
+    choices = _measured.choices_of(maps, sheet, table, decimal)
     with progress(f"training on {data.name}") as show:
         given = _measured.read_inputs(
             data, model=None, heldout=heldout, lock=False, observe=None, facts=facts, choices=choices

@@ -85,7 +85,16 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
         return ("the axis moves while it is read: a log of its motion is no positioning test", *_clock(test))
     slips, slipped = _unit_slips(test)
     outliers = _outliers(test, far_from_neighbours(data) & ~slipped)
-    checks = _unit_of_all(test), slips, outliers, _copies(test), _clock(test), _other_targets(test), _unseen(test)
+    checks = (
+        _unit_of_all(test),
+        slips,
+        outliers,
+        _copies(test),
+        _clock(test),
+        _other_targets(test),
+        _sorted(test),
+        _unseen(test),
+    )
     return tuple(text for check in checks for text in _not_too_many([*check]))
 
 
@@ -136,6 +145,11 @@ class _Test:
         more = f" and {len(numbers) - _MOST_SHOWN} more" if len(numbers) > _MOST_SHOWN else ""
         return f"{word}s {', '.join(map(str, numbers[:_MOST_SHOWN]))}{more}"
 
+    def where(self, rows: Iterable[int], quantity: str = "") -> str:
+        """Return lines and column of rows; of their deviations, unless another quantity is named."""
+        rows = list(rows)
+        return f"{self.lines(rows)}, column {self.measurement.called(quantity or self.column, rows)}"
+
     def way(self, row: int) -> str:
         """Return the direction of approach of a reading."""
         direction = self.data.conditions.direction
@@ -165,7 +179,8 @@ def _unit_of_all(test: _Test) -> Iterable[str]:
     spread = float(high - low)
     if travel <= 0.0 or test.unit not in _SLIPS:
         return
-    what = f"column {test.column}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
+    name = test.measurement.called(test.column)
+    what = f"column {name}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
     (_, too_small), (_, too_large), *_ = _SLIPS[test.unit]
     if spread > _COARSE * travel:
         yield f"{what}: is the unit right ({too_large.replace('among', 'taken for')})?"
@@ -186,8 +201,9 @@ def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:
         slipped = possible & ~found & (np.abs(factor * y - middle) <= near)
         if slipped.any():
             rows = np.flatnonzero(slipped)
-            where = f"{test.lines(rows)}, column {test.column}"
-            texts.append(f"{where}: times {factor:.4g} it agrees with the other readings at its target: {what}?")
+            texts.append(
+                f"{test.where(rows)}: times {factor:.4g} it agrees with the other readings at its target: {what}?"
+            )
         found |= slipped
     return texts, found
 
@@ -205,7 +221,7 @@ def _outliers(test: _Test, found: np.ndarray) -> Iterable[str]:
     for row in np.flatnonzero(found).tolist():
         others = "the other readings" if test.data.cell[row] >= 0 else "its neighbours"
         what = f"{test.length(test.data.observed[row])} is far from {others} at {test.place(row)}{test.way(row)}"
-        yield f"{test.lines([row])}, column {test.column}: {what}: an outlier?"
+        yield f"{test.where([row])}: {what}: an outlier?"
 
 
 def _copies(test: _Test) -> Iterable[str]:
@@ -227,7 +243,7 @@ def _copies(test: _Test) -> Iterable[str]:
             if (same == len(places)).any():
                 before = test.name(passes[int(np.argmax(same))][0])
                 what = f"{test.name(number)} has the same {len(places)} deviations as {before}: a copy?"
-                yield f"{test.lines(test.passes[number])}, column {test.column}: {what}"
+                yield f"{test.where(test.passes[number])}: {what}"
 
 
 def _clock(test: _Test) -> Iterable[str]:
@@ -236,7 +252,7 @@ def _clock(test: _Test) -> Iterable[str]:
         return
     for row in clock_runs_back(column.values, test.data.conditions.run).tolist():
         what = f"{column.values[row]:g} s after {column.values[row - 1]:g} s"
-        yield f"{test.lines([row])}, column time: {what}: the clock runs back"
+        yield f"{test.where([row], 'time')}: {what}: the clock runs back"
 
 
 def _other_targets(test: _Test) -> Iterable[str]:
@@ -252,7 +268,15 @@ def _other_targets(test: _Test) -> Iterable[str]:
         lacking, others = len(usual - places), [row for row in rows.tolist() if test.places[row] not in usual]
         what = [f"lacks {lacking} of {len(usual)} targets of the other runs"] if lacking else []
         what += [f"has {len(others)} that they have not, the first {test.place(others[0])}"] if others else []
-        yield f"{test.lines(others or rows)}, column target: {test.name(number)} {' and '.join(what)}"
+        yield f"{test.where(others or rows, 'target')}: {test.name(number)} {' and '.join(what)}"
+
+
+def _sorted(test: _Test) -> Iterable[str]:
+    """Say where targets that stand in the file one by one, both ways together, tell no direction."""
+    places, columns = test.data.conditions.position, test.measurement.columns
+    if "direction" not in columns and 2 * np.count_nonzero(np.diff(places) == 0.0) >= places.size - 1:
+        what = "the same target stands in rows one after the other, and no column tells the direction of approach"
+        yield f"column {test.measurement.called('target')}: {what}: are the rows sorted by target?"
 
 
 def _unseen(test: _Test) -> Iterable[str]:
@@ -261,4 +285,4 @@ def _unseen(test: _Test) -> Iterable[str]:
         change = shifted_targets(test.data.conditions)
         what = f"these targets cannot show periods of {', '.join(periods)}"
         even = "; ISO 230-2 asks for uneven steps" if any("/ k" in period for period in periods) else ""
-        yield f"column target: {what}{even}{f': {change}' if change else ''}"
+        yield f"column {test.measurement.called('target')}: {what}{even}{f': {change}' if change else ''}"

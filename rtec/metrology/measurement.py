@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,10 @@ class Measurement:
         Line of the file in which each row stands, counted from 1; None where there is no file.
     notes
         What was guessed when the file was read, and what was left out, in words.
+    headings
+        What the file calls a column, by quantity, where that is not what we call it.
+    passes
+        Of a table with a column for each pass: what the file calls the column of each row's reading.
 
     Examples
     --------
@@ -72,6 +77,8 @@ class Measurement:
     unknown: Mapping[str, NDArray[np.float64] | NDArray[np.str_]]
     lines: Sequence[int] | None = None
     notes: tuple[str, ...] = ()
+    headings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    passes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         sizes = {column.values.shape for column in self.columns.values()}
@@ -95,6 +102,22 @@ class Measurement:
     def line_of(self, row: int) -> int | None:
         """Return the line of the file in which a row stands, counted from 1; None where there is no file."""
         return None if self.lines is None else self.lines[row]
+
+    def called(self, quantity: str, rows: Iterable[int] = ()) -> str:
+        """Return what a column is called in a message: the quantity, and the heading of the file where it is another.
+
+        Parameters
+        ----------
+        quantity
+            Of the column.
+        rows
+            Those that are spoken of: in a table with a column for each pass they tell which.
+        """
+        heading = self.headings.get(quantity, "")
+        if quantity in ("deviation", "actual") and self.passes:
+            names = list(dict.fromkeys(self.passes[row] for row in rows))
+            heading = names[0] if len(names) == 1 else ""
+        return f"{quantity} ({shown(heading)})" if heading else quantity
 
     def to_readings(self) -> Readings | RotaryReadings:
         """Return the readings of a positioning test.
@@ -151,7 +174,7 @@ class Measurement:
                 self.source,
                 None,
                 f"no positioning test in the columns {shown(have)}",
-                "a column target_mm (or another unit) with actual_mm or deviation_um",
+                "a target with actual positions or deviations; --map 'HEADING=target_mm' or =deviation_um says which",
             )
         return *target, *deviation
 

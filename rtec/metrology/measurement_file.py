@@ -16,18 +16,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.tables.agreement import disagreement
+from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
-from rtec.metrology.tables.headings import Strength, meaning_of
-from rtec.metrology.tables.layout import table_of_text
+from rtec.metrology.tables.headings import Meaning, Strength, meaning_of
+from rtec.metrology.tables.layout import tables_of_text
 from rtec.metrology.tables.placing import place
 from rtec.metrology.tables.renishaw import is_renishaw_file, read_renishaw_text
+from rtec.metrology.tables.several import one_table
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.unfolding import unfolded
 from rtec.metrology.tables.values import Values
+from rtec.metrology.tables.ways import counts_runs
 from rtec.metrology.tables.wide import Pass, passes_of, turned
-from rtec.metrology.tables.workbook import is_workbook, table_of_workbook
+from rtec.metrology.tables.words import AXIS, plain_words
+from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
 from rtec.metrology.text_file import read_any_text, shown
 
 _OF_LONG_TABLES = ("time", "velocity", "feed", "force", "current", "torque", "voltage")
@@ -67,11 +73,13 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
     ([0.0015, 0.0025], "took column 'Abweichung (µm)' for the deviation")
     """
     if is_workbook(path):
-        return _of_table(table_of_workbook(path, choices.sheet), choices, ())
+        return _of_table(one_table(tables_of_workbook(path, choices.sheet), choices), choices, ())
     if choices.sheet is not None:
         raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"no sheet: {path} is no workbook")
     text, encoding = read_any_text(path)
     notes = () if encoding == "utf-8" else (f"read as {encoding}",)
+    if choices.table is not None and (is_laser_file(text) or is_renishaw_file(text)):
+        raise ArgumentError("--table", choices.table, f"no table: {path} is a file of a laser system")
     if is_laser_file(text):
         if choices.columns:
             raise ArgumentError("--map", next(iter(choices.columns)), "nothing for a file of the laser system")
@@ -79,21 +87,23 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
         return Measurement(source=str(path), facts={}, columns=readings.columns, unknown={})
     if is_renishaw_file(text):
         return read_renishaw_text(path, text, choices)
-    return _of_table(table_of_text(path, text), choices, notes)
+    return _of_table(one_table(tables_of_text(path, text), choices), choices, notes)
 
 
 def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> Measurement:
-    table = _one_target_a_row(table)
+    table = without_units(_one_target_a_row(table), choices)
     passes = _passes(table, choices)
     placed = place(table, choices, frozenset(one.column for one in passes))
     values = Values(table, placed, choices.decimal, [one.column for one in passes])
     lines: Sequence[int] = values.lines
     unfolding: list[str] = []
+    headings: list[str] = []
     unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
     if passes:
-        columns, lines, unfolding = unfolded(table, values, passes)
+        columns, lines, headings, unfolding = unfolded(table, values, passes)
     else:
         columns, unknown = _columns(table, values)
+        _refuse_disagreement(table, values, columns)
     if not columns and not unknown:
         raise FileFormatError(
             table.source, table.heading_line, "no column is left", "at least one that is not ignored"
@@ -105,6 +115,12 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
         unknown=unknown,
         lines=lines,
         notes=(*notes, *table.notes, *placed.notes, *values.notes, *unfolding),
+        headings={
+            quantity: table.headings[index]
+            for index, (quantity, _) in placed.columns.items()
+            if quantity_of_heading(table.headings[index]) is None
+        },
+        passes=headings,
     )
 
 
@@ -125,13 +141,50 @@ def _columns(
                 problem = f"columns {shown(first)} and {shown(heading)} both hold {shown(heading.lower())}"
                 raise FileFormatError(table.source, table.heading_line, problem, "one column for each quantity")
             unknown[heading] = values.unknown(index)
+            _refuse_several_axes(table, index, unknown[heading])
             continue
         quantity, unit = placed[index]
         if unit is None:
             columns[quantity] = Column(quantity, "s", values.time(times))
         else:
             columns[quantity] = Column(quantity, unit.inside, values.column(index))
+    _find_runs(columns, unknown, values)
     return columns, unknown
+
+
+def _refuse_several_axes(table: Table, index: int, cells: NDArray[np.float64] | NDArray[np.str_]) -> None:
+    """Refuse a column that names more than one axis."""
+    names = list(dict.fromkeys(cells.tolist())) if set(plain_words(table.headings[index])) <= AXIS else []
+    if len(names) > 1:
+        problem = f"column {shown(table.headings[index])} names several axes: {', '.join(map(str, names[:3]))}"
+        allowed = f"one axis a file; {table.as_choice(index, 'ignore')} takes them for one"
+        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+
+
+def _find_runs(
+    columns: dict[str, Column], unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]], values: Values
+) -> None:
+    """Take a column called a number, such as 'Nr.', for that of the run where it counts runs."""
+    target = columns.get("target", columns.get("actual"))
+    if "run" in columns or target is None:
+        return
+    for heading, found in unknown.items():
+        if found.dtype.kind == "f" and counts_runs(heading, numbers := found.astype(np.float64), target.values):
+            columns["run"] = Column("run", "", numbers)
+            values.notes.append(
+                f"took column {shown(heading)} for the number of the run: it counts up from run to run"
+            )
+            del unknown[heading]
+            return
+
+
+def _refuse_disagreement(table: Table, values: Values, columns: dict[str, Column]) -> None:
+    """Refuse a deviation of the other sign or in another unit than the positions beside it tell."""
+    if (what := disagreement(columns)) is not None:
+        index = next(index for index, (quantity, _) in values.placed.columns.items() if quantity == "deviation")
+        problem = f"column {shown(table.headings[index])} is {what}, by the positions beside it"
+        allowed = f"a deviation is actual less target; {table.as_choice(index, 'ignore')} takes it from the positions"
+        raise FileFormatError(table.source, table.heading_line, problem, allowed)
 
 
 def _one_target_a_row(table: Table) -> Table:
@@ -164,9 +217,24 @@ def _passes(table: Table, choices: ColumnChoices) -> list[Pass]:
     }
     found = passes_of(table.headings, table.above, frozenset(taken))
     columns = {one.column for one in found}
-    others = {
-        meaning.quantity for index, meaning in enumerate(meanings) if meaning is not None and index not in columns
-    }
-    if others & {"deviation", "actual", "run", *_OF_LONG_TABLES} or not others & {"target", "position"}:
+    said = [choices.of_column(index, heading) for index, heading in enumerate(table.headings, 1)]
+    others = {text.partition("_")[0].replace("command", "target") for text in said if text is not None}
+    for index, meaning in enumerate(meanings):
+        if meaning is not None and said[index] is None and index not in columns:
+            others.add(meaning.quantity)
+            _refuse_both(table, index, meaning, found)
+    if others & {"deviation", "actual", *_OF_LONG_TABLES} or not others & {"target", "position"}:
+        return []
+    if "run" in others and any(one.run is not None for one in found):
         return []
     return found
+
+
+def _refuse_both(table: Table, index: int, meaning: Meaning, passes: list[Pass]) -> None:
+    """Refuse a deviation beside passes in both directions: it may be their difference."""
+    guessed = meaning.quantity == "deviation" and meaning.strength < Strength.EXACT
+    if guessed and {one.direction for one in passes} >= {1, -1}:
+        names = " and ".join(shown(table.headings[one.column]) for one in passes[:2])
+        problem = f"column {shown(table.headings[index])} may be the deviation, and {names} passes of deviations"
+        allowed = f"{table.as_choice(index, 'ignore')} reads the passes; {table.as_choice(index, 'deviation_um')} it"
+        raise FileFormatError(table.source, table.heading_line, problem, allowed)

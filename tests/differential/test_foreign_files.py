@@ -13,7 +13,7 @@ def foreign(request):
 
 
 def answered(foreign):
-    return column_choices(foreign.maps, sheet=foreign.sheet, decimal=foreign.decimal)
+    return column_choices(foreign.maps, sheet=foreign.sheet, decimal=foreign.decimal, table=foreign.table)
 
 
 def found(measurement):
@@ -32,7 +32,7 @@ def test_it_is_read_right_or_asked_about(foreign, tmp_path):
         assert foreign.asks in str(asked.value)
         assert str(file) in str(asked.value)
         assert "\n" not in str(asked.value)
-        if not (foreign.maps or foreign.sheet or foreign.decimal):
+        if not (foreign.maps or foreign.sheet or foreign.decimal or foreign.table):
             return
     measurement = read_measurement(file, answered(foreign))
     expected = [(r.run, r.direction, r.target_mm, r.deviation_um) for r in foreign.expected]
@@ -50,7 +50,7 @@ def test_it_is_read_right_or_asked_about(foreign, tmp_path):
 
 def test_each_layout_is_another_file():
     names = {make().name for make in foreign_files.ALL}
-    assert len(names) == len(foreign_files.ALL) >= 60
+    assert len(names) == len(foreign_files.ALL) >= 100
 
 
 @pytest.mark.parametrize(

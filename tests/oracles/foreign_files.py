@@ -1,4 +1,4 @@
-"""One positioning test, written in sixty ways: as instruments, spreadsheets and people write such files.
+"""One positioning test, written in a hundred ways: as instruments, spreadsheets and people write such files.
 
 The readings are made here from their definition, and every layout writes them by itself, with none of the code that
 reads them. Most layouts are read right: the readings come out again. A few cannot be told and have to be asked about.
@@ -42,8 +42,8 @@ def readings(directions: Iterable[int] = (1, -1)) -> list[Reading]:
 class Foreign:
     """A file: how it is called, what is in it, and what has to be said of it.
 
-    ``asks`` is what the question has to name where the file cannot be read without one; ``maps``, ``sheet`` and
-    ``decimal`` are the answer to it, where there is one. ``missing`` readings have no value in the file.
+    ``asks`` is what the question has to name where the file cannot be read without one; ``maps``, ``sheet``,
+    ``decimal`` and ``table`` are the answer to it, where there is one. ``missing`` readings have no value in it.
     """
 
     name: str
@@ -52,6 +52,7 @@ class Foreign:
     maps: tuple[str, ...] = ()
     sheet: str | None = None
     decimal: str | None = None
+    table: int | None = None
     missing: int = 0
     notes: tuple[str, ...] = ()
     expected: tuple[Reading, ...] = field(default_factory=lambda: tuple(readings()))
@@ -410,8 +411,29 @@ def german_directions() -> Foreign:
 
 
 @layout
+def directions_told_by_the_motion() -> Foreign:
+    body = rows(lambda r: f"{r.run},{'L' if r.direction > 0 else 'R'},{r.target_mm},{r.deviation_um}")
+    lines = text(["run,Dir,target_mm,deviation_um", *body])
+    return Foreign("lr.csv", lines.encode(), notes=("took 'L' in column 'Dir' for forward",))
+
+
+@layout
+def directions_as_switches() -> Foreign:
+    body = rows(lambda r: f"{r.run};{int(r.direction < 0)};{r.target_mm};{r.deviation_um}")
+    lines = text(["Run;Direction;Target [mm];Error [um]", *body])
+    return Foreign("switch.csv", lines.encode(), notes=("took '0' in column 'Direction' for forward",))
+
+
+@layout
+def drawn_arrows() -> Foreign:
+    body = rows(lambda r: f"{r.run};{'->' if r.direction > 0 else '<-'};{r.target_mm};{r.deviation_um}")
+    return Foreign("drawn.csv", text(["Run;Direction;Target [mm];Error [um]", *body]).encode())
+
+
+@layout
 def directions_not_understood() -> Foreign:
-    body = rows(lambda r: f"{r.run},{'A' if r.direction > 0 else 'B'},{r.target_mm},{r.deviation_um}")
+    names = {1: "AB", -1: "CD"}
+    body = rows(lambda r: f"{r.run},{names[r.direction][r.run % 2]},{r.target_mm},{r.deviation_um}")
     return Foreign(
         "ab.csv", text(["run,Dir,target_mm,deviation_um", *body]).encode(), asks="Dir=ignore", maps=("Dir=ignore",)
     )
@@ -547,6 +569,337 @@ def a_target_a_column() -> Foreign:
             name = f"{run} {'↑' if way > 0 else '↓'} [µm]"
             lines.append(";".join([name, *(str(by_pass(t)[run, way].deviation_um) for t in TARGETS)]))
     return Foreign("across.csv", text(lines).encode(), notes=("each row for a pass",))
+
+
+# ---- units in cells
+
+
+@layout
+def units_in_cells() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)} mm;{comma(r.deviation_um, 1)} µm")
+    return Foreign("zellen.csv", text(["Lauf;Richtung;Soll;Abweichung", *body]).encode("latin-1"))
+
+
+@layout
+def units_in_cells_as_in_the_headings() -> Foreign:
+    body = rows(lambda r: f"{r.run}\t{r.direction}\t{r.target_mm / 25.4:.8f}in\t{r.deviation_um}\u00a0µm")
+    return Foreign("cells.txt", text(["Run\tDirection\tTarget [in]\tError [um]", *body]).encode())
+
+
+@layout
+def units_in_cells_of_two_kinds() -> Foreign:
+    def length(r: Reading) -> str:
+        return f"{r.deviation_um / 1000:.4f} mm" if r.run == 2 else f"{r.deviation_um} µm"
+
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm} mm;{length(r)}")
+    lines = text(["Run;Direction;Target;Error", *body])
+    return Foreign("kinds.csv", lines.encode(), notes=("is in um and mm: all of it was turned into um",))
+
+
+@layout
+def units_in_cells_that_contradict() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um} µm")
+    return Foreign(
+        "cellcontra.csv",
+        text(["Run;Direction;Target [mm];Error [mm]", *body]).encode(),
+        asks="states mm, and a cell of it um",
+        maps=("Error [mm]=deviation_um",),
+    )
+
+
+@layout
+def a_cell_without_its_unit() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm} mm;{r.deviation_um}{' µm' if r.run > 1 else ''}")
+    return Foreign(
+        "bareunit.csv",
+        text(["Run;Direction;Target;Error", *body]).encode(),
+        asks="has no unit; other cells have um",
+        maps=("Error=deviation_um",),
+    )
+
+
+@layout
+def workbook_with_units_in_cells() -> Foreign:
+    body: list[list[object]] = [[r.run, r.direction, f"{r.target_mm} mm", f"{r.deviation_um} µm"] for r in readings()]
+    return Foreign("cells.xlsx", book({"X": [["Run", "Direction", "Target", "Error"], *body]}))
+
+
+@layout
+def wide_with_units_in_cells() -> Foreign:
+    passes = [(run, way) for run in range(1, RUNS + 1) for way in (1, -1)]
+    head = ["Position", *(f"{run}{'+' if way > 0 else '-'}" for run, way in passes)]
+    body = [";".join([f"{t} mm", *(f"{by_pass(t)[one].deviation_um} um" for one in passes)]) for t in TARGETS]
+    return Foreign("widecells.csv", text([";".join(head), *body]).encode())
+
+
+# ---- several tables
+
+
+def of_run(run: int) -> list[str]:
+    return [f"{r.direction};{r.target_mm};{r.deviation_um}" for r in readings() if r.run == run]
+
+
+def columns_of(way: int) -> list[str]:
+    return [
+        ";".join([str(t), *(str(by_pass(t)[run, way].deviation_um) for run in range(1, RUNS + 1))]) for t in TARGETS
+    ]
+
+
+@layout
+def a_table_a_run() -> Foreign:
+    lines: list[str] = []
+    for run in range(1, RUNS + 1):
+        lines += ["Direction;Target [mm];Error [um]", *of_run(run), ""]
+    return Foreign("runs.csv", text(lines).encode(), notes=("took 3 tables for runs, in their order",))
+
+
+@layout
+def a_table_a_run_with_names() -> Foreign:
+    lines = ["Positioning X", ""]
+    for run in range(1, RUNS + 1):
+        lines += [f"Run {run}", "Direction;Target [mm];Error [um]", *of_run(run), ""]
+    return Foreign("named.csv", text(lines).encode(), notes=("'Run 1', 'Run 2', 'Run 3'",))
+
+
+@layout
+def names_of_runs_between_the_rows() -> Foreign:
+    lines = ["Direction;Target [mm];Error [um]"]
+    for run in range(1, RUNS + 1):
+        lines += [f"Run {run}", *of_run(run)]
+    return Foreign("between.csv", text(lines).encode(), notes=("'Run 1', 'Run 2', 'Run 3'",))
+
+
+@layout
+def forward_table_above_reverse_table() -> Foreign:
+    lines: list[str] = []
+    for way, name in ((1, "Forward"), (-1, "Reverse")):
+        lines += [name, "Target [mm];Run 1 [um];Run 2 [um];Run 3 [um]", *columns_of(way), ""]
+    return Foreign("stacked.csv", text(lines).encode(), notes=("'Forward', 'Reverse'",))
+
+
+@layout
+def forward_table_beside_reverse_table() -> Foreign:
+    head = "Target [mm];Run 1 [um];Run 2 [um];Run 3 [um]"
+    pairs = zip(columns_of(1), columns_of(-1), strict=True)
+    lines = ["Forward;;;;;Reverse;;;", f"{head};;{head}", *(f"{one};;{other}" for one, other in pairs)]
+    return Foreign("beside.csv", text(lines).encode(), notes=("'Forward', 'Reverse'",))
+
+
+def of_axis(factor: float) -> list[str]:
+    return rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{factor * r.deviation_um:.1f}")
+
+
+@layout
+def two_axes_below_each_other() -> Foreign:
+    head = "Run;Direction;Target [mm];Error [um]"
+    lines = ["Axis: X", head, *of_axis(2), "", "Axis: Y", head, *of_axis(1)]
+    return Foreign("axes.csv", text(lines).encode(), asks="--table 1", table=2)
+
+
+@layout
+def two_axes_with_numbers() -> Foreign:
+    head = "Direction;Target [mm];Error [um]"
+    one = [f"{r.direction};{r.target_mm};{r.deviation_um}" for r in readings()]
+    other = [f"{r.direction};{r.target_mm};{2 * r.deviation_um:.1f}" for r in readings()]
+    lines = ["Axis 1", head, *one, "", "Axis 2", head, *other]
+    alone = tuple(replace(r, run=1) for r in readings())
+    return Foreign("axis12.csv", text(lines).encode(), asks="'Axis 1', rows from line 3", table=1, expected=alone)
+
+
+@layout
+def two_axes_beside_each_other() -> Foreign:
+    head = "Run;Direction;Target [mm];Error [um]"
+    pairs = zip(of_axis(1), of_axis(2), strict=True)
+    lines = ["X axis;;;;;Y axis;;;", f"{head};;{head}", *(f"{one};;{other}" for one, other in pairs)]
+    return Foreign("axesbeside.csv", text(lines).encode(), asks="'Y axis'", table=1)
+
+
+@layout
+def headings_again_on_every_page() -> Foreign:
+    head = "Run;Direction;Target [mm];Error [um]"
+    lines: list[str] = []
+    for number, line in enumerate(of_axis(1)):
+        lines += [f"Page {number // 12 + 1}", head] if number % 12 == 0 else []
+        lines.append(line)
+    return Foreign("pages.csv", text(lines).encode(), notes=("with the same headings for one",))
+
+
+@layout
+def figures_below_the_readings() -> Foreign:
+    head = "Run;Direction;Target [mm];Error [um]"
+    figures = ["", "Target [mm];Mean up [um];Mean down [um];Sigma [um]", *(f"{t};1.2;2.2;0.3" for t in TARGETS)]
+    lines = text([head, *of_axis(1), *figures])
+    return Foreign("figures.csv", lines.encode(), notes=("not read, for it holds no readings",))
+
+
+@layout
+def contract_twice() -> Foreign:
+    head = "run,direction,target_mm,deviation_um"
+    body = [line.replace(";", ",") for line in of_axis(1)]
+    return Foreign("twice.csv", text([head, *body, "", head, *body]).encode(), asks="--table 1", table=2)
+
+
+@layout
+def workbook_with_a_table_a_run() -> Foreign:
+    lines: list[list[object]] = []
+    for run in range(1, RUNS + 1):
+        own = [[r.direction, r.target_mm, r.deviation_um] for r in readings() if r.run == run]
+        lines += [[f"Run {run}"], ["Direction", "Target [mm]", "Error [µm]"], *own, []]
+    return Foreign("runs.xlsx", book({"X": lines}), notes=("'Run 1', 'Run 2', 'Run 3'",))
+
+
+@layout
+def runs_beside_forward_and_reverse() -> Foreign:
+    runs = range(1, RUNS + 1)
+    body = [
+        f"{run};{t};{by_pass(t)[run, 1].deviation_um};{by_pass(t)[run, -1].deviation_um}"
+        for run in runs
+        for t in TARGETS
+    ]
+    return Foreign("ways.csv", text(["Run;Position [mm];Forward [um];Reverse [um]", *body]).encode())
+
+
+# ---- what was misread, or asked about without need
+
+
+@layout
+def thousands_with_points_alone() -> Foreign:
+    """100.000 um and whole nanometres: a hundred with three decimals, or a hundred thousand; nobody can tell."""
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm * 1000:,.0f};{r.deviation_um * 1000:.0f}")
+    lines = text(["Run;Direction;Soll [µm];Abw [nm]", *body]).replace(",", ".")
+    return Foreign("punkte.csv", lines.encode(), asks="or a point between thousands", decimal="comma")
+
+
+@layout
+def lone_micro_sign() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign("micro.csv", text(["Run;Direction;Target [mm];Error [µ]", *body]).encode())
+
+
+@layout
+def microinches() -> Foreign:
+    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm / 25.4:.10f},{r.deviation_um / 25.4e-3:.6f}")
+    return Foreign("microinch.csv", text(["Run,Direction,Target (in),Error (µin)", *body]).encode())
+
+
+@layout
+def grouped_as_in_india() -> Foreign:
+    def indian(value: float) -> str:
+        whole = f"{value:,.1f}"
+        return whole if value < 1e5 else f"{int(value // 1e5)},{int(value % 1e5 // 1e3):02d},{value % 1e3:05.1f}"
+
+    body = rows(lambda r: f"{r.run}\t{r.direction}\t{indian(r.target_mm * 1000)}\t{r.deviation_um}")
+    return Foreign("lakh.txt", text(["Run\tDirection\tNominal (um)\tError (um)", *body]).encode())
+
+
+@layout
+def fortran_exponents() -> Foreign:
+    body = rows(
+        lambda r: f"{r.run} {r.direction} {r.target_mm / 1000:.6E} {r.deviation_um / 1e6:.6E}".replace("E", "D")
+    )
+    return Foreign("fortran.dat", text(["run direction target_m deviation_m", *body]).encode())
+
+
+@layout
+def deviation_of_the_other_sign() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.actual_mm:.4f};{-r.deviation_um}")
+    return Foreign(
+        "sign.csv",
+        text(["Run;Direction;Target [mm];Actual [mm];Error [um]", *body]).encode(),
+        asks="is target less actual",
+        maps=("Error [um]=ignore",),
+    )
+
+
+@layout
+def compensation_values() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.actual_mm:.4f};{-r.deviation_um}")
+    head = "Run;Direction;Target [mm];Actual [mm];Error compensation [um]"
+    return Foreign("comp.csv", text([head, *body]).encode())
+
+
+@layout
+def merged_targets() -> Foreign:
+    lines = []
+    for target in TARGETS:
+        for one in (r for r in readings() if r.target_mm == target):
+            shown = target if (one.run, one.direction) == (1, 1) else ""
+            lines.append(f"{shown};{one.run};{one.direction};{one.deviation_um}")
+    expected = tuple(r for target in TARGETS for r in readings() if r.target_mm == target)
+    text_ = text(["Target [mm];Run;Dir;Error [um]", *lines])
+    return Foreign("merged.csv", text_.encode(), notes=("are taken for those above",), expected=expected)
+
+
+@layout
+def merged_headings() -> Foreign:
+    lines: list[list[object]] = [["Deviation [µm]"], ["Target [mm]", "Forward", None, None, "Reverse", None, None]]
+    lines.append([None, *range(1, RUNS + 1), *range(1, RUNS + 1)])
+    passes = [(run, way) for way in (1, -1) for run in range(1, RUNS + 1)]
+    lines += [[t, *(by_pass(t)[one].deviation_um for one in passes)] for t in TARGETS]
+    return Foreign("mergedhead.xlsx", book({"X": lines}))
+
+
+@layout
+def another_axis_below_a_gap() -> Foreign:
+    body = of_axis(1)
+    lines = ["Run;Direction;Target [mm];Error [um]", *of_axis(2), "", "Y axis;;;", *body]
+    return Foreign("gap.csv", text(lines).encode(), asks="'Y axis'", table=2)
+
+
+@layout
+def a_table_a_pass_with_dates() -> Foreign:
+    lines = ["Machine: VMC 500", ""]
+    for one in range(2 * RUNS):
+        way, run = 1 - 2 * (one % 2), one // 2 + 1
+        lines += [f"{'Forward' if way > 0 else 'Reverse'}", f"Date: 22.11.2026 10:1{one}", "Target [mm];Error [um]"]
+        lines += [f"{r.target_mm};{r.deviation_um}" for r in readings() if (r.run, r.direction) == (run, way)]
+        lines.append("")
+    return Foreign("passes.csv", text(lines).encode(), notes=("took 6 tables for parts of one test",))
+
+
+@layout
+def runs_called_numbers() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    lines = text(["Nr.;Direction;Target [mm];Error [um]", *body])
+    return Foreign("nr.csv", lines.encode(), notes=("'Nr.' for the number of the run",))
+
+
+@layout
+def headings_behind_a_hash() -> Foreign:
+    body = rows(lambda r: f"{r.run} {r.direction} {r.target_mm} {r.deviation_um}")
+    return Foreign("savetxt.txt", text(["# run direction target_mm deviation_um", *body]).encode())
+
+
+@layout
+def bars_and_rules() -> Foreign:
+    body = rows(lambda r: f"| {r.run} | {r.direction} | {r.target_mm} | {r.deviation_um} |")
+    lines = ["| Run | Direction | Target [mm] | Error [um] |", "|-----|-----|-----|-----|", *body]
+    return Foreign("page.md", text(lines).encode())
+
+
+@layout
+def words_between_the_rows() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    body.insert(12, "door was opened")
+    lines = text(["Run;Direction;Target [mm];Error [um]", *body])
+    return Foreign("door.csv", lines.encode(), notes=("words between the rows are left out: line 14",))
+
+
+@layout
+def symbols_of_the_standard() -> Foreign:
+    passes = [(run, way) for run in range(1, RUNS + 1) for way in (1, -1)]
+    head = ["Pi [mm]", *(f"x{run}{'↑' if way > 0 else '↓'} [µm]" for run, way in passes)]
+    body = [";".join([str(t), *(str(by_pass(t)[one].deviation_um) for one in passes)]) for t in TARGETS]
+    return Foreign("symbols.csv", text([";".join(head), *body]).encode())
+
+
+@layout
+def labview() -> Foreign:
+    head = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t.", "***End_of_Header***\t", "\t"]
+    head += ["Channels\t2\t", "Samples\t30\t30\t", "***End_of_Header***\t\t\t"]
+    body = rows(lambda r: f"{r.time_s:.6f}\t{r.target_mm:.6f}\t{r.deviation_um:.6f}\t{r.run}\t{r.direction}\t")
+    lines = [*head, "X_Value\tTarget (mm)\tError (um)\tRun\tDirection\tComment", *body]
+    return Foreign("test.lvm", text(lines, "\r\n").encode())
 
 
 # ---- laser systems

@@ -6,7 +6,8 @@ import math
 import re
 from collections.abc import Iterable
 
-from rtec.metrology.tables.words import BACKWARD, FORWARD, plain_words
+from rtec.metrology.tables.units import SPELLINGS, spelled_unit
+from rtec.metrology.tables.words import BACKWARD, DIRECTION, FILLERS, FORWARD, plain_words
 
 Cell = str | float
 """A text, or what a workbook holds as a number."""
@@ -35,15 +36,23 @@ MISSING = frozenset(
 """What people write where there is no reading, in small letters; ``nan``, a number gone wrong, is none."""
 
 _DASHES = ("-", "–", "—")
-_POINT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?", re.ASCII)
-_COMMA = re.compile(r"[+-]?(?:[0-9]+,?[0-9]*|,[0-9]+)(?:[eE][+-]?[0-9]{1,4})?", re.ASCII)
+_POINT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]{1,4})?", re.ASCII)
+_COMMA = re.compile(r"[+-]?(?:[0-9]+,?[0-9]*|,[0-9]+)(?:[eEdD][+-]?[0-9]{1,4})?", re.ASCII)
 _GROUPED = {
-    ".": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[,' ][0-9]{3})+(?:\.[0-9]*)?", re.ASCII),
+    ".": re.compile(
+        r"[+-]?(?:[1-9][0-9]{0,2}(?:[,' ][0-9]{3})+|[1-9][0-9]?(?:,[0-9]{2})+,[0-9]{3})(?:\.[0-9]*)?", re.ASCII
+    ),
     ",": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.' ][0-9]{3})+(?:,[0-9]*)?", re.ASCII),
 }
 _GROUPS = {".": re.compile(r"[,' ]"), ",": re.compile(r"[.' ]")}
 _SIGNS = str.maketrans({"−": "-", "‒": "-", "–": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "’": "'"})
 _LONGEST = 60
+_ARROW = re.compile(r"[-=]{1,3}>|<[-=]{1,3}")
+_WITH_UNIT = re.compile(r"(.*[0-9][.,]?)\s*([^0-9\[\](){}+\-−]{1,20})", re.ASCII)
+_MAY_HOLD_UNITS = re.compile(
+    r"[0-9][.,]?\s{0,3}(?:" + "|".join(map(re.escape, sorted(SPELLINGS, key=len, reverse=True))) + r")(?![a-z])",
+    re.IGNORECASE,
+)
 _WHOLE = re.compile(r"[^0-9]*([0-9]{1,9})[^0-9]*", re.ASCII)
 
 
@@ -72,7 +81,7 @@ def number_of(cell: Cell, mark: str) -> float | None:
     Parameters
     ----------
     cell
-        Spaces, apostrophes and the other mark may stand between groups of three digits.
+        Spaces, apostrophes and the other mark may stand between groups of three digits, commas also as in India.
     mark
         The decimal mark, ``.`` or ``,``.
 
@@ -80,6 +89,8 @@ def number_of(cell: Cell, mark: str) -> float | None:
     --------
     >>> number_of("-1.234,5", ","), number_of("1'250.75", "."), number_of("1,5", "."), number_of("1e-3", ".")
     (-1234.5, 1250.75, None, 0.001)
+    >>> number_of("1,00,000.5", "."), number_of("1.5D-03", ".")
+    (100000.5, 0.0015)
     """
     if isinstance(cell, float):
         return cell if math.isfinite(cell) else None
@@ -91,35 +102,67 @@ def number_of(cell: Cell, mark: str) -> float | None:
         if _GROUPED[mark].fullmatch(text) is None:
             return None
         text = _GROUPS[mark].sub("", text)
-    value = float(text.replace(",", "."))
+    value = float(text.replace(",", ".").lower().replace("d", "e"))
     return value if math.isfinite(value) else None
 
 
 def looks_like_number(cell: Cell) -> bool:
-    """Return whether a cell is a number with one mark or the other.
+    """Return whether a cell is a number with one mark or the other, with a unit behind it or without.
 
     Examples
     --------
-    >>> looks_like_number("1,5"), looks_like_number("1.5"), looks_like_number("Run 1")
+    >>> looks_like_number("1,5"), looks_like_number("1.5 mm"), looks_like_number("Run 1")
     (True, True, False)
     """
-    return isinstance(cell, float) or any(number_of(cell, mark) is not None for mark in ".,")
+    return isinstance(cell, float) or _is_number(cell) or apart_from_unit(cell) is not None
 
 
-def decimal_marks(cells: Iterable[Cell]) -> frozenset[str]:
+def _is_number(text: str) -> bool:
+    return any(number_of(text, mark) is not None for mark in ".,")
+
+
+def apart_from_unit(cell: Cell) -> tuple[str, str] | None:
+    """Return the number in a cell and the unit behind it, as `spelled_unit` returns it, or None.
+
+    Examples
+    --------
+    >>> apart_from_unit("-3,2 µm"), apart_from_unit("0.5in"), apart_from_unit("12"), apart_from_unit("3 times")
+    (('-3,2', 'um'), ('0.5', 'inch'), None, None)
+    """
+    if isinstance(cell, float) or len(cell) > _LONGEST:
+        return None
+    match = _WITH_UNIT.fullmatch(cell.strip().translate(_SIGNS))
+    if match is None or (unit := spelled_unit(match[2])) is None or not _is_number(match[1]):
+        return None
+    return match[1], unit
+
+
+def may_hold_units(line: str) -> bool:
+    """Return whether a number with a unit behind it may stand in a line.
+
+    Examples
+    --------
+    >>> may_hold_units("1;0,5 mm"), may_hold_units("1;forward;0.5")
+    (True, False)
+    """
+    return _MAY_HOLD_UNITS.search(line) is not None
+
+
+def decimal_marks(cells: Iterable[Cell], *, commas_apart: bool = False) -> frozenset[str]:
     """Return the decimal marks that the numbers among cells allow: one, both where nobody can tell, none in a muddle.
 
-    A cell such as ``100,000`` may be a hundred with three decimals or a hundred thousand. A lone point is a decimal
-    point, unless commas elsewhere say that it stands between thousands.
+    A cell such as ``100,000`` may be a hundred with three decimals or a hundred thousand, and so may ``100.000``.
 
     Parameters
     ----------
     cells
         Of a whole table.
+    commas_apart
+        Whether commas stand between the columns, so that a lone point is a decimal point.
 
     Examples
     --------
-    >>> sorted(decimal_marks(["0,5", "100,000"])), sorted(decimal_marks(["1.500", "2"]))
+    >>> sorted(decimal_marks(["0,5", "100,000"])), sorted(decimal_marks(["1.500", "2"], commas_apart=True))
     ([','], ['.'])
     >>> sorted(decimal_marks(["100,000", "-2"])), sorted(decimal_marks(["1.5", "0,5"]))
     ([',', '.'], [])
@@ -135,7 +178,7 @@ def decimal_marks(cells: Iterable[Cell]) -> frozenset[str]:
             open_marks.add("," if "," in cell else ".")
     if sure:
         return frozenset(sure) if len(sure) == 1 else frozenset()
-    return frozenset(".,") if "," in open_marks else frozenset(".")
+    return frozenset(".,") if "," in open_marks or (open_marks and not commas_apart) else frozenset(".")
 
 
 def direction_of(cell: Cell) -> int | None:
@@ -143,16 +186,22 @@ def direction_of(cell: Cell) -> int | None:
 
     Examples
     --------
-    >>> [direction_of(cell) for cell in ("+", "Rückwärts", "1", -1.0, "↑", "approach from below")]
-    [1, -1, 1, -1, 1, None]
+    >>> [direction_of(cell) for cell in ("+", "Rückwärts", "1", -1.0, "↑", "<-", "X+", "approach from below")]
+    [1, -1, 1, -1, 1, -1, 1, None]
     """
     number = number_of(cell, ".")
     if number is not None:
         return int(number) if abs(number) == 1.0 else None
-    words = plain_words(str(cell)[:_LONGEST])
+    words = [
+        word for word in plain_words(_ARROW.sub(_arrow, str(cell)[:_LONGEST])) if word not in FILLERS | DIRECTION
+    ]
     if len(words) != 1:
         return None
     return 1 if words[0] in FORWARD else -1 if words[0] in BACKWARD else None
+
+
+def _arrow(drawn: re.Match[str]) -> str:
+    return "→" if drawn[0].endswith(">") else "←"
 
 
 def run_of(cell: Cell) -> float | None:

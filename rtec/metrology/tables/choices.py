@@ -28,6 +28,8 @@ class ColumnChoices:
         The sheet of a workbook; None where it has a single one with a table in it.
     decimal
         ``.`` or ``,``; None to find it out.
+    table
+        The number of the table in a file or sheet that has several, counted from 1; None to find it out.
     of_several
         The same is said of several files, and not every one of them has every column.
     """
@@ -35,6 +37,7 @@ class ColumnChoices:
     columns: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     sheet: str | None = None
     decimal: str | None = None
+    table: int | None = None
     of_several: bool = False
 
     def of_column(self, number: int, heading: str) -> str | None:
@@ -46,7 +49,7 @@ NO_CHOICES = ColumnChoices()
 
 
 def column_choices(
-    maps: Sequence[str] = (), *, sheet: str | None = None, decimal: str | None = None
+    maps: Sequence[str] = (), *, sheet: str | None = None, decimal: str | None = None, table: int | None = None
 ) -> ColumnChoices:
     """Return the choices that options state.
 
@@ -58,6 +61,8 @@ def column_choices(
         Of ``--sheet``.
     decimal
         Of ``--decimal``: ``point`` or ``comma``.
+    table
+        Of ``--table``, from 1 on.
 
     Raises
     ------
@@ -87,7 +92,8 @@ def column_choices(
             raise ArgumentError("--map", repr(text[:80]), f"one meaning for each heading; {heading!r} has two")
     if decimal is not None and decimal not in DECIMAL_MARKS:
         raise ArgumentError("--decimal", repr(decimal[:40]), "point or comma")
-    return ColumnChoices(columns=columns, sheet=sheet, decimal=None if decimal is None else DECIMAL_MARKS[decimal])
+    mark = None if decimal is None else DECIMAL_MARKS[decimal]
+    return ColumnChoices(columns=columns, sheet=sheet, decimal=mark, table=table)
 
 
 def _is_meaning(text: str) -> bool:

@@ -176,7 +176,9 @@ def _strongest(table: Table, meanings: dict[int, Meaning], said: Mapping[int, Me
             raise FileFormatError(table.source, table.heading_line, f"column {shown(heading)} has no unit", allowed)
         best = max((meanings[index].strength for index in usable), default=None)
         top = [index for index in usable if meanings[index].strength is best]
-        if len(top) > 1 and (quantity != "time" or best is Strength.EXACT):
+        if quantity == "time" and all(meanings[index].unit is None for index in usable):
+            top = [index for index in usable if meanings[index].strength > Strength.WEAK] or top
+        if len(top) > 1 and (quantity != "time" or any(meanings[index].unit is not None for index in top)):
             _refuse_two(table, top, quantity)
         for index in top:  # a date and a time of day are one time
             chosen[index] = meanings[index]

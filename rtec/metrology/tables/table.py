@@ -30,6 +30,8 @@ class Table:
     headings, units, above
         Of each column: its heading (nothing where the whole column is empty), what stands below it in a row of units,
         and what spans it from the line above.
+    titles
+        The lines above it, or above its part of them.
     heading_line
         Line of the headings, counted from 1.
     text, separator, first_line
@@ -47,6 +49,7 @@ class Table:
     units: tuple[str, ...]
     above: tuple[str, ...]
     heading_line: int
+    titles: tuple[str, ...] = ()
     text: list[str] = field(default_factory=list)
     separator: str | None = ","
     first_line: int = 0
@@ -60,9 +63,10 @@ class Table:
         return heading if len(heading) <= _LONGEST else shown(heading)
 
     def as_choice(self, column: int, meaning: str) -> str:
-        """Return the option that says what a column is; by its number where its heading is not to be typed."""
+        """Return the option that says what a column is; by its number where its heading does not do it."""
         heading = self.headings[column]
         easy = len(heading) <= _LONGEST and heading.isprintable() and "'" not in heading
+        easy = easy and [other.lower() for other in self.headings].count(heading.lower()) == 1
         return f"--map '{heading if easy else f'column {column + 1}'}={meaning}'"
 
     def cells(self) -> tuple[list[list[Cell]], Sequence[int]]:
@@ -83,7 +87,7 @@ class Table:
         rows: list[list[Cell]] = []
         lines: list[int] = []
         for line, text in enumerate(self.text, self.first_line):
-            if not text.strip():
+            if not text or text.isspace():
                 continue
             found = split_line(self.source, line, text, self.separator)
             while len(found) > width and not found[-1]:

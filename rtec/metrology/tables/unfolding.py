@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -18,10 +18,13 @@ from rtec.metrology.tables.wide import Pass
 from rtec.metrology.text_file import shown
 
 _NEAR = 0.1
+_STATED = ("run", "direction")
 _ASK = "the unit in the headings, such as 'Run 1 [µm]', or in a row below them"
 
 
-def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict[str, Column], list[int], list[str]]:
+def unfolded(
+    table: Table, values: Values, passes: Sequence[Pass]
+) -> tuple[dict[str, Column], list[int], list[str], list[str]]:
     """Return the readings of a wide table in the order in which the axis took them.
 
     Parameters
@@ -35,8 +38,8 @@ def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict
     -------
     columns
         ``run``, ``direction`` (where it is known), ``target`` and ``deviation`` or ``actual``, shape (readings,).
-    lines
-        Line of each reading.
+    lines, headings
+        Line and column of each reading.
     notes
         What was taken for what.
 
@@ -55,27 +58,33 @@ def unfolded(table: Table, values: Values, passes: Sequence[Pass]) -> tuple[dict
     target_unit = values.placed.columns[target_index][1]
     assert target_unit is not None  # noqa: S101 - a target without unit is not placed
     unit = _unit(table, passes)
-    stated = [index for index, (name, _) in values.placed.columns.items() if name == "direction"]
-    directions = values.column(stated[0]) if stated else None
-    parts = [_one_pass(values, one, unit.factor, target, directions) for one in _numbered(passes)]
+    stated = {name: values.column(index) for index, (name, _) in values.placed.columns.items() if name in _STATED}
+    ordered = _numbered(passes)
+    parts = [_one_pass(values, one, unit.factor, target, stated) for one in ordered]
     order = np.concatenate([rows for rows, *_ in parts])
     readings = np.concatenate([found for _, found, *_ in parts])
+    headings = [table.headings[one.column] for one, (rows, *_) in zip(ordered, parts, strict=True) for _ in rows]
+    runs = np.concatenate([run for *_, run, _ in parts])
     quantity, notes = _quantity(passes, readings, target[order], same_unit=unit == target_unit)
     column = {
-        "run": Column("run", "", np.concatenate([run for *_, run, _ in parts])),
+        "run": Column("run", "", runs),
         "target": Column("target", target_unit.inside, target[order]),
         quantity: Column(quantity, unit.inside, readings),
     }
-    if stated or all(one.direction for one in passes):
+    if "direction" in stated or all(one.direction for one in passes):
         column["direction"] = Column("direction", "", np.concatenate([way for *_, way in parts]))
     elif any(one.direction for one in passes):
         problem = "some of the runs state a direction, others none"
         raise FileFormatError(
             table.source, table.heading_line, problem, "a direction in each heading, such as 'Run 1 +'"
         )
+    if "run" in stated:  # run by run, as the axis took them
+        taken = np.argsort(runs, kind="stable")
+        column = {name: Column(name, one.unit, one.values[taken]) for name, one in column.items()}
+        order, headings = order[taken], [headings[row] for row in taken]
     names = f"{shown(table.headings[passes[0].column])} to {shown(table.headings[passes[-1].column])}"
     notes.insert(0, f"took columns {names} for {len(passes)} passes of {quantity}s")
-    return column, [values.lines[row] for row in order], notes
+    return column, [values.lines[row] for row in order], headings, notes
 
 
 def _numbered(passes: Sequence[Pass]) -> list[Pass]:
@@ -91,15 +100,16 @@ def _numbered(passes: Sequence[Pass]) -> list[Pass]:
 
 
 def _one_pass(
-    values: Values, one: Pass, factor: float, target: Floats, directions: Floats | None
+    values: Values, one: Pass, factor: float, target: Floats, columns: Mapping[str, Floats]
 ) -> tuple[np.ndarray, Floats, Floats, Floats]:
     """Return the rows of a pass in the order of its direction, with readings, run and direction of each."""
     found, there = values.pass_column(one.column, factor)
     rows = np.flatnonzero(there)
-    stated = np.full(target.size, float(one.direction or 0)) if directions is None else directions
+    stated = columns.get("direction", np.full(target.size, float(one.direction or 0)))
+    runs = columns.get("run", np.full(target.size, float(one.run or 1)))
     # forward from the lowest target up, then backward from the highest down; as the rows stand if nothing is stated
-    rows = rows[np.lexsort((stated[rows] * target[rows], -stated[rows]))]
-    return rows, found[rows], np.full(rows.size, float(one.run or 1)), stated[rows]
+    rows = rows[np.lexsort((stated[rows] * target[rows], -stated[rows], runs[rows]))]
+    return rows, found[rows], runs[rows], stated[rows]
 
 
 def _unit(table: Table, passes: Sequence[Pass]) -> ColumnUnit:

@@ -9,11 +9,12 @@ from rtec.units import MM_PER_INCH
 
 _SPELLINGS = {
     "mm": ("millimeter", "millimetre", "millimeters", "millimetres"),
-    "um": ("micron", "microns", "mikron", "mikrometer", "micrometer", "micrometre", "mue"),
+    "um": ("micron", "microns", "mikron", "mikrometer", "micrometer", "micrometre", "mue", "mu", "my"),
     "nm": ("nanometer", "nanometre", "n m", "n*m", "n·m"),
     "m": ("meter", "metre"),
     "inch": ("in", "inches", "zoll", "in."),
     "thou": ("mil", "mils"),
+    "uinch": ("uin", "uin.", "microinch", "microinches", "micro inch", "uinches"),
     "deg": ("°", "degree", "degrees", "grad"),
     "rad": ("radian", "radians"),
     "mrad": (),
@@ -54,10 +55,13 @@ _SPELLINGS = {
     "rpm": ("1/min", "u/min", "rev/min", "min-1", "min^-1"),
 }
 _BY_SPELLING = {spelling: unit for unit, others in _SPELLINGS.items() for spelling in (unit, *others)}
+SPELLINGS = frozenset(_BY_SPELLING) | {spelling.replace("u", "µ") for spelling in _BY_SPELLING if spelling[0] == "u"}
+"""All the ways in which units are written, in small letters."""
 
 _MORE = {
     "position": {
         "thou": ColumnUnit("mm", MM_PER_INCH / 1000.0),
+        "uinch": ColumnUnit("mm", MM_PER_INCH / 1e6),
         "mrad": ColumnUnit("deg", 0.18 / math.pi),
         "urad": ColumnUnit("deg", 0.18e-3 / math.pi),
         "arcmin": ColumnUnit("deg", 1.0 / 60.0),
@@ -81,7 +85,11 @@ def spelled_unit(text: str) -> str | None:
     --------
     >>> spelled_unit("µm"), spelled_unit("°C"), spelled_unit("Zoll"), spelled_unit("axis 1")
     ('um', 'degc', 'inch', None)
+    >>> spelled_unit("µ"), spelled_unit("u")
+    ('um', 'rev')
     """
+    if text.strip(" []") in ("µ", "μ"):
+        return "um"
     plain = " ".join(text.replace("µ", "u").replace("μ", "u").lower().split()).removesuffix("]").removeprefix("[")
     return _BY_SPELLING.get(plain.strip())
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,16 @@ from rtec.metrology.tables.choices import IGNORE
 from rtec.metrology.tables.placing import Placed
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.times import is_date_or_clock, seconds_since_first
+from rtec.metrology.tables.ways import ways_by_motion
 from rtec.metrology.text_file import plain_numbers, shown
 
 _SAMPLE = 2000
 _NEEDED = ("target", "actual", "deviation", "direction", "run", "time")
 _A_NUMBER = "a decimal number, such as -20.01852 or 1e-3"
 _A_DIRECTION = "+1 or -1, + or -, forward or backward"
+_MERGED = ("target", "run", "direction")
 _MOST_NAMED = 3
+_EITHER_WAY = frozenset(("cw", "ccw", "left", "right", "l", "r", "out", "return", "outward"))
 
 
 class Values:
@@ -53,6 +57,7 @@ class Values:
         if not self.rows:
             problem = "no row follows the header"
             raise FileFormatError(table.source, table.heading_line, problem, "one row for each reading")
+        self._fill_merged()
         self._skip_missing()
         self.mark = decimal or self._decimal()
 
@@ -61,16 +66,32 @@ class Values:
         table, width = self.table, len(self.table.headings)
         if table.rows is not None:
             return None
+        few = [text.split(table.separator) for text in table.text[:_SAMPLE] if text.strip()]
+        apart = table.separator == ","
+        marks = decimal_marks((cell.strip() for row in few for cell in row), commas_apart=apart)
+        if decimal is None and len(marks) > 1:
+            return None
         if decimal != ",":
             found = plain_numbers(table.text, width, table.separator)
-            if found is not None or table.separator == ",":
+            if found is not None or apart:
                 return found
-        few = [text.split(table.separator) for text in table.text[:_SAMPLE] if text.strip()]
-        if decimal is None and decimal_marks(cell.strip() for row in few for cell in row) != {","}:
+        if decimal is None and marks != {","}:
             return None
         if any("." in text for text in table.text):
             return None  # between thousands, or a muddle: cell by cell
         return plain_numbers([text.replace(",", ".") for text in table.text], width, table.separator)
+
+    def _fill_merged(self) -> None:
+        """Fill empty cells below a target, run or direction that was written once for several rows."""
+        for column, (quantity, _) in self.placed.columns.items():
+            filled = [row for row, cells in enumerate(self.rows) if cells[column] != ""]
+            gaps = {after - before for before, after in pairwise([*filled, len(self.rows)])}
+            if quantity not in _MERGED or filled[:1] != [0] or len(filled) == 1 or len(gaps) != 1 or gaps == {1}:
+                continue
+            for row, cells in enumerate(self.rows):
+                cells[column] = cells[column] if cells[column] != "" else self.rows[row - 1][column]
+            heading = shown(self.table.headings[column])
+            self.notes.append(f"empty cells of column {heading} are taken for those above: {len(filled)} are filled")
 
     def _skip_missing(self) -> None:
         """Leave out the rows that lack a reading, and columns that lack nearly all of them."""
@@ -120,18 +141,20 @@ class Values:
         columns = [
             column for column in columns if self.placed.columns.get(column, ("", None))[0] not in ("time", "run")
         ]
-        marks = decimal_marks(cells[column] for cells in self.rows for column in columns)
+        apart = self.table.separator == "," and bool(self.table.text)
+        marks = decimal_marks((cells[column] for cells in self.rows for column in columns), commas_apart=apart)
         if len(marks) == 1:
             return next(iter(marks))
         marked = (
             cell
             for cells in self.rows
             for column in columns
-            if isinstance(cell := cells[column], str) and "," in cell
+            if isinstance(cell := cells[column], str) and ("," in cell or (marks and "." in cell))
         )
         example = shown(next(marked, ""))
         if marks:
-            problem = f"{example} may have a decimal comma, or a comma between thousands"
+            sign = "comma" if "," in example else "point"
+            problem = f"{example} may have a decimal {sign}, or a {sign} between thousands"
             raise FileFormatError(
                 self.table.source, None, problem, "--decimal comma or --decimal point, to say which"
             )
@@ -153,11 +176,37 @@ class Values:
         """
         quantity, unit = self.placed.columns[index]
         assert unit is not None  # noqa: S101 - times of dates are read by `time`
+        if quantity == "direction" and (told := self._told_by_motion(index)) is not None:
+            return told
         if self.numbers is not None:
             raw = self.numbers[:, index].copy()
         else:
             raw = np.array([self._number(row, index, quantity) for row in range(len(self.rows))])
         return self._inside(index, quantity, unit, raw)
+
+    def _told_by_motion(self, index: int) -> Floats | None:
+        """Return directions with names that are unknown or stand for either, where the order of the targets tells."""
+        numbers = self.numbers
+        names = (
+            [_text(cells[index]) for cells in self.rows] if numbers is None else [f"{n:g}" for n in numbers[:, index]]
+        )
+        if all(
+            name.strip().lower() not in _EITHER_WAY and direction_of(name) is not None
+            for name in dict.fromkeys(names)
+        ):
+            return None
+        columns = {quantity: column for column, (quantity, _) in self.placed.columns.items()}
+        position = columns.get("target", columns.get("actual"))
+        if position is None:
+            return None
+        run = self.column(columns["run"]) if "run" in columns else np.ones(len(names))
+        told = ways_by_motion(names, self.column(position), run)
+        if told is None:
+            return None
+        forward = next(name for name, way in told.items() if way > 0)
+        heading = shown(self.table.headings[index])
+        self.notes.append(f"took {shown(forward)} in column {heading} for forward: there the targets ascend")
+        return np.array([float(told[name]) for name in names])
 
     def _inside(self, index: int, quantity: str, unit: ColumnUnit, raw: Floats) -> Floats:
         if (outside := _outside_range(quantity, unit, raw)) is not None:
@@ -187,8 +236,9 @@ class Values:
 
     def _or_ignore(self, index: int, quantity: str) -> str:
         """Return what to do where a column was taken for a direction or a run, and is none."""
+        told = ", and the order of the targets tells" if quantity == "direction" else ""
         guessed = quantity in ("direction", "run") and self.table.headings[index].lower() != quantity
-        return f"; {self.table.as_choice(index, IGNORE)} leaves the column out" if guessed else ""
+        return f"; {self.table.as_choice(index, IGNORE)} leaves it out{told}" if guessed else ""
 
     def pass_column(self, index: int, factor: float) -> tuple[Floats, NDArray[np.bool_]]:
         """Return a column of a wide table times a factor, and which of its cells hold a reading, shape (rows,)."""

@@ -15,15 +15,15 @@ def _set(text: str) -> frozenset[str]:
 
 DEVIATION = _set(
     "deviation deviations dev error errors err abweichung abweichungen abw positionsabweichung lageabweichung "
-    "fehler delta difference diff differenz ecart erreur errore scostamento desviacion odchylka residual"
+    "fehler delta difference diff differenz ecart erreur errore scostamento desviacion odchylka residual xij"
 )
 ACTUAL = _set(
     "actual act measured meas measurement measurements ist istwert istposition istpos messwert gemessen mesure "
-    "mesuree misurato misura medido reading readings laser lasread interferometer feedback fbk encoder"
+    "mesuree misurato misura medido reading readings laser lasread interferometer feedback fbk encoder pij"
 )
 TARGET = _set(
     "target targets command commanded cmd nominal nom soll sollwert sollposition sollpos vorgabe zielposition "
-    "ziel setpoint demand demanded programmed consigne cible theoretical teorico nominale nominell"
+    "ziel setpoint demand demanded programmed consigne cible theoretical teorico nominale nominell pi"
 )
 POSITION = _set(
     "position positions pos stellung weg coordinate coordinates koordinate location posizione posicion angle "
@@ -35,7 +35,7 @@ DIRECTION = _set(
 )
 RUN = _set(
     "run runs lauf messlauf durchlauf zyklus cycle cycles repeat repetition wiederholung messreihe serie "
-    "series pass trial"
+    "series pass trial iteration rep reps wdh cyc sweep lap fahrt traverse loop durchgang"
 )
 TIME = _set("time zeit timestamp elapsed uhrzeit temps tempo tiempo date datum datetime zeitstempel messzeit")
 DAY = _set("date datum")
@@ -50,6 +50,7 @@ OTHERS = {
     "pressure": _set("pressure druck luftdruck pression airpress"),
     "humidity": _set("humidity feuchte luftfeuchte luftfeuchtigkeit feuchtigkeit humidite"),
 }
+AXIS = _set("axis axes achse achsen axe asse eje")
 STATISTIC = _set(
     "mean average avg mittel mittelwert std stdev stddev sigma min max minimum maximum range spannweite median "
     "count uncertainty unsicherheit limit tolerance toleranz repeatability reversal umkehrspanne trend fit "
@@ -57,22 +58,25 @@ STATISTIC = _set(
 )
 """Of what was computed from readings: such columns are no readings."""
 ANOTHER_ERROR = _set(
-    "straightness geradheit yaw roll flatness ebenheit squareness horizontal vertical lateral following flag code"
+    "straightness geradheit yaw roll flatness ebenheit squareness horizontal vertical lateral following flag code "
+    "compensation compensated correction corrected kompensation korrektur corrige"
 )
 """Of errors that are no deviation of a position along its axis."""
 FILLERS = _set(
     "axis axes achse x y z a b c u v w of the in linear lin machine maschine value values val wert werte raw "
     "data daten rotary positioning position pos along point punkt no nr number num and und i j k n p motor air "
     "luft material mat rel relative abs absolute total measuring stage table tool accuracy at by to de la le "
-    "der die des point punkte"
+    "der die des point punkte st nd rd th"
 )
 FORWARD = _set(
-    "forward forwards fwd fw positive pos plus up upward ascending increasing vor vorwarts vorw hin aufwarts "
-    "steigend hinlauf aller cw right + ↑ → ⇒ avant f"
+    "forward forwards forth fwd fw positive positiv pos plus up upward outward ascending asc increasing avanti ida "
+    "vor vorwarts vorw hin aufwarts "
+    "steigend hinlauf aller cw + ↑ → ⇒ avant f"
 )
 BACKWARD = _set(
-    "backward backwards bwd bw back reverse rev reversed negative neg minus down downward descending "
-    "decreasing ruck ruckwarts ruckw zuruck her abwarts fallend rucklauf retour ccw left return - − – ↓ ← ⇐ "
+    "backward backwards bwd bw back reverse rev reversed negative negativ neg minus down downward descending desc "
+    "indietro vuelta "
+    "decreasing ruck ruckwarts ruckw zuruck her abwarts fallend rucklauf retour ccw return - − – ↓ ← ⇐ "
     "arriere r"
 )
 

@@ -11,7 +11,7 @@ from typing import IO, Any
 
 from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
 from rtec.metrology.tables.cells import Cell, looks_like_number
-from rtec.metrology.tables.layout import table_of_grid
+from rtec.metrology.tables.layout import tables_of_grid
 from rtec.metrology.tables.table import MAX_COLUMNS, Table
 from rtec.metrology.text_file import shown
 
@@ -40,8 +40,8 @@ def is_workbook(path: str | Path) -> bool:
         return False  # said when it is read
 
 
-def table_of_workbook(path: str | Path, sheet: str | None) -> Table:
-    """Return the table in a sheet of a workbook.
+def tables_of_workbook(path: str | Path, sheet: str | None) -> list[Table]:
+    """Return the tables in a sheet of a workbook.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def table_of_workbook(path: str | Path, sheet: str | None) -> Table:
     if any(len(row) < width or None in row for row in rows):  # what seems to be empty may be a formula
         with Path(path).open("rb") as file, _opened(path, openpyxl, file, values=False) as book:
             _refuse_formulas(path, openpyxl, book[name], rows)
-    return table_of_grid(f"{path} [{name}]", rows)
+    return tables_of_grid(f"{path} [{name}]", rows)
 
 
 @contextmanager

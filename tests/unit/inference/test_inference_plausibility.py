@@ -167,6 +167,12 @@ def test_runs_that_no_column_numbers(tmp_path):
     assert "pass 7 forward has the same 6 deviations as pass 3 forward" in text
 
 
+def test_rows_that_are_sorted_by_target(tmp_path):
+    rows = sorted((row[3:] for row in good_rows()), key=lambda row: row[0])
+    texts = found(tmp_path, rows, "target_mm,deviation_um")
+    assert any("column target: the same target stands in rows one after the other" in text for text in texts)
+
+
 def test_periods_that_even_targets_hide(tmp_path):
     rows = [[*row[:3], 10.0 * PLACES.index(row[3]), row[4]] for row in good_rows()]
     (text,) = found(tmp_path, rows)

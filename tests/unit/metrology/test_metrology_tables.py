@@ -35,6 +35,28 @@ BAD = [
     ("0;1\n10;2\n", "no header line"),
     ("Soll [mm];Fehler [um]\n0;1\n10\n20;3\n", "line 3: 1 fields; allowed: 2"),
     ("Soll [mm];Fehler [um];Soll - Ist [um]\n0;;-1\n10;;-2\n", "Fehler [um] is empty"),
+    (
+        "Soll [mm];Fehler [um]\n0;100.000\n10;250\n",
+        "'100.000' may have a decimal point, or a point between thousands",
+    ),
+    ("Soll;Fehler\n0 mm;1 um\n1 mm;2\n", "line 3: Fehler '2' has no unit; other cells have um"),
+    ("Soll;Temp.\n0 mm;20 °C\n1 mm;68 °F\n", "cells of column 'Temp.' are in degc and degf"),
+    ("Soll;Fehler\n0 mm;1 um\n1 um;2 inch\n1 °;2 um\n", "cells of column 'Soll' are in mm and um and deg"),
+    ("Soll [mm];Fehler [um]\n0;(1.5)\n10;2\n20;3\n", "line 2: Fehler [um] '(1.5)' is not a finite number"),
+    ("Soll [mm];Fehler [um];Soll [mm];Abw [um]\n0;1;5;2\n10;1;15;2\n", "--table 1, or another of them"),
+    ("Soll [mm];Fehler [um];Abw [um]\nAchse X\n0;1;2\nAchse Y\n0;1;2\n", "'Achse Y', rows from line 5"),
+    (
+        "Richtung;Soll [mm];Fehler [um]\n+;0;1\n+;10;2\n\nnach der Messe\n+;0;1\n+;10;2\n",
+        "'nach der Messe', rows from line 6",
+    ),
+    ("Soll [mm];1 [um];2 [um]\n0;1;2\n10;1;2\nSoll [mm];1 [um];2 [um]\n0;1;2\n10;1;2\n", "--table 1, or another"),
+    (
+        "Soll [mm];Vorwärts [um];Rückwärts [um];Differenz [um]\n0;1;2;1\n10;1;2;1\n",
+        "'Differenz [um]=ignore' reads the passes",
+    ),
+    ("Achse;Soll [mm];Fehler [um]\nX;0;1\nX;9;2\nY;0;1\nY;9;2\n", "column 'Achse' names several axes: X, Y"),
+    ("Soll [mm];1+ [um];1- [um]\n0;1 mm;2 mm\n10;1 mm;2 mm\n", "a cell of it mm; allowed: one unit"),
+    ("Soll [mm];Richtung;Fehler [um]\n0;A;1\n0;B;2\n9;A;1\n9;B;1\n", "Richtung 'A' is no direction"),
 ]
 
 
@@ -71,6 +93,10 @@ def test_choices_go_before_what_is_guessed(read):
     assert list(read(HEAD + "0;1\n10;2\n", "Fehler [um]=ignore").columns) == ["target"]
 
 
+def test_a_rule_above_everything_is_a_heading_as_good_as_any(read):
+    assert list(read("----\nSoll\n").unknown) == ["----"]
+
+
 def test_nothing_is_said_of_our_own_format(read):
     assert read("target_mm,deviation_um,note\n0,1,a\n10,2,b\n").notes == ()
 
@@ -82,7 +108,46 @@ def test_a_heading_that_nobody_can_type_is_asked_about_by_its_number(read):
     assert len(str(error.value)) < 400
 
 
-@pytest.mark.parametrize("heading", ["Soll - Ist [um]", "Straightness error [um]", "Mean error [um]", "yaw [um]"])
+def test_a_table_that_is_not_there(read):
+    text = "Achse X\nSoll [mm];Fehler [um]\n0;1\n10;2\n\nAchse Y\nSoll [mm];Fehler [um]\n0;3\n10;4\n"
+    assert read(text, table=2).columns["deviation"].values.tolist() == [0.003, 0.004]
+    with pytest.raises(ArgumentError, match="is a file of a laser system"):
+        read(RTL, name="x.rtl", table=1)
+    with pytest.raises(ArgumentError, match=r"1 to 2 in .*: 'Achse X', rows from line 3; 'Achse Y', rows"):
+        read(text, table=3)
+
+
+@pytest.mark.parametrize(("factor", "what"), [(-1.0, "target less actual"), (1e-3, "a thousandth of actual less")])
+def test_deviations_that_the_positions_beside_them_contradict(read, factor, what):
+    seen = (0.0, 4.0, -2.0, 5.0)
+    rows = "".join(f"{10 * k};{10 * k + 7 + e / 1000};{factor * e}\n" for k, e in enumerate(seen))
+    with pytest.raises(FileFormatError, match=f"'Fehler .um.' is {what}"):
+        read("Soll [mm];Ist [mm];Fehler [um]\n" + rows)
+    unlike = "0;0.0;1\n10;10.004;2\n20;20;-3\n"  # the encoder beside the error that a laser saw
+    assert read("Soll [mm];Ist [mm];Fehler [um]\n" + unlike).rows == 3
+
+
+def test_cells_in_units_of_two_kinds_become_the_first(read):
+    m = read("Soll;Fehler\n0 mm;1,5 um\n25,4 mm;-0,002 mm\n2 in;0,1 thou\n")
+    assert m.columns["target"].values.tolist() == pytest.approx([0.0, 25.4, 50.8])
+    assert m.columns["deviation"].values.tolist() == pytest.approx([0.0015, -0.002, 0.00254])
+    assert any("'Soll' is in mm and inch: all of it was turned into mm" in note for note in m.notes)
+
+
+def test_messages_name_the_headings_of_the_file(read):
+    m = read("Pos. [mm];Abw. [um];run\n0;1;1\n10;2;1\n")
+    assert [m.called(name) for name in ("target", "deviation", "run")] == [
+        "target ('Pos. [mm]')",
+        "deviation ('Abw. [um]')",
+        "run",
+    ]
+    wide = read("Pos. [mm];1+ [um];1- [um]\n0;1;3\n10;2;4\n")
+    assert [wide.called("deviation", [row]) for row in (0, 3)] == ["deviation ('1+ [um]')", "deviation ('1- [um]')"]
+
+
+@pytest.mark.parametrize(
+    "heading", ["Soll - Ist [um]", "Straightness error [um]", "Mean error [um]", "yaw [um]", "Korrektur Fehler [um]"]
+)
 def test_what_is_no_deviation_is_not_taken_for_one(read, heading):
     m = read(f"Soll [mm];{heading}\n0;1\n10;2\n")
     assert list(m.columns) == ["target"]
@@ -94,6 +159,13 @@ def test_dates_of_other_countries(read):
         m = read(f"Soll [mm];Fehler [um];Zeit\n0;1;{cells[0]}\n10;2;{cells[1]}\n")
         assert m.columns["time"].values.tolist() == [0.0, 5.0]
         assert any("22" in note and "year" in note for note in m.notes)
+
+
+def test_a_date_beside_a_time_of_day(read):
+    m = read("Soll [mm];Fehler [um];Date;Time\n0;1;2026-11-22;23:59:50\n10;2;2026-11-24;00:00:10\n")
+    assert m.columns["time"].values.tolist() == [0.0, 86420.0]
+    with pytest.raises(FileFormatError, match="both hold 'time'"):
+        read("Soll [mm];Fehler [um];Zeit [s];Uhrzeit [s]\n0;1;2;2\n10;2;3;3\n")
 
 
 def test_a_sensor_that_recorded_little_is_left_out_and_said(read):
