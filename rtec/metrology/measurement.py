@@ -147,11 +147,14 @@ class Measurement:
             deviation = actual[0] - target[0], target[1]
         if target is None or deviation is None:
             have = ", ".join([*(column.heading for column in self.columns.values()), *self.unknown])
+            unplaced = next(iter(self.unknown), None)
+            lacking = "target" if target is None else "deviation"
+            hint = f"; where '{unplaced}' is one, --map '{unplaced}={lacking}_mm' says so" if unplaced else ""
             raise FileFormatError(
                 self.source,
                 None,
                 f"no positioning test in the columns {shown(have)}",
-                "a column target_mm (or another unit) with actual_mm or deviation_um",
+                f"a column target_mm (or another unit) with actual_mm or deviation_um{hint}",
             )
         return *target, *deviation
 
