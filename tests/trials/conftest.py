@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from rtec.cli import main
+
 
 @pytest.fixture
 def rtec(tmp_path):
@@ -23,6 +25,22 @@ def rtec(tmp_path):
             check=False,
             **options,
         )
+        assert done.returncode == code, done.stdout + done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture
+def typed(tmp_path, monkeypatch, capsys):
+    """As `rtec`, for many short commands in a row: they share this process, which has loaded the libraries."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def run(*words, code=0):
+        capsys.readouterr()
+        found = main(words)
+        done = subprocess.CompletedProcess(words, found, *capsys.readouterr())
         assert done.returncode == code, done.stdout + done.stderr
         return done
 

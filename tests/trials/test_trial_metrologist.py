@@ -82,7 +82,7 @@ def test_before_and_after_on_one_sheet(rtec, tests):
         assert f"{one['vdi3441']['P']:.1f}" in page
 
 
-def test_a_workbook_asks_which_sheet(rtec, tmp_path):
+def test_a_workbook_asks_which_sheet(typed, tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     axes = {"Y-Achse": (3.0, 4), "Z-Achse": (8.0, 5)}
     book = openpyxl.Workbook()
@@ -96,16 +96,16 @@ def test_a_workbook_asks_which_sheet(rtec, tmp_path):
         for run, way, x, error in rows[name]:
             sheet.append([run, "+" if way > 0 else "-", x, x + error / 1000])
     book.save(tmp_path / "achsen.xlsx")
-    asked = rtec("iso230", "achsen.xlsx", code=2).stderr
+    asked = typed("iso230", "achsen.xlsx", code=2).stderr
     assert "--sheet 'Y-Achse'" in asked
     assert "Z-Achse" in asked
-    found = json.loads(rtec("iso230", "achsen.xlsx", "--sheet", "Z-Achse", "--json").stdout)
+    found = json.loads(typed("iso230", "achsen.xlsx", "--sheet", "Z-Achse", "--json").stdout)
     _, way, target, error = np.array(rows["Z-Achse"]).T
     iso = oracle_figures(target, error, way)
     assert {key: found[key] for key in "AREMB"} == pytest.approx({key: iso[key] for key in "AREMB"}, rel=1e-9)
 
 
-def test_the_file_of_the_laser(rtec, tmp_path):
+def test_the_file_of_the_laser(typed, tmp_path):
     rows = measured(backlash_um=5.0, scale_um_m=-15.0, cyclic_um=0.0, seed=6)
     targets = TARGETS_MM.tolist()
     lines = ["HEADER::", "File type  : rtl", "Owner      : Linear", "", "TARGET DATA::", "Targets :"]
@@ -114,44 +114,45 @@ def test_the_file_of_the_laser(rtec, tmp_path):
     for run, way, x, error in rows:
         lines.append(f"{2 * run - (way > 0):3d} {targets.index(x) + 1:4d} {error:10.2f}")
     (tmp_path / "y.rtl").write_bytes("\r\n".join([*lines, "", "EOF::", ""]).encode("ascii"))
-    found = json.loads(rtec("iso230", "y.rtl", "--json").stdout)
+    found = json.loads(typed("iso230", "y.rtl", "--json").stdout)
     _, way, target, error = np.array(rows).T
     iso = oracle_figures(target, error, way)
     assert {key: found[key] for key in "AREMB"} == pytest.approx({key: iso[key] for key in "AREMB"}, rel=1e-9)
 
 
-def test_headings_that_rtec_asks_about_are_answered(rtec, tmp_path):
+def test_headings_that_rtec_asks_about_are_answered(typed, tmp_path):
     """Each message holds the words to type next."""
     headings = (*HEADINGS[:4], "Prüfpunkt", "Messwert")
     rows = [(run, way, x, 1000 * x + error) for run, way, x, error in BEFORE]
     (tmp_path / "z.csv").write_bytes(spreadsheet(rows, headings, per_um=0.001, decimals=5))
-    asked = rtec("iso230", "z.csv", code=2).stderr
+    asked = typed("iso230", "z.csv", code=2).stderr
     assert "--map 'Messwert=actual_mm'" in asked
-    asked = rtec("iso230", "z.csv", "--map", "Messwert=actual_mm", code=2).stderr
+    asked = typed("iso230", "z.csv", "--map", "Messwert=actual_mm", code=2).stderr
     assert "--map 'Prüfpunkt=target_mm'" in asked
-    answered = rtec("iso230", "z.csv", "--map", "Messwert=actual_mm", "--map", "Prüfpunkt=target_mm", "--json")
+    answered = typed("iso230", "z.csv", "--map", "Messwert=actual_mm", "--map", "Prüfpunkt=target_mm", "--json")
     _, way, target, error = np.array(BEFORE).T
     assert json.loads(answered.stdout)["E"] == pytest.approx(oracle_figures(target, error, way)["E"], rel=1e-9)
 
 
-def test_what_cannot_be_is_told_with_its_line(rtec, tmp_path):
+def test_what_cannot_be_is_told_with_its_line(typed, tmp_path):
     outlier = [*BEFORE]
     run, way, x, error = outlier[100]
     outlier[100] = (run, way, x, error + 60.0)
     (tmp_path / "outlier.csv").write_bytes(spreadsheet(outlier))
     (tmp_path / "unit.csv").write_bytes(spreadsheet(BEFORE, per_um=0.001, decimals=5))
-    told = rtec("iso230", "outlier.csv", "unit.csv").stderr
+    told = typed("iso230", "outlier.csv", "unit.csv").stderr
     found = f"{error + 60:.2f} µm is far from the other readings at {x:g} mm forward: an outlier?"
     assert f"outlier.csv: line 106, column deviation: {found}" in told
     assert "unit.csv: column deviation" in told
     assert "mm taken for um" in told
-    refused = rtec("iso230", "outlier.csv", "--strict", code=2)
+    assert "--map 'HEADING=deviation_mm'" in told
+    refused = typed("iso230", "outlier.csv", "--strict", code=2)
     assert refused.stdout == ""
     assert "line 106, column deviation" in refused.stderr
 
 
-def test_the_effects_are_named_and_what_changed(rtec, tests):
-    found = json.loads(rtec("diagnose", "before.csv", "after.csv", "--screw-pitch", "10 mm", "--json").stdout)
+def test_the_effects_are_named_and_what_changed(typed, tests):
+    found = json.loads(typed("diagnose", "before.csv", "after.csv", "--screw-pitch", "10 mm", "--json").stdout)
     before, after = found["files"]
     assert (before["verdict"], set(before["effects"])) == ("NAMED", {"scale", "backlash", "cyclic"})
     assert (after["verdict"], set(after["effects"])) == ("NAMED", {"backlash", "cyclic"})
@@ -165,6 +166,6 @@ def test_the_effects_are_named_and_what_changed(rtec, tests):
     assert outcomes["cyclic", "amplitude_1"] == "same"
 
 
-def test_two_files_alone_compare_no_effects(rtec, tests):
-    said = " ".join(rtec("compare", "before.csv", "after.csv").stdout.split())
+def test_two_files_alone_compare_no_effects(typed, tests):
+    said = " ".join(typed("compare", "before.csv", "after.csv").stdout.split())
     assert "no effect to compare; 'rtec diagnose' looks for effects in each" in said
