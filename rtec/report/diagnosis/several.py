@@ -154,6 +154,8 @@ def changes_sentence(first: str, found: Changes) -> str:
     ...                 other=Value("backlash", 3.0, 0.2, "um"), outcome=Outcome.DIFFERS)
     >>> changes_sentence("before.csv", {"after.csv": [change]})
     'after.csv against before.csv: backlash 3.00 ± 0.20 µm instead of 12.00 ± 0.20 µm.'
+    >>> changes_sentence("before.csv", {"after.csv": []})
+    'after.csv against before.csv: nothing that could be compared.'
     """
     sentences = []
     for name, of_file in found.items():
