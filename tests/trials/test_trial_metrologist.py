@@ -12,7 +12,7 @@ from vdi3441_oracle import oracle_vdi
 
 PITCH_MM = 10.0
 """Of the screw; she knows it from its data sheet."""
-TARGETS_MM = np.round(40.0 * np.arange(21) + np.random.default_rng(3).uniform(0.0, 10.0, 21), 1)
+TARGETS_MM = np.round(40.0 * np.arange(11) + np.random.default_rng(3).uniform(0.0, 10.0, 11), 1)
 """As ISO 230-2 asks: on a grid and beside it by chance, so that nothing periodic hides."""
 TITLE = "Positioniergenauigkeit X-Achse;;;;;\r\nMaschine:;Fräszentrum 3;;;;\r\nPrüferin:;M. Köhler;;;;\r\n;;;;;\r\n"
 HEADINGS = ("Datum", "Uhrzeit", "Lauf", "Richtung", "Position [mm]", "Abweichung (µm)")
@@ -68,7 +68,7 @@ def test_before_and_after_on_one_sheet(rtec, tests):
     found = json.loads(rtec("iso230", "before.csv", "after.csv", "-o", "report", "--json").stdout)
     for name, one in zip(("before.csv", "after.csv"), found["files"], strict=True):
         iso, vdi = figures_of(tests / name)
-        assert (one["name"], one["unit"], one["targets"], one["runs"]) == (name, "um", 21, 5)
+        assert (one["name"], one["unit"], one["targets"], one["runs"]) == (name, "um", 11, 5)
         assert {key: one[key] for key in iso} == pytest.approx(iso, rel=1e-9)
         assert one["vdi3441"] == pytest.approx(vdi, rel=1e-9)
         assert one["warnings"] == []
@@ -136,19 +136,19 @@ def test_headings_that_rtec_asks_about_are_answered(typed, tmp_path):
 
 def test_what_cannot_be_is_told_with_its_line(typed, tmp_path):
     outlier = [*BEFORE]
-    run, way, x, error = outlier[100]
-    outlier[100] = (run, way, x, error + 60.0)
+    run, way, x, error = outlier[50]
+    outlier[50] = (run, way, x, error + 60.0)
     (tmp_path / "outlier.csv").write_bytes(spreadsheet(outlier))
     (tmp_path / "unit.csv").write_bytes(spreadsheet(BEFORE, per_um=0.001, decimals=5))
     told = typed("iso230", "outlier.csv", "unit.csv").stderr
     found = f"{error + 60:.2f} µm is far from the other readings at {x:g} mm forward: an outlier?"
-    assert f"outlier.csv: line 106, column deviation: {found}" in told
+    assert f"outlier.csv: line 56, column deviation: {found}" in told
     assert "unit.csv: column deviation" in told
     assert "mm taken for um" in told
     assert "--map 'HEADING=deviation_mm'" in told
     refused = typed("iso230", "outlier.csv", "--strict", code=2)
     assert refused.stdout == ""
-    assert "line 106, column deviation" in refused.stderr
+    assert "line 56, column deviation" in refused.stderr
 
 
 def test_the_effects_are_named_and_what_changed(typed, tests):
@@ -159,7 +159,7 @@ def test_the_effects_are_named_and_what_changed(typed, tests):
     planted = {("scale", "scale"): 30.0, ("backlash", "backlash"): -12.0, ("cyclic", "amplitude_1"): 4.0}
     for (effect, parameter), size in planted.items():
         value, error, _ = before["final"][effect][parameter]
-        assert abs(value - size) < 4 * error < 1.0, (effect, value, error)
+        assert abs(value - size) < 4 * error < 0.1 * abs(size), (effect, value, error)
     outcomes = {(one["effect"], one["parameter"]): one["outcome"] for one in found["changes"]}
     assert outcomes["backlash", "backlash"] == "differs"
     assert outcomes["scale", "scale"] == "gone"

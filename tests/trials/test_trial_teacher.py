@@ -24,12 +24,12 @@ def test_every_student_has_a_game_of_their_own(typed, tmp_path):
     assert not re.search("seed|hidden|backlash|cyclic|drift|thermal_growth", ada + ben)
 
 
-def test_the_teacher_hides_students_answer_and_the_list_marks_them(rtec, typed, tmp_path):
-    assert "data.csv.sealed" in rtec(*GAME).stdout
+def test_the_teacher_hides_students_answer_and_the_list_marks_them(typed, tmp_path):
+    assert "data.csv.sealed" in typed(*GAME).stdout
     text = (tmp_path / "data.csv").read_text(encoding="utf-8")
     assert "backlash" not in text + (tmp_path / "data.csv.sealed").read_text(encoding="utf-8")
 
-    found = json.loads(rtec("diagnose", "data.csv", "--json").stdout)
+    found = json.loads(typed("diagnose", "data.csv", "--json").stdout)
     assert (found["verdict"], found["effects"]) == ("NAMED", ["backlash"])
     size, error, unit = found["final"]["backlash"]["backlash"]
     assert abs(abs(size) - 9.0) < 4 * error
