@@ -140,7 +140,7 @@ def points_of(secret: Secret, answer: Mapping[str, Size | None]) -> tuple[Points
     >>> _, secret = play(Scenario(names=("backlash", "drift")), 1)
     >>> for one in points_of(secret, read_answer(["backlash=12.5 um", "cyclic"])):
     ...     print(one.points, "of", one.most, one.name, one.why)
-    3 of 3 backlash the name is right; the size is 4.2 % off, within 10 %
+    3 of 3 backlash is right; the size is 4.2 % off, within 10 %
     0 of 3 drift is missed
     -1 of 0 cyclic is not hidden
     """
@@ -152,7 +152,7 @@ def points_of(secret: Secret, answer: Mapping[str, Size | None]) -> tuple[Points
         truth = size_of(hidden[name]) if name in hidden else None
         got, why = (0, "") if truth is None else _judged(answer[name], truth)
         most = _NAME_POINTS + (0 if truth is None else _SIZE_POINTS)
-        points.append(Points(name=name, points=_NAME_POINTS + got, most=most, why=f"the name is right{why}"))
+        points.append(Points(name=name, points=_NAME_POINTS + got, most=most, why=f"is right{why}"))
     for name in found.missed:
         most = _NAME_POINTS + (_SIZE_POINTS if name in SIZES else 0)
         points.append(Points(name=name, points=0, most=most, why="is missed"))
@@ -178,7 +178,7 @@ def _judged(size: Size | None, truth: Parameter) -> tuple[int, str]:
     true = abs(truth.value)
     off = abs(size.value - true)
     stated = size.uncertainty if size.uncertainty <= _WIDEST_SHARE * size.value else 0.0
-    percent = f"; the size is {100.0 * off / true:.2g} % off"
+    percent = f"; the size is {100.0 * off / true:.1f}".removesuffix(".0") + " % off"
     if off <= _SIZE_SHARE * true:
         return _SIZE_POINTS, f"{percent}, within {_SIZE_SHARE:.0%}".replace("10%", "10 %")
     if off <= stated:

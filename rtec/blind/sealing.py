@@ -224,6 +224,9 @@ def opened(data: str | Path) -> Sealed:
     """
     path, seal = Path(data), sealed_path(data)
     read_text(path)
+    if not seal.exists():
+        allowed = f"{seal.name} beside {path.name}, as 'rtec blind new' wrote the two: they go together"
+        raise FileFormatError(seal, None, "there is no such file", allowed)
     document = _parsed(seal, read_text(seal))
     if document.get("format") != FORMAT:
         raise FileFormatError(seal, None, f"this is no secret of the game ({FORMAT})", _ALLOWED)

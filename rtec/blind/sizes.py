@@ -78,7 +78,7 @@ class Size:
 
 
 def read_size(name: str, text: str, *, where: str) -> Size:
-    """Read the size of an effect: ``12 um``, or ``12 +- 0.5 um``.
+    """Read the size of an effect: ``12 um``, ``12 +- 0.5 um``, or as a diagnosis shows it, ``−12.0 ± 0.5 µm``.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def read_size(name: str, text: str, *, where: str) -> Size:
     if name not in SIZES:
         raise ArgumentError(where, f"{name}={text}"[:60], f"{name} without a value", "it has no size that counts")
     parameter, units = SIZES[name]
-    parts = _BETWEEN.split(text.strip())
+    parts = _BETWEEN.split(text.replace("\N{MINUS SIGN}", "-").strip())
     if len(parts) == 2 and re.fullmatch(NUMBER, parts[0]):
         parts[0] += re.sub(rf"^{NUMBER}", "", parts[1])
     errors = []

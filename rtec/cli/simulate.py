@@ -159,7 +159,7 @@ def simulate(
         bool, typer.Option("--json", help="One JSON document on stdout, nothing else.", rich_help_panel=_OUTPUT)
     ] = False,
 ) -> None:
-    """Send an encoder's edges through the box into the controller, and compare the counts.
+    """Send an encoder's edges through the box into the controller, compare the counts, and draw an insertion.
 
     Exits with 1 where corrections are left over, a transition is illegal or a count is wrong. Times, frequencies and
     angles carry their units. What is not given of the box is that of the --timing: 8051 is the report's words; with

@@ -85,7 +85,8 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
     Returns
     -------
     tuple
-        Each parameter with a standard error in both; each effect found in one of them only.
+        Each parameter with a standard error in both; each effect found in one of them only; and each that a model
+        states with its numbers, which two comparisons share whatever was measured.
 
     Notes
     -----
@@ -93,7 +94,7 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
     (Holm 1979) holds the chance of one false difference among all below 0.01. What changes from one mounting of the
     instrument to the next is a difference like any other: the readings cannot tell it from one of the axis.
     """
-    pairs = list(_paired(first.model.terms, other.model.terms))
+    pairs = list(_paired(_fitted(first), _fitted(other)))
     compared = []
     for one, two in pairs:
         if one is None or two is None:
@@ -118,7 +119,31 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
     ]
     gone = [_alone(one, first, other, Outcome.GONE) for one, two in pairs if one is not None and two is None]
     new = [_alone(two, other, first, Outcome.NEW) for one, two in pairs if two is not None and one is None]
-    return (*both, *gone, *new)
+    return (*both, *gone, *new, *_stated(first))
+
+
+def _fitted(result: Diagnosis | Comparison) -> list[Term]:
+    """Return the terms whose numbers come from the measurement."""
+    if isinstance(result, Diagnosis):
+        return list(result.model.terms)
+    return [term for term, stated in zip(result.model.terms, result.stated, strict=True) if not stated]
+
+
+def _stated(result: Diagnosis | Comparison) -> list[Change]:
+    """Return an open change for each term that the model states: its numbers say nothing of either measurement."""
+    fitted = _fitted(result)
+    values = [(term, next(iter(values_of(term, result.model)))) for term in result.model.terms if term not in fitted]
+    return [
+        Change(
+            effect=term.name,
+            parameter=value.name,
+            first=value,
+            other=value,
+            outcome=Outcome.OPEN,
+            reason="the model states it",
+        )
+        for term, value in values
+    ]
 
 
 def _paired(first: Sequence[Term], other: Sequence[Term]) -> Iterator[tuple[Term | None, Term | None]]:

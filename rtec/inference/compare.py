@@ -65,6 +65,8 @@ class Comparison:
         The measurement, and the one held out, if it is another file.
     model
         With what it left open fitted to ``dataset``.
+    stated
+        Of each of its terms, whether its numbers were given and not fitted.
     residual
         Observed less model, shape (rows,), in the observed unit inside.
     rms, rms_heldout
@@ -80,6 +82,7 @@ class Comparison:
     dataset: Dataset
     heldout: Dataset | None
     model: Model
+    stated: tuple[bool, ...]
     residual: Floats
     rms: float
     rms_heldout: float
@@ -120,6 +123,7 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
         dataset=dataset,
         heldout=heldout,
         model=fitted,
+        stated=tuple(term.fitted for term in start.terms),
         residual=residual,
         rms=dataset.rms(residual),
         rms_heldout=rms_heldout,

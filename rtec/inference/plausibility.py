@@ -183,9 +183,13 @@ def _unit_of_all(test: _Test) -> Iterable[str]:
     what = f"column {name}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
     (_, too_small), (_, too_large), *_ = _SLIPS[test.unit]
     if spread > _COARSE * travel:
-        yield f"{what}: is the unit right ({too_large.replace('among', 'taken for')})?"
+        slip = too_large
     elif spread < min(_FINE * travel, _FINEST[test.unit]):
-        yield f"{what}: is the unit right ({too_small.replace('among', 'taken for')})?"
+        slip = too_small
+    else:
+        return
+    right = f"--map 'HEADING={test.column}_{slip.split()[0]}'"
+    yield f"{what}: is the unit right ({slip.replace('among', 'taken for')})? Where it is not: {right}"
 
 
 def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:

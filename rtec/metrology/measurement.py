@@ -170,11 +170,16 @@ class Measurement:
             deviation = actual[0] - target[0], target[1]
         if target is None or deviation is None:
             have = ", ".join([*(column.heading for column in self.columns.values()), *self.unknown])
+            unplaced = next(
+                (heading for heading in self.unknown if len(heading) <= 40 and "'" not in heading), "HEADING"
+            )
+            lacking = "target" if target is None else "deviation"
+            hint = f"where '{unplaced}' is one, --map '{unplaced}={lacking}_mm' says so"
             raise FileFormatError(
                 self.source,
                 None,
                 f"no positioning test in the columns {shown(have)}",
-                "a target with actual positions or deviations; --map 'HEADING=target_mm' or =deviation_um says which",
+                f"a target with actual positions or deviations; {hint}",
             )
         return *target, *deviation
 

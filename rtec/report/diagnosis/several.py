@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     Results = Mapping[str, Diagnosis | Comparison]
     Changes = Mapping[str, Sequence[Change]]
 
+_WAYS_TO_EFFECTS = "'rtec diagnose' looks for effects in each, --model M.toml of 'rtec compare' names some"
 _STYLES = {
     Outcome.SAME: "dim",
     Outcome.DIFFERS: "bold yellow",
@@ -134,7 +135,7 @@ def _what(change: Change) -> str:
 
 def _changes(first: str, name: str, found: Sequence[Change]) -> Table | Text:
     if not found:
-        return Text(f"{printable(name)} and {printable(first)}: no effect to compare")
+        return Text(f"{printable(name)} and {printable(first)}: no effect to compare; {_WAYS_TO_EFFECTS}")
     table = Table(box=SIMPLE, padding=(0, 1, 0, 0), title=Text(f"{printable(name)} against {printable(first)}"))
     table.title_justify = "left"
     for head, justify in (("effect", "left"), ("first", "right"), ("other", "right"), ("p", "right"), ("", "left")):
@@ -153,6 +154,8 @@ def changes_sentence(first: str, found: Changes) -> str:
     ...                 other=Value("backlash", 3.0, 0.2, "um"), outcome=Outcome.DIFFERS)
     >>> changes_sentence("before.csv", {"after.csv": [change]})
     'after.csv against before.csv: backlash 3.00 ± 0.20 µm instead of 12.00 ± 0.20 µm.'
+    >>> changes_sentence("before.csv", {"after.csv": []})
+    'after.csv against before.csv: nothing that could be compared.'
     """
     sentences = []
     for name, of_file in found.items():
@@ -160,7 +163,9 @@ def changes_sentence(first: str, found: Changes) -> str:
         for change in of_file:
             if change.outcome not in (Outcome.SAME, Outcome.OPEN):
                 differing.setdefault(change.effect, _in_words(change))
-        says = "; ".join(differing.values()) if differing else "no difference beyond the errors"
+        told = any(change.outcome is not Outcome.OPEN for change in of_file)
+        none = "no difference beyond the errors" if told else "nothing that could be compared"
+        says = "; ".join(differing.values()) or none
         sentences.append(f"{printable(name)} against {printable(first)}: {says}.")
     return " ".join(sentences)
 

@@ -153,7 +153,9 @@ def _beside(axes: Axes, column: int, label: str, low: tuple[float, float], high:
 
 
 def _at_target(axes: Axes, x: float, low: float, high: float, label: str, side: int) -> None:
-    """Draw a dimension beside its target, to the right (+1) or the left (-1), with its label at the upper end."""
+    """Draw a dimension beside its target, to the right (+1) or the left (-1), with its label at its middle."""
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415 - half a second, needed only where something is drawn
+
     left, right = axes.get_xlim()
     aside = side * _ASIDE * (right - left)
     for y in (low, high):
@@ -163,5 +165,4 @@ def _at_target(axes: Axes, x: float, low: float, high: float, label: str, side: 
                               "shrinkA": 0.0, "shrinkB": 0.0})  # fmt: skip
     axes.annotate(label, (x + aside, (low + high) / 2.0), (4 * side, 0), textcoords="offset points", fontsize=8.5,
                   ha="left" if side > 0 else "right", va="center", zorder=6,
-                  bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none",
-                        "alpha": 0.85})  # fmt: skip
+                  path_effects=[withStroke(linewidth=2.5, foreground="white")])  # fmt: skip

@@ -131,7 +131,7 @@ def test_the_seal_of_another_file_is_noticed(data, tmp_path):
 
 def test_a_missing_file_is_named(data):
     sealed_path(data).unlink()
-    with pytest.raises(FileFormatError, match=r"data\.csv\.sealed: cannot be read"):
+    with pytest.raises(FileFormatError, match=r"data\.csv\.sealed: there is no such file.* they go together"):
         reveal(data)
 
 

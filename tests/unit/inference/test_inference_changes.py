@@ -87,6 +87,16 @@ def test_differences_are_rare_where_there_are_none(tmp_path):
     assert (p < 0.5).any()
 
 
+def test_what_the_model_states_says_nothing_of_either_measurement(tmp_path):
+    (tmp_path / "m.toml").write_text(
+        'observe = "deviation"\n[[effect]]\nname = "scale"\n[[effect]]\nname = "backlash"\nbacklash = "10 um"\n'
+    )
+    one, two = (measured(seed, backlash_um=size) for seed, size in ((11, 10.0), (12, 4.0)))
+    found = changes(*(compare(data, read_model(tmp_path / "m.toml", data.units)) for data in (one, two)))
+    outcomes = {change.effect: (change.outcome, change.reason) for change in found}
+    assert outcomes == {"scale": (Outcome.SAME, ""), "backlash": (Outcome.OPEN, "the model states it")}
+
+
 def test_each_is_held_against_the_first(before):
     found = changes_from_first({"a": before, "b": before, "c": before})
     assert list(found) == ["b", "c"]

@@ -115,6 +115,19 @@ def test_what_is_unknown_is_varied_on_purpose():
     assert len(texts) == 2
 
 
+def test_a_pitch_that_nobody_stated_is_asked_for_where_it_could_help():
+    def asks(data, *depends):
+        return "--screw-pitch" in experiment_for_unknown(unknown(*depends), data).text
+
+    data = measured()
+    assert data.conditions.screw_pitch is None
+    assert asks(data, "position")
+    assert not asks(data, "time")
+    assert not asks(replace(data, conditions=replace(data.conditions, screw_pitch=5.0)), "position")
+    assert not asks(measured(unit="deg"), "position")
+    assert not asks(measured(unit="s", bidirectional=False), "position")
+
+
 def test_more_repeats_where_there_are_none():
     text = experiment_for_more(measured(runs=1), {}, {"scale": 0.001}, None).text
     assert "repeat the same targets" in text

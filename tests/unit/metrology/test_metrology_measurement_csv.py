@@ -194,6 +194,8 @@ def test_rotary_units(file):
     [
         ("time_s,deviation_um\n1,2\n", "no positioning test in the columns 'time_s, deviation_mm'"),
         ("target_mm,pulse_v\n1,2\n", "'target_mm, pulse_v'"),
+        ("actual_mm,Punkt\n1,2\n", "where 'Punkt' is one, --map 'Punkt=target_mm' says so"),
+        ("target_mm,Anzeige\n1,2\n", "--map 'Anzeige=deviation_mm'"),
         ("direction,target_mm,actual_deg\n1,2,3\n", "target in mm, actual in deg"),
         ("direction,target_mm,deviation_arcsec\n1,2,3\n", "target in mm, deviation in deg"),
         ("direction,target_count,actual_count\n1,2,3\n", "says nothing of length or angle"),

@@ -168,6 +168,7 @@ def comparison_of(**changes: object) -> Comparison:
         "dataset": dataset,
         "heldout": None,
         "model": model,
+        "stated": (False,) * len(TERMS),
         "residual": dataset.observed - model.predict(dataset),
         "rms": 0.0015,
         "rms_heldout": 0.0016,
