@@ -136,9 +136,7 @@ def _soak_plan(text: str, seed: int) -> SoakPlan:
         raise ArgumentError("--soak", text, "a time from 4 s to 100000 h") from error
 
 
-def _command(
-    output: Path, soak: str | None, options: dict[str, list[str]], seeds: int, first: int, seed: int
-) -> str:
+def _command(output: Path, soak: str | None, options: dict[str, list[str]], seeds: int, first: int, seed: int) -> str:
     """Return the command line that makes the page again."""
     words = ["rtec", "safety", "-o", output.name if output.is_absolute() else output.as_posix()]
     words += [] if soak is None else ["--soak", soak]

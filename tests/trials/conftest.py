@@ -1,10 +1,12 @@
-"""Each trial is a person who brings what they have and follows the README's words, with `rtec` as a program of its own."""
+"""Each trial is a person who has files and follows the README's words; `rtec` is a program of its own."""
 
 import os
 import subprocess
 import sys
 
 import pytest
+
+from rtec.cli import main
 
 
 @pytest.fixture
@@ -20,8 +22,25 @@ def rtec(tmp_path):
             text=True,
             encoding="utf-8",
             timeout=300,
+            check=False,
             **options,
         )
+        assert done.returncode == code, done.stdout + done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture
+def typed(tmp_path, monkeypatch, capsys):
+    """As `rtec`, for many short commands in a row: they share this process, which has loaded the libraries."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def run(*words, code=0):
+        capsys.readouterr()
+        found = main(words)
+        done = subprocess.CompletedProcess(words, found, *capsys.readouterr())
         assert done.returncode == code, done.stdout + done.stderr
         return done
 

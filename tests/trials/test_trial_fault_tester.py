@@ -1,4 +1,4 @@
-"""The fault tester: one class of faults in one phase, why it failed, the one run again, a fault of her own, her CI."""
+"""The fault tester: a fault in one phase, why it failed, a run of it alone, a fault of her own, her CI."""
 
 import json
 import re
@@ -16,37 +16,36 @@ def runs_told(text):
     return {int(number): outcome for number, outcome in SAID.findall(one_line)}
 
 
-def test_a_part_of_the_safety_case_fails_for_a_reason_and_its_worst_run_is_played_alone(rtec):
+def test_a_part_of_the_safety_case_fails_for_a_reason_and_its_worst_run_is_played_alone(typed):
     """At rest, 00 and 11 are the same with A and B swapped, 10 and 01 are not; four runs rest in all four states."""
-    case = json.loads(rtec(*SWAPPED, "--seeds", "1", "--json", code=1).stdout)  # as her CI does
+    case = json.loads(typed(*SWAPPED, "--seeds", "1", "--json", code=1).stdout)  # as her CI does
     assert (case["good"], case["trials"], case["fired"], case["outcomes"]) == (False, 1, 0, {})
     assert case["reasons"] == [
         "never took effect: A and B swapped, for 50 ms, at rest; more --seeds meet it at other moments"
     ]
 
-    *more, again = rtec(*SWAPPED, "--seeds", "4").stdout.splitlines()
+    *more, again = typed(*SWAPPED, "--seeds", "4").stdout.splitlines()
     assert max(map(len, more)) <= 80
     told = runs_told("\n".join(more))
     assert len(told) == 2 and all("held" in outcome for outcome in told.values())
 
     command = shlex.split(again.removeprefix("play it again: "))
     number = int(command[command.index("--first") + 1])
-    assert runs_told(rtec(*command[1:]).stdout) == {number: told[number]}
+    assert runs_told(typed(*command[1:]).stdout) == {number: told[number]}
 
 
-def test_a_slip_of_the_pen_is_answered_with_the_right_name(rtec):
-    slip = rtec("safety", "--fault", "glich", "--phase", "insertion", code=2)
+def test_a_slip_of_the_pen_is_answered_with_the_right_name(typed):
+    slip = typed("safety", "--fault", "glich", "--phase", "insertion", code=2)
     assert slip.stdout == "" and slip.stderr.count("\n") == 1
     assert "did you mean 'glitches'?" in slip.stderr
 
 
-HER_TEST = '''
+HER_TEST = """
 import can
 from rtec.machine.fault_kinds import CABLE, FaultCategory, FaultRow, ProvedBy
 
-SHORTED = FaultRow(
-    "B shorted to A", CABLE, FaultCategory.ENCODER, ProvedBy.CABLE, "B shows A", lambda levels, before: 3 * (levels & 1)
-)
+AT_CABLE = CABLE, FaultCategory.ENCODER, ProvedBy.CABLE
+SHORTED = FaultRow("B shorted to A", *AT_CABLE, "B shows A", lambda levels, before: 3 * (levels & 1))
 
 
 def checksum(identifier, data):
@@ -81,7 +80,7 @@ def test_a_short_circuit_stops_the_machine(rtec_box, rtec_bus, rtec_faults):
     rtec_box.go(5.0)
     rtec_bus.play(pc_that_asks_for_nothing, 1.0, rtec_bus)
     assert rtec_box.status.name == "ENCODER_FAULT"
-'''
+"""
 
 
 def test_a_fault_of_her_own_is_a_row_in_her_own_test(tmp_path):
