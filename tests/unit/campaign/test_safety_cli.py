@@ -47,7 +47,7 @@ def test_the_table_says_what_happens(capsys, monkeypatch):
     assert "PC killed; cutting, design c, run 0: held after" in out
     *lines, again = out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert again.startswith("play it again: rtec safety --fault 'one line of a pair broken, for 50 ms' --phase cutting")
+    assert again.startswith("play it again: rtec safety --fault 'one line of a pair broken, for 50 ms' --phase")
 
 
 def test_all_phases_fit_80_columns(capsys, monkeypatch):
