@@ -208,7 +208,7 @@ class Bench:
         self._power_up = power_up or self._pulse_reset
         if power_up is None and self._reset is None:
             hint = "name the module's reset in the pins, or give power_up=, which brings it back to power-up"
-            raise ArgumentError(f"{pins.where}: reset", "missing", "a port that resets the module", hint)
+            raise ArgumentError(f"{pins.where}: reset", None, "a port that resets the module", hint)
         try:
             get_sim_steps(1, "ps")
         except ValueError:

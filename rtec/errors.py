@@ -45,7 +45,7 @@ class ArgumentError(RtecError, ValueError):
     name
         Name of the argument or key, as the user wrote it.
     value
-        The value found.
+        The value found; None where nothing was given.
     allowed
         What would have been accepted.
     hint
@@ -55,12 +55,15 @@ class ArgumentError(RtecError, ValueError):
     --------
     >>> str(ArgumentError("feed", -3, "a speed above 0 mm/s"))
     'feed: -3 is not allowed; allowed: a speed above 0 mm/s'
+    >>> str(ArgumentError("--clock", None, "the frequency of the module's clock, such as 50MHz"))
+    "--clock is missing; allowed: the frequency of the module's clock, such as 50MHz"
     """
 
     def __init__(self, name: str, value: object, allowed: str, hint: str = "") -> None:
         hint = "" if hint.startswith(_KNOWN) and hint.removeprefix(_KNOWN) in allowed else hint  # no list twice
         self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
-        super().__init__(f"{name}: {value} is not allowed; allowed: {allowed}{'; ' + hint if hint else ''}")
+        found = f"{name} is missing" if value is None else f"{name}: {value} is not allowed"
+        super().__init__(f"{found}; allowed: {allowed}{'; ' + hint if hint else ''}")
 
 
 class FileFormatError(RtecError, ValueError):

@@ -42,10 +42,13 @@ class SafetyCase:
         """Return why the case is not good, a line each."""
         soak = self.soak
         found = [
-            f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
+            f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, run {trial.seed}"
             for trial in self.matrix.avoidable
         ]
-        found += [f"never took effect: {variant.name}, {phase.value}" for variant, phase in self.matrix.unproven]
+        found += [
+            f"never took effect: {variant.name}, {phase.value}; more --seeds meet it at other moments"
+            for variant, phase in self.matrix.unproven
+        ]
         found += [
             f"a PC that runs away, design {ramp.design.value}, limit {ramp.limit}: {ramp.outcome.value}"
             for ramp in self.ramps

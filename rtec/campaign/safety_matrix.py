@@ -91,6 +91,8 @@ class MatrixPlan:
         All combinations of them.
     seeds
         Trials of each: other moments of the phase, other bits, other states at rest.
+    first
+        Number of the first of them, which is its trial's seed.
     seed
         Of all of them.
 
@@ -104,11 +106,13 @@ class MatrixPlan:
     phases: Sequence[Phase] = tuple(Phase)
     variants: Sequence[Variant] = VARIANTS
     seeds: int = _SEEDS
+    first: int = 0
     seed: int = 1
 
     def __post_init__(self) -> None:
         """Check the ranges."""
         whole_within("seeds", self.seeds, 1, 1000)
+        whole_within("first", self.first, 0, 999)
         whole_within("seed", self.seed, 0, (1 << 32) - 1)
 
     @property
@@ -176,7 +180,7 @@ def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda shar
         PhaseJob(plan=plan, phase=phase, design=design, seed=seed)
         for phase in plan.phases
         for design in plan.designs
-        for seed in range(plan.seeds)
+        for seed in range(plan.first, plan.first + plan.seeds)
     ]
     trials: list[Trial] = []
     with Crew() as crew:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 
 from rtec.cli._outcome import exit_code
@@ -33,6 +34,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     # the matrices of rtec are small: several threads for each would wait for each other, ten times as long at worst
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+    # numba's word to us; firmware_model/_jit.py says why we do it all the same
+    warnings.filterwarnings("ignore", message="First-class function type feature is experimental")
 
     def carry_out() -> None:
         from rtec.cli._verbs import call  # Ctrl-C while it loads must meet the handler, too

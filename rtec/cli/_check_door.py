@@ -92,9 +92,9 @@ def _verilog(options: Options) -> Chosen:
 
     _refuse_others(options, "Verilog")
     if options.clock is None:
-        raise ArgumentError("--clock", "missing", "the frequency of the module's clock, such as 50MHz")
+        raise ArgumentError("--clock", None, "the frequency of the module's clock, such as 50MHz")
     if options.pins is None:
-        raise ArgumentError("--pins", "missing", "a TOML file that names the module's ports (docs/algorithm.md)")
+        raise ArgumentError("--pins", None, "a TOML file that names the module's ports (docs/algorithm.md)")
     contract, clock = _contract(options), _named("--clock", clock_of, options.clock)
     file, pins = Path(options.algorithm), Pins.read(options.pins)
     algorithm = VerilogAlgorithm(file, pins=pins, clock_ps=clock, simulator=options.simulator)
@@ -112,7 +112,7 @@ def _machine_code(options: Options) -> Chosen:
 
     _refuse_others(options, "machine code")
     if options.design is None:
-        raise ArgumentError("--design", "missing", ", ".join(_DESIGNS), "whose circuits stand around the processor?")
+        raise ArgumentError("--design", None, ", ".join(_DESIGNS), "whose circuits stand around the processor?")
     contract = _contract(options)
     with as_bad_input():
         chip = _named("--processor", Microcontroller.named, options.processor or "8051-12mhz")
@@ -176,7 +176,7 @@ def _contract(options: Options) -> Contract:
             return Contract.of(_named("--design", Design.named, options.design), **limits)
         if options.step is None:
             allowed = "--design original|a|b|c, or --step N and --states 00"
-            raise ArgumentError("--design", "missing", allowed, "how many counts is one step, and where is it made?")
+            raise ArgumentError("--design", None, allowed, "how many counts is one step, and where is it made?")
         states = (0, 1, 2, 3) if options.states is None else _named("--states", states_of, options.states)
         return Contract(step_counts=options.step, states=states, **limits)
     except ArgumentError as error:

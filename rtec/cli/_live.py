@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
@@ -65,7 +66,7 @@ class BusWords:
                 "--bitrate", self.bitrate, "it together with --interface", "the built-in line has none"
             )
         if self.interface is not None and self.channel is None:
-            raise ArgumentError("--interface", self.interface, "it together with --channel", "such as --channel can0")
+            raise ArgumentError("--channel", None, "the channel of the interface, such as --channel can0")
 
     @property
     def line(self) -> str:
@@ -88,7 +89,7 @@ class BusWords:
         return open_transport(interface=self.interface or "", channel=self.channel or "", bitrate=self.rate)
 
     def ways_in(self, command: str) -> list[str]:
-        """Return what to say of how a PC joins: ``command``, and the line for python-can.
+        """Return what to say of how a PC joins: ``command``, the line for python-can, and the messages as a DBC.
 
         Examples
         --------
@@ -106,7 +107,8 @@ class BusWords:
         where = "with the other side's own adapter as CHANNEL" if channel == _OTHER_ADAPTER else "in another terminal"
         rate = "" if self.rate is None else f", bitrate={self.rate}"
         bus = f"can.Bus(interface={json.dumps(interface)}, channel={json.dumps(channel)}{rate})"
-        return [f"{where}: {command}", f"or in Python: {bus}"]
+        dbc = files("rtec.link").joinpath("rtec.dbc")
+        return [f"{where}: {command}", f"or in Python: {bus}", f"messages: {dbc}"]
 
     @property
     def channel_of_others(self) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rtec.campaign.safety_matrix import Matrix, Outcome, Trial
-from rtec.campaign.safety_phases import Phase
+from rtec.campaign.safety_phases import Phase, hyphened
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,6 +66,10 @@ def show(case: SafetyCase) -> None:
         console.print("FAILS:", style="bold red")
         for reason in case.reasons:
             console.print(reason, style="bold red", soft_wrap=True)
+    told = case.matrix.avoidable or fired
+    if told:
+        worst = max(told, key=lambda trial: trial.outcome.harm)
+        console.print(f"play it again: {_again(worst, matrix.plan.seed)}", soft_wrap=True)
 
 
 def _table(matrix: Matrix, title: str, designs: Sequence[Design]) -> Table:
@@ -95,8 +100,15 @@ def _told(trial: Trial) -> str:
         ended = f"held{after} ({trial.reason})"
     elif trial.outcome is not Outcome.RIGHT:
         ended += f", off by {trial.off_counts:.0f} counts"
-    run = f"{trial.variant.name}; {trial.phase.value}, design {trial.design.value}, seed {trial.seed}"
+    run = f"{trial.variant.name}; {trial.phase.value}, design {trial.design.value}, run {trial.seed}"
     return f"{run}: {ended}"
+
+
+def _again(trial: Trial, seed: int) -> str:
+    """Return the command that plays one run alone."""
+    words = ["rtec", "safety", "--fault", trial.variant.name, "--phase", hyphened(trial.phase.value)]
+    words += ["--design", trial.design.value, "--first", str(trial.seed), "--seeds", "1"]
+    return shlex.join(words + ([] if seed == 1 else ["--seed", str(seed)]))
 
 
 def _show_soak(console: Console, soak: Soak) -> None:

@@ -49,6 +49,7 @@ def safety(
         list[str] | None, option("--design", metavar="original|a|b|c", help="Only this design; may be given again.")
     ] = None,
     seeds: Annotated[int, whole_option(low=1, high=1000, help="Runs of each fault in each phase.")] = 3,
+    first: Annotated[int, whole_option(low=0, high=999, help="Number of the first of these runs.")] = 0,
     seed: Annotated[int, whole_option(low=0, high=(1 << 32) - 1, help="Of everything that is random.")] = 1,
     soak: Annotated[
         str | None, option("--soak", metavar="100h", help="Also run so many hours of cutting with random faults.")
@@ -60,8 +61,8 @@ def safety(
 
     Right, late, detected and held, or a silent error. Exits with 1 where a silent error could have been avoided, or
     a fault did not take effect, and says which. About two minutes; with --soak 100h about ten on two processors. A
-    fault strikes alone, with --fault and --phase, as it does among all others. The PC that runs away is tried where
-    neither is given.
+    fault strikes alone, with --fault and --phase, as it does among all others, also in one run: --first 2 --seeds 1.
+    The PC that runs away is tried where neither is given.
 
     Example: rtec safety -o safety.md
     Example: rtec safety --fault pc-killed --phase cutting --design c --seeds 10
@@ -75,12 +76,12 @@ def safety(
     from rtec.campaign.safety import make_case
 
     options = {"fault": fault or [], "phase": phase or [], "design": design or []}
-    plan = _plan(options, seeds, seed)
+    plan = _plan(options, seeds, first, seed)
     _console.announce_compilation()
     with _console.progress("safety") as progress:
         case = make_case(plan, hours, progress, ramps=not (fault or phase))
     if output is not None and picture is not None:
-        _write(case, output, picture, _command(output, soak, options, seeds, seed))
+        _write(case, output, picture, _command(output, soak, options, seeds, first, seed))
     if json:
         _console.print_json(case.to_dict() | {"page": output and str(output), "figure": picture and str(picture)})
     else:
@@ -93,7 +94,7 @@ def safety(
         raise typer.Exit(1)
 
 
-def _plan(options: dict[str, list[str]], seeds: int, seed: int) -> MatrixPlan:
+def _plan(options: dict[str, list[str]], seeds: int, first: int, seed: int) -> MatrixPlan:
     """Return what is tried; everything of what no option names.
 
     Raises
@@ -113,7 +114,7 @@ def _plan(options: dict[str, list[str]], seeds: int, seed: int) -> MatrixPlan:
     if options["fault"]:
         found = dict.fromkeys(variant for name in options["fault"] for variant in variants_named(name))
         chosen["variants"] = tuple(found)
-    return MatrixPlan(designs=designs, seeds=seeds, seed=seed, **chosen)
+    return MatrixPlan(designs=designs, seeds=seeds, first=first, seed=seed, **chosen)
 
 
 def _soak_plan(text: str, seed: int) -> SoakPlan:
@@ -135,7 +136,7 @@ def _soak_plan(text: str, seed: int) -> SoakPlan:
         raise ArgumentError("--soak", text, "a time from 4 s to 100000 h") from error
 
 
-def _command(output: Path, soak: str | None, options: dict[str, list[str]], seeds: int, seed: int) -> str:
+def _command(output: Path, soak: str | None, options: dict[str, list[str]], seeds: int, first: int, seed: int) -> str:
     """Return the command line that makes the page again."""
     words = ["rtec", "safety", "-o", output.name if output.is_absolute() else output.as_posix()]
     words += [] if soak is None else ["--soak", soak]
@@ -143,6 +144,7 @@ def _command(output: Path, soak: str | None, options: dict[str, list[str]], seed
         for value in values:
             words += [f"--{option_name}", value]
     words += [] if seeds == 3 else ["--seeds", str(seeds)]
+    words += [] if first == 0 else ["--first", str(first)]
     words += [] if seed == 1 else ["--seed", str(seed)]
     return shlex.join(words)
 

@@ -251,7 +251,7 @@ def _cycles(text: str | None, program: Program | None, frequency_hz: float) -> i
     if text is not None:
         return whole(text, name="--cycles")
     if program is None:
-        raise ArgumentError("--cycles", "missing", "the length of the motion, such as 1000")
+        raise ArgumentError("--cycles", None, "the length of the motion, such as 1000")
     return max(round(programme_counts(program, frequency_hz) / 4.0), 1)
 
 

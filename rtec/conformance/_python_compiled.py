@@ -6,6 +6,7 @@ import ast
 import inspect
 import textwrap
 import types
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,7 @@ def compiled_functions(kind: Any, record: Any, loop: Callable[..., Any]) -> Any:
     import numba as compiler  # noqa: PLC0415 - half a second, for those who want it
 
     numba: Any = compiler
+    warnings.filterwarnings("ignore", message="First-class function type feature is experimental")
     options = {"boundscheck": True, "error_model": "python"}
     inner = _Functions(kind, lambda function: numba.njit(function, **options)).step()
     whole = numba.types.int64
@@ -78,6 +80,11 @@ def compiled_functions(kind: Any, record: Any, loop: Callable[..., Any]) -> Any:
         return int(ab_out), int(total), int(wake_ps), int(refused)
 
     return numba.njit(loop), numba.njit(of_three if len(given) == 3 else of_four)
+
+
+def _constant(value: Any) -> Any:
+    """Return lists, also those in lists, as tuples: what is changed in them does not compile."""
+    return tuple(_constant(item) for item in value) if isinstance(value, list) else value
 
 
 class _Functions:
@@ -112,7 +119,9 @@ class _Functions:
         if id(names) not in self.names:
             ours = self.names[id(names)] = dict(names)
             for name, value in names.items():
-                if isinstance(value, types.FunctionType) and Path(value.__code__.co_filename).parent == self.folder:
+                if isinstance(value, list):
+                    ours[name] = _constant(value)  # the compiler knows no list outside a function
+                elif isinstance(value, types.FunctionType) and Path(value.__code__.co_filename).parent == self.folder:
                     ours[name] = self._compiled(value)
         return self.names[id(names)]
 

@@ -47,7 +47,7 @@ class Violation:
     fault
         Which.
     time_ps
-        When.
+        When; of a wrong count since when it was never right again.
     reason
         In words, without the time.
     """
@@ -57,7 +57,8 @@ class Violation:
     reason: str
 
     def __str__(self) -> str:
-        return f"{self.reason}, at {time_text(self.time_ps)}"
+        word = "since" if self.fault is Fault.COUNT else "at"
+        return f"{self.reason}, {word} {time_text(self.time_ps)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

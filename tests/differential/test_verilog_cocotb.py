@@ -113,7 +113,7 @@ def test_what_a_bench_needs_and_outputs_that_are_unknown(tmp_path):
         files[-1].write_text(pins_text("wires", reset=reset))
     stream = "00 1.001us:r1 9us:end"
     without, wrong, played = answered(tmp_path, source, "wires", *files, period_ns=20, streams=[stream])
-    assert re.fullmatch(r"ArgumentError: .*reset: missing .* power_up=.*", without)
+    assert re.fullmatch(r"ArgumentError: .*reset is missing; .* power_up=.*", without)
     assert re.fullmatch(r"ArgumentError: .*reset: 'rts' .* a port of wires; did you mean 'rst'\?", wrong)
     assert played[0][5] == [1_001_000, "qb: unknown (X) or floating (Z)"]
 

@@ -44,8 +44,10 @@ def test_the_table_says_what_happens(capsys, monkeypatch):
     assert lines[at + 1] == "once, PC to box right right"
     at = lines.index("one line of a pair broken")
     assert lines[at + 1] == "for 50 ms lost -"
-    assert "PC killed; cutting, design c, seed 0: held after" in out
-    assert max(map(len, out.splitlines())) <= 80
+    assert "PC killed; cutting, design c, run 0: held after" in out
+    *lines, again = out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert again.startswith("play it again: rtec safety --fault 'one line of a pair broken, for 50 ms' --phase")
 
 
 def test_all_phases_fit_80_columns(capsys, monkeypatch):
@@ -99,7 +101,7 @@ def test_a_silent_error_is_an_exit_code_of_one(capsys, monkeypatch):
     monkeypatch.setattr(safety_matrix, "is_wrong", lambda axis, twin: True)
     code, out, _ = said(capsys, "--seeds", "1", "--design", "c")
     assert code == 1
-    assert "silent error: frame duplicated, once, PC to box, cutting, design c, seed 0" in " ".join(out.split())
+    assert "silent error: frame duplicated, once, PC to box, cutting, design c, run 0" in " ".join(out.split())
     assert "FAILS:" in out
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -54,7 +55,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--limit", "-1"], "--limit: -1"),
         (["--duration", "0s"], "--duration: 0s"),
         (["--bitrate", "500000"], "--bitrate: 500000"),
-        (["--interface", "virtual"], "--interface: virtual"),
+        (["--interface", "virtual"], "--channel is missing; allowed: the channel of the interface, such as"),
         (["--interface", "socketcam", "--channel", "can0"], "did you mean 'socketcan'?"),
         (["--interface", "slcan", "--channel", "/dev/none"], "/dev/none: cannot be opened"),
         (["--interface", "virtual", "--channel", "a", "--bitrate", "fast"], "--bitrate: 'fast'"),
@@ -177,20 +178,22 @@ def test_two_terminals(child):
 HERE = "in another terminal: PC"
 ALONE = "no other program can join: a virtual bus of python-can ends where its process does"
 BUS = 'or in Python: can.Bus(interface="'
+DBC = f"messages: {files('rtec.link') / 'rtec.dbc'}"
 
 
 @pytest.mark.parametrize(
     ("interface", "channel", "rate", "said"),
     [
-        (None, None, None, [HERE, f'{BUS}slcan", channel="FAR/rtec")']),
-        (None, "two", None, [HERE, f'{BUS}slcan", channel="FAR/two")']),
-        ("udp_multicast", "239.74.163.2", None, [HERE, f'{BUS}udp_multicast", channel="239.74.163.2")']),
-        ("socketcan", "can0", None, [HERE, f'{BUS}socketcan", channel="can0")']),
+        (None, None, None, [HERE, f'{BUS}slcan", channel="FAR/rtec")', DBC]),
+        (None, "two", None, [HERE, f'{BUS}slcan", channel="FAR/two")', DBC]),
+        ("udp_multicast", "239.74.163.2", None, [HERE, f'{BUS}udp_multicast", channel="239.74.163.2")', DBC]),
+        ("socketcan", "can0", None, [HERE, f'{BUS}socketcan", channel="can0")', DBC]),
         (
             "slcan", "/dev/ttyACM0", "500000",
             [
                 "with the other side's own adapter as CHANNEL: PC",
                 f'{BUS}slcan", channel="CHANNEL", bitrate=500000)',
+                DBC,
             ],
         ),
         ("virtual", "x", None, [ALONE]),

@@ -130,7 +130,7 @@ def test_a_file_that_cannot_be_used(capfd, mine, text, message):
         (("none.py:X", "--design", "c"), "none.py: no such file"),
         (("none.py", "--design", "c"), "none.py:Name, the class in the file"),
         (("mine.txt:X", "--design", "c"), "ALGORITHM"),
-        (("none.py:X",), "--design: missing"),
+        (("none.py:X",), "--design is missing"),
         (("none.py:X", "--design", "d"), "--design"),
         (("none.py:X", "--design", "c", "--step", "2"), "--step"),
         (("none.py:X", "--step", "2", "--states", "02"), "--states"),

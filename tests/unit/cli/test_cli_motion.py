@@ -70,7 +70,7 @@ def test_plain_gates_fail_where_held_edges_do_not(capsys):
         (["--motion", "revresal", "--cycles", "9"], "--motion: 'revresal' is not allowed; allowed: steady, ramp"),
         (["--motion", "revresal", "--cycles", "9"], "did you mean 'reversal'?"),
         (["--motion", "gone.nc"], "gone.nc: cannot be read (No such file or directory)"),
-        (["--motion", "ramp"], "--cycles: missing"),
+        (["--motion", "ramp"], "--cycles is missing"),
         (["--cycles", "9", "--acceleration", "2 MHz/s"], "--acceleration: 2 MHz/s is not allowed; allowed: nothing"),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "100"], "--acceleration: '100' is not allowed"),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "0 Hz/s"], "--acceleration: 0.0 is not allowed"),

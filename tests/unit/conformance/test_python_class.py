@@ -89,6 +89,19 @@ def test_helpers_in_a_file_beside_it_are_compiled_too(tmp_path):
     ]  # and nothing is written there
 
 
+def test_a_table_that_stands_as_a_list_in_the_file_is_compiled(door):
+    text = """
+    RING = [[0, 1], [3, 2]]
+    class X:
+        def step(self, t_ps, ab, requested):
+            return RING[ab >> 1][(ab >> 1) ^ (ab & 1)], 0, 0
+    """
+    listing = door(text, whole=True)
+    (response,) = play(listing, MOTION)
+    assert listing.note == ""
+    assert response.edges == Stream.read(MOTION).stimulus().edges
+
+
 def test_state_that_is_no_number_runs_as_plain_python_and_says_so(door):
     text = """
     class X:
