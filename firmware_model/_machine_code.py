@@ -112,21 +112,28 @@ class Locator:
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Code that kernels take in: there it is optimised, with all else of the kernel, so not by itself before."""
+    """Code that kernels take in: there it is optimised and made machine code, with all else, so not before."""
 
     def _optimize_final_module(self) -> None:
         pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
 
 
 class _PartCompiler(Compiler):
     """Compiles what kernels take in."""
 
     def compile_extra(self, function: FunctionType) -> Any:
-        """Return the compiled function, in a library that is not optimised."""
+        """Return the compiled function, in a library without machine code; callers know it by its descriptor."""
         library: Any = _PartLibrary  # numba's own classes have no types
         whole: Any = super()
-        self.state.library = library(self.state.targetctx.codegen(), function.__qualname__)
-        return whole.compile_extra(function)
+        state = self.state
+        state.library = library(state.targetctx.codegen(), function.__qualname__)
+        state.flags.no_compile = True
+        result = whole.compile_extra(function)
+        state.targetctx.insert_user_function(result.fndesc, result.fndesc, [result.library])
+        return result._replace(entry_point=result.fndesc)
 
 
 class _Part(CPUDispatcher):

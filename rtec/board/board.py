@@ -304,12 +304,13 @@ class Board:
         memory, hidden, log = self._inner
         room = 2 * edges.times_ps.size + _ROOM
         queue = np.empty((edges.times_ps.size, 3), np.int64)
+        # copies, which may be written to, as campaigns have them: for other arrays the loop would be compiled anew
+        moved_ps, moved = edges.times_ps.copy(), edges.levels.copy()
         while not times or self.now_ps < until_ps:
             out_ps, out_levels = np.empty(room, np.int64), np.empty(room, np.uint8)
-            rest_ps, rest = edges.times_ps[taken:], edges.levels[taken:]
             i, n = kernels.play(
-                state, self._loop, memory, hidden, log, rest_ps, rest, until_ps, queue[taken:], out_ps, out_levels,
-                self._said,
+                state, self._loop, memory, hidden, log, moved_ps[taken:], moved[taken:], until_ps, queue[taken:],
+                out_ps, out_levels, self._said,
             )  # fmt: skip
             taken += i
             times.append(out_ps[:n])

@@ -67,11 +67,10 @@ class Stream:
         until_ps: int,
     ) -> Stream:
         """Make a stream of (time, move) and (time, total)."""
-        moved, asked = (np.asarray(pairs, np.int64).reshape(-1, 2) for pairs in (edges, requests))
+        (edges_ps, moves), (requests_ps, totals) = columns(edges), columns(requests)
         return cls(
-            state=state, edges_ps=moved[:, 0], moves=moved[:, 1], requests_ps=asked[:, 0], totals=asked[:, 1],
-            until_ps=until_ps,
-        )  # fmt: skip
+            state=state, edges_ps=edges_ps, moves=moves, requests_ps=requests_ps, totals=totals, until_ps=until_ps
+        )
 
     @classmethod
     def read(cls, text: str) -> Stream:
@@ -149,8 +148,8 @@ class Stream:
 
     def asking(self, *requests: tuple[int, int]) -> Stream:
         """Return the same motion with other requests."""
-        asked = np.array(requests, np.int64).reshape(-1, 2)
-        return replace(self, requests_ps=asked[:, 0], totals=asked[:, 1])
+        requests_ps, totals = columns(requests)
+        return replace(self, requests_ps=requests_ps, totals=totals)
 
     def ending(self, until_ps: int) -> Stream:
         """Return it with another end."""
@@ -161,6 +160,11 @@ class Stream:
         return replace(
             self, edges_ps=self.edges_ps + by_ps, requests_ps=self.requests_ps + by_ps, until_ps=self.until_ps + by_ps
         )
+
+
+def columns(pairs: Sequence[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return pairs as two rows, each in one block of memory: for others kernels would be compiled anew."""
+    return np.ascontiguousarray(np.asarray(pairs, np.int64).reshape(-1, 2).T)
 
 
 def can_be(stream: Stream, contract: Contract) -> bool:

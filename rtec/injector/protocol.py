@@ -49,7 +49,9 @@ class Totals:
     totals: NDArray[np.int64]
 
     def __init__(self, times_ps: ArrayLike = (), totals: ArrayLike = ()) -> None:
-        times, values = np.asarray(times_ps, np.int64), np.asarray(totals, np.int64)
+        # read-only, in one block of memory: so kernels are compiled once for all of them
+        times, values = (np.array(given, np.int64, order="C") for given in (times_ps, totals))
+        times.flags.writeable = values.flags.writeable = False
         if times.ndim != 1 or times.shape != values.shape:
             raise ArgumentError("totals", f"{values.shape}", f"one for each of {times.size} times")
         if np.any(np.diff(times) <= 0):

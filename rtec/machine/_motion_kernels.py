@@ -78,7 +78,7 @@ def run_pieces(
         set_piece(p, 0.0, duration_ps[i] / 1e12)
         while True:
             # all that is still to be asked for may come at rest, before the next edge
-            if left <= 0 or (tape is not None and not has_room_for(tape, m.injector, asks_ps.size - at[ASKED])):
+            if left <= 0 or not has_room_for(tape, m.injector, asks_ps.size - at[ASKED]):
                 return False
             crossing_ps = next_crossing(e, p)
             if crossing_ps == NEVER:

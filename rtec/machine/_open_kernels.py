@@ -59,8 +59,7 @@ def see_box(m: Record, t_ps: int, tape: Any) -> None:
 def see_board(m: Record, b: Record, t_ps: int, tape: Any) -> None:
     """Let receiver and tape see the box with its firmware at ``t_ps``."""
     see_gates(m, b, t_ps)
-    if tape is not None:
-        keep_board(tape, m.injector, b, t_ps)
+    keep_board(tape, m.injector, b, t_ps)
 
 
 @step

@@ -1,6 +1,7 @@
 """Compiled tape: what a box drives and owes, a row for each moment at which something of it changes.
 
 A tape is ``(rows, used)``: rows as of `rtec.injector._wave_kernels`, first what held before, and how many there are.
+One without rows is for nobody: nothing is kept.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def rows_ahead(s: Record) -> int:
 def has_room_for(tape: Any, s: Record, asks: int) -> bool:
     """Return whether the next edge fits on the tape, with so many requests before it."""
     rows, used = tape
-    return bool(used[0] + rows_ahead(s) + asks * (s.changes + 4) <= rows.shape[0])
+    return bool(rows.shape[0] == 0 or used[0] + rows_ahead(s) + asks * (s.changes + 4) <= rows.shape[0])
 
 
 @step
@@ -65,6 +66,8 @@ def add_row(tape: Any, t_ps: int, ab_in: int, ab_out: int, requested: int, compl
 def keep_box(tape: Any, s: Record, t_ps: int) -> None:
     """Write the box at ``t_ps``; an insertion shows from the look that begins it to its last change."""
     rows, used = tape
+    if rows.shape[0] == 0:
+        return
     last = used[0] - 1
     busy = s.phase == IN_INSERTION or (s.phase == ARMED and s.recognised_ps <= t_ps)
     ended = s.completed != rows[last, COMPLETED]
@@ -91,5 +94,8 @@ def keep_board(tape: Any, s: Record, b: Record, t_ps: int) -> None:
     An insertion shows from its first to its last change. The outputs of lines that pass through the processor do not
     tell it: there it shows from the request until the total says that it is completed.
     """
+    rows, _ = tape
+    if rows.shape[0] == 0:
+        return
     busy = s.requested != s.completed if b.in_path == 1 else inserting(b)
     add_row(tape, t_ps, b.ab_in, b.ab_out, s.requested, s.completed, 1 if busy else 0)

@@ -11,6 +11,7 @@ from rtec.axis._kernels import PIECE
 from rtec.axis.motion import COUNT_MM, Motion
 from rtec.machine import _motion_kernels
 from rtec.machine._motion_kernels import ASKED
+from rtec.machine.tape import NOBODY
 
 
 class MotionRun:
@@ -34,11 +35,11 @@ class MotionRun:
         x0, v0, a0 = self._columns
         over = _motion_kernels.run_pieces(
             state, self._piece, segments.start_ps, segments.duration_ps, x0, v0, a0, self.motion.asks_ps, self._at,
-            edges, box, tape,
+            edges, box, tape or NOBODY,
         )  # fmt: skip
         return 1.0 if over else min(max(int(state.encoder.last_ps), 0) / segments.total_ps, 0.999)
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
         """Let the box make at rest what it owes; return when all is settled."""
         asks_ps, total_ps = self.motion.asks_ps, self.motion.total_ps
-        return int(_motion_kernels.come_to_rest(state, asks_ps, self._at, total_ps, settle_ps, box, tape))
+        return int(_motion_kernels.come_to_rest(state, asks_ps, self._at, total_ps, settle_ps, box, tape or NOBODY))

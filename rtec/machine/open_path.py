@@ -25,7 +25,7 @@ from rtec.injector import InjectorSettings, Insertions, RealEdges
 from rtec.injector.box import insertions_of
 from rtec.machine import _ahead_kernels, _open_kernels
 from rtec.machine.motion_run import MotionRun
-from rtec.machine.tape import Tape, Viewer, WaveFile
+from rtec.machine.tape import NOBODY, Tape, Viewer, WaveFile
 from rtec.signal._kernels import NEVER
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
@@ -276,14 +276,19 @@ def move(state: Record, edges: int, box: Any, tape: Any) -> int:
     if box is None and tape is None and crosses_evenly(state.encoder):
         _ahead_kernels.run_ahead(state, edges)
         return 0
-    return int(_open_kernels.run(state, edges, box, tape))
+    return int(_open_kernels.run(state, edges, box, _tape_beside(box, tape)))
 
 
 def stop(state: Record, settle_ps: int, box: Any, tape: Any) -> int:
     """Stop after a constant speed, beginning no insertion at rest; return the time at which all is settled."""
     if state.encoder.glitch_next_ps < NEVER:  # else their part of the path need not be compiled
-        _open_kernels.end_glitches(state, box, tape)
-    return int(_open_kernels.finish(state, settle_ps, box, tape))
+        _open_kernels.end_glitches(state, box, _tape_beside(box, tape))
+    return int(_open_kernels.finish(state, settle_ps, box, _tape_beside(box, tape)))
+
+
+def _tape_beside(box: Any, tape: Any) -> Any:
+    """Return the tape: beside a processor in any case, so that it is compiled into the path once."""
+    return tape if box is None else tape or NOBODY
 
 
 class _Steady:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 _ROOM = 1 << 18
 
+NOBODY = np.empty((0, columns.COLUMNS), np.int64), np.ones(1, np.int64)
+"""A tape that nobody looks at: where writing it costs little beside the rest, loops are compiled with one only."""
+
 
 class Viewer(Protocol):
     """Who looks at the rows of a tape."""

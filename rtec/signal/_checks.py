@@ -38,7 +38,10 @@ def whole_numbers(name: str, values: ArrayLike, allowed: str) -> NDArray[np.sign
 
 
 def times_ps(name: str, values: ArrayLike) -> NDArray[np.int64]:
-    """Return a read-only int64 view of times that are strictly increasing and inside (-NEVER, NEVER)."""
+    """Return strictly increasing times inside (-NEVER, NEVER) as int64, read-only and in one block of memory.
+
+    So kernels are compiled once: for arrays with gaps or open to writing they would be compiled anew.
+    """
     array = whole_numbers(name, values, "whole picoseconds (int64)")
     if array.size:
         for index in (0, array.size - 1):
@@ -50,20 +53,20 @@ def times_ps(name: str, values: ArrayLike) -> NDArray[np.int64]:
         raise ArgumentError(
             f"{name}[{index}]", f"{array[index]} ps after {array[index - 1]} ps", "strictly increasing times"
         )
-    view = array.astype(np.int64, copy=False).view()
+    view = np.ascontiguousarray(array, np.int64).view()
     view.flags.writeable = False
     return view
 
 
 def codes(name: str, values: ArrayLike, highest: int) -> NDArray[np.uint8]:
-    """Return a read-only uint8 view of whole numbers 0..``highest``."""
+    """Return whole numbers 0..``highest`` as uint8, read-only and in one block of memory."""
     allowed = f"a whole number 0..{highest}"
     array = whole_numbers(name, values, allowed)
     outside = (array < 0) | (array > highest)
     if outside.any():
         index = int(np.argmax(outside))
         raise ArgumentError(f"{name}[{index}]", array[index], allowed)
-    view = array.astype(np.uint8, copy=False).view()
+    view = np.ascontiguousarray(array, np.uint8).view()
     view.flags.writeable = False
     return view
 

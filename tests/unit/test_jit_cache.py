@@ -10,6 +10,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from numba.core.registry import CPUDispatcher
 
 from firmware_model import _machine_code
 from rtec import _jit
@@ -75,3 +76,16 @@ def test_what_kernels_take_in_can_be_called_from_python_before_and_after(kind):
     assert kernel(numbers, 2) == 1 - (1 << 63)
     assert part(numbers, factor=4) == 0
     assert kernel(numbers, 2.0) == 2.0**63 + 1
+
+
+def test_what_kernels_take_in_becomes_machine_code_in_them_only():
+    part = _jit.helper(lambda factor: factor + 2)
+    kernel = numba.njit(lambda factor: part(factor) * 3)
+    assert kernel(4) == 18
+    engine = CPUDispatcher.targetdescr.target_context.codegen()._engine
+    begins = [
+        engine.get_function_address(next(iter(code.overloads.values())).fndesc.mangled_name)
+        for code in (kernel, part)
+    ]
+    assert begins[0] != 0
+    assert begins[1] == 0
