@@ -373,6 +373,17 @@ def units_that_contradict() -> Foreign:
 
 
 @layout
+def a_heading_with_two_units() -> Foreign:
+    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
+    return Foreign(
+        "two_units.csv",
+        text(["Run;Direction;Target [mm];deviation_um [mm]", *body]).encode(),
+        asks="states um and mm",
+        maps=("deviation_um [mm]=deviation_um",),
+    )
+
+
+@layout
 def a_second_error() -> Foreign:
     body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},{r.deviation_um / 3:.3f}")
     return Foreign(

@@ -9,7 +9,7 @@ from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit, quantity_of_heading
 from rtec.metrology.tables.cells import Cell, apart_from_unit, decimal_marks, is_missing, may_hold_units, number_of
 from rtec.metrology.tables.choices import IGNORE, ColumnChoices
-from rtec.metrology.tables.headings import contradicting_unit, meaning_of, named_and_unit, unit_below
+from rtec.metrology.tables.headings import contradicting_units, meaning_of, named_and_unit, unit_below
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.units import column_unit
 from rtec.metrology.tables.wide import pass_of
@@ -92,9 +92,9 @@ def _refuse_others(table: Table, column: int, parts: Mapping[int, tuple[str, str
     """Refuse a unit that is another than the one above the column."""
     heading, below = table.headings[column], unit_below(table.units[column])
     for row, (_, unit) in parts.items():
-        stated = contradicting_unit(heading, unit) or (below if below not in (None, unit) else None)
-        if stated is not None:
-            problem = f"column {shown(heading)} states {stated}, and a cell of it {unit}"
+        units = contradicting_units(heading, unit) or ((below, unit) if below not in (None, unit) else None)
+        if units is not None:
+            problem = f"column {shown(heading)} states {units[0]}, and a cell of it {unit}"
             choice = f"; or {table.as_choice(column, 'QUANTITY_UNIT')}, such as deviation_um, says which"
             allowed = "one unit" + (choice if meaning_of(heading) is not None else "")
             raise FileFormatError(table.source, lines[row], problem, allowed)

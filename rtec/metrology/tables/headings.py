@@ -127,18 +127,27 @@ def named_and_unit(heading: str) -> tuple[str, str | None]:
     return text, None
 
 
-def contradicting_unit(heading: str, unit_cell: str) -> str | None:
-    """Return the unit of a heading where the row of units below it states another one.
+def contradicting_units(heading: str, unit_cell: str = "") -> tuple[str, str] | None:
+    """Return two units that a heading states, or a heading and the row of units below it, where they differ.
 
     Examples
     --------
-    >>> contradicting_unit("Error [µm]", "mm"), contradicting_unit("Error [µm]", "(µm)")
-    ('um', None)
+    >>> contradicting_units("Error [µm]", "mm"), contradicting_units("Error [µm]", "(µm)")
+    (('um', 'mm'), None)
+    >>> contradicting_units("deviation_um [mm]"), contradicting_units("deviation_um (µm)")
+    (('um', 'mm'), None)
     """
+    name, unit = named_and_unit(heading)
+    brackets = [spelled_unit(bracket[1]) for bracket in _BRACKETS.finditer(heading)]
+    units = [_suffix(name), *brackets, _suffix(heading) or unit, unit_below(unit_cell)]
+    stated = [unit for unit in units if unit]
+    return next(((stated[0], other) for other in stated if other != stated[0]), None)
+
+
+def _suffix(heading: str) -> str | None:
+    """Return the unit behind the underscore of a heading that is one of ours."""
     ours = quantity_of_heading(heading)
-    stated = heading.rpartition("_")[2].lower() if ours is not None and ours[1].inside else named_and_unit(heading)[1]
-    below = unit_below(unit_cell)
-    return stated if stated and below and stated != below else None
+    return heading.rpartition("_")[2].lower() if ours is not None and ours[1].inside else None
 
 
 def unit_below(cell: str) -> str | None:

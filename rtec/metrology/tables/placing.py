@@ -15,7 +15,7 @@ from rtec.metrology.tables.choices import IGNORE, ColumnChoices
 from rtec.metrology.tables.headings import (
     Meaning,
     Strength,
-    contradicting_unit,
+    contradicting_units,
     meaning_of,
     named_and_unit,
     unit_below,
@@ -137,9 +137,8 @@ def _chosen_meaning(table: Table, index: int, text: str) -> Meaning:
 
 
 def _refuse_contradiction(table: Table, index: int) -> None:
-    if (stated := contradicting_unit(table.headings[index], table.units[index])) is not None:
-        heading = table.headings[index]
-        problem = f"column {shown(heading)} states {stated} and {shown(table.units[index])} below it"
+    if (units := contradicting_units(table.headings[index], table.units[index])) is not None:
+        problem = f"column {shown(table.headings[index])} states {' and '.join(units)}"
         allowed = f"one unit; or {table.as_choice(index, 'QUANTITY_UNIT')}, such as deviation_um, says which"
         raise FileFormatError(table.source, table.heading_line, problem, allowed)
 
