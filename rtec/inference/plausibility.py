@@ -188,7 +188,8 @@ def _unit_of_all(test: _Test) -> Iterable[str]:
         slip = too_small
     else:
         return
-    right = f"--map 'HEADING={test.column}_{slip.split()[0]}'"
+    heading = "HEADING" if test.measurement.passes else test.measurement.headings.get(test.column, "HEADING")
+    right = f"--map '{heading}={test.column}_{slip.split()[0]}'"
     yield f"{what}: is the unit right ({slip.replace('among', 'taken for')})? Where it is not: {right}"
 
 

@@ -142,10 +142,10 @@ def test_what_cannot_be_is_told_with_its_line(typed, tmp_path):
     (tmp_path / "unit.csv").write_bytes(spreadsheet(BEFORE, per_um=0.001, decimals=5))
     told = typed("iso230", "outlier.csv", "unit.csv").stderr
     found = f"{error + 60:.2f} µm is far from the other readings at {x:g} mm forward: an outlier?"
-    assert f"outlier.csv: line 56, column deviation: {found}" in told
-    assert "unit.csv: column deviation" in told
+    assert f"outlier.csv: line 56, column deviation ('Abweichung (µm)'): {found}" in told
+    assert "unit.csv: column deviation ('Abweichung (µm)'): the deviations span" in told
     assert "mm taken for um" in told
-    assert "--map 'HEADING=deviation_mm'" in told
+    assert "--map 'Abweichung (µm)=deviation_mm'" in told
     refused = typed("iso230", "outlier.csv", "--strict", code=2)
     assert refused.stdout == ""
     assert "line 56, column deviation" in refused.stderr
