@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rtec.metrology.tables.units import SPELLINGS, spelled_unit
 from rtec.metrology.tables.words import BACKWARD, DIRECTION, FILLERS, FORWARD, plain_words
@@ -49,6 +49,9 @@ _SIGNS = str.maketrans({"−": "-", "‒": "-", "–": "-", "\u00a0": " ", "\u20
 _LONGEST = 60
 _ARROW = re.compile(r"[-=]{1,3}>|<[-=]{1,3}")
 _WITH_UNIT = re.compile(r"(.*[0-9][.,]?)\s*([^0-9\[\](){}+\-−]{1,20})", re.ASCII)
+_NOT_PLAIN = re.compile(r"[^0-9.,;\t\n +\-eE|]")
+"""What no text of plain numbers holds: looked for before anything that takes its time."""
+_BEFORE_UNITS = re.compile(r"[0-9][.,]?\s{0,3}[^\W0-9_eE]|[%°/]")
 _MAY_HOLD_UNITS = re.compile(
     r"[0-9][.,]?\s{0,3}(?:" + "|".join(map(re.escape, sorted(SPELLINGS, key=len, reverse=True))) + r")(?![a-z])",
     re.IGNORECASE,
@@ -97,7 +100,7 @@ def number_of(cell: Cell, mark: str) -> float | None:
     text = cell.strip()
     if len(text) > _LONGEST:
         return None
-    text = text.translate(_SIGNS)
+    text = text if text.isascii() else text.translate(_SIGNS)
     if (_POINT if mark == "." else _COMMA).fullmatch(text) is None:
         if _GROUPED[mark].fullmatch(text) is None:
             return None
@@ -137,15 +140,17 @@ def apart_from_unit(cell: Cell) -> tuple[str, str] | None:
     return match[1], unit
 
 
-def may_hold_units(line: str) -> bool:
-    """Return whether a number with a unit behind it may stand in a line.
+def may_hold_units(lines: Sequence[str]) -> bool:
+    """Return whether a number with a unit behind it may stand in one of the lines.
 
     Examples
     --------
-    >>> may_hold_units("1;0,5 mm"), may_hold_units("1;forward;0.5")
+    >>> may_hold_units(["0;1.5", "1;0,5 mm"]), may_hold_units(["1;forward;0.5"])
     (True, False)
     """
-    return _MAY_HOLD_UNITS.search(line) is not None
+    if _NOT_PLAIN.search("\n".join(lines)) is None:
+        return False
+    return any(_MAY_HOLD_UNITS.search(line) for line in lines if _BEFORE_UNITS.search(line))
 
 
 def decimal_marks(cells: Iterable[Cell], *, commas_apart: bool = False) -> frozenset[str]:
