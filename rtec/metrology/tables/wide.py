@@ -20,6 +20,7 @@ from rtec.metrology.tables.words import (
 )
 
 _FEWEST = 2
+_LONGEST_NUMBER = 9
 _SIGNS = frozenset("+-−–↑↓→←⇒⇐")
 
 
@@ -65,15 +66,20 @@ def pass_of(column: int, heading: str, above: str = "") -> Pass | None:
     words = [*plain_words(named_and_unit(above)[0]), *plain_words(named_and_unit(heading)[0])]
     if set(words) & STATISTIC:
         return None
-    numbers = [int(word) for word in words if word.isdigit()]
+    numbers = [int(word) for word in words if _is_number(word)]
     ways = {1 if word in FORWARD else -1 for word in words if _is_way(word, words)}
-    rest = [word for word in words if not word.isdigit() and not _is_way(word, words)]
+    rest = [word for word in words if not _is_number(word) and not _is_way(word, words)]
     known = DEVIATION | ACTUAL | RUN | FILLERS | _SIGNS
     if not (numbers or ways) or len(numbers) > 1 or len(ways) > 1 or not set(rest) <= known:
         return None
     said = set(rest)
     quantity = "deviation" if said & DEVIATION else "actual" if said & ACTUAL else None
     return Pass(column, numbers[0] if numbers else None, next(iter(ways), None), quantity)
+
+
+def _is_number(word: str) -> bool:
+    """Return whether a word may be the number of a run: nobody measures a milliard times."""
+    return word.isdecimal() and len(word) <= _LONGEST_NUMBER
 
 
 def _is_way(word: str, words: Sequence[str]) -> bool:
