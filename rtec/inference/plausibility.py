@@ -29,6 +29,8 @@ _FEWEST_ROWS, _FEWEST_REPEATS, _FEWEST_TARGETS = 3, 3, 3
 _MOST_SHOWN = 8
 _RARELY, _BY_CHANCE = 0.1, 0.01
 """Share of equal repeats where nothing tells it, and the chance of equal passes below which they are copies."""
+_NEARLY_ALL = 0.95
+"""Share of steps against the direction above which it is the wrong one."""
 _COARSE = 1e-2
 """Deviations above this share of the travel are hardly those of an axis."""
 _FINE, _FINEST = 2e-7, {"mm": 1e-4, "deg": 1e-5}
@@ -93,6 +95,7 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
         _clock(test),
         _other_targets(test),
         _sorted(test),
+        _against_direction(test),
         _unseen(test),
     )
     return tuple(text for check in checks for text in _not_too_many([*check]))
@@ -282,6 +285,18 @@ def _sorted(test: _Test) -> Iterable[str]:
     if "direction" not in columns and 2 * np.count_nonzero(np.diff(places) == 0.0) >= places.size - 1:
         what = "the same target stands in rows one after the other, and no column tells the direction of approach"
         yield f"column {test.measurement.called('target')}: {what}: are the rows sorted by target?"
+
+
+def _against_direction(test: _Test) -> Iterable[str]:
+    """Say where the targets fall while the axis is said to go forward, and rise while it is said to go back."""
+    run, direction = test.data.conditions.run, test.data.conditions.direction
+    if direction is None or "direction" not in test.measurement.columns:
+        return
+    step = np.diff(test.data.conditions.position) * direction[1:]
+    step = step[(run[1:] == run[:-1]) & (direction[1:] == direction[:-1]) & (step != 0.0)]
+    if step.size >= _FEWEST_TARGETS and np.mean(step < 0.0) >= _NEARLY_ALL:
+        what = "targets fall from row to row where it says forward, and rise where it says backward: exchanged?"
+        yield f"column {test.measurement.called('direction')}: {what}"
 
 
 def _unseen(test: _Test) -> Iterable[str]:

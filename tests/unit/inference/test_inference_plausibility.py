@@ -69,6 +69,15 @@ def test_rows_may_stand_in_another_order_than_they_were_read_in(tmp_path, order)
     assert "column target: run 2 backward lacks 1 of 6 targets of the other runs" in text
 
 
+def test_directions_that_are_exchanged(tmp_path):
+    rows = [[run, -way, time, place, deviation] for run, way, time, place, deviation in good_rows()]
+    (text,) = found(tmp_path, rows)
+    assert text.startswith("column direction: targets fall from row to row where it says forward")
+    assert text.endswith("exchanged?")
+    one_way = [row for row in good_rows() if row[1] > 0]
+    assert found(tmp_path, [[run, -1, *rest] for run, _, *rest in one_way]) == (text,)
+
+
 def test_outlier_is_named_with_line_and_column(tmp_path):
     (text,) = found(tmp_path, changed(3, -1, 17.0, 4, 70.0))
     assert text.startswith(f"line {LINE[3, -1, 17.0]}, column deviation: 70 µm")
