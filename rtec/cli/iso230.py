@@ -100,8 +100,9 @@ def iso230(
         return
     _say(tests, "warning", with_unused=True)
     _show(tests, document.get("files", [document]))
-    for what, place in written.items():
-        typer.echo(f"{what.capitalize()}: {place}")
+    if written:
+        page = Path(written["report"])
+        typer.echo(f"Report: {page}; to print: {page.with_suffix('.pdf')}")
 
 
 def _judged(
