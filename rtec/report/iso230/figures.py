@@ -156,6 +156,8 @@ def _at_target(axes: Axes, x: float, low: float, high: float, label: str, side: 
     """Draw a dimension beside its target, to the right (+1) or the left (-1), with its label at its middle."""
     from matplotlib.patheffects import withStroke  # noqa: PLC0415 - half a second, needed only where something is drawn
 
+    # wide enough to meet between letter and number: a line seen there would be read as a minus
+    outline = withStroke(linewidth=6.0, foreground="white")
     left, right = axes.get_xlim()
     aside = side * _ASIDE * (right - left)
     for y in (low, high):
@@ -165,4 +167,4 @@ def _at_target(axes: Axes, x: float, low: float, high: float, label: str, side: 
                               "shrinkA": 0.0, "shrinkB": 0.0})  # fmt: skip
     axes.annotate(label, (x + aside, (low + high) / 2.0), (4 * side, 0), textcoords="offset points", fontsize=8.5,
                   ha="left" if side > 0 else "right", va="center", zorder=6,
-                  path_effects=[withStroke(linewidth=2.5, foreground="white")])  # fmt: skip
+                  path_effects=[outline])  # fmt: skip
