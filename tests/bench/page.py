@@ -225,7 +225,7 @@ ELSEWHERE = (
     (
         "100 000 mutated files of each format, as text, of both laser systems and workbooks",
         "pytest -m sweep tests/property/test_foreign_mutations.py",
-        "a measurement or one clear error, less than 1 GB more memory; or fails. Renishaw's: passes, 124 s of "
+        "a measurement or one clear error, less than 1 GB more memory; or fails of "
         "processor",
     ),
     (
