@@ -225,8 +225,7 @@ ELSEWHERE = (
     (
         "100 000 mutated files of each format, as text, of both laser systems and workbooks",
         "pytest -m sweep tests/property/test_foreign_mutations.py",
-        "a measurement or one clear error, less than 1 GB more memory; or fails of "
-        "processor",
+        "a measurement or one clear error, less than 1 GB more memory; or fails",
     ),
     (
         "ISO 230-2 and VDI/DGQ 3441 beside plain sums (1e-9) and a published test",
