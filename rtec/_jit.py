@@ -147,7 +147,7 @@ def _type_of(value: Any) -> Any:
         return _record_type(value.dtype)
     if isinstance(value, np.ndarray) and value.dtype.names is not None:
         return _array_type(value.dtype, value.ndim, map_layout(value), value.flags.writeable)
-    return numba.typeof(value)  # type: ignore[no-untyped-call]
+    return numba.typeof(value)  # type: ignore[no-untyped-call]  # numba has no types
 
 
 _record_type = functools.cache(from_dtype)

@@ -48,7 +48,7 @@ class Plant:
 
     function: Callable[..., float]
     numbers: npt.NDArray[np.float64] = ()  # type: ignore[assignment]  # any list of numbers
-    state: npt.NDArray[np.float64] = (0.0,)  # type: ignore[assignment]
+    state: npt.NDArray[np.float64] = (0.0,)  # type: ignore[assignment]  # as above
 
     def __post_init__(self) -> None:
         """Check what can be checked before it runs."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rtec.cli._console import note, print_json
+from rtec.cli._measured import Inputs, read_inputs
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -55,7 +56,30 @@ def refuse_with_several(files: Sequence[Path], **options: object) -> None:
             raise ArgumentError(f"--{name}", "given with several measurements", "a single one")
 
 
-def refuse_another_quantity(first: Dataset, other: Dataset) -> None:
+def read_each(files: Sequence[Path], names: Sequence[str], **how: Any) -> Iterator[tuple[str, Inputs]]:
+    """Yield the name of each file with what is in it, of one quantity in the same units.
+
+    Parameters
+    ----------
+    files, names
+        Measurements, and what tells them apart.
+    how
+        As for `rtec.cli._measured.read_inputs`.
+
+    Raises
+    ------
+    RtecError
+        A file that cannot be read or is of something else than the first.
+    """
+    first = None
+    for name, file in zip(names, files, strict=True):
+        given = read_inputs(file, **how)
+        first = given.dataset if first is None else first
+        _refuse_another_quantity(first, given.dataset)
+        yield name, given
+
+
+def _refuse_another_quantity(first: Dataset, other: Dataset) -> None:
     """Refuse a measurement beside another one of something else, or in units that cannot be held against it.
 
     Raises

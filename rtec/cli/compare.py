@@ -9,7 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
-from rtec.cli._several import names_of, refuse_another_quantity, refuse_with_several, show_several
+from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.whole_file import check_folder
 
 if TYPE_CHECKING:
@@ -58,16 +58,13 @@ def compare(
     choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
     results: dict[str, Comparison] = {}
     with progress(f"comparing {', '.join(names)}"[:60]) as show:
-        for number, (name, file) in enumerate(zip(names, data, strict=True)):
-            show(0.7 * number / len(data))
-            given = _measured.read_inputs(
-                file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
-            )
-            for before in results.values():
-                refuse_another_quantity(before.dataset, given.dataset)
+        how = {
+            "model": model, "heldout": heldout, "lock": lock, "observe": observe, "facts": facts, "choices": choices,
+        }  # fmt: skip
+        for name, given in read_each(data, names, **how):
             announce_compilation()
             results[name] = compared(given.dataset, given.model, given.heldout)
-        show(0.7)
+            show(0.7 * len(results) / len(data))
         found = changes_from_first(results)
         result = next(iter(results.values()))
         written = {}

@@ -9,7 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
-from rtec.cli._several import names_of, refuse_another_quantity, refuse_with_several, show_several
+from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.errors import ArgumentError
 from rtec.whole_file import check_file, check_folder
 
@@ -75,17 +75,15 @@ def diagnose(
     written = {}
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:
-        for number, (name, file) in enumerate(zip(names, data, strict=True)):
-            given = _measured.read_inputs(
-                file, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
-            )
-            for before in results.values():
-                refuse_another_quantity(before.dataset, given.dataset)
+        how = {
+            "model": model, "heldout": heldout, "lock": lock, "observe": observe, "facts": facts, "choices": choices,
+        }  # fmt: skip
+
+        def told(share: float) -> None:
+            show(0.1 + 0.8 * (len(results) + share) / len(data))
+
+        for name, given in read_each(data, names, **how):
             announce_compilation()
-
-            def told(share: float, before: int = number) -> None:
-                show(0.1 + 0.8 * (before + share) / len(data))
-
             told(0.0)
             results[name] = diagnosed(
                 given.dataset,

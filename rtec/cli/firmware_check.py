@@ -190,7 +190,7 @@ def _again(
         "hold_latch": None if plan.hold_latch else False,
     }
     nothing = dict.fromkeys(Options.__dataclass_fields__)
-    return Options(**(nothing | said)).command(str(suite.worst.case.stream))  # type: ignore[arg-type]
+    return Options(**(nothing | said)).command(str(suite.worst.case.stream))  # type: ignore[arg-type]  # by name
 
 
 @dataclasses.dataclass(frozen=True)

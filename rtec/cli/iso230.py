@@ -121,19 +121,15 @@ def _judged(
 
     measurement = measurement_of(path, choices)
     test = positioning_test(measurement)
-    figures = positioning_figures(test.readings, period=test.period(period))
+    figures = positioning_figures(test.readings, period=test.period(period), called=measurement.called("target"))
     facts = {} if period is None else {"screw_pitch": period}
-    target = f"column {measurement.called('target')}:"
     return JudgedTest(
         name=name,
         facts=test.facts,
         figures=figures,
         vdi=vdi_figures(figures),
         uncertainty=positioning_uncertainty(figures, _inputs(test, figures.coordinate, given)),
-        warnings=(
-            *(text.replace("column target:", target) for text in figures.warnings),
-            *implausible(measurement, facts),
-        ),
+        warnings=(*figures.warnings, *implausible(measurement, facts)),
         unknown=test.unknown,
         notes=measurement.notes,
     )

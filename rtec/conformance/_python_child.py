@@ -182,7 +182,7 @@ class Player:
                 else:
                     # plain Python wants its own integers
                     given: list[Any] = [*(array.tolist() for array in stimulus[:4]), *stimulus[4:]]
-                    ended = run(self.plain, self.kind(), *given, *changes, self.watched)  # type: ignore[call-arg]
+                    ended = run(self.plain, self.kind(), *given, *changes, self.watched)  # type: ignore[call-arg]  # 3 or 4
             except Faulty as error:
                 return self._broken(int(self.watched[2]), str(error))
             except SystemExit:  # it ends its process, which is told with the code

@@ -143,7 +143,7 @@ class _Functions:
         defined: dict[str, Any] = {}
         module = ast.fix_missing_locations(ast.Module(body=[written], type_ignores=[]))
         # the user's own lines, which were run when the file was loaded
-        exec(compile(module, method.__code__.co_filename, "exec"), defined)  # noqa: S102
+        exec(compile(module, method.__code__.co_filename, "exec"), defined)  # noqa: S102 - as above
         code = defined[method.__name__].__code__
         return types.FunctionType(code, method.__globals__, method.__name__, method.__defaults__)
 

@@ -76,7 +76,7 @@ class Contract:
     def of(cls, design: DesignRow, **limits: float) -> Contract:
         """Return the contract of a design."""
         states = (0,) if design.one_state else (0, 1, 2, 3)
-        return cls(step_counts=design.step_counts, states=states, **limits)  # type: ignore[arg-type]
+        return cls(step_counts=design.step_counts, states=states, **limits)  # type: ignore[arg-type]  # checked there
 
     @property
     def quarter_ps(self) -> int:

@@ -21,6 +21,7 @@ from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.effects import Floats
 from rtec.inference.outliers import FAR, far_from_neighbours, robust_scale
 from rtec.metrology import Measurement
+from rtec.metrology.tables.choices import as_option
 from rtec.readable import quantity_text
 
 _COLUMNS = ("run", "direction", "target", "actual", "deviation")
@@ -191,8 +192,8 @@ def _unit_of_all(test: _Test) -> Iterable[str]:
         slip = too_small
     else:
         return
-    heading = "HEADING" if test.measurement.passes else test.measurement.headings.get(test.column, "HEADING")
-    right = f"--map '{heading}={test.column}_{slip.split()[0]}'"
+    heading = "" if test.measurement.passes else test.measurement.headings.get(test.column, "")
+    right = as_option(heading, f"{test.column}_{slip.split()[0]}")
     yield f"{what}: is the unit right ({slip.replace('among', 'taken for')})? Where it is not: {right}"
 
 

@@ -32,7 +32,9 @@ _SAME_TARGET = 1e-6
 """Targets closer than this, in mm or degrees, are one: positions that were added up differ in their last bits."""
 
 
-def positioning_figures(readings: Readings | RotaryReadings, *, period: float | None = None) -> PositioningFigures:
+def positioning_figures(
+    readings: Readings | RotaryReadings, *, period: float | None = None, called: str = "target"
+) -> PositioningFigures:
     """Return the figures of ISO 230-2 and of the thesis.
 
     Parameters
@@ -41,6 +43,8 @@ def positioning_figures(readings: Readings | RotaryReadings, *, period: float | 
         Of a linear or a rotary axis; runs are told by the number of readings at each target, not by their labels.
     period
         Length of a cycle for the cyclic error, in mm or degrees; None: not looked for.
+    called
+        What warnings call the column of the targets.
 
     Returns
     -------
@@ -91,7 +95,7 @@ def positioning_figures(readings: Readings | RotaryReadings, *, period: float | 
         rms=float(np.sqrt(np.mean(np.square(deviation)))),
         peak_to_peak=float(np.ptp(deviation)),
         runs=_runs(at),
-        warnings=tuple(_warnings(at, readings)),
+        warnings=tuple(_warnings(at, readings, called)),
     )
 
 
@@ -157,7 +161,7 @@ def _runs(at: TargetFigures) -> int:
     return int(np.concatenate(counts).min())
 
 
-def _warnings(at: TargetFigures, readings: Readings | RotaryReadings) -> list[str]:
+def _warnings(at: TargetFigures, readings: Readings | RotaryReadings, called: str) -> list[str]:
     found = []
     runs = _runs(at)
     up, down = at.count_forward.any(), at.count_backward.any()
@@ -174,11 +178,11 @@ def _warnings(at: TargetFigures, readings: Readings | RotaryReadings) -> list[st
         times = "once" if runs == 1 else f"{runs} times"
         first = _first_read_so_often(at, runs, "mm" if linear else "deg")
         what = f"a target was read only {times} from a direction, the first {first}"
-        found.append(f"column target: {what}; ISO 230-2 asks for {asked} runs each way")
+        found.append(f"column {called}: {what}; ISO 230-2 asks for {asked} runs each way")
     if (at.count_forward < 2).all() and (at.count_backward < 2).all():
         found.append("a single run has no standard deviation: no R and no A")
     if at.target.size < least:
-        found.append(f"column target: {at.target.size} targets; ISO 230-2 asks for at least {least} {which}")
+        found.append(f"column {called}: {at.target.size} targets; ISO 230-2 asks for at least {least} {which}")
     status = readings.status if isinstance(readings, Readings) else None
     if status is not None and (odd := int(np.count_nonzero(status))):
         found.append(f"{odd} readings carry a status other than 0; their meaning is not known and they are counted")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.readings import Floats, Readings, RotaryReadings
+from rtec.metrology.tables.choices import as_option
 from rtec.metrology.text_file import PLAIN_NUMBER, shown
 
 
@@ -170,16 +171,13 @@ class Measurement:
             deviation = actual[0] - target[0], target[1]
         if target is None or deviation is None:
             have = ", ".join([*(column.heading for column in self.columns.values()), *self.unknown])
-            unplaced = next(
-                (heading for heading in self.unknown if len(heading) <= 40 and "'" not in heading), "HEADING"
-            )
-            lacking = "target" if target is None else "deviation"
-            hint = f"where '{unplaced}' is one, --map '{unplaced}={lacking}_mm' says so"
+            unplaced = next(iter(self.unknown), "HEADING")
+            option = as_option(unplaced, f"{'target' if target is None else 'deviation'}_mm")
             raise FileFormatError(
                 self.source,
                 None,
                 f"no positioning test in the columns {shown(have)}",
-                f"a target with actual positions or deviations; {hint}",
+                f"a target with actual positions or deviations; where {shown(unplaced)} is one, {option} says so",
             )
         return *target, *deviation
 

@@ -16,6 +16,8 @@ MAX_BYTES = 1 << 28
 """Largest file that is read (256 MiB, about five million rows): a bound on memory, not a property of a format."""
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 """A number as instruments write it: digits of ASCII, a point, an exponent."""
+LONGEST_SHOWN = 40
+"""Characters of what a file holds that a message shows."""
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f]")
 _UTF_16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
@@ -163,7 +165,7 @@ def shown(text: str) -> str:
     >>> shown("abc")
     "'abc'"
     """
-    return repr(text if len(text) <= 40 else text[:37] + "...")
+    return repr(text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "...")
 
 
 def plain_numbers(lines: list[str], columns: int, delimiter: str | None) -> NDArray[np.float64] | None:

@@ -34,7 +34,7 @@ class Between(Enum):
         columns = [np.array([float(positions.size)]), positions, errors]
         if self is Between.CUBIC:
             # a quarter of a second, and most tables are of straight lines
-            from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
+            from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - as above
 
             columns.append(PchipInterpolator(positions, errors).derivative()(positions))
         return np.concatenate(columns)

@@ -1028,7 +1028,7 @@ def workbook_with_titles() -> Foreign:
 @layout
 def workbook_of_several() -> Foreign:
     head: list[list[object]] = [["Run", "Direction", "Target [mm]", "Error [µm]"]]
-    other = [[r, d, t, 2 * float(e)] for r, d, t, e in sheet_rows()]  # type: ignore[arg-type]
+    other = [[r, d, t, 2 * float(e)] for r, d, t, e in sheet_rows()]  # type: ignore[arg-type]  # numbers there
     sheets = {"before": head + other, "after": head + sheet_rows()}
     return Foreign("several.xlsx", book(sheets), asks="--sheet 'before'", sheet="After")
 

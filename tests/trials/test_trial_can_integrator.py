@@ -11,6 +11,7 @@ import time
 import can
 import cantools
 import pytest
+from crc_oracle import frame_checksum
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 PATIENCE_S = 120.0
@@ -74,21 +75,13 @@ class HerPc:
     def __init__(self, bus, dbc):
         self.bus, self.dbc, self.log, self.sequence, self.last = bus, dbc, None, 0, {}
 
-    def checksum(self, identifier, data):
-        crc = 0xFF
-        for byte in (identifier & 0xFF, identifier >> 8, *data[1:]):
-            crc ^= byte
-            for _ in range(8):
-                crc = (crc << 1) ^ (0x12F if crc & 0x80 else 0)
-        return crc ^ 0xFF
-
     def request(self, total=0, **fields):
         message = self.dbc.get_message_by_name("Request_1")
         self.sequence += 1
         values = dict.fromkeys((signal.name for signal in message.signals), 0) | fields
         values |= {"Sequence": self.sequence % 256, "Total": total, "TotalInverted": ~total & 0xFFFF}
         data = bytearray(message.encode(values | {"Session": self.last["Status_1"]["Session"]}))
-        data[0] = self.checksum(message.frame_id, data)
+        data[0] = frame_checksum(message.frame_id, data)
         return can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False)
 
     def send(self, frame):
@@ -100,7 +93,7 @@ class HerPc:
     def listen(self, for_s=CYCLE_S):
         end_s = time.monotonic() + for_s
         while (frame := self.bus.recv(max(end_s - time.monotonic(), 0.0))) is not None:
-            assert self.checksum(frame.arbitration_id, frame.data) == frame.data[0]
+            assert frame_checksum(frame.arbitration_id, frame.data) == frame.data[0]
             name = self.dbc.get_message_by_frame_id(frame.arbitration_id).name
             self.last[name] = self.dbc.decode_message(frame.arbitration_id, frame.data)
             if self.log is not None:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from rtec.errors import ArgumentError, nearest
 from rtec.metrology.columns import UNITS_OF_QUANTITY, axis_of_heading, quantity_of_heading
+from rtec.metrology.text_file import LONGEST_SHOWN
 
 IGNORE = "ignore"
 """What a column is mapped to that is to be left out."""
@@ -94,6 +95,25 @@ def column_choices(
         raise ArgumentError("--decimal", repr(decimal[:40]), "point or comma")
     mark = None if decimal is None else DECIMAL_MARKS[decimal]
     return ColumnChoices(columns=columns, sheet=sheet, decimal=mark, table=table)
+
+
+def as_option(heading: str, meaning: str, otherwise: str = "HEADING") -> str:
+    """Return the option that says what a column is, in quotes for the shell.
+
+    Parameters
+    ----------
+    heading, meaning
+        Of the column.
+    otherwise
+        What stands for a heading that cannot be typed in an instant: a long one, or one with quotes.
+
+    Examples
+    --------
+    >>> as_option("Soll [mm]", "target_mm"), as_option("Machine 'A'", "target_mm", "column 2")
+    ("--map 'Soll [mm]=target_mm'", "--map 'column 2=target_mm'")
+    """
+    easy = len(heading) <= LONGEST_SHOWN and heading.isprintable() and "'" not in heading
+    return f"--map '{heading if easy and heading else otherwise}={meaning}'"
 
 
 def _is_meaning(text: str) -> bool:

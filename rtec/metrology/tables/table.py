@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 from rtec.errors import FileFormatError
 from rtec.metrology.tables.cells import Cell
-from rtec.metrology.text_file import shown
+from rtec.metrology.tables.choices import as_option
+from rtec.metrology.text_file import LONGEST_SHOWN, shown
 
 MAX_COLUMNS = 1000
 MOST_CELLS = 8_000_000
 """That are looked at one by one: they take a gigabyte. Plain numbers are read in one sweep and need a fifth of it."""
-_LONGEST = 40
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars"}
 
 
@@ -60,14 +60,13 @@ class Table:
     def called(self, column: int) -> str:
         """Return what a column is called in a message: its heading, cut where it is long."""
         heading = self.headings[column]
-        return heading if len(heading) <= _LONGEST else shown(heading)
+        return heading if len(heading) <= LONGEST_SHOWN else shown(heading)
 
     def as_choice(self, column: int, meaning: str) -> str:
         """Return the option that says what a column is; by its number where its heading does not do it."""
         heading = self.headings[column]
-        easy = len(heading) <= _LONGEST and heading.isprintable() and "'" not in heading
-        easy = easy and [other.lower() for other in self.headings].count(heading.lower()) == 1
-        return f"--map '{heading if easy else f'column {column + 1}'}={meaning}'"
+        alone = [other.lower() for other in self.headings].count(heading.lower()) == 1
+        return as_option(heading if alone else "", meaning, f"column {column + 1}")
 
     def cells(self) -> tuple[list[list[Cell]], Sequence[int]]:
         """Return the rows with the line of each; empty lines are passed over.
