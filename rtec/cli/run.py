@@ -14,8 +14,8 @@ from rtec.errors import ArgumentError
 from rtec.whole_file import check_file, check_folder
 
 if TYPE_CHECKING:
-    from rtec.report import StudyResult
     from rtec.report.illustrations import Illustration
+    from rtec.study.results import StudyResult
 
 _DONE = 0
 _FAILS = 1
@@ -64,8 +64,9 @@ def run(
     from dataclasses import replace
 
     from rtec.board import Microcontroller
-    from rtec.report import study_document, write_report
     from rtec.report.destination import report_folder
+    from rtec.report.document import study_document
+    from rtec.report.folder import write_report
     from rtec.report.search import search_figures
     from rtec.study import builtin_study, read_study, run_study
     from rtec.study.definition import check_repeatability
@@ -107,8 +108,9 @@ def _show(result: StudyResult) -> None:
     """Print what the search found, then before and after."""
     from rich.console import Console
 
-    from rtec.report import rounds_sentence, staircase_table, terminal_table
     from rtec.report.diagnosis import found_table, verdict_sentence
+    from rtec.report.search import rounds_sentence
+    from rtec.report.terminal import staircase_table, terminal_table
 
     console = Console(highlight=False)
     if result.learned is not None:

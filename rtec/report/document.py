@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.report.diagnosis import diagnosis_document
 from rtec.report.plain_data import plain
-from rtec.report.results import Round, StudyResult, row_dict
+from rtec.study.results import Round, StudyResult, StudyRow
 from rtec.units import MM_PER_INCH
 
 
@@ -69,4 +69,40 @@ def _model(result: StudyResult) -> dict[str, Any]:
         "rms_against_truth_um": result.predictor_score.rms_mm * 1000.0,
         "worst_against_truth_um": result.predictor_score.worst_mm * 1000.0,
         "steps_against_truth_um": [score.rms_mm * 1000.0 for score in scores],
+    }
+
+
+def row_dict(row: StudyRow) -> dict[str, object]:
+    """Return one row under the names that scripts rely on, lengths in µm."""
+
+    def um(name: str) -> float | None:
+        value_mm = None if row.figures is None else getattr(row.figures, name)
+        return None if value_mm is None else value_mm * 1000.0
+
+    return {
+        "name": row.name,
+        "reason": row.reason or None,
+        "max_average_error_um": um("max_average_error"),
+        "max_reversal_error_um": um("max_reversal_error"),
+        "iso230": {
+            "A": um("accuracy"),
+            "R": um("repeatability"),
+            "E": um("systematic"),
+            "M": um("mean_bidirectional"),
+            "B": um("reversal"),
+        },
+        "max_repeat_um": um("max_repeat"),
+        "cyclic_pp_um": um("cyclic_pp"),
+        "rms_um": um("rms"),
+        "pp_um": um("peak_to_peak"),
+        "corrections_inserted": row.corrections_inserted,
+        "corrections_pending": row.corrections_pending,
+        "beyond_word_steps": row.beyond_word_steps,
+        "illegal_transitions": row.illegal_transitions,
+        "refused": row.refused,
+        "refused_too_fast": row.refused_too_fast,
+        "audit": row.audit,
+        "audit_counts": row.audit_counts,
+        "ending": row.ending,
+        "faults": [{"fault": words, "times": times} for words, times in row.faults],
     }

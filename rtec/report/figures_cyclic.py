@@ -9,7 +9,7 @@ import numpy as np
 from rtec.metrology.figures import TargetFigures
 from rtec.report.appearance import Look, Scale, look_of
 from rtec.report.figures_style import GUIDE, new_figure
-from rtec.report.results import StudyResult
+from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

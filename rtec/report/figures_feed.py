@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.report.appearance import Scale, look_of
 from rtec.report.figures_style import INK, guide, legend_above, new_figure
-from rtec.report.results import FeedCurve, Floats, StudyResult
+from rtec.study.results import FeedCurve, Floats, StudyResult
 from rtec.units import MM_PER_INCH
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.report.appearance import Scale, look_of
 from rtec.report.figures_style import GUIDE, guide, legend_above, new_figure
-from rtec.report.results import HoldCurve, StudyResult
+from rtec.study.results import HoldCurve, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

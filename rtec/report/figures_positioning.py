@@ -9,7 +9,7 @@ import numpy as np
 from rtec.metrology import PositioningFigures
 from rtec.report.appearance import Look, Scale, is_design, look_of
 from rtec.report.figures_style import GUIDE, INK, legend_above, new_figure
-from rtec.report.results import Floats, StudyResult
+from rtec.study.results import Floats, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ import numpy as np
 from rtec.report.appearance import look_of
 from rtec.report.diagnosis.quantities import Shown
 from rtec.report.figures_style import GUIDE, new_figure
-from rtec.report.results import Floats, Learned, Round
+from rtec.study.results import Floats, Learned, Round
 from rtec.units import MM_PER_INCH
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.report.appearance import Scale, look_of
 from rtec.report.figures_style import legend_above, new_figure
-from rtec.report.results import StudyResult
+from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,8 +8,8 @@ import numpy as np
 
 from rtec.report.appearance import Scale, look_of
 from rtec.report.figures_style import ALARM, INK, new_figure
-from rtec.report.results import StudyResult, Waveform
 from rtec.signal import EdgeStream, states_of_levels
+from rtec.study.results import StudyResult, Waveform
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,11 +13,11 @@ from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.document import study_document
 from rtec.report.illustrations import Illustration, illustrations
 from rtec.report.page import render_page
-from rtec.report.results import StudyResult, Waveform
 from rtec.report.search import search_figures
 from rtec.report.tables import curves_csv, rows_csv
 from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
 from rtec.signal import coarsest_timescale, write_vcd
+from rtec.study.results import StudyResult, Waveform
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9-]+")
 

@@ -18,7 +18,7 @@ from rtec.report import (
 )
 from rtec.report.appearance import Scale, joined, look_of
 from rtec.report.figures_style import figure_style, rendered
-from rtec.report.results import StudyResult
+from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
 from rtec.report.illustrations import Illustration
 from rtec.report.rendering import embedded, page_environment
-from rtec.report.results import StudyResult, StudyRow
 from rtec.report.search import PREFIX, search_of
 from rtec.report.tables import (
     COUNT_COLUMNS,
@@ -19,6 +18,7 @@ from rtec.report.tables import (
     limit_rows,
     table_rows,
 )
+from rtec.study.results import StudyResult, StudyRow
 
 DEFINITIONS = (
     ("deviation", "Actual position less target (ISO 230-2), as the laser reads it."),

@@ -14,7 +14,7 @@ from rtec.report.diagnosis.sentence import floor_words, spoken
 from rtec.report.figures_rounds import rounds_figure
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
-from rtec.report.results import Floats, Learned, StudyResult
+from rtec.study.results import Floats, Learned, StudyResult
 from rtec.units import MM_PER_INCH
 
 PREFIX = "axis-"

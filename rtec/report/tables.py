@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from rtec.metrology import PositioningFigures
 from rtec.report.appearance import MISSING, Look, Scale, is_design, look_of, number
-from rtec.report.results import Limit, StudyResult, StudyRow
+from rtec.study.results import Limit, StudyResult, StudyRow
 
 
 class Mark(enum.Enum):

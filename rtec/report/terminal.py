@@ -10,8 +10,8 @@ from rtec.injector import Design
 from rtec.report.appearance import look_of, printable, scale_of
 from rtec.report.diagnosis.quantities import probability, shown_of
 from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
-from rtec.report.results import Learned, StudyResult
 from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
+from rtec.study.results import Learned, StudyResult
 
 _TWIN = {"E": "max_average_error", "B": "max_reversal_error"}
 _STYLES = {Mark.NONE: "", Mark.GOOD: "green", Mark.MIND: "yellow", Mark.ALARM: "bold red"}

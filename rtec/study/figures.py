@@ -14,10 +14,10 @@ from rtec.injector import Design, Injector, RealEdges
 from rtec.machine import TRACE_COLUMNS, Machine, Thermometer, run_machine, straight_pass
 from rtec.machine.measuring_run import HOME_DWELL_S, end_ps
 from rtec.predictors import NoError, growth
-from rtec.report.results import FeedCurve, HoldCurve, Waveform
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
 from rtec.study.limits import limit_of
+from rtec.study.results import FeedCurve, HoldCurve, Waveform
 from rtec.units import MM_PER_INCH
 
 _TIME, _COMMAND, _TRUE, _CONTROLLER = (

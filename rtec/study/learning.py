@@ -22,8 +22,8 @@ from rtec.jobs import Tell
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, MeasuringPlan, Readings, joined, measurement_of_readings
 from rtec.predictors import BidirectionalTable, Predictor
-from rtec.report.results import Learned, Round, TruthScore
 from rtec.study.definition import Study
+from rtec.study.results import Learned, Round, TruthScore
 from rtec.units import MM_PER_INCH
 
 SOURCE = "readings/calibration.csv"

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rtec.injector import Design
 from rtec.predictors import Predictor
-from rtec.report.results import Limit
 from rtec.study.definition import Study
+from rtec.study.results import Limit
 from rtec.units import MM_PER_INCH
 
 

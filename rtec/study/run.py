@@ -19,12 +19,12 @@ from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import Strikes
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
-from rtec.report.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
 from rtec.study.beliefs import LATHE, LEARNED, TRUTH
 from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, waveform
 from rtec.study.learning import learn, learning_s, score
 from rtec.study.limits import limit_of
+from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
 from rtec.units import MM_PER_INCH
 
 _MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1

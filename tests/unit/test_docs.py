@@ -14,9 +14,9 @@ import pytest
 from rtec.cli import main
 from rtec.metrology import ExperimentPlan, Reading
 from rtec.metrology.experiment_file import KEYS, experiment_lines
-from rtec.report import study_document, write_report
 from rtec.report.diagnosis import diagnosis_document
-from rtec.report.results import row_dict
+from rtec.report.document import row_dict, study_document
+from rtec.report.folder import write_report
 from rtec.study import builtin_study, builtin_text, run_study
 
 ROOT = Path(__file__).parents[2]

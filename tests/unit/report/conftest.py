@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rtec.metrology import Readings, positioning_figures
-from rtec.report import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, TruthScore, Waveform
 from rtec.signal import EdgeStream
+from rtec.study.results import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, TruthScore, Waveform
 
 PERIOD_MM = 5.0
 TARGETS_MM = np.arange(12) * 3.2

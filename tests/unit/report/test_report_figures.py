@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rtec.report import FeedCurve, HoldCurve
 from rtec.report.appearance import scale_of
 from rtec.report.figures_feed import feed_figure
 from rtec.report.figures_positioning import positioning_figure
@@ -17,6 +16,7 @@ from rtec.report.figures_style import figure_style
 from rtec.report.figures_summary import summary_figure
 from rtec.report.figures_waveform import waveform_figure
 from rtec.report.illustrations import illustrations
+from rtec.study.results import FeedCurve, HoldCurve
 
 ALL = ["summary", "positioning", "cyclic", "residual", "feed", "waveform", "hold"]
 UM = scale_of("um")

@@ -12,7 +12,8 @@ import pytest
 
 from rtec.errors import OutputError
 from rtec.metrology import read_laser_file, read_measurement, read_positioning_test
-from rtec.report import folder as folder_module, write_report
+from rtec.report import folder as folder_module
+from rtec.report.folder import write_report
 from rtec.report.illustrations import Illustration
 
 HOSTILE = "<script>alert('x')</script> \"&amp; {{ 7 * 7 }} {% raw %} $\\frac{"

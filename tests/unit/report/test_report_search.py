@@ -16,18 +16,13 @@ from rtec.inference.diagnose import diagnose
 from rtec.inference.model_file import read_model
 from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_positioning_test
-from rtec.report import (
-    Learned,
-    Round,
-    TruthScore,
-    rounds_sentence,
-    staircase_table,
-    study_document,
-    write_report,
-)
 from rtec.report.appearance import scale_of
 from rtec.report.diagnosis import diagnosis_document, verdict_sentence
-from rtec.report.search import alias_words, search_figures, search_of
+from rtec.report.document import study_document
+from rtec.report.folder import write_report
+from rtec.report.search import alias_words, rounds_sentence, search_figures, search_of
+from rtec.report.terminal import staircase_table
+from rtec.study.results import Learned, Round, TruthScore
 
 PLAN = MeasuringPlan(
     start_inch=1, end_inch=3, increment_inch=0.1, dwell_s=6, runs=3, feed_inch_min=50, overshoot_inch=0.1

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from rtec.report import Limit, terminal_table
 from rtec.report.appearance import scale_of
 from rtec.report.tables import LENGTH_COLUMNS, Mark, audit_text, curves_csv, limit_rows, rows_csv, table_rows
+from rtec.report.terminal import terminal_table
+from rtec.study.results import Limit
 
 # readings of the fixture: means ±e, wave of 0.1 e, scatter of 0.01 e * (-2..2); by hand for e = 50 µm:
 # E: largest less smallest mean = 2 * 50 + spread of the wave over the targets; B = 100 in every target

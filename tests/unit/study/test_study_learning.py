@@ -14,7 +14,7 @@ from rtec.injector import Design
 from rtec.machine import Growth, Laser
 from rtec.metrology import MeasuringPlan, read_measurement, write_measurement
 from rtec.predictors import BidirectionalTable, LatheNetwork
-from rtec.report import study_document
+from rtec.report.document import study_document
 from rtec.study import builtin_study, run_study
 from rtec.study.learning import _asked_for, calibration_measurement, learn
 from rtec.study.run import _machine

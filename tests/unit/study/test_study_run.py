@@ -14,7 +14,8 @@ from rtec.machine import Growth, Laser
 from rtec.machine.faults import Fault, FaultKind, Strikes
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
-from rtec.report import study_document, write_report
+from rtec.report.document import study_document
+from rtec.report.folder import write_report
 from rtec.requester import Conversation
 from rtec.study import builtin_study, read_study, run_study
 from rtec.study.figures import feed_curve

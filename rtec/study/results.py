@@ -1,4 +1,4 @@
-"""What a study hands to the report: results only, in inside units (mm, s, ps, counts)."""
+"""What a study hands over: results only, in internal units (mm, s, ps, counts)."""
 
 from __future__ import annotations
 
@@ -214,39 +214,3 @@ class StudyResult:
     def good(self) -> bool:
         """Return whether every count of every row is accounted for."""
         return all(row.good for row in self.rows)
-
-
-def row_dict(row: StudyRow) -> dict[str, object]:
-    """Return one row under the names that scripts rely on, lengths in µm."""
-
-    def um(name: str) -> float | None:
-        value_mm = None if row.figures is None else getattr(row.figures, name)
-        return None if value_mm is None else value_mm * 1000.0
-
-    return {
-        "name": row.name,
-        "reason": row.reason or None,
-        "max_average_error_um": um("max_average_error"),
-        "max_reversal_error_um": um("max_reversal_error"),
-        "iso230": {
-            "A": um("accuracy"),
-            "R": um("repeatability"),
-            "E": um("systematic"),
-            "M": um("mean_bidirectional"),
-            "B": um("reversal"),
-        },
-        "max_repeat_um": um("max_repeat"),
-        "cyclic_pp_um": um("cyclic_pp"),
-        "rms_um": um("rms"),
-        "pp_um": um("peak_to_peak"),
-        "corrections_inserted": row.corrections_inserted,
-        "corrections_pending": row.corrections_pending,
-        "beyond_word_steps": row.beyond_word_steps,
-        "illegal_transitions": row.illegal_transitions,
-        "refused": row.refused,
-        "refused_too_fast": row.refused_too_fast,
-        "audit": row.audit,
-        "audit_counts": row.audit_counts,
-        "ending": row.ending,
-        "faults": [{"fault": words, "times": times} for words, times in row.faults],
-    }
