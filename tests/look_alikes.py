@@ -1,6 +1,7 @@
-"""Print docs/look-alikes.md from the library: which effects look alike, and what to measure to tell them apart.
+"""Print docs/look-alikes.md from the library, or the cards of docs/effects.md.
 
 python -m tests.look_alikes > docs/look-alikes.md
+python -m tests.look_alikes --cards
 """
 
 from __future__ import annotations
@@ -8,13 +9,13 @@ from __future__ import annotations
 import sys
 import textwrap
 
-from rtec.effects import LIBRARY, Observable
+from rtec.effects import LIBRARY, Effect, Observable
 
 HEAD = """# Which experiment tells them apart
 
 Written by `python -m tests.look_alikes > docs/look-alikes.md` from the cards of the [library](effects.md). On a poor
-plan the effects of a line predict the same readings; the verdict is then TIED, and `rtec diagnose` prints the
-sentence that stands here. On a better plan, which the sentence describes, they differ.
+plan the effects of a line predict the same readings: the verdict is TIED, and `rtec diagnose` prints the sentence
+below. On the plan that the sentence describes they differ.
 """
 TITLES = {
     Observable.DEVIATION: "## Errors of position",
@@ -39,5 +40,27 @@ def page() -> str:
     return "\n".join(parts)
 
 
+def cards() -> str:
+    """Return the cards of all effects as they stand in docs/effects.md."""
+    return "\n".join(_card(effect) for effect in LIBRARY)
+
+
+def _card(effect: Effect) -> str:
+    card = effect.card
+    lines = [
+        f"In the plot: {card.plot}",
+        f"Cause: {card.cause}",
+        f"Consequence: {card.consequence}",
+        f"Action: {card.action}",
+        f"Invariant to: {card.invariant_to}",
+        f"Source: {card.source}",
+    ]
+    if effect.rivals:
+        names = [f"`{rival.name}`{' (always)' if rival.permanent else ''}" for rival in effect.rivals]
+        lines.append(f"Looks like: {', '.join(names)}.")
+    items = [textwrap.fill(f"- {line}", 118, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
+    return f"### `{effect.name}`: {card.title}\n\n" + "\n".join(items) + "\n"
+
+
 if __name__ == "__main__":
-    sys.stdout.write(page())
+    sys.stdout.write(cards() if "--cards" in sys.argv else page())

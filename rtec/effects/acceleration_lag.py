@@ -32,17 +32,16 @@ class AccelerationLag(Effect):
     card = Card(
         title="Acceleration lag",
         plot=(
-            "In a moving log the deviation shows peaks where the axis speeds up and slows down, of opposite sign, "
-            "and none at constant speed."
+            "In a log the deviation peaks where the axis speeds up and slows down, with opposite signs, and "
+            "vanishes at constant speed."
         ),
         cause=(
-            "The drive gives way to inertia (compliance m/k), or velocity feed-forward without acceleration feed- "
-            "forward."
+            "The drive yields to inertia (compliance m/k), or velocity feed-forward lacks acceleration feed-forward."
         ),
-        consequence="Overshoot and undercut at the ends of moves and in sharp curvature.",
-        action="Add acceleration feed-forward, limit jerk, stiffen the drive or lighten the slide.",
-        invariant_to="position, direction and speed as long as it is constant, time and temperature.",
-        source="Erwinski et al. (2016), section I: inertia, and elastic coupling between the elements of an axis.",
+        consequence="Overshoot and undercut at the ends of moves and in sharp curves.",
+        action="Add acceleration feed-forward, limit jerk, stiffen the drive, lighten the slide.",
+        invariant_to="position, direction, constant speed, time and temperature.",
+        source="Erwinski et al. (2016), section I: inertia and elastic coupling.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -42,19 +42,16 @@ class AsymmetricFriction(Effect):
     rivals = (Rival("force_offset", experiments.SPEEDS_EACH_WAY),)
     card = Card(
         title="Friction that differs by direction",
-        plot="Force against velocity has another slope forward than backward.",
-        cause="Guideways out of parallel, a nut or wiper that tilts one way, a one-sided load, an inclined axis.",
-        consequence=(
-            "Feed-forward that is right one way is wrong the other way; following errors differ by direction."
-        ),
+        plot="Force against velocity has different slopes forward and backward.",
+        cause="Guideways out of parallel, a tilting nut or wiper, a one-sided load, an inclined axis.",
+        consequence="Feed-forward that suits one direction is wrong in the other.",
         action=(
-            "Check the parallelism of the guideways and the mounting of nut and wipers; use a coefficient for each "
-            "direction."
+            "Check parallelism of the guideways and mounting of nut and wipers; use a coefficient for each direction."
         ),
         invariant_to="position and acceleration; it grows with speed.",
         source=(
-            "Erwinski et al. (2019), section 3: friction is not always symmetric if the unit is inclined or the "
-            "guideways are not exactly parallel."
+            "Erwinski et al. (2019), section 3: friction is not symmetric where the unit is inclined or the "
+            "guideways are not parallel."
         ),
     )
 

@@ -41,26 +41,20 @@ class Backlash(Effect):
     )
     card = Card(
         title="Backlash (reversal error)",
-        plot="Forward and backward curves run parallel, a constant distance apart along the whole axis.",
+        plot="Forward and backward curves are a constant distance apart along the whole axis.",
         cause=(
-            "Play between drive and slide: worn nut or gears, a loose thrust bearing, lost preload; a control that "
-            "corrects play which is not there gives the opposite sign."
+            "Play between drive and slide: worn nut or gears, loose thrust bearing, lost preload. The opposite "
+            "sign: the control corrects play that is not there."
         ),
-        consequence=(
-            "Contours show a step where an axis turns round; a position depends on the side from which it was "
-            "approached."
-        ),
+        consequence="A position depends on the side of approach; contours show a step where an axis reverses.",
         action=(
-            "Find and remove the play (nut preload, bearing, coupling); then set the reversal compensation of the "
-            "control to what is left."
+            "Remove the play (nut preload, bearing, coupling), then set the control's backlash compensation to what "
+            "is left."
         ),
-        invariant_to=(
-            "position, time, the distance travelled before the reversal, and the feed: what shrinks with the feed is "
-            "a lag."
-        ),
+        invariant_to="position, time, distance since the reversal, and feed (what shrinks with the feed is a lag).",
         source=(
-            "Thesis, sections 2.3.4, 3.1.1 and 5.1: looseness between leadscrew and nut; a maximum reversal "
-            "error of 0.004181 inch. ISO 230-2, reversal value B."
+            "Thesis, sections 2.3.4, 3.1.1 and 5.1: maximum reversal error 0.004181 inch; ISO 230-2, reversal value "
+            "B."
         ),
     )
 

@@ -85,22 +85,19 @@ class BacklashMap(PitchMap):
     )
     card = Card(
         title="Backlash that varies along the axis",
-        plot=(
-            "The distance between forward and backward curve changes with position: larger where the axis works "
-            "most, or towards the far end of the screw."
-        ),
+        plot="The distance between forward and backward curve changes along the axis.",
         cause=(
-            "Thread and nut worn where the machine is used most; friction and length of the screw that make its "
-            "wind-up change along the axis; gibs that are tight at one end."
+            "Thread and nut worn where the machine works most; wind-up that changes along the screw; gibs tight at "
+            "one end."
         ),
-        consequence="One backlash value in the control is right at one place and wrong at others.",
+        consequence="One backlash value in the control is right at one place only.",
         action=(
             "Use a bidirectional compensation table; repair screw, nut or gibs where the reversal error has grown."
         ),
-        invariant_to="time, feed, and the distance travelled before the reversal.",
+        invariant_to="time, feed and the distance since the reversal.",
         source=(
-            "Thesis, section 3.1.2, Figure 3.2 and Table 3-3: variations of the backlash over the range of "
-            "motion ask for separate tables by direction."
+            "Thesis, section 3.1.2, Figure 3.2 and Table 3-3: variations of the backlash ask for separate tables by "
+            "direction."
         ),
     )
 

@@ -74,20 +74,19 @@ class Cogging(Periodic):
     card = Card(
         title="Cogging",
         plot=(
-            "Force or current is a wave against position with the period of poles and slots, the same in both "
-            "directions and at every slow speed; in the spectrum families of lines at whole numbers of cycles a "
-            "turn."
+            "Force is a wave against position with the period of poles and slots, the same in both directions and "
+            "at every slow speed."
         ),
         cause="Magnets pull at the teeth of the motor's iron core.",
-        consequence="Ripple of speed at slow feeds, and a following error with the pole pitch.",
+        consequence="Ripple of speed at slow feeds; a following error with the pole pitch.",
         action=(
-            "Map the current against position at a slow constant speed or with positions held, and feed it forward; "
-            "skewed magnets or an ironless motor remove it."
+            "Map the current against position at slow constant speed or at rest and feed it forward; skewed magnets "
+            "or an ironless motor remove it."
         ),
-        invariant_to="direction, speed (its frequency in time grows with speed), time; shifts by whole periods.",
+        invariant_to="direction, speed, time and shifts by whole periods.",
         source=(
             "Erwinski et al. (2019), section 3, Figure 6: a current that repeats every 12 mm, the distance of the "
-            "poles, mapped and compensated by the drive."
+            "poles."
         ),
     )
 

@@ -30,24 +30,15 @@ class Cosine(Effect):
     rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)
     card = Card(
         title="Cosine error of the laser",
-        plot=(
-            "The deviation falls on a straight line with position: a beam at an angle always reads short, 0.5 um/m "
-            "at 1 mrad."
-        ),
+        plot="The deviation falls on a straight line with position: a tilted beam reads short, 0.5 um/m at 1 mrad.",
         cause=(
-            "The laser beam is not parallel to the travel of the axis, so that it measures the cosine of the travel. "
-            "The machine is innocent."
+            "The laser beam is not parallel to the axis and measures the cosine of the travel. The machine has no "
+            "error."
         ),
         consequence="A compensation made from this measurement puts the error into the machine.",
-        action=(
-            "Align the beam over the full travel until the return spot stays put, measure again, and see whether the "
-            "slope changes."
-        ),
-        invariant_to="direction, feed, time and temperature; it changes with every new set-up of the laser.",
-        source=(
-            "Geometry of the set-up: ISO 230-1, alignment of the measuring line; the laser of the thesis, "
-            "section 2.3.2."
-        ),
+        action="Align the beam over the full travel, measure again, and see whether the slope changes.",
+        invariant_to="direction, feed, time and temperature; it changes with each set-up of the laser.",
+        source="ISO 230-1, alignment of the measuring line; thesis, section 2.3.2.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

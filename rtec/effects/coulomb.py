@@ -46,16 +46,14 @@ class Coulomb(BuildsUp):
     card = Card(
         title="Coulomb friction",
         plot=(
-            "The force jumps from one level to another where the motion turns round, and stays on the level at every "
-            "speed; where guides, seals or gears bend before they slip, it builds up over a distance."
+            "The force changes between two levels where the motion reverses, the same at every speed; with "
+            "presliding it builds up over a distance."
         ),
         cause="Dry friction of guideways, seals, wipers and preloaded nuts.",
         consequence="Quadrant glitches on circles, stick-slip, wind-up of an elastic drive after each reversal.",
         action="Lubricate, ease gibs and wipers, check preload; enter it as friction compensation.",
-        invariant_to=(
-            "position, speed and acceleration; it depends on the sign of the motion only and cannot be below zero."
-        ),
-        source="Erwinski et al. (2019), section 3: the constant component that does not depend on velocity.",
+        invariant_to="position, speed and acceleration. It cannot be below zero.",
+        source="Erwinski et al. (2019), section 3: the constant component.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

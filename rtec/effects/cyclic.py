@@ -90,29 +90,21 @@ class Cyclic(Periodic):
     card = Card(
         title="Cyclic error",
         plot=(
-            "A wave along the axis that comes back with every turn of the screw (worm, pinion, pole pitch), often "
-            "with two humps a turn; in the spectrum a line at one cycle a turn and its multiples. Forward and "
-            "backward waves may differ."
+            "A wave that repeats with every turn of screw, worm or pinion or every pole pitch, often double-humped; "
+            "forward and backward waves may differ."
         ),
         cause=(
-            "Eccentric or tilted mounting of screw, bearing, coupling, pulley or encoder; an error of the thread "
-            "within a turn."
+            "Eccentric or tilted screw, bearing, coupling, pulley or encoder; an error of the thread within a turn."
         ),
-        consequence=(
-            "Short distances are wrong although long ones are right; surfaces show a pattern with the pitch of the "
-            "screw."
-        ),
+        consequence="Short distances are wrong although long ones are right; surfaces show the pitch of the screw.",
         action=(
-            "Look at coupling, thrust bearing and mounting of screw and encoder. A compensation table needs some ten "
-            "points a turn; targets at whole turns hide the error altogether."
+            "Check coupling, thrust bearing and mounting of screw and encoder. A table needs about ten points a "
+            "turn; targets at whole turns do not show the error."
         ),
-        invariant_to=(
-            "shifts of the targets by whole periods, feed, time, temperature; its amplitude does not depend on where "
-            "along the axis it is seen."
-        ),
+        invariant_to="shifts of the targets by whole periods, feed, time and temperature.",
         source=(
-            "Thesis, section 5.1, Figure 5.2: 0.00145 inch peak to peak with the 0.25 inch pitch of the "
-            "leadscrew, double-humped; section 5.2: an interval that the pitch does not divide brings it out."
+            "Thesis, section 5.1, Figure 5.2: 0.00145 inch peak to peak with the pitch of 0.25 inch, double-humped; "
+            "section 5.2: the targets' step must not be a multiple of the pitch."
         ),
     )
 

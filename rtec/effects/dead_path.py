@@ -50,15 +50,15 @@ class DeadPath(Effect):
     )
     card = Card(
         title="Dead path",
-        plot="All targets shift alike, and the shift follows the air pressure from run to run.",
+        plot="All targets shift alike and follow the air pressure from run to run.",
         cause=(
-            "The interferometer stands away from where the axis has its zero: the wavelengths on the way between "
-            "change with the air, and no compensation counts them."
+            "The interferometer stands away from the zero of the axis: the wavelengths between change with the air, "
+            "and no compensation counts them."
         ),
         consequence="The zero of a long measurement moves with the weather.",
-        action="Put the interferometer close to the reflector at zero, or enter the dead path as its set-up asks.",
+        action="Place the interferometer close to the reflector at zero, or enter the dead path.",
         invariant_to="position, direction and feed.",
-        source="Steinmetz 1990; thesis, section 2.3: the laser is set to zero where a run begins.",
+        source="Steinmetz (1990); thesis, section 2.3: the laser is zeroed where a run begins.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

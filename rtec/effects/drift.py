@@ -39,17 +39,13 @@ class Drift(Effect):
     )
     card = Card(
         title="Drift",
-        plot="Repeats of one target move on steadily from run to run; against time or row order a straight line.",
-        cause=(
-            "The instrument's support or optics creep, air or room temperature changes slowly, a clamp or a magnetic "
-            "base relaxes."
-        ),
-        consequence="A long measurement mixes time with position; the repeatability looks worse than it is.",
+        plot="Repeats of a target move steadily: a straight line against time or row order.",
+        cause="Support or optics of the instrument creep, room temperature changes slowly, a clamp relaxes.",
+        consequence="Time is mixed with position; repeatability looks worse than it is.",
         action=(
-            "Return to a datum target often, shorten the measurement, shield it against draughts, let the laser "
-            "settle."
+            "Return to a datum target often, shorten the measurement, shield it from draughts, let the laser settle."
         ),
-        invariant_to="position, direction and feed: it is the same for every target at one time.",
+        invariant_to="position, direction and feed.",
         source=(
             "ISO 230-2 and ISO 230-3 ask for a check of drift; thesis, section 5.2: four passes took almost 20 hours."
         ),

@@ -59,21 +59,14 @@ class Eccentricity(Effect):
     )
     card = Card(
         title="Eccentricity of a rotary encoder",
-        plot=(
-            "One wave a turn against angle that closes after the turn, often with a second one, and little of a "
-            "third and fourth; no higher harmonics."
-        ),
+        plot="One wave a turn against the angle, often a second, little of a third and fourth, nothing higher.",
         cause=(
-            "The graduated disc turns about another centre than the shaft: e off centre at the radius r gives e/r "
-            "radians, 4.1 arcsec for 1 um at 50 mm. An oval or tilted disc, or a magnet off the axis of its sensor, "
-            "gives two waves a turn besides."
+            "The disc's centre is off the shaft's: e at the radius r gives e/r radians, 4.1 arcsec for 1 um at 50 "
+            "mm. An oval or tilted disc gives two waves a turn."
         ),
-        consequence=(
-            "Angles are wrong by a sine of the angle; an axis behind a screw gets a cyclic error with its pitch."
-        ),
+        consequence="Angles are wrong by a sine; an axis behind a screw gets a cyclic error with its pitch.",
         action=(
-            "Centre the disc or the magnet, or read it with two opposite heads; four heads take out the second wave, "
-            "too."
+            "Centre the disc or magnet, or read it with two opposite heads; four heads remove the second wave too."
         ),
         invariant_to="whole turns, direction, speed and time.",
         source=(

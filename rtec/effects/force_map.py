@@ -34,17 +34,17 @@ class ForceMap(PitchMap):
     )
     card = Card(
         title="Force map",
-        plot="Force or current against position is a smooth curve, the same in both directions and in every run.",
+        plot="Force against position is a smooth curve, the same in both directions and every run.",
         cause=(
-            "Cables, hoses, covers and springs that pull more at one end than at the other; a screw or a belt "
-            "that is tighter in places; a counterweight that hangs differently along the way."
+            "Cables, hoses, covers and springs that pull more at one end; a screw or belt tighter in places; a "
+            "counterweight that moves."
         ),
-        consequence="The drive needs more force in places, and its following error changes along the axis.",
+        consequence="The following error changes along the axis.",
         action=(
-            "Look at cable chains, covers, counterbalance and alignment at the place where the curve is steep; or "
-            "map the force and feed it forward."
+            "Check cable chains, covers, counterbalance and alignment where the curve is steep, or map the force "
+            "and feed it forward."
         ),
-        invariant_to="direction, speed and acceleration, and time.",
+        invariant_to="direction, speed, acceleration and time.",
         source="Erwinski et al. (2019), section 3, Figure 6: a current that depends on position is mapped.",
     )
 

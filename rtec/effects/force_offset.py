@@ -38,13 +38,13 @@ class ForceOffset(Effect):
     )
     card = Card(
         title="Constant force",
-        plot="Force in both directions and at rest is shifted by the same amount.",
+        plot="Force is shifted by the same amount in both directions and at rest.",
         cause=(
-            "Weight on an inclined or vertical axis with an imperfect balance, a cable or spring that pulls, the "
-            "zero of the current sensor."
+            "Weight of an axis that is not fully balanced, a cable or spring that pulls, the zero of the current "
+            "sensor."
         ),
         consequence="The drive holds against it at rest and heats up.",
-        action="Set the zero of the amplifier, balance the weight, or enter the offset as feed-forward.",
+        action="Set the zero of the amplifier, balance the weight, or enter it as feed-forward.",
         invariant_to="position, direction, speed and acceleration.",
         source="Erwinski et al. (2019), section 3: an inclined motion unit.",
     )

@@ -76,17 +76,17 @@ class Gravity(Effect):
     card = Card(
         title="Gravity",
         plot=(
-            "Torque or current against the angle is one wave a turn, the same in both directions and at every speed, "
-            "largest where the arm is horizontal and zero where it hangs or stands; on a linear axis a constant."
+            "Torque is one wave a turn, the same in both directions and at every speed, largest where the arm is "
+            "horizontal; on a linear axis a constant."
         ),
         cause="The weight of arm, tool and load at a distance from the axis of rotation.",
-        consequence="The drive holds against it at rest, and one and the same move takes more torque up than down.",
+        consequence="The drive holds against it at rest; a move takes more torque up than down.",
         action=(
-            "Balance the arm with a weight or a spring, or feed the torque forward by the angle; enter mass and "
-            "centre of the load in the controller."
+            "Balance the arm, feed the torque forward by the angle, or enter mass and centre of the load in the "
+            "controller."
         ),
-        invariant_to="direction, speed and acceleration, and time; it changes with the load and with the mounting.",
-        source="Swevers et al. 1997; Erwinski et al. (2019), section 3: an inclined motion unit.",
+        invariant_to="direction, speed, acceleration and time; it changes with load and mounting.",
+        source="Swevers et al. (1997); Erwinski et al. (2019), section 3: an inclined motion unit.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

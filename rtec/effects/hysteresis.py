@@ -77,20 +77,20 @@ class Hysteresis(Effect):
     card = Card(
         title="Hysteresis with memory",
         plot=(
-            "Deviation against position is a leaf; a short stroke within a long one draws a smaller leaf inside, "
-            "that closes at the point where it began."
+            "Deviation against position is a leaf; a short stroke within a long one draws a smaller leaf that "
+            "closes where it began."
         ),
         cause=(
-            "Presliding: asperities, seals, balls and gear teeth bend like springs before they slip, each at a force "
-            "of its own."
+            "Presliding: asperities, seals, balls and gear teeth bend like springs before they slip, each at its "
+            "own force."
         ),
-        consequence="A short move comes to rest elsewhere than a long one, and the error depends on the way there.",
+        consequence="A short move comes to rest elsewhere than a long one.",
         action=(
-            "Approach with strokes longer than the distance, from one side; lower friction and preload; or "
-            "compensate with a model that remembers the turning points."
+            "Approach from one side with long strokes, reduce friction and preload, or compensate with a model that "
+            "remembers the turning points."
         ),
-        invariant_to="feed and time, and the place along the axis; it depends on the way and its turning points.",
-        source="Iwan 1966; Al-Bender, Lampaert and Swevers 2005.",
+        invariant_to="feed, time, and position along the axis.",
+        source="Iwan (1966); Al-Bender, Lampaert and Swevers (2005).",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -41,19 +41,16 @@ class Inertia(Effect):
     )
     card = Card(
         title="Inertia",
-        plot=(
-            "Force against time shows peaks where the axis speeds up and slows down; against acceleration a straight "
-            "line through zero."
-        ),
+        plot="Force against acceleration is a straight line through zero.",
         cause="The mass of the slide, or the moment of inertia of screw, coupling and motor.",
-        consequence="Sets the force that acceleration takes; a model without it follows no fast move.",
+        consequence="It sets the force that acceleration takes.",
         action=(
-            "Enter it as acceleration feed-forward; compare with the mass by the drawing, since a difference is a "
-            "wrong force constant."
+            "Enter it as acceleration feed-forward. A difference from the mass by the drawing is a wrong force "
+            "constant."
         ),
-        invariant_to="position, direction and speed; it cannot be below zero.",
+        invariant_to="position, direction and speed. It cannot be below zero.",
         source=(
-            "Erwinski et al. (2019), section 3, Figure 4 (1/M; 3.61 kg identified by a current step); Erwinski et "
+            "Erwinski et al. (2019), section 3, Figure 4: 1/M, 3.61 kg identified by a current step; Erwinski et "
             "al. (2016), section I."
         ),
     )

@@ -52,23 +52,17 @@ class Interpolation(Effect):
     card = Card(
         title="Interpolation error of the scale",
         plot=(
-            "A wave with the signal period of the scale (some micrometres to 0.1 mm), seen only where readings lie "
-            "closer together than that; in the spectrum lines at once and twice per signal period."
+            "A wave with the signal period of the scale (micrometres to 0.1 mm), in the spectrum at one and two "
+            "cycles a period."
         ),
         cause=(
-            "Offset, unequal amplitudes or a phase other than 90 degrees of the scale's sine and cosine: dirt, gap "
-            "or tilt of the reading head, worn electronics."
+            "Offset, unequal amplitudes or phase error of the sine and cosine signals: dirt, gap or tilt of the "
+            "reading head."
         ),
-        consequence=(
-            "Ripple on surfaces and of speed at slow feeds; positions are uncertain by a fraction of the signal "
-            "period."
-        ),
-        action="Clean and adjust the reading head, trim offset, gain and phase of the signals.",
-        invariant_to="shifts by whole signal periods, direction, slow feeds, time.",
-        source=(
-            "Signals of the scale and their errors: NISTIR 4832, position feedback signals (two signals 90 degrees "
-            "apart)."
-        ),
+        consequence="Ripple on surfaces and of speed at slow feeds.",
+        action="Clean and adjust the reading head; trim offset, gain and phase.",
+        invariant_to="shifts by whole signal periods, direction, slow feeds and time.",
+        source="NISTIR 4832, position feedback signals: two signals 90 degrees apart.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

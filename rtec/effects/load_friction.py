@@ -43,12 +43,12 @@ class LoadFriction(Coulomb):
     rivals = (Rival("coulomb", experiments.SEVERAL_LOADS),)
     card = Card(
         title="Load-dependent friction",
-        plot="The step of the force between the two directions of motion grows with the load, at every speed.",
-        cause="Guides, nut, bearings or gears carry the load: their friction is a share of the force that presses.",
-        consequence="A friction compensation that was set without a load is too weak with one.",
-        action="Feed friction forward by the load, lubricate, or relieve the guide (rollers, a counterbalance).",
+        plot="The step of the force between the two directions grows with the load, at every speed.",
+        cause="Guides, nut, bearings or gears carry the load: their friction is a share of the force on them.",
+        consequence="A friction compensation set without a load is too weak with one.",
+        action="Feed friction forward by the load, lubricate, or relieve the guide (rollers, counterbalance).",
         invariant_to="position and speed; it changes with the lubricant. It cannot be below zero.",
-        source="Armstrong-Helouvry et al. 1994, section 2.",
+        source="Armstrong-Helouvry et al. (1994), section 2.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -59,23 +59,17 @@ class LostCounts(Effect):
     )
     card = Card(
         title="Lost counts",
-        plot=(
-            "From one reading to the next everything is shifted by the same amount, usually whole counts, and stays "
-            "so; against time a step."
-        ),
-        cause=(
-            "Counts lost or gained: noise on the lines, an encoder faster than its receiver, a slipping coupling or "
-            "belt, a bumped target mirror."
-        ),
-        consequence="All later positions are wrong until the axis is referenced anew.",
+        plot="A step against time: all later readings are shifted, usually by whole counts.",
+        cause="Noise on the lines, an encoder faster than its receiver, a slipping coupling, a bumped target mirror.",
+        consequence="All positions are wrong until the axis is referenced again.",
         action=(
-            "Check the index after each cycle; look at cables, shielding, supply and maximum frequency of encoder "
-            "and receiver; tighten couplings."
+            "Check the index after each cycle; check cables, shielding, supply, couplings, and the maximum "
+            "frequency of encoder and receiver."
         ),
-        invariant_to="position, direction and feed; it depends on the moment only.",
+        invariant_to="position, direction and feed.",
         source=(
-            "NISTIR 4832, altering the position signal: a decoder does not respond to pulses that are too narrow for "
-            "it; whatever is added to or lost from the count shifts all later positions."
+            "NISTIR 4832, altering the position signal: a decoder misses pulses that are too narrow, and each lost "
+            "count shifts all later positions."
         ),
     )
 

@@ -27,18 +27,12 @@ class Offset(Effect):
     needs = "nothing"
     card = Card(
         title="Offset",
-        plot=(
-            "Every deviation is shifted by the same amount, in both directions and in every run; in the plot against "
-            "position the whole curve lies above or below zero."
-        ),
-        cause=(
-            "The zero of the axis and the zero of the instrument were set at different places: reference point, "
-            "datum of the laser, home position."
-        ),
-        consequence="None on distances; every absolute position is off by the same amount.",
-        action="Set the instrument to zero at the reference point, or correct the reference point of the axis.",
+        plot="All deviations are shifted by the same amount, in both directions and every run.",
+        cause="Axis and instrument have different zeros: reference point, laser datum, home position.",
+        consequence="Absolute positions are off by this amount; distances are right.",
+        action="Zero the instrument at the reference point, or correct the reference point.",
         invariant_to="position, direction, feed, time and temperature.",
-        source="ISO 230-2 leaves the datum free: only differences of deviations count.",
+        source="ISO 230-2: the datum is free, only differences count.",
     )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

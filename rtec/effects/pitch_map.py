@@ -58,21 +58,18 @@ class PitchMap(Effect):
     )
     card = Card(
         title="Pitch map",
-        plot="A smooth curve against position, the same forward and backward and in every run.",
+        plot="A smooth curve against position, the same in both directions and every run.",
         cause=(
-            "The screw's lead or the scale's graduation varies along its length; the ways are not straight, so that "
-            "the carriage tilts at an offset from the scale (Abbe error)."
+            "The screw's lead or the scale's graduation varies along its length, or the guideways are not straight "
+            "(Abbe error)."
         ),
-        consequence="Lengths are wrong by amounts that depend on where along the axis the part sits.",
+        consequence="The error of a length depends on where along the axis it lies.",
         action=(
-            "Load a compensation table with enough points, after everything that depends on heat, direction or time "
-            "is out of the measurement."
+            "Remove errors of heat, direction and time from the measurement, then load a compensation table with "
+            "enough points."
         ),
-        invariant_to="direction, feed, time and, in the main, temperature.",
-        source=(
-            "Thesis, section 3.1.1, Figure 3.1 and Table 3-1; NISTIR 4832, introduction: lead-screw "
-            "nonlinearity as a fixed geometric error."
-        ),
+        invariant_to="direction, feed, time and mostly temperature.",
+        source="Thesis, section 3.1.1, Figure 3.1 and Table 3-1; NISTIR 4832, introduction: leadscrew nonlinearity.",
     )
 
     def finest(self, shape: Shape) -> float:

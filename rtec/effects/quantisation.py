@@ -54,16 +54,16 @@ class Quantisation(Effect):
     card = Card(
         title="Quantisation",
         plot=(
-            "Values lie on a comb of equal steps; residuals fill a band one step wide, evenly, or make a sawtooth "
-            "against position."
+            "Values lie on a comb of equal steps; residuals fill a band one step wide or are a sawtooth against "
+            "position."
         ),
         cause="Counts of the encoder, digits of a display, decimals of a file.",
         consequence=(
-            "Nothing below a step can be seen; the noise floor is a step divided by the square root of 12 at least."
+            "Nothing below a step shows; the noise floor is at least the step divided by the square root of 12."
         ),
-        action="Record more digits, use a finer count, or accept the floor.",
-        invariant_to="direction, feed, time; shifts by whole steps.",
-        source="NISTIR 4832, position feedback signals: the resolution is a quarter of the cycle of the square wave.",
+        action="Record more digits, use finer counts, or accept the floor.",
+        invariant_to="direction, feed, time and shifts by whole steps.",
+        source="NISTIR 4832, position feedback signals: the resolution is a quarter of the square wave's cycle.",
     )
 
     def steps(self, values: npt.ArrayLike) -> float | None:

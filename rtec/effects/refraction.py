@@ -121,15 +121,15 @@ class Refraction(Effect):
     )
     card = Card(
         title="Refraction of the air",
-        plot="The slope of the deviation against position follows the air pressure from run to run.",
+        plot="The slope against position follows the air pressure from run to run.",
         cause=(
-            "The laser counts its wavelength in air, and its compensation is switched off or set for another place: "
-            "a micrometre a metre for 3.7 hPa, for 1 K of the air, or for the whole range of humidity."
+            "The laser's wavelength compensation is off or wrong: 1 um/m for 3.7 hPa, for 1 K of air, or for the "
+            "whole range of humidity."
         ),
-        consequence="Lengths are wrong by the weather; a compensation table made from them is wrong the next day.",
+        consequence="Lengths, and tables made from them, are wrong by the weather.",
         action="Switch the wavelength compensation on, or correct the readings by pressure and air temperature.",
-        invariant_to="direction, feed and what the machine does.",
-        source="Birch and Downs 1993; thesis, section 2.3: wavelength compensation by sensors of the air.",
+        invariant_to="direction, feed and all that the machine does.",
+        source="Birch and Downs (1993); thesis, section 2.3: sensors of the air.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

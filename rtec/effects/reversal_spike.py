@@ -72,20 +72,17 @@ class ReversalSpike(Effect):
     )
     card = Card(
         title="Reversal spike",
-        plot=(
-            "After each reversal the deviation jumps and dies away within a distance; on a circle four spikes, where "
-            "the axes turn round."
-        ),
+        plot="After each reversal the deviation jumps and decays over a distance; on a circle four spikes.",
         cause=(
-            "Static friction: the drive stops at the reversal and has to build up force before the slide follows; or "
-            "a compensation of backlash or friction that gives too much and is taken back by the position loop."
+            "Static friction: the drive must build up force before the slide follows. Or a compensation of backlash "
+            "or friction that is too large."
         ),
-        consequence="Marks on circles and contours where an axis turns round.",
+        consequence="Marks on contours where an axis reverses.",
         action=(
-            "Tune the friction compensation, stiffen the velocity loop, lubricate; if the spike points the other "
-            "way, the compensation is too large."
+            "Tune the friction compensation, stiffen the velocity loop, lubricate. A spike of the other sign: the "
+            "compensation is too large."
         ),
-        invariant_to="where along the axis the reversal took place, and time.",
+        invariant_to="position of the reversal, and time.",
         source="ISO 230-4; Erwinski et al. (2019), section 3: friction drops after standstill.",
     )
 

@@ -50,18 +50,12 @@ class RunOffset(Effect):
     )
     card = Card(
         title="Offset of each run",
-        plot="The curves of the runs lie parallel to each other, shifted by amounts without an order.",
-        cause=(
-            "Something is set anew before each run: the instrument is zeroed, the axis homed on a switch that does "
-            "not repeat, the part or the reflector clamped, the machine switched on."
-        ),
-        consequence="Each set-up has a zero of its own; within one set-up the axis is as good as the rest shows.",
-        action=(
-            "Home on the index mark instead of the switch, look at clamping and at the zero of the instrument; "
-            "reference the part after each set-up."
-        ),
-        invariant_to="position, direction, feed, and the time within a run.",
-        source="ISO 230-2, clause 4: where a run has its zero is free, and is no repeatability of the axis.",
+        plot="The curves of the runs are parallel, shifted by amounts without an order.",
+        cause="Something is set anew before each run: instrument zero, homing switch, clamping of part or reflector.",
+        consequence="Each set-up has a zero of its own.",
+        action="Home on the index mark, check clamping and instrument zero, reference the part after each set-up.",
+        invariant_to="position, direction, feed, and time within a run.",
+        source="ISO 230-2, clause 4: the zero of a run is free and no repeatability of the axis.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

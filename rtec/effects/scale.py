@@ -35,22 +35,18 @@ class Scale(Effect):
     )
     card = Card(
         title="Scale error (lead)",
-        plot="The deviation grows on a straight line with position, the same forward and backward.",
+        plot="The deviation is a straight line against position, the same in both directions.",
         cause=(
-            "The lead of the screw or the graduation of the scale differs from nominal by a constant factor: screw "
-            "stretched or warm, a scale at another temperature than that of its calibration, a wrong factor in the "
-            "control, or weather data of the laser that are wrong."
+            "The screw's lead or the scale's graduation is off by a constant factor: stretched or warm, wrong "
+            "factor in the control, or wrong weather data of the laser."
         ),
-        consequence="Parts come out too long or too short in proportion to their length; distances of holes as well.",
+        consequence="Lengths are wrong in proportion to their size.",
         action=(
-            "Check the laser's air temperature, pressure, humidity and the material temperature first; then correct "
-            "the factor or load a linear compensation."
+            "Check the laser's air and material temperature, pressure and humidity; then correct the factor or load "
+            "a linear compensation."
         ),
-        invariant_to="the direction of approach, feed, time, and where zero is (which only adds an offset).",
-        source=(
-            'Thesis, section 5.1: the general trend of the machine to position "long", about 0.0012 inch over '
-            "39 inch."
-        ),
+        invariant_to="direction, feed and time; a shifted zero adds only an offset.",
+        source='Thesis, section 5.1: the machine positions "long" by about 0.0012 inch over 39 inch.',
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -36,22 +36,17 @@ class ServoLag(Effect):
     card = Card(
         title="Servo lag (delay)",
         plot=(
-            "In a moving log the deviation is proportional to velocity and changes sign with it; in a test with "
-            "readings on the fly forward and backward curves lie apart by twice the lag times the feed."
+            "In a log the deviation is proportional to velocity; in readings on the fly the two curves are twice "
+            "the lag times the feed apart."
         ),
         cause=(
-            "A position loop without feed-forward follows late by 1/kv; a reference, a filter or a bus that reads "
-            "late does the same."
+            "A position loop without feed-forward follows late by 1/kv; so does a reference, filter or bus that "
+            "reads late."
         ),
-        consequence=(
-            "Contours are cut short in corners and circles shrink; with unequal lags of two axes circles become "
-            "ellipses."
-        ),
-        action=(
-            "Raise kv, match the axes, add velocity feed-forward; synchronise the readings of instrument and axis."
-        ),
-        invariant_to="position, time, temperature, and the order of the moves; at standstill it is gone.",
-        source="Erwinski et al. (2016), sections I and II: the following error as a function of the axis velocities.",
+        consequence="Corners are cut, circles shrink; unequal lags make ellipses.",
+        action="Raise kv, match the axes, add velocity feed-forward; synchronise instrument and axis.",
+        invariant_to="position, time, temperature and order of the moves; zero at standstill.",
+        source="Erwinski et al. (2016), sections I and II.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

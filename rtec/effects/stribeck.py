@@ -55,21 +55,14 @@ class Stribeck(BuildsUp):
     rivals = (Rival("coulomb", experiments.CREEP),)
     card = Card(
         title="Stribeck friction",
-        plot=(
-            "Against speed the force falls from a peak at creep to a minimum before viscous friction raises it again."
-        ),
-        cause="At creep the surfaces touch; with speed lubricant is drawn between them.",
-        consequence="Stick-slip at slow feeds, steps after standstill, glitches where circles turn round.",
-        action=(
-            "Use guideway oil with friction modifier or roller guides; raise the slowest feed above the Stribeck "
-            "speed."
-        ),
-        invariant_to=(
-            "position, acceleration; at speeds well above the Stribeck speed it is gone. It cannot be below zero."
-        ),
+        plot="Against speed the force falls from a peak at creep to a minimum before viscous friction raises it.",
+        cause="At creep the surfaces touch; at speed lubricant is drawn between them.",
+        consequence="Stick-slip at slow feeds, steps after standstill, glitches where circles reverse.",
+        action="Use guideway oil with friction modifier or roller guides; keep feeds above the Stribeck speed.",
+        invariant_to="position and acceleration; gone well above the Stribeck speed. It cannot be below zero.",
         source=(
-            "Erwinski et al. (2019), section 3: after standstill the friction force drops, and rises again above the "
-            "Stribeck velocity."
+            "Erwinski et al. (2019), section 3: friction drops after standstill and rises again above the Stribeck "
+            "velocity."
         ),
     )
 

@@ -71,20 +71,17 @@ class ThermalGrowth(FollowsHeat):
     card = Card(
         title="Thermal growth",
         plot=(
-            "The slope of the deviation against position changes with temperature: cold and hot runs fan out from "
-            "the fixed bearing."
+            "The slope of the deviation against position changes with temperature: runs fan out from the fixed "
+            "bearing."
         ),
         cause="Screw, scale or bed expand between the fixed point and the slide; steel by about 11.5 um/m/K.",
-        consequence="Lengths grow with the temperature; a compensation made cold is wrong when the machine is warm.",
+        consequence="Lengths grow with temperature; a compensation made cold is wrong when the machine is warm.",
         action=(
-            "Compensate with the temperature of the screw or scale, cool the screw, or use a scale that is mounted "
-            "at one point; measure at a stated temperature."
+            "Compensate by the temperature of screw or scale, cool the screw, or fix the scale at one point; "
+            "measure at a stated temperature."
         ),
-        invariant_to="direction and feed, and the order of the readings: the same temperature gives the same error.",
-        source=(
-            "Yao et al. (2013), section 4.1: temperatures of key parts as inputs of the error; thesis, section "
-            "3.3; NISTIR 4832, introduction: expansion of bed and lead-screw. ISO 1 and ISO 230-3."
-        ),
+        invariant_to="direction, feed and order of the readings.",
+        source="Yao et al. (2013), section 4.1; thesis, section 3.3; NISTIR 4832, introduction; ISO 1, ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -48,24 +48,17 @@ class ThermalShift(FollowsHeat):
     )
     card = Card(
         title="Thermal shift",
-        plot=(
-            "Against temperature the readings of all targets climb alike, wherever they lie; cold and hot runs are "
-            "parallel."
-        ),
+        plot="All targets shift alike with temperature; cold and hot runs are parallel.",
         cause=(
-            "Heat of spindle, motor or bearing lengthens what stands between scale and tool: headstock, column, a "
-            "bracket of the scale or of the reference."
+            "Heat of spindle, motor or bearing lengthens what stands between scale and tool: headstock, column, "
+            "bracket."
         ),
-        consequence="All lengths keep their size, and the zero of the work moves while the machine warms up.",
+        consequence="Lengths are right, but the zero of the work moves while the machine warms up.",
         action=(
-            "Set the zero again when the machine is warm, correct it by the temperature of the part that grows, or "
-            "cool that part."
+            "Set the zero again when warm, correct it by the temperature of the part that grows, or cool that part."
         ),
-        invariant_to="position, direction and feed, and the order of the readings: the same heat shifts as much.",
-        source=(
-            "Yao et al. (2013), section 4.2: a spindle's error follows its heat; NISTIR 4832, introduction: thermal "
-            "errors. ISO 230-3."
-        ),
+        invariant_to="position, direction, feed and order of the readings.",
+        source="Yao et al. (2013), section 4.2; NISTIR 4832, introduction; ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -44,17 +44,19 @@ class Viscous(Effect):
     )
     card = Card(
         title="Viscous friction",
-        plot="At constant speeds the force grows in proportion to the speed, with the sign of the motion.",
+        plot="At constant speeds the force is proportional to the velocity.",
         cause="Shearing of grease and oil in guideways, nut and bearings; eddy currents and back EMF of a motor.",
-        consequence="Fast moves take force and make heat; it damps vibrations.",
+        consequence="Fast moves take force and make heat; vibrations are damped.",
         action=(
-            "Enter it as velocity feed-forward; much more than before speaks for too much or too stiff grease, and "
-            "it falls as the machine warms up."
+            "Enter it as velocity feed-forward. Much more than before: too much or too stiff grease; it falls as "
+            "the machine warms up."
         ),
-        invariant_to="position, acceleration; it changes with the lubricant's temperature. It cannot be below zero.",
+        invariant_to=(
+            "position and acceleration; it changes with the lubricant's temperature. It cannot be below zero."
+        ),
         source=(
-            "Erwinski et al. (2019), section 3 and Figure 5: friction grows linearly with speed (up to 500 mm/s "
-            "there; at 2 m/s it is 20 % less than that); Erwinski et al. (2016), section I."
+            "Erwinski et al. (2019), section 3 and Figure 5: linear up to 500 mm/s, 20 % less than that at 2 m/s; "
+            "Erwinski et al. (2016), section I."
         ),
     )
 

@@ -71,20 +71,16 @@ class WarmUp(Effect):
     )
     card = Card(
         title="Warm-up",
-        plot="Against time the deviation climbs fast at first and levels off; repeats lie ever closer together.",
-        cause=(
-            "Spindle, motor, nut or hydraulics heat the structure after the start, and it approaches a new balance "
-            "with one time constant."
-        ),
+        plot="Against time the deviation rises fast at first and levels off.",
+        cause="Spindle, motor, nut or hydraulics heat the structure after the start, with one time constant.",
         consequence="The first parts of a shift differ from the later ones.",
         action=(
-            "Warm the machine up before measuring and before work; log temperatures, so that growth can be told from "
+            "Warm the machine up before measuring and working; record temperatures, so that growth can be told from "
             "time."
         ),
-        invariant_to="position (all of the axis is shifted), direction and feed.",
+        invariant_to="position, direction and feed.",
         source=(
-            "Yao et al. (2013), section 4.2: 2.5 h of running, then 2 h of cooling, recorded every minute; NISTIR "
-            "4832, introduction: errors within the thermal warm-up period. ISO 230-3."
+            "Yao et al. (2013), section 4.2: 2.5 h of running, 2 h of cooling; NISTIR 4832, introduction; ISO 230-3."
         ),
     )
 

@@ -46,18 +46,12 @@ class WarmUpGrowth(WarmUp):
     )
     card = Card(
         title="Growth during warm-up",
-        plot=(
-            "The slope of the deviation against position climbs fast from run to run at first and levels off: the "
-            "runs fan out from the fixed bearing."
-        ),
-        cause="A screw, scale or bed warms up by its own friction after the start and grows, towards a balance.",
+        plot="The slope against position rises fast at first and levels off: runs fan out from the fixed bearing.",
+        cause="Screw, scale or bed is heated by its own friction after the start and grows.",
         consequence="Lengths of the first parts of a shift differ from those of the later ones.",
-        action=(
-            "Warm the axis up by moving it before measuring and before work; put a sensor on the screw, so that its "
-            "growth can be corrected by temperature; or use a scale."
-        ),
+        action="Warm the axis up by moving it, correct by a sensor on the screw, or use a scale.",
         invariant_to="direction and feed.",
-        source="Yao et al. (2013), section 4.2; thesis, section 5.2. ISO 230-3.",
+        source="Yao et al. (2013), section 4.2; thesis, section 5.2; ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -92,26 +92,20 @@ class Windup(Effect):
     card = Card(
         title="Wind-up after reversal",
         plot=(
-            "After each reversal the deviation bends over from one branch to the other within a distance, like a "
-            "rounded hysteresis loop; against the distance since reversal all readings fall on one exponential."
+            "After each reversal the deviation goes over from one branch to the other along one exponential of the "
+            "distance since the reversal."
         ),
         cause=(
-            "Friction of the slide winds up an elastic drive (long screw, belt, cable, gear train) or deforms its "
-            "seals and guideways before they slide: the pre-sliding regime of friction."
+            "Friction winds up an elastic drive (long screw, belt, gear train) or deforms seals and guideways "
+            "before they slide (presliding)."
         ),
         consequence="Short moves after a reversal fall short; small circles are flattened.",
         action=(
-            "Reduce friction (lubrication, gibs, wipers) or stiffen the drive; approach targets from one side with a "
-            "run-up longer than the wind-up distance."
+            "Reduce friction or stiffen the drive; approach targets from one side with a run-up longer than the "
+            "wind-up distance."
         ),
-        invariant_to=(
-            "where along the axis the reversal took place, feed and time; it depends on the distance since the "
-            "reversal."
-        ),
-        source=(
-            "First-order element over distance after P. R. Dahl (1968), a solid friction model; the thesis, "
-            "section 4.2, moves past the first target by an overshoot so as to start beyond it."
-        ),
+        invariant_to="position of the reversal, feed and time.",
+        source="Dahl (1968); thesis, section 4.2: the run-up begins beyond the first target.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:
