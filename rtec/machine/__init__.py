@@ -11,7 +11,8 @@ from rtec.machine.closed_loop import (
 )
 from rtec.machine.in_motion import insertion_at_rest, set_in_motion
 from rtec.machine.measuring_run import Laser, MeasuringRun, measuring_run, straight_pass
-from rtec.machine.open_path import OpenPath, OpenPathResult, simulate
+from rtec.machine.open_path import OpenPath, OpenPathResult
+from rtec.machine.open_run import simulate
 from rtec.machine.thermometers import Thermometer
 
 __all__ = [

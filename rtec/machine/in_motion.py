@@ -21,7 +21,8 @@ from rtec.board.board import START_UP_READINGS, reading_ps
 from rtec.errors import ArgumentError
 from rtec.injector._wave_kernels import COLUMNS, LEVEL_IN, LEVEL_OUT, TIME
 from rtec.machine.motion_run import MotionRun
-from rtec.machine.open_path import OpenPath, _box_of
+from rtec.machine.open_path import OpenPath
+from rtec.machine.open_run import box_of
 
 _TAPE_ROWS = 4096
 _AIMED = (MotionKind.REVERSAL, MotionKind.ADVERSARY)
@@ -67,7 +68,7 @@ def insertion_at_rest(path: OpenPath) -> Window:
         encoder=replace(path.encoder, home_state=0, imperfections=PERFECT),
     )
     state, board = still.state(), still.board()
-    box = _box_of(state, board)
+    box = box_of(state, board)
     rows, used = np.zeros((_TAPE_ROWS, COLUMNS), np.int64), np.ones(1, np.int64)
     rows[0, LEVEL_IN], rows[0, LEVEL_OUT] = still.encoder.level_at_home, int(state.receiver.raw)
     run = MotionRun(_at_rest(asked_ps))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,9 @@ from rtec.board.board import reading_ps
 from rtec.injector import _wave_kernels as columns
 from rtec.injector.waves import BoxWaves
 from rtec.machine._tape_kernels import ROWS_AN_EDGE, STEPS_AN_EDGE
+from rtec.machine.open_path import OpenPath
 from rtec.signal import TIMESCALES_PS, VcdWriter
 from rtec.units import PS_PER_S
-
-if TYPE_CHECKING:
-    from rtec.machine.open_path import OpenPath
 
 _ROOM = 1 << 18
 

@@ -11,11 +11,12 @@ from rtec.predictors._rows import LengthUnit
 from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.between import Between
 from rtec.predictors.cautious import Cautious
+from rtec.predictors.curve import NoError
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
 from rtec.predictors.network import LatheNetwork
 from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
-from rtec.predictors.protocol import FORWARD, REVERSE, Model, NoError, Outside, Predictor
+from rtec.predictors.protocol import FORWARD, REVERSE, Model, Outside, Predictor
 from rtec.predictors.step_model import StepModel, growth
 from rtec.predictors.table_files import read_table, write_table
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable

@@ -12,7 +12,7 @@ from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
 from rtec.predictors._columns import ascending, column, span
 from rtec.predictors.binding import CURVE, OF_AXIS, is_other_axis
-from rtec.predictors.protocol import Curve
+from rtec.predictors.curve import Curve
 
 Floats = npt.NDArray[np.float64]
 BESIDE_MM = 1.0

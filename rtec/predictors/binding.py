@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from rtec.compiled import address_of_function
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors import _kernels
-
-if TYPE_CHECKING:
-    from rtec.predictors.protocol import Model
+from rtec.predictors.protocol import Model
 
 CURVE = ("position", "direction")
 """Inputs of a curve over the position, one for each direction."""

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors.protocol import Curve, Predictor
+from rtec.predictors.curve import Curve
+from rtec.predictors.protocol import Predictor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,7 +15,7 @@ from rtec.predictors import _kernels
 from rtec.predictors._columns import column, length, span
 from rtec.predictors.axis_tables import beside, reach_of
 from rtec.predictors.binding import CURVE, is_other_axis
-from rtec.predictors.protocol import Curve
+from rtec.predictors.curve import Curve
 
 Floats = npt.NDArray[np.float64]
 

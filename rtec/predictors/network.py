@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.predictors import _kernels, _lathe_weights
+from rtec.predictors.curve import Curve
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.protocol import Curve
 from rtec.units import MM_PER_INCH
 
 Floats = npt.NDArray[np.float64]

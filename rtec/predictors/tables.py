@@ -15,7 +15,8 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import LARGEST, ascending, column, first_disorder
 from rtec.predictors.between import Between
-from rtec.predictors.protocol import FORWARD, REVERSE, Curve, Predictor
+from rtec.predictors.curve import Curve
+from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 
 Floats = npt.NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.injector._wave_kernels import COLUMNS
 from rtec.injector.design import BESIDE
 from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels, _quiet_kernels, simulate
-from rtec.machine.open_path import move, stop
+from rtec.machine.open_run import move, stop
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
 EDGES = 4 * CYCLES

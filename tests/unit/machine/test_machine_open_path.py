@@ -14,7 +14,8 @@ from rtec.controller import IllegalPolicy, Multiplication, Receiver, ReceiverSet
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Injector, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import _open_kernels as open_kernels
-from rtec.machine.open_path import OpenPath, _box_of as box_of, simulate, stop
+from rtec.machine.open_path import OpenPath
+from rtec.machine.open_run import box_of, simulate, stop
 from rtec.signal import EdgeStream
 
 TWELVE_MHZ = Microcontroller.named("8051-12mhz")

@@ -16,7 +16,7 @@ from rtec.predictors import (
     write_predictor,
 )
 from rtec.predictors.binding import bound, check_axis
-from rtec.predictors.protocol import NoError
+from rtec.predictors.curve import NoError
 
 X = np.array([-10.0, 20.0, 35.0, 300.0])
 FORWARD, REVERSE = np.array([0.0, 3.0, -2.0, 5.0]) * 1e-3, np.array([4.0, 7.0, 3.0, 9.0]) * 1e-3

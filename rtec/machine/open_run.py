@@ -1,0 +1,179 @@
+"""The open signal path, run: edge by edge or many at once, with whoever looks on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtec._jit import Record
+from rtec.axis.encoder import crosses_evenly
+from rtec.board import Board
+from rtec.controller.receiver import result_of
+from rtec.injector.box import insertions_of
+from rtec.machine import _ahead_kernels, _open_kernels
+from rtec.machine.motion_run import MotionRun
+from rtec.machine.open_path import OpenPath, OpenPathResult
+from rtec.machine.tape import NOBODY, Tape, Viewer, WaveFile
+from rtec.signal._kernels import NEVER
+from rtec.units import PS_PER_S
+
+_CHUNK_EDGES = 2_000_000
+
+
+def simulate(
+    path: OpenPath,
+    *,
+    vcd: Path | None = None,
+    seen: Viewer | None = None,
+    progress: Callable[[float], None] | None = None,
+    in_blocks: bool = True,
+) -> OpenPathResult:
+    """Run the open path and return what came out.
+
+    Parameters
+    ----------
+    path
+        The run.
+    vcd
+        Waveform file to write both sides of the box to.
+    seen
+        Somebody else who looks at what the box does, such as a `rtec.machine.stretch.Stretch` for a picture.
+    progress
+        Called with the share done, now and then.
+    in_blocks
+        False sends every edge through the step functions one by one; the result is the same.
+
+    Raises
+    ------
+    OutputError
+        The waveform file could not be written.
+
+    Notes
+    -----
+    Memory does not grow with the length of the run. At the end the axis stops: an insertion under way is ended, none
+    is begun at rest. A motion ends at rest, and there the box makes what it owes.
+    """
+    state = path.state()
+    state.in_blocks = int(in_blocks)
+    moves = _Steady(4 * path.cycles) if path.motion is None else MotionRun(path.motion)
+    board = path.board()
+    box = box_of(state, board)
+    initial = path.encoder.level_at_home, int(state.receiver.raw)
+    with ExitStack() as stack:
+        file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial))
+        viewers = [viewer for viewer in (file, seen) if viewer is not None]
+        tape = Tape(viewers, initial) if viewers else None
+        arrays = None if tape is None else tape.arrays
+        moves.run(state, 0, box, arrays)  # machine code is loaded before the clock starts
+        wall_s = _run(state, moves, box, tape, progress)
+        end_ps = moves.finish(state, _settle_ps(path), box, None if tape is None else tape.arrays)
+        if tape is not None:
+            tape.spool(state.injector)
+        if file is not None:
+            file.finish(int(end_ps))
+    return _result(path, state, board, end_ps, wall_s)
+
+
+def box_of(state: Record, board: Board | None) -> Any:
+    """Return the box with its firmware as the kernel wants it, its lines where the controller begins to count."""
+    if board is None:
+        return None
+    _open_kernels.switch_on_controller(state, board.state.ab_out)
+    return board.state, board.cpu.loop, *board.cpu.arrays, np.zeros((0, 3), np.int64)
+
+
+def _settle_ps(path: OpenPath) -> int:
+    """Return how long to wait after the last edge: more than four clocks of the filter beyond its delay."""
+    return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
+
+
+def move(state: Record, edges: int, box: Any, tape: Any) -> int:
+    """Move over lines at constant speed; return how many are left where the tape is full."""
+    if box is None and tape is None and crosses_evenly(state.encoder):
+        _ahead_kernels.run_ahead(state, edges)
+        return 0
+    return int(_open_kernels.run(state, edges, box, _tape_beside(box, tape)))
+
+
+def stop(state: Record, settle_ps: int, box: Any, tape: Any) -> int:
+    """Stop after a constant speed, beginning no insertion at rest; return the time at which all is settled."""
+    if state.encoder.glitch_next_ps < NEVER:  # else their part of the path need not be compiled
+        _open_kernels.end_glitches(state, box, _tape_beside(box, tape))
+    return int(_open_kernels.finish(state, settle_ps, box, _tape_beside(box, tape)))
+
+
+def _tape_beside(box: Any, tape: Any) -> Any:
+    """Return the tape: beside a processor in any case, so that it is compiled into the path once."""
+    return tape if box is None else tape or NOBODY
+
+
+class _Steady:
+    """A motion at constant speed on its way through the open path."""
+
+    asks_left = 0
+    """Requests are made with edges, none at rest."""
+
+    def __init__(self, edges: int) -> None:
+        self.edges, self.done = edges, 0
+
+    def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
+        part = min(edges, self.edges - self.done)
+        self.done += part - move(state, part, box, tape)
+        return self.done / self.edges
+
+    def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
+        return stop(state, settle_ps, box, tape)
+
+
+def _run(
+    state: Record,
+    moves: _Steady | MotionRun,
+    box: Any,
+    tape: Tape | None,
+    progress: Callable[[float], None] | None,
+) -> float:
+    """Run all edges chunk by chunk; return the wall-clock seconds."""
+    begun = time.perf_counter()
+    done = 0.0
+    while done < 1.0:
+        done = moves.run(state, _CHUNK_EDGES, box, None if tape is None else tape.arrays)
+        if tape is not None:
+            tape.spool(state.injector, moves.asks_left)
+        if progress is not None:
+            progress(done)
+    return time.perf_counter() - begun
+
+
+def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wall_s: float) -> OpenPathResult:
+    """Collect what the run's state says."""
+    insertions = insertions_of(state.injector, None if board is None else board.state)
+    received = result_of(state.receiver)
+    encoder_counts = int(state.encoder.count)
+    step = path.injector.design.step_counts
+    added = insertions.completed * step
+    # the count before it wraps: modulo a narrow counter's width, a loss of whole turns would go unseen
+    off = received.count - path.receiver.counted(encoder_counts + added, path.encoder.home_state)
+    return OpenPathResult(
+        design=path.injector.design.key,
+        frequency_hz=path.frequency_hz,
+        edges=int(state.encoder.serial),
+        encoder_counts=encoder_counts,
+        controller_counts=path.receiver.wrapped(received.count),
+        corrections_requested=insertions.requested,
+        corrections_inserted=insertions.completed,
+        step_counts=step,
+        insertions=insertions,
+        received=received,
+        glitches=int(state.encoder.glitches),
+        audit=off == 0 and insertions.ahead_counts == added,
+        simulated_s=end_ps / 1e12,
+        wall_s=wall_s,
+        real_edges=path.injector.real_edges.value,
+        motion="steady" if path.motion is None else path.motion.kind.value,
+        top_hz=path.frequency_hz if path.motion is None else path.motion.top_hz,
+    )

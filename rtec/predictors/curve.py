@@ -1,0 +1,178 @@
+"""Curves over the position, one for each direction: the base of the predictors of this package."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.errors import ArgumentError
+from rtec.predictors import _kernels
+from rtec.predictors.binding import CURVE, bound
+from rtec.predictors.protocol import Floats, Outside
+
+
+class Curve(ABC):
+    """Base of the predictors of this package: curves over the position, one for each direction."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> Floats:
+        """A new one-dimensional array; its layout stands in ``_kernels.py``."""
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Position and direction."""
+        return CURVE
+
+    @property
+    def memory(self) -> Floats:
+        """Nothing."""
+        return np.empty(0)
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """No others than the positions."""
+        return {}
+
+    @property
+    @abstractmethod
+    def range_mm(self) -> tuple[float, float]:
+        """Lowest and highest position, in mm, for which both directions are known."""
+
+    def error_mm(
+        self,
+        position_mm: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        *others_mm: npt.ArrayLike,
+        outside: Outside = Outside.HOLD,
+    ) -> Floats:
+        """Return the error, actual minus target, at each position.
+
+        Parameters
+        ----------
+        position_mm
+            Positions in mm, of any shape.
+        direction
+            +1 forward or -1 reverse, of a shape that broadcasts with the positions.
+        *others_mm
+            Where other axes stand, in mm, in the order of ``inputs``; of such shapes, too.
+        outside
+            What to do with positions outside ``range_mm``, and of other axes outside ``ranges``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Errors in mm, of the broadcast shape.
+
+        Raises
+        ------
+        ArgumentError
+            A position that is not a finite number, a direction other than +1 and -1, shapes that do not fit, more or
+            fewer axes than the predictor looks at, or, with ``Outside.REFUSE``, a position outside the range.
+
+        Examples
+        --------
+        >>> NoError().error_mm([0.0, 12.5], 1)
+        array([0., 0.])
+        """
+        names = self.inputs[len(CURVE) :]
+        if len(others_mm) != len(names):
+            raise ArgumentError("others_mm", f"{len(others_mm)} columns", ", ".join(names) or "none")
+        x, others = _numbers("position_mm", position_mm), list(map(_numbers, names, others_mm))
+        given = [x, _directions(direction).astype(np.float64), *others]
+        try:
+            columns = np.broadcast_arrays(*given)
+        except ValueError:
+            found = ", ".join(str(each.shape) for each in given[1:])
+            raise ArgumentError("direction", f"shape {found}", f"a shape that fits {given[0].shape}") from None
+        if outside is Outside.REFUSE:
+            _refuse_outside("position_mm", x, self.range_mm)
+            for name, values in zip(names, others, strict=True):
+                _refuse_outside(name, values, self.ranges.get(name, (-np.inf, np.inf)))
+        x_mm, way = columns[0].ravel(), columns[1].astype(np.int64).ravel()
+        along = np.array([each.ravel() for each in columns[2:]]).reshape(len(names), x_mm.size)
+        error = np.empty(x_mm.size)
+        _kernels.errors_along(bound(self), np.array(x_mm), way, along, error)
+        return error.reshape(columns[0].shape)
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self) or not isinstance(other, Curve):
+            return NotImplemented
+        if (self.range_mm, self.inputs) != (other.range_mm, other.inputs):
+            return False
+        return np.array_equal(self.numbers, other.numbers)
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.numbers.tobytes()))
+
+
+class NoError(Curve):
+    """Predictor of a perfect axis: zero everywhere.
+
+    Examples
+    --------
+    >>> float(NoError().error_mm(25.4, -1))
+    0.0
+    """
+
+    __slots__ = ()
+
+    @property
+    def function(self) -> Callable[..., float]:
+        """Zero."""
+        return _kernels.no_error
+
+    @property
+    def numbers(self) -> Floats:
+        """None."""
+        return np.empty(0)
+
+    @property
+    def range_mm(self) -> tuple[float, float]:
+        """All positions."""
+        return (-np.inf, np.inf)
+
+    def __repr__(self) -> str:
+        return "NoError()"
+
+
+def _refuse_outside(name: str, values: Floats, ends: tuple[float, float]) -> None:
+    low, high = ends
+    beyond = values[(values < low) | (values > high)]
+    if beyond.size:
+        raise ArgumentError(
+            name,
+            f"{beyond.flat[0]:.12g} mm",
+            f"{low:.12g} to {high:.12g} mm, the range of the predictor",
+            "stay inside, or hold the error at the ends",
+        )
+
+
+def _numbers(name: str, values: npt.ArrayLike) -> Floats:
+    """Return ``values`` as float64, or say which is no finite number."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ArgumentError(name, repr(values)[:60], "finite numbers") from None
+    bad = array[~np.isfinite(array)]
+    if bad.size:
+        raise ArgumentError(name, bad.flat[0], "finite numbers")
+    return array
+
+
+def _directions(direction: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    way = _numbers("direction", direction)
+    bad = way[np.abs(way) != 1.0]
+    if bad.size:
+        raise ArgumentError("direction", f"{bad.flat[0]:g}", "+1 (forward) or -1 (reverse)")
+    return way.astype(np.int64)
