@@ -16,7 +16,7 @@ from rtec.errors import ArgumentError, RtecError, nearest
 
 VERBS = tuple(
     "run compare diagnose add train export effects simulate tables check envelope safety iso230 box pc replay"
-    " blind firmware".split()
+    " blind firmware docs".split()
 )
 """In the order in which help lists them; each in the module of its name."""
 _GROUPS = ("blind", "firmware")
