@@ -64,7 +64,7 @@ def test_a_command_leads_to_its_row_and_to_the_pages_that_show_it(capsys):
 
 
 def test_an_unknown_topic_names_the_nearest_one(capsys):
-    assert said(capsys, "tutoriel") == (2, "", "rtec: no topic 'tutoriel'; did you mean 'tutorial'?\n")
+    assert said(capsys, "tutorix") == (2, "", "rtec: no topic 'tutorix'; did you mean 'tutorial'?\n")
     assert "did you mean 'measurement uncertainty'?" in said(capsys, "uncertainty")[2]
     assert said(capsys, "qqqq") == (2, "", "rtec: no topic 'qqqq'; 'rtec docs' lists the topics\n")
 
