@@ -41,24 +41,26 @@ def fitted_terms(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     likely = [(c, w) for (c, _), w in zip(model.colours, shares.tolist(), strict=True) if w > LIKELY and terms]
     if not [c for c, _ in likely if c != model.colour]:
         return terms, datum
-    total = sum(w for _, w in likely)
-    others = [_under(judge, replace(model, colour=c))[0] if c != model.colour else terms for c, _ in likely]
-
-    def over(best: float, found: Sequence[tuple[float, float]]) -> float:
-        parts = (w * (error**2 + (value - best) ** 2) for (value, error), (_, w) in zip(found, likely, strict=True))
-        return float(np.sqrt(sum(parts) / total))
-
+    weights = np.array([w for _, w in likely]) / sum(w for _, w in likely)
+    others = [_under(judge, replace(model, colour=c)) if c != model.colour else (terms, datum) for c, _ in likely]
+    holder = _holder(terms)
     averaged = []
     for k, term in enumerate(terms):
-        each = [list(zip(o[k].amplitudes or (), o[k].errors or (), strict=True)) for o in others]
-        shapes = [[error for _, error in o[k].shape_errors] for o in others]
+        each = [found[k] for found, _ in others]
+        held = [zero - datum if k == holder else 0.0 for _, zero in others]
+        moved = [
+            np.subtract(one.amplitudes or (), term.amplitudes or ()) + d for one, d in zip(each, held, strict=True)
+        ]
+        spread = [np.array(one.covariance) + np.outer(d, d) for one, d in zip(each, moved, strict=True)]
+        covariance: Floats = np.tensordot(weights, spread, axes=1)
+        of_shapes = np.array([[error for _, error in one.shape_errors] for one in each])
+        own = np.sqrt(weights @ of_shapes**2).tolist()
         averaged.append(
             replace(
                 term,
-                errors=tuple(over(a, [e[i] for e in each]) for i, a in enumerate(term.amplitudes or ())),
-                shape_errors=tuple(
-                    (name, over(0.0, [(0.0, s[i]) for s in shapes])) for i, (name, _) in enumerate(term.shape_errors)
-                ),
+                errors=tuple(np.sqrt(np.diag(covariance)).tolist()),
+                covariance=_rows(covariance),
+                shape_errors=tuple(zip([name for name, _ in term.shape_errors], own, strict=True)),
             )
         )
     return tuple(averaged), datum
@@ -92,9 +94,14 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     amplitudes = [numbers[a:b] for a, b in itertools.pairwise(ends)]
     slopes = [_slopes(space, choice, a) for choice, a in zip(model.choices, amplitudes, strict=True)]
     moved = np.vstack([table, *(whiten(s) for s in slopes if s.size)])
-    errors = np.sqrt(variance) * _errors(moved, noise if weights != model.colour else None)
+    covariance = variance * _covariance(moved, noise if weights != model.colour else None)
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    holder = _holder([Term(effect=effect) for effect, _ in model.choices]) if space.has_datum else None
     terms, at = [], table.shape[0]
     for k, (effect, shape) in enumerate(model.choices):
+        read = np.eye(covariance.shape[0])[ends[k] : ends[k + 1]]
+        read[:, ends[-1] : ends[-1] + int(k == holder)] = 1.0
+        block = read @ covariance @ read.T
         names = [t.name for t in effect.tunables(space.dataset.conditions, shape)]
         own = errors[at : at + len(names)].tolist()
         at += len(names)
@@ -103,7 +110,8 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
                 effect=effect,
                 shape=shape,
                 amplitudes=tuple(amplitudes[k].tolist()),
-                errors=tuple(errors[ends[k] : ends[k + 1]].tolist()),
+                errors=tuple(np.sqrt(np.maximum(np.diag(block), 0.0)).tolist()),
+                covariance=_rows(block),
                 shape_errors=tuple(zip(names, own, strict=True)),
             )
         )
@@ -124,21 +132,24 @@ def _unweighed(space: Space, parts: Sequence[Part], rest: Sequence[Floats]) -> F
     return np.vstack([*(part.raw for part in parts), *rest]) if parts or rest else np.empty((0, space.dataset.rows))
 
 
-def _errors(table: Floats, noise: Whitening | None) -> Floats:
-    """Return the standard errors of the parameters with derivatives ``table`` for noise of variance 1.
+def _covariance(table: Floats, noise: Whitening | None) -> Floats:
+    """Return the covariance of the parameters with derivatives ``table`` for noise of variance 1.
 
     Plain least squares under a correlated ``noise`` have the covariance ``(A'A)^-1 A'SA (A'A)^-1``.
     """
     if not table.size:
-        return np.empty(0)
+        return np.empty((0, 0))
     length = np.sqrt((table**2).sum(axis=1))
     length[length == 0.0] = np.inf
     scaled = table / length[:, None]
-    covariance = np.linalg.pinv(scaled @ scaled.T, rcond=_CUT, hermitian=True)
+    covariance: Floats = np.linalg.pinv(scaled @ scaled.T, rcond=_CUT, hermitian=True)
     if noise is not None:
         covariance = covariance @ (scaled @ noise.coloured(scaled).T) @ covariance
-    errors: Floats = np.sqrt(np.maximum(np.diag(covariance), 0.0)) / length
-    return errors
+    return covariance / np.multiply.outer(length, length)
+
+
+def _rows(square: Floats) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, square.tolist()))
 
 
 def _slopes(space: Space, choice: Choice, amplitudes: Floats) -> Floats:
@@ -160,8 +171,8 @@ def values_of(term: Term, model: Model) -> tuple[Value, ...]:
 
     Notes
     -----
-    Where a number is made of several amplitudes (a length and a phase of a wave, the mean of a map), their errors are
-    propagated to first order as if they were independent of each other.
+    Where a number is made of several amplitudes (a length and a phase of a wave, the mean of a map), their covariance
+    is propagated to first order; of a term without one, as read from a file, the errors as independent ones.
     """
     if term.shape is None or term.amplitudes is None:
         return ()
@@ -174,13 +185,17 @@ def _propagated(term: Term, model: Model, read: list[float]) -> dict[str, float]
     """Return the standard errors of what people read of a term, without those of its shape, by name."""
     if term.shape is None or term.amplitudes is None:
         return {}
-    square, names = np.zeros(len(read)), [""] * len(read)
-    for k, error in enumerate(term.errors or ()):
+    errors = np.array(term.errors or ())
+    covariance = np.diag(errors**2) if term.covariance is None else np.array(term.covariance)
+    slopes, names = np.zeros((len(read), errors.size)), [""] * len(read)
+    for k in np.flatnonzero(errors):
         # so small a step that no phase passes half a turn
-        moved = [value + (_NEAR * error if i == k else 0.0) for i, value in enumerate(term.amplitudes)]
+        step = _NEAR * errors[k]
+        moved = [value + (step if i == k else 0.0) for i, value in enumerate(term.amplitudes)]
         found = term.effect.summary(term.shape, moved, model.units)
         names = [name for name, _, _ in found]
-        square += ((np.array([value for _, value, _ in found]) - read) / _NEAR) ** 2
+        slopes[:, k] = (np.array([value for _, value, _ in found]) - read) / step
+    square = np.einsum("ik,kl,il->i", slopes, covariance, slopes)
     return {name: float(np.sqrt(total)) for name, total in zip(names, square, strict=True) if total > 0.0}
 
 
@@ -244,11 +259,17 @@ def holding_datum(model: Model) -> Model:
     >>> held.terms[0].amplitudes, held.datum
     ((1.5, 2.5, 4.5), 0.0)
     """
-    for k, term in enumerate(model.terms):
-        if term.effect.is_map and "offset" in term.effect.contains and term.amplitudes is not None:
-            raised = replace(term, amplitudes=tuple(value + model.datum for value in term.amplitudes))
-            return model.with_terms([*model.terms[:k], raised, *model.terms[k + 1 :]], datum=0.0)
-    return model
+    k = _holder(model.terms)
+    if k is None or (amplitudes := model.terms[k].amplitudes) is None:
+        return model
+    raised = replace(model.terms[k], amplitudes=tuple(value + model.datum for value in amplitudes))
+    return model.with_terms([*model.terms[:k], raised, *model.terms[k + 1 :]], datum=0.0)
+
+
+def _holder(terms: Sequence[Term]) -> int | None:
+    """Return which term holds the datum: the first map of position; None where there is none."""
+    maps = (k for k, term in enumerate(terms) if term.effect.is_map and "offset" in term.effect.contains)
+    return next(maps, None)
 
 
 def opened_model(dataset: Dataset, model: Model, *, all_open: bool = False) -> OpenedModel | None:

@@ -25,6 +25,8 @@ class Term:
         In units inside; None where a fit has to find them.
     errors
         Standard error of each amplitude; None where no fit gave them.
+    covariance
+        Of the amplitudes with each other, shape (amplitudes, amplitudes); None where it is not known, as of a file.
     shape_errors
         Standard error of each refitted shape parameter, by its name.
     """
@@ -33,6 +35,7 @@ class Term:
     shape: Shape | None = None
     amplitudes: tuple[float, ...] | None = None
     errors: tuple[float, ...] | None = None
+    covariance: tuple[tuple[float, ...], ...] | None = None
     shape_errors: tuple[tuple[str, float], ...] = ()
 
     @property

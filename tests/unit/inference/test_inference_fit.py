@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, covariance, measured, one_chain
 
-from rtec.effects import CyclicShape, Observable, Shape, effect_named
+from rtec.effects import CyclicShape, MapShape, Observable, Shape, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.colour import Colour
 from rtec.inference.fit import fit_model, fitted_terms, opened_model, residual_of, shapes_found, values_of
@@ -257,6 +257,32 @@ def test_a_map_holds_the_datum_and_says_its_mean_and_range():
     assert read["largest"].value == pytest.approx(45.0, abs=1.0)
     assert read["peak_to_peak"].value == pytest.approx(read["largest"].value - read["least"].value)
     assert 0.0 < read["mean"].error < read["largest"].error
+
+
+def test_errors_of_an_amplitude_and_its_phase_against_monte_carlo():
+    """Sine and cosine of a wave of free period go against each other: as independent ones they give 1.5 and 0.7."""
+    wave = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47.0 + np.pi / 4)
+    seen = []
+    for seed in range(40):
+        fitted = fit_model(measured(wave, at=np.linspace(0, 300, 21), seed=seed, timed=False), model("cyclic"))
+        seen.append({value.name: value for value in values_of(fitted.terms[0], fitted)})
+    for name in ("amplitude_1", "phase_1"):
+        found = [one[name] for one in seen if name in one]
+        assert len(found) > 35
+        scatter = np.std([value.value for value in found])
+        assert np.mean([value.error for value in found]) == pytest.approx(scatter, rel=0.25), name
+
+
+def test_a_map_that_holds_the_datum_has_the_covariance_of_both():
+    """By dense least squares: the constant is part of the map, however the fit has split it."""
+    data = measured(lambda x, way, t, run: 0.04 + 0.005 * np.sin(np.pi * x / x.max()), runs=3)
+    judge, effect, shape = Judge(Space(data)), effect_named("pitch_map"), MapShape((0.0, 100.0, 200.0, 300.0))
+    terms, _ = fitted_terms(judge, scored(judge, [(effect, shape)], Colour()))
+    table = effect.columns(data.conditions, shape)
+    left = data.observed - table @ np.linalg.lstsq(table, data.observed, rcond=None)[0]
+    variance = left @ left / (data.rows - 5)  # four nodes and the datum
+    assert np.array(terms[0].covariance) == pytest.approx(variance * np.linalg.inv(table.T @ table), rel=1e-6)
+    assert terms[0].errors == pytest.approx(np.sqrt(np.diag(terms[0].covariance)))
 
 
 @pytest.mark.parametrize("phase", [0.3, np.pi - 1e-4])  # the second one passes from 180 to -180 deg within its error
