@@ -224,8 +224,8 @@ def _hold(
     margin_figure: Path | None = None,
 ) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
-    from rtec.cli._check_table import show
     from rtec.conformance.suite import check_algorithm
+    from rtec.report.terminal_check import show
 
     _console.announce_compilation()
     with _console.progress("check") as progress:

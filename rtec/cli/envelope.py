@@ -92,7 +92,7 @@ def envelope(
     if json:
         _console.print_json({"rows": [row_as_json(row) for row in rows], "figure": figure and str(figure)})
         return
-    from rtec.cli._envelope_table import show
+    from rtec.report.terminal_envelope import show
 
     show(rows)
     if figure is not None:

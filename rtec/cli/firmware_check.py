@@ -230,7 +230,7 @@ def _show(verdict: FirmwareVerdict, labels: _Labels, worst: str | None) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from rtec.cli._check_table import RESULTS, show_sheet, show_worst
+    from rtec.report.terminal_check import RESULTS, show_sheet, show_worst
 
     latch = "with" if verdict.hold_latch else "without"
     title = (

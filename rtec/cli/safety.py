@@ -85,7 +85,7 @@ def safety(
     if json:
         _console.print_json(case.to_dict() | {"page": output and str(output), "figure": picture and str(picture)})
     else:
-        from rtec.cli._safety_table import show
+        from rtec.report.terminal_safety import show
 
         show(case)
         if output is not None:

@@ -305,8 +305,8 @@ def _steps(text: str, name: str) -> int:
 
 def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
     """Run, show the result and exit with the verdict."""
-    from rtec.cli._simulate_table import show
     from rtec.machine import simulate as run
+    from rtec.report.terminal_simulate import show
 
     seen.check(path)
     to_compile = _console.compilation_ahead()

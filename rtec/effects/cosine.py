@@ -25,6 +25,7 @@ class Cosine(Effect):
     """
 
     name = "cosine"
+    is_adjective = True
     needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
     never_ranked = True
     rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)

@@ -43,6 +43,7 @@ class Interpolation(Effect):
     """
 
     name = "interpolation"
+    is_adjective = True
     needs = "a stated signal period, which the positions show at four phases at least"
     shape_type = InterpolationShape
     rivals = (

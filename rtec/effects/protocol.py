@@ -201,6 +201,8 @@ class Effect(abc.ABC):
 
     name: ClassVar[str]
     observable: ClassVar[Observable] = Observable.DEVIATION
+    is_adjective: ClassVar[bool] = False
+    """Its name says of what kind an error is: in a sentence ``error`` follows it."""
     needs: ClassVar[str]
     """What it needs from the data, in words."""
     card: ClassVar[Card]

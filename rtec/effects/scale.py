@@ -23,6 +23,7 @@ class Scale(Effect):
     """
 
     name = "scale"
+    is_adjective = True
     needs = "spread of positions"
     rivals = (
         Rival("cosine", experiments.SECOND_INSTRUMENT, permanent=True),

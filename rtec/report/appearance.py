@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from rtec import readable
 from rtec.errors import ArgumentError, nearest
+from rtec.report import palette
 from rtec.units import MM_PER_INCH
 
 MISSING = readable.MISSING
@@ -16,10 +17,7 @@ MISSING = readable.MISSING
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Look:
-    """Name, colour and marker of one way of correcting, the same in every figure and table.
-
-    The colours are those of Okabe and Ito (2008), told apart by colour-blind readers and in grey print.
-    """
+    """Name, colour and marker of one way of correcting, the same in every figure and table."""
 
     label: str
     colour: str
@@ -28,13 +26,13 @@ class Look:
     marker: str
 
 
-_LOOKS = {
-    "uncompensated": Look(label="Uncompensated", colour="#4d4d4d", ink="#3a3a3a", marker="o"),
-    "table": Look(label="Controller's own table", colour="#cc79a7", ink="#a0457a", marker="X"),
-    "original": Look(label="Original", colour="#d55e00", ink="#b34e00", marker="s"),
-    "a": Look(label="Design A", colour="#e69f00", ink="#8f6200", marker="D"),
-    "b": Look(label="Design B", colour="#0072b2", ink="#005f94", marker="v"),
-    "c": Look(label="Design C", colour="#009e73", ink="#00734f", marker="^"),
+_LABELS = {
+    "uncompensated": "Uncompensated",
+    "table": "Controller's own table",
+    "original": "Original",
+    "a": "Design A",
+    "b": "Design B",
+    "c": "Design C",
 }
 
 
@@ -48,7 +46,8 @@ def look_of(name: str) -> Look:
     """
     # figures know one font: what it cannot show would be boxes and warnings
     known = "".join(sign if sign.isascii() and sign.isalnum() else "_" for sign in name[:20])
-    return _LOOKS.get(name) or Look(label=known or "_", colour="#7f7f7f", ink="#5f5f5f", marker="P")
+    colour, ink, marker = palette.WAYS_OF_CORRECTING.get(name, palette.OTHER_WAY)
+    return Look(label=_LABELS.get(name) or known or "_", colour=colour, ink=ink, marker=marker)
 
 
 def is_design(name: str) -> bool:

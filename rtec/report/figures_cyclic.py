@@ -8,7 +8,8 @@ import numpy as np
 
 from rtec.metrology.figures import TargetFigures
 from rtec.report.appearance import Look, Scale, look_of
-from rtec.report.figures_style import GUIDE, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import DOTTED, GUIDE, PAPER, REVERSE_LINE
 from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
@@ -55,14 +56,14 @@ def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
     begin = np.floor(begin / period) * period if np.ptp(position) > span else begin
     inside = (position >= begin - 1e-9) & (position <= begin + span + 1e-9)
     look = look_of("uncompensated")
-    lines = (("forward", result.forward_error_mm, "-"), ("reverse", result.reverse_error_mm, (0, (4, 2))))
+    lines = (("forward", result.forward_error_mm, "-"), ("reverse", result.reverse_error_mm, REVERSE_LINE))
     for label, error, line in lines:
         axes.plot(position[inside] * scale.position_per_mm, error[inside] * scale.per_mm, color=look.colour,
                   linestyle=line)  # fmt: skip
         axes.annotate(label, (position[inside][-1] * scale.position_per_mm, error[inside][-1] * scale.per_mm), (4, 0),
                       textcoords="offset points", va="center", color=look.colour)  # fmt: skip
     for turn in np.arange(np.ceil(begin / period), np.floor((begin + span) / period) + 0.5) * period:
-        axes.axvline(turn * scale.position_per_mm, color=GUIDE, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
+        axes.axvline(turn * scale.position_per_mm, color=GUIDE, linewidth=0.8, linestyle=DOTTED, zorder=1)
     for row in result.rows:
         if row.name == "uncompensated" and row.readings is not None:
             reading = row.readings
@@ -80,7 +81,7 @@ def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
 def _folded(axes: Axes, look: Look, at: TargetFigures, period: float, scale: Scale) -> None:
     """Draw the mean residual of each target against its phase within a turn."""
     phase = np.mod(at.target + 1e-9, period) / period
-    for mean, marker, face in ((at.mean_forward, "^", look.colour), (at.mean_backward, "v", "white")):
+    for mean, marker, face in ((at.mean_forward, "^", look.colour), (at.mean_backward, "v", PAPER)):
         axes.plot(
             phase, mean * scale.per_mm, color=look.colour, linestyle="none", marker=marker, markersize=3.4,
             markerfacecolor=face, markeredgewidth=0.8,

@@ -9,7 +9,8 @@ from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
 from rtec.injector import Design
 from rtec.report.appearance import look_of
 from rtec.report.figures_margin import draw_bands, name_bands
-from rtec.report.figures_style import INK, guide, legend_above, new_figure, write_figure
+from rtec.report.figures_style import guide, legend_above, new_figure, write_figure
+from rtec.report.palette import GRID, INK
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,7 +52,7 @@ def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
     axes.set_yticks(range(len(processors)), processors)
     axes.grid(visible=False, axis="y")
     for between in range(1, len(processors)):
-        axes.axhline(between - 0.5, color="#e4e4e4", linewidth=0.6)
+        axes.axhline(between - 0.5, color=GRID, linewidth=0.6)
     for frequency_hz, words in _GUIDES.items():
         if low < frequency_hz < high:
             guide(axes, x=frequency_hz, colour=INK)

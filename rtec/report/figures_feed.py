@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtec.report.appearance import Scale, look_of
-from rtec.report.figures_style import INK, guide, legend_above, new_figure
+from rtec.report.figures_style import guide, legend_above, new_figure
+from rtec.report.palette import FINE_DOTS, INK
 from rtec.study.results import FeedCurve, Floats, StudyResult
 from rtec.units import MM_PER_INCH
 
@@ -41,7 +42,7 @@ def feed_figure(result: StudyResult, scale: Scale) -> Figure | None:
             upper.set_xlabel("inch/min", fontsize=8.5)
     forward.set_ylabel(f"error in motion ({scale.symbol})")
     reverse.tick_params(labelleft=False)
-    forward.plot([], [], color=INK, linestyle=(0, (1, 1.5)), linewidth=1.1, label="dotted: RMS")
+    forward.plot([], [], color=INK, linestyle=FINE_DOTS, linewidth=1.1, label="dotted: RMS")
     legend_above(figure, forward, len(curves) + 1)
     return figure
 
@@ -62,7 +63,7 @@ def _curve(axes: Axes, curve: FeedCurve, spread: Floats, rms: Floats, scale: Sca
     axes.plot(feed, spread * scale.per_mm, color=look.colour, marker=look.marker, linewidth=wider,
               markersize=7.0 if index == 0 else 4.5, alpha=0.55 if index == 0 else 1.0,
               label=f"{look.label}, peak to peak")  # fmt: skip
-    axes.plot(feed, rms * scale.per_mm, color=look.colour, linestyle=(0, (1, 1.5)), linewidth=wider - 0.3,
+    axes.plot(feed, rms * scale.per_mm, color=look.colour, linestyle=FINE_DOTS, linewidth=wider - 0.3,
               alpha=0.55 if index == 0 else 1.0)  # fmt: skip
 
 

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from rtec.campaign import FirmwareVerdict, Trace
 from rtec.injector import Design
 from rtec.report.appearance import look_of
-from rtec.report.figures_style import ALARM, INK, new_figure, write_figure
+from rtec.report.figures_style import new_figure, write_figure
+from rtec.report.palette import ALARM, DOTTED, INK, MOMENT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +73,7 @@ def insertion_figure(verdict: FirmwareVerdict) -> Figure:
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.grid(visible=False, axis="y")
-    axes.axvline(0.0, color="#999999", linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
+    axes.axvline(0.0, color=MOMENT, linewidth=0.8, linestyle=DOTTED, zorder=1)
     axes.set_xlabel("time (µs)")
     _cycles_above(axes, trace)
     _mark(axes, trace)

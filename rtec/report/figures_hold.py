@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.report.appearance import Scale, look_of
-from rtec.report.figures_style import GUIDE, guide, legend_above, new_figure
+from rtec.report.figures_style import guide, legend_above, new_figure
+from rtec.report.palette import GROWTH, GUIDE, STATE_LINES
 from rtec.study.results import HoldCurve, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_STATE_LINES = ("-", (0, (5, 2)), (0, (2, 2)), (0, (1, 1)))
 _POINTS = 2000
 """Beyond so many points a curve is thinned by keeping the lowest and the highest of each stretch."""
 
@@ -30,7 +30,7 @@ def hold_figure(result: StudyResult, scale: Scale) -> Figure | None:
     for index, curve in enumerate(curves):
         _curve(axes, curve, scale, index, several=several)
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    guide(axes, y=result.hold_growth_mm * scale.per_mm, text="growth in the end", colour="#6a6a6a")
+    guide(axes, y=result.hold_growth_mm * scale.per_mm, text="growth in the end", colour=GROWTH)
     axes.set_xlabel("time (s)")
     axes.set_ylabel(f"deviation ({scale.symbol})")
     axes.margins(x=0.01)
@@ -42,7 +42,7 @@ def _curve(axes: Axes, curve: HoldCurve, scale: Scale, index: int, *, several: b
     look = look_of(curve.name)
     time, deviation = _thinned(curve)
     axes.plot(time, deviation * scale.per_mm, color=look.colour, linewidth=1.3 + 1.4 * (index == 0),
-              linestyle=_STATE_LINES[curve.state % 4] if several else "-",
+              linestyle=STATE_LINES[curve.state % 4] if several else "-",
               label=f"{look.label}, state {curve.state + 1}: {curve.corrections_inserted} inserted, "
                     f"{curve.corrections_pending} pending")  # fmt: skip
 

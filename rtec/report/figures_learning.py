@@ -8,7 +8,8 @@ import numpy as np
 
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN
-from rtec.report.figures_style import GUIDE, INK, guide, magnitudes
+from rtec.report.figures_style import guide, magnitudes
+from rtec.report.palette import AMBER, BLUE, BROWN, GUIDE, GUIDE_LINE, INK, PURPLE, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,9 +17,9 @@ if TYPE_CHECKING:
     from rtec.training import PredictorComparison, Row
 
 ALGORITHMS = {
-    Algorithm.RPROP: ("#d55e00", ":"),
-    Algorithm.SCG: ("#cc79a7", "-."),
-    Algorithm.BFGS: ("#0072b2", "--"),
+    Algorithm.RPROP: (VERMILION, ":"),
+    Algorithm.SCG: (PURPLE, "-."),
+    Algorithm.BFGS: (BLUE, "--"),
     Algorithm.LM: (INK, "-"),
 }
 """Colour and line of each training algorithm, in the order of Table 4-1 of the thesis."""
@@ -70,7 +71,7 @@ def draw_spacings(axes: Axes, result: PredictorComparison) -> None:
     spacings, errors = [], []
     for row in tables:
         spacing, rms = np.array(sorted(row.tried)).T
-        colour = "#e69f00" if "bi-" in row.name else "#8a5a00"
+        colour = AMBER if "bi-" in row.name else BROWN
         line = "--" if row.name.endswith("cubic") else "-"
         axes.plot(spacing, 1e3 * rms, line, color=colour, marker=".", markersize=4.0, linewidth=1.1,
                   label=row.name.removeprefix("table "))  # fmt: skip
@@ -87,7 +88,7 @@ def draw_spacings(axes: Axes, result: PredictorComparison) -> None:
     if result.pitch_mm is not None:
         guide(axes, x=result.pitch_mm / FEWEST_POINTS_A_TURN)
         axes.plot(
-            [], [], color=GUIDE, linewidth=1.0, linestyle=(0, (4, 3)), label=f"{FEWEST_POINTS_A_TURN} points a turn"
+            [], [], color=GUIDE, linewidth=1.0, linestyle=GUIDE_LINE, label=f"{FEWEST_POINTS_A_TURN} points a turn"
         )
     magnitudes(axes, "x", spacings)
     magnitudes(axes, "y", errors)

@@ -9,7 +9,8 @@ from rtec.conformance.frequencies import Does, Frequencies
 from rtec.conformance.results import Verdict
 from rtec.errors import ArgumentError
 from rtec.readable import hertz_text
-from rtec.report.figures_style import ALARM, INK, guide, legend_above, new_figure, write_figure
+from rtec.report.figures_style import guide, legend_above, new_figure, write_figure
+from rtec.report.palette import ALARM, BLUE, GUIDE_LINE, INK, PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +47,7 @@ def _bar(
         y, width, height=height, left=left, color=colour, alpha=_ALPHAS[does], linewidth=0.0, label=label
     )
     if does is Does.FAILS:
-        bars[0].set(facecolor="white", edgecolor=ALARM, hatch="////")
+        bars[0].set(facecolor=PAPER, edgecolor=ALARM, hatch="////")
 
 
 def name_bands(axes: Axes) -> None:
@@ -77,7 +78,7 @@ def margin_figure(verdict: Verdict) -> Figure:
     axes.set_xscale("log")
     found = speeds.frequencies
     name_bands(axes)
-    draw_bands(axes, 0.0, found, "#0072b2")
+    draw_bands(axes, 0.0, found, BLUE)
     axes.plot(
         [hertz for hertz, _ in found.rows], [0.42] * len(found.rows), "|", color=INK, markersize=5.0, label="tried"
     )
@@ -87,7 +88,7 @@ def margin_figure(verdict: Verdict) -> Figure:
     axes.grid(visible=False, axis="y")
     guide(axes, x=speeds.top_hz, colour=INK)
     axes.plot(
-        [], [], color=INK, linewidth=1.0, linestyle=(0, (4, 3)), label=f"{hertz_text(speeds.top_hz)}, of the contract"
+        [], [], color=INK, linewidth=1.0, linestyle=GUIDE_LINE, label=f"{hertz_text(speeds.top_hz)}, of the contract"
     )
     axes.set_title("\n".join([verdict.algorithm, *(f"{name}: {value}" for name, value in speeds.data_sheet())]))
     axes.set_xlabel("encoder frequency, square waves a second of each line")

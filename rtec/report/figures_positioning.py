@@ -8,7 +8,8 @@ import numpy as np
 
 from rtec.metrology import PositioningFigures
 from rtec.report.appearance import Look, Scale, is_design, look_of
-from rtec.report.figures_style import GUIDE, INK, legend_above, new_figure
+from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.palette import GUIDE, INK, PAPER, REVERSE_LINE
 from rtec.study.results import Floats, StudyResult
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def _panel(axes: Axes, look: Look, figures: PositioningFigures, scale: Scale) ->
     target = at.target * scale.position_per_mm
     for label, mean, spread, marker, line, face in (
         ("forward", at.mean_forward, at.spread_forward, "^", "-", look.colour),
-        ("reverse", at.mean_backward, at.spread_backward, "v", (0, (4, 2)), "white"),
+        ("reverse", at.mean_backward, at.spread_backward, "v", REVERSE_LINE, PAPER),
     ):
         known = np.isfinite(mean)
         if not known.any():

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from rtec.predictors._kernels import within_turn
 from rtec.predictors.layered import TOUCH_MM
-from rtec.report.diagnosis.readings import FORWARD, REVERSE
-from rtec.report.figures_style import GUIDE, INK, guide
+from rtec.report.figures_style import guide
+from rtec.report.palette import AMBER, BLUE, FORWARD, GREEN, GREY, GUIDE, INK, REVERSE, VIOLET
 from rtec.training.results import Kind
 
 if TYPE_CHECKING:
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 COLOURS = {
-    Kind.TABLE: "#e69f00",
-    Kind.GEOMETRY: "#0072b2",
-    Kind.MODEL: "#009e73",
-    Kind.NETWORK: "#7b3294",
-    Kind.NONE: "#777777",
+    Kind.TABLE: AMBER,
+    Kind.GEOMETRY: BLUE,
+    Kind.MODEL: GREEN,
+    Kind.NETWORK: VIOLET,
+    Kind.NONE: GREY,
 }
 """Of each kind of predictor."""
 _WAYS = ((1.0, FORWARD, "forward"), (-1.0, REVERSE, "reverse"))

@@ -8,7 +8,8 @@ import numpy as np
 
 from rtec.metrology import PositioningFigures
 from rtec.report.appearance import Look, Scale, look_of
-from rtec.report.figures_style import GUIDE, INK, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import GUIDE, INK
 from rtec.study.results import Floats, StudyResult
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ import numpy as np
 
 from rtec.report.appearance import look_of
 from rtec.report.diagnosis.quantities import Shown
-from rtec.report.figures_style import GUIDE, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import GUIDE, PAPER
 from rtec.study.results import Floats, Learned, Round
 from rtec.units import MM_PER_INCH
 
@@ -59,7 +60,7 @@ def _folded(axes: Axes, last: Round, left: Floats, period: float, shown: Shown) 
         if not own.size:
             continue
         dots = own[:: -(-own.size // _MOST_DOTS)]
-        face = colour if way > 0 else "white"
+        face = colour if way > 0 else PAPER
         axes.plot(place[dots], left[dots] * shown.factor, linestyle="none", marker=".", markersize=2.0, color=colour,
                   alpha=0.15, zorder=1)  # fmt: skip
         numbers, index = np.unique(np.floor(place[own] / period * _STEPS), return_inverse=True)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from rtec.campaign.safety_matrix import Matrix, Outcome
 from rtec.campaign.safety_phases import Phase
 from rtec.injector import Design
-from rtec.report.figures_style import INK, new_figure, write_figure
+from rtec.report.figures_style import new_figure, write_figure
+from rtec.report.palette import ALARM, DELAYED, EDGE, INK, PAPER, SAFE, STOPPED, UPSTREAM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,12 +21,12 @@ _ABOVE_INCH = 1.6
 """Legend, titles and names of the phases."""
 _UPSTREAM = "silent: before the box"
 _LOOKS = {
-    Outcome.RIGHT.value: ("#d9f0e3", "r", "right"),
-    Outcome.LATE.value: ("#f6e3a1", "l", "late, then right"),
-    Outcome.HELD.value: ("#9ecae1", "h", "detected and held"),
-    _UPSTREAM: ("#e6a08c", "u", "silent, begins before the box"),
-    Outcome.SILENT.value: ("#c1121f", "S", "silent, begins at box, link or PC"),
-    Outcome.IMPOSSIBLE.value: ("#ffffff", "–", "cannot strike"),
+    Outcome.RIGHT.value: (SAFE, "r", "right"),
+    Outcome.LATE.value: (DELAYED, "l", "late, then right"),
+    Outcome.HELD.value: (STOPPED, "h", "detected and held"),
+    _UPSTREAM: (UPSTREAM, "u", "silent, begins before the box"),
+    Outcome.SILENT.value: (ALARM, "S", "silent, begins at box, link or PC"),
+    Outcome.IMPOSSIBLE.value: (PAPER, "–", "cannot strike"),
 }
 """Colour, letter and words; the letters tell them apart in grey print, too."""
 
@@ -57,7 +58,7 @@ def safety_figure(matrix: Matrix) -> Figure:
     from matplotlib.patches import Patch  # noqa: PLC0415 - half a second, needed only where something is drawn
 
     marks = [
-        Patch(facecolor=colour, edgecolor="#888888", label=f"{letter}  {words}")
+        Patch(facecolor=colour, edgecolor=EDGE, label=f"{letter}  {words}")
         for colour, letter, words in _LOOKS.values()
     ]
     figure.legend(handles=marks, loc="upper left", ncols=3)
@@ -73,8 +74,8 @@ def _panel(axes: Axes, matrix: Matrix, designs: Sequence[Design]) -> None:
             outcome = matrix.worst(variant, phase, designs)
             name = _UPSTREAM if outcome is Outcome.SILENT and variant.upstream else outcome.value
             colour, letter, _ = _LOOKS[name]
-            axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white"))
-            ink = "white" if name == Outcome.SILENT.value else INK
+            axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, facecolor=colour, edgecolor=PAPER))
+            ink = PAPER if name == Outcome.SILENT.value else INK
             axes.text(x, y, letter, ha="center", va="center", fontsize=7.0, color=ink)
     axes.set_xlim(-0.5, len(matrix.plan.phases) - 0.5)
     axes.set_ylim(len(matrix.plan.variants) - 0.5, -0.5)

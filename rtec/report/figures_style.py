@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from rtec.report.palette import EDGE, GRID, GUIDE, GUIDE_LINE, INK, PAPER, TICK
 from rtec.whole_file import WholeFile
 
 if TYPE_CHECKING:
@@ -22,10 +23,6 @@ if TYPE_CHECKING:
 WIDTH_INCH = 10.0
 """Width of every figure: that of the page."""
 DPI = 150
-GUIDE = "#b0b0b0"
-"""Colour of guide lines."""
-INK = "#222222"
-ALARM = "#c1121f"
 _NEARLY_EQUAL = 4.0
 _DECADES = 250.0
 """Range up to which a logarithmic axis has room for three labels a decade."""
@@ -36,7 +33,7 @@ _FAMILIES = (
 )  # fmt: skip
 _STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
-    "axes.edgecolor": "#888888",
+    "axes.edgecolor": EDGE,
     "axes.grid": True,
     "axes.labelcolor": INK,
     "axes.labelsize": 9.5,
@@ -44,9 +41,9 @@ _STYLE: dict[str, Any] = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 10.0,
-    "figure.facecolor": "white",
+    "figure.facecolor": PAPER,
     "font.size": 9.0,
-    "grid.color": "#e4e4e4",
+    "grid.color": GRID,
     "grid.linewidth": 0.6,
     "legend.fontsize": 9.0,
     "legend.frameon": False,
@@ -54,9 +51,9 @@ _STYLE: dict[str, Any] = {
     "svg.fonttype": "path",
     "svg.hashsalt": "rtec",
     "text.color": INK,
-    "xtick.color": "#555555",
+    "xtick.color": TICK,
     "xtick.labelcolor": INK,
-    "ytick.color": "#555555",
+    "ytick.color": TICK,
     "ytick.labelcolor": INK,
 }
 
@@ -157,12 +154,12 @@ def guide(axes: Axes, *, x: float | None = None, y: float | None = None, text: s
     from matplotlib.transforms import blended_transform_factory as blended  # noqa: PLC0415 - as above
 
     if x is not None:
-        axes.axvline(x, color=colour, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+        axes.axvline(x, color=colour, linewidth=1.0, linestyle=GUIDE_LINE, zorder=1)
         place = blended(axes.transData, axes.transAxes)
         axes.annotate(text, (x, 1.0), (-3, -2), xycoords=place, textcoords="offset points", color=colour,
                       rotation=90, ha="right", va="top", fontsize=8.5)  # fmt: skip
     if y is not None:
-        axes.axhline(y, color=colour, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+        axes.axhline(y, color=colour, linewidth=1.0, linestyle=GUIDE_LINE, zorder=1)
         place = blended(axes.transAxes, axes.transData)
         axes.annotate(text, (1.0, y), (-2, 3), xycoords=place, textcoords="offset points", color=colour,
                       ha="right", va="bottom", fontsize=8.5)  # fmt: skip

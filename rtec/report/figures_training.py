@@ -10,7 +10,8 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.report.figures_learning import draw_courses, draw_spacings
 from rtec.report.figures_predicted import COLOURS, draw_along, draw_between, draw_left
-from rtec.report.figures_style import INK, guide, magnitudes, new_figure, write_figure
+from rtec.report.figures_style import guide, magnitudes, new_figure, write_figure
+from rtec.report.palette import GREY, GUIDE_LINE, INK
 from rtec.training.results import Kind
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def _draw_errors(axes: Axes, result: PredictorComparison) -> None:
     for place, row in zip(y, result.ranked, strict=True):
         colour = COLOURS[row.kind]
         if row.rms_heldout_mm is None or row.worst_heldout_mm is None:
-            axes.text(0.99, place, "no figure", transform=axes.get_yaxis_transform(), color="#777777", fontsize=7.5,
+            axes.text(0.99, place, "no figure", transform=axes.get_yaxis_transform(), color=GREY, fontsize=7.5,
                       ha="right", va="center")  # fmt: skip
             continue
         shown += [1e3 * row.rms_heldout_mm, 1e3 * row.worst_heldout_mm]
@@ -151,7 +152,7 @@ def _draw_costs(
         errors += y
     if result.noise_mm:
         guide(axes, y=1e3 * result.noise_mm, colour=INK)
-        axes.plot([], [], color=INK, linewidth=1.0, linestyle=(0, (4, 3)), label="repeatability")
+        axes.plot([], [], color=INK, linewidth=1.0, linestyle=GUIDE_LINE, label="repeatability")
         errors.append(1e3 * result.noise_mm)
     axes.set_xlabel("time of the fit, s" if time else "numbers fitted")
     axes.set_ylabel("error, RMS, µm")

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.report.appearance import Scale, look_of
-from rtec.report.figures_style import ALARM, INK, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import ALARM, DOTTED, INK, MOMENT, TICK
 from rtec.signal import EdgeStream, states_of_levels
 from rtec.study.results import StudyResult, Waveform
 
@@ -102,7 +103,7 @@ def _numbers(axes: Axes, times_us: np.ndarray, levels: np.ndarray, y: float) -> 
     states = states_of_levels(levels[:-1]) + 1
     for begin, end, state in zip(times_us[:-1], times_us[1:], states, strict=True):
         if end - begin >= _NARROWEST * width:
-            axes.text((begin + end) / 2, y, str(state), ha="center", va="center", fontsize=8.5, color="#555555")
+            axes.text((begin + end) / 2, y, str(state), ha="center", va="center", fontsize=8.5, color=TICK)
 
 
 def _mark_insertion(axes: Axes, waveform: Waveform, start_ps: int, stop_ps: int, zero_ps: int) -> None:
@@ -127,4 +128,4 @@ def _mark_insertion(axes: Axes, waveform: Waveform, start_ps: int, stop_ps: int,
         counts = f"{waveform.counts_added:+d} count".replace("-", "−") + "s" * (abs(waveform.counts_added) != 1)
         axes.text(right + 2 * pad, 2.95, f"{counts} inserted",
                   color=ALARM, fontweight="bold", va="center", ha="left")  # fmt: skip
-    axes.axvline(0.0, ymin=0.08, color="#999999", linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
+    axes.axvline(0.0, ymin=0.08, color=MOMENT, linewidth=0.8, linestyle=DOTTED, zorder=1)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rtec.errors import ArgumentError
 from rtec.injector import Totals
 from rtec.injector.waves import counts_along, insertions
-from rtec.report.figures_style import ALARM, INK, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import ALARM, INK, REVERSE_LINE, STATE, STATE_EDGE
 from rtec.signal import EdgeStream, states_of_levels
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ _BAND = 0.64
 """Height of a row of numbers."""
 _WORD = 0.6
 """Height of the word of a mark."""
-_BAND_COLOUR, _BAND_EDGE, _SHADE = "#eef2f6", "#8a99a8", 0.11
+_SHADE = 0.11
 _FONT = 8.5
 _WIDTH_INCH, _LETTER_INCH = 8.4, 0.078
 """Of the axes, and of a letter in a band: numbers stand only where they have room."""
@@ -180,9 +181,9 @@ def _draw_numbers(axes: Axes, view: _View, steps: _Steps, base: float) -> None:
     """Draw a band that is cut where the number changes, with the numbers that have room."""
     stretches = view.stretches(steps)
     left, right = view.x(view.start_ps), view.x(view.stop_ps)
-    axes.fill_between([left, right], base, base + _BAND, color=_BAND_COLOUR, linewidth=0)
+    axes.fill_between([left, right], base, base + _BAND, color=STATE, linewidth=0)
     cuts = [view.x(begin) for begin, _, _ in stretches[1:]]
-    axes.vlines(cuts, base, base + _BAND, color=_BAND_EDGE, linewidth=0.8)
+    axes.vlines(cuts, base, base + _BAND, color=STATE_EDGE, linewidth=0.8)
     for begin, end, value in stretches:
         text = str(value).replace("-", "−")
         if len(text) <= view.room_letters(begin, end):
@@ -203,7 +204,7 @@ def _mark(axes: Axes, view: _View, t_ps: int, word: str, index: int) -> None:
     """Point at a moment; each has a line of its own for its word."""
     if view.start_ps <= t_ps <= view.stop_ps:
         in_right_half = 2 * t_ps > view.start_ps + view.stop_ps
-        axes.axvline(view.x(t_ps), color=ALARM, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4)
+        axes.axvline(view.x(t_ps), color=ALARM, linewidth=1.0, linestyle=REVERSE_LINE, zorder=4)
         axes.annotate(word, (view.x(t_ps), axes.get_ylim()[1] - _WORD * index),
                       (-4 if in_right_half else 4, -1), textcoords="offset points", color=ALARM, va="top",
                       fontweight="bold", ha="right" if in_right_half else "left")  # fmt: skip

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.report.figures_learning import ALGORITHMS
-from rtec.report.figures_style import INK, guide, new_figure
+from rtec.report.figures_style import guide, new_figure
+from rtec.report.palette import INK
 
 Courses = Mapping[Algorithm, Sequence[Sequence[float]]]
 """Of each start of each algorithm: the sum of squares before the first epoch and after each, in square inches."""

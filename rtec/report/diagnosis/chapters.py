@@ -11,11 +11,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Card
 from rtec.inference.fit import values_of
-from rtec.inference.model import Model
-from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
-from rtec.readable import quantity_text, symbol
-from rtec.report.appearance import joined, number, printable
-from rtec.report.diagnosis.likeness import (
+from rtec.inference.likeness import (
     effect_or_none,
     look_alikes,
     nested,
@@ -23,6 +19,10 @@ from rtec.report.diagnosis.likeness import (
     rival,
     tied_groups,
 )
+from rtec.inference.model import Model
+from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
+from rtec.readable import quantity_text, symbol
+from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis.quantities import Shown, named_texts, parameter_texts, probability, shown_for
 from rtec.report.diagnosis.sentence import heldout_words, spoken, term_words
 

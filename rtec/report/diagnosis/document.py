@@ -6,8 +6,8 @@ import itertools
 from typing import TYPE_CHECKING, Any
 
 from rtec.inference.fit import values_of
+from rtec.inference.likeness import look_alikes, nested
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
-from rtec.report.diagnosis.likeness import look_alikes, nested
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 from rtec.report.plain_data import plain
 

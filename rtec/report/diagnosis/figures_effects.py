@@ -17,9 +17,7 @@ from rtec.report.diagnosis.readings import (
     ALL,
     AT_REST,
     BACKWARD,
-    BAND,
     FEWEST_FOR_MEANS,
-    NEUTRAL,
     Rows,
     Way,
     at_places,
@@ -30,7 +28,8 @@ from rtec.report.diagnosis.readings import (
 )
 from rtec.report.diagnosis.sentence import spoken, term_words
 from rtec.report.diagnosis.views import View, views_of
-from rtec.report.figures_style import GUIDE, INK, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import BAND, GUIDE, INK, NEUTRAL, PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -184,7 +183,7 @@ def _readings(axes: Axes, view: View, y: Floats, way: Way, *, label: str | None 
     if means:
         line = smoothed(x[rows], y[rows])
         axes.errorbar(line.at, line.mean, line.band, linestyle="none", marker=way.marker, markersize=4.0,
-                      color=way.colour, markeredgecolor="white", markeredgewidth=0.4, elinewidth=1.0, zorder=4,
+                      color=way.colour, markeredgecolor=PAPER, markeredgewidth=0.4, elinewidth=1.0, zorder=4,
                       label=None if label is None else "mean ± 2 s.e.")  # fmt: skip
 
 

@@ -15,11 +15,7 @@ from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import shown_for, shown_in
 from rtec.report.diagnosis.readings import (
     ALL,
-    BAND,
-    FORWARD,
     MOST_POINTS,
-    NEUTRAL,
-    REVERSE,
     Rows,
     Way,
     at_places,
@@ -33,7 +29,8 @@ from rtec.report.diagnosis.readings import (
     some_rows,
     ways,
 )
-from rtec.report.figures_style import GUIDE, legend_above, new_figure
+from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.palette import BAND, FORWARD, GUIDE, GUIDE_LINE, MEASURED, NEUTRAL, REVERSE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,7 +106,7 @@ def _window(c: Conditions, model: Model) -> tuple[float, float] | None:
 def _noise(axes: Axes, half: float) -> None:
     axes.axhspan(-half, half, color=BAND, zorder=0)
     for edge in (-half, half):
-        axes.axhline(edge, color=NEUTRAL, linewidth=0.7, linestyle=(0, (4, 3)), zorder=5)
+        axes.axhline(edge, color=NEUTRAL, linewidth=0.7, linestyle=GUIDE_LINE, zorder=5)
 
 
 def _dots(axes: Axes, x: Floats, y: Floats, way: Way, rows: Rows) -> None:
@@ -172,7 +169,7 @@ def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor)
     middle = _stretch(fit)
     for axes, rows in ((whole, slice(None)), (zoom, middle)):
         t, seen, fitted = time.values[rows], measured[rows], fit[rows]
-        axes.plot(*outline(t, seen), color="#a0a0a0", linewidth=1.8, label="measured")
+        axes.plot(*outline(t, seen), color=MEASURED, linewidth=1.8, label="measured")
         axes.plot(*outline(t, fitted), color=REVERSE, linewidth=0.9, label="model")
         if axes is zoom:
             thin = slice(None, None, max(1, t.size // MOST_POINTS))

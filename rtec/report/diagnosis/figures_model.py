@@ -7,24 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
+from rtec.inference.likeness import ALIKE, nested
 from rtec.inference.results import Cosines, Experiment
-from rtec.report.diagnosis.likeness import ALIKE, nested
 from rtec.report.diagnosis.quantities import shown_for
-from rtec.report.diagnosis.readings import (
-    FORWARD,
-    NEUTRAL,
-    REVERSE,
-    figure_text,
-)
+from rtec.report.diagnosis.readings import figure_text
 from rtec.report.diagnosis.sentence import spoken
-from rtec.report.figures_style import ALARM, GUIDE, INK, legend_above, new_figure
+from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.palette import ALARM, ALIKE_COLOURS, EDGE, GUIDE, INK, NEUTRAL, PAPER, RIVALS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOST_NAMES = 24
-_RIVALS = ((FORWARD, "-"), (REVERSE, "--"), ("#009e73", "-."), ("#cc79a7", ":"), ("#e69f00", (0, (5, 1))))
 
 
 def cosines_figure(cosines: Cosines | None) -> Figure | None:
@@ -39,7 +34,7 @@ def cosines_figure(cosines: Cosines | None) -> Figure | None:
     below = np.where(np.tri(size, k=-1, dtype=np.bool_) & np.isfinite(table), table, np.nan)
     figure = new_figure(min(0.36 * size + 1.6, 9.5))
     axes = figure.add_subplot()
-    blues = LinearSegmentedColormap.from_list("alike", ["#f4f8fb", "#a9cbe2", FORWARD])
+    blues = LinearSegmentedColormap.from_list("alike", ALIKE_COLOURS)
     image = axes.imshow(below[1:, :-1], cmap=blues, vmin=0.0, vmax=1.0, aspect="auto")
     for i in range(1, size):
         for j in range(i):
@@ -59,12 +54,12 @@ def _cell(axes: Axes, column: int, row: int, value: float, special: bool) -> Non
     from matplotlib.patches import Rectangle  # noqa: PLC0415 - as above
 
     if not np.isfinite(value):
-        axes.text(column, row, "–", ha="center", va="center", fontsize=7.5, color="#888888")
+        axes.text(column, row, "–", ha="center", va="center", fontsize=7.5, color=EDGE)
         return
     alike = value > ALIKE
     text = f"{value:.2f}" if value < 0.995 or value == 1.0 else f"{value:.3f}"
     axes.text(column, row, text, ha="center", va="center", fontsize=7.5, weight="bold" if alike else "normal",
-              color="white" if value > 0.72 else INK)  # fmt: skip
+              color=PAPER if value > 0.72 else INK)  # fmt: skip
     if alike:
         axes.add_patch(
             Rectangle(
@@ -89,7 +84,7 @@ def experiment_figure(experiment: Experiment, dataset: Dataset) -> Figure | None
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     x = np.asarray(experiment.abscissa, dtype=np.float64)
     for k, (name, values) in enumerate(zip(experiment.rivals, experiment.predictions, strict=False)):
-        colour, dash = _RIVALS[k % len(_RIVALS)] if k < len(_RIVALS) else (NEUTRAL, "-")
+        colour, dash = RIVALS[k % len(RIVALS)] if k < len(RIVALS) else (NEUTRAL, "-")
         axes.plot(x, np.asarray(values) * shown.factor, color=colour, linestyle=dash, linewidth=1.7,
                   marker="o" if x.size <= 40 else "", markersize=3.5, label=figure_text(spoken(name)))  # fmt: skip
     axes.set_xlabel(figure_text(experiment.label, 80))

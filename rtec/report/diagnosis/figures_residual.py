@@ -14,7 +14,6 @@ from rtec.inference.results import NoiseFloor, Unknown
 from rtec.report.diagnosis.quantities import shown_in
 from rtec.report.diagnosis.readings import (
     AT_REST,
-    BAND,
     FEWEST_FOR_MEANS,
     Abscissa,
     abscissas,
@@ -25,7 +24,8 @@ from rtec.report.diagnosis.readings import (
     some_rows,
     ways,
 )
-from rtec.report.figures_style import GUIDE, legend_above, new_figure
+from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.palette import BAND, GUIDE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,10 @@ import numpy as np
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
 from rtec.readable import rounded
 from rtec.report.diagnosis.quantities import Shown, probability, shown_for
-from rtec.report.diagnosis.readings import BAND, FORWARD, NEUTRAL, REVERSE, figure_text
+from rtec.report.diagnosis.readings import figure_text
 from rtec.report.diagnosis.sentence import spoken
-from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
+from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.palette import ALARM, BAND, FORWARD, GUIDE_LINE, INK, LIGHT, NEUTRAL, PALE, REVERSE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 _MOST_BARS = 18
 _MOST_LABELLED = 10
 """Steps up to which both figures stand at each; of more, the held-out ones are left to the table."""
-_LIGHT = "#a6cee3"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,7 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     for row, bar in enumerate(reversed(bars)):
         _bar(axes, row, bar, shown)
     if diagnosis.noise.floor is not None:
-        axes.axvline(diagnosis.noise.floor * shown.factor, color=ALARM, linewidth=1.0, linestyle=(0, (4, 3)),
+        axes.axvline(diagnosis.noise.floor * shown.factor, color=ALARM, linewidth=1.0, linestyle=GUIDE_LINE,
                      label="noise floor", zorder=1)  # fmt: skip
     axes.set_yticks(np.arange(len(bars)), [figure_text(spoken(bar.candidate.effect)) for bar in reversed(bars)])
     axes.set_ylim(-0.7, len(bars) - 0.3)
@@ -87,7 +87,7 @@ def _bar(axes: Axes, row: int, bar: _Bar, shown: Shown) -> None:
     one, start = bar.candidate, bar.reference * shown.factor
     predicted = one.predicted_rms * shown.factor
     first = row == 0
-    axes.barh(row + 0.19, start - predicted, 0.34, left=predicted, color=_LIGHT, zorder=2,
+    axes.barh(row + 0.19, start - predicted, 0.34, left=predicted, color=LIGHT, zorder=2,
               label="predicted fall" if first else None)  # fmt: skip
     if one.achieved_rms is not None:
         achieved = one.achieved_rms * shown.factor
@@ -96,7 +96,7 @@ def _bar(axes: Axes, row: int, bar: _Bar, shown: Shown) -> None:
             bars.set_label("achieved fall")
     axes.annotate(_judgement(one, removed=bar.removed), (1.0, row), (6, 0), xycoords=("axes fraction", "data"),
                   textcoords="offset points", va="center", fontsize=8.5, annotation_clip=False,
-                  color=INK if one.accepted else "#666666", weight="bold" if one.accepted else "normal")  # fmt: skip
+                  color=INK if one.accepted else PALE, weight="bold" if one.accepted else "normal")  # fmt: skip
 
 
 def _judgement(one: Candidate, *, removed: bool) -> str:

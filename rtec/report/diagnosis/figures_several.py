@@ -11,7 +11,8 @@ from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
 from rtec.report.diagnosis.readings import position_label, smoothed
-from rtec.report.figures_style import GUIDE, new_figure
+from rtec.report.figures_style import new_figure
+from rtec.report.palette import GUIDE, SERIES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
     from rtec.report.diagnosis.several import Results
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7b3294", "#777777")
 _LONGEST = 28
 SEVERAL_CAPTION = (
     "Left, the mean of the readings at each place, forward solid and backward dashed, a colour for each measurement. "
@@ -44,7 +44,7 @@ def several_figure(results: Results) -> Figure:
     along, bars = figure.subplots(1, 2, width_ratios=(2.0, 1.0))
     shown = shown_for(next(iter(results.values())).dataset)
     for number, (name, one) in enumerate(results.items()):
-        _along(along, one.dataset, shown, _short(name), COLOURS[number % len(COLOURS)])
+        _along(along, one.dataset, shown, _short(name), SERIES[number % len(SERIES)])
     first = next(iter(results.values())).dataset
     along.set(xlabel=position_label(first.conditions), ylabel=f"{printable(first.observe)} ({shown.symbol})")
     along.axhline(0.0, color=GUIDE, linewidth=0.8)
@@ -81,7 +81,7 @@ def _bars(axes: Axes, results: Results, shown: Shown) -> None:
         measured = float(np.sqrt(np.mean(np.square(one.dataset.observed))))
         values = [shown.number(value) or 0.0 for value in (measured, left, one.noise.floor)]
         at = np.arange(len(heads)) + (number - (len(results) - 1) / 2) * width
-        axes.bar(at, values, width * 0.9, color=COLOURS[number % len(COLOURS)])
+        axes.bar(at, values, width * 0.9, color=SERIES[number % len(SERIES)])
     axes.set_xticks(range(len(heads)), heads)
     axes.set(ylabel=f"RMS ({shown.symbol})", ylim=(0.0, None))
     axes.set_title("how much of it")

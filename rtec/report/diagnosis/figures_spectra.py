@@ -11,11 +11,12 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
+from rtec.inference.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
 from rtec.readable import rounded, symbol
 from rtec.report.diagnosis.quantities import shown_for
-from rtec.report.diagnosis.readings import FORWARD, NEUTRAL, period_of, residual
-from rtec.report.diagnosis.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
-from rtec.report.figures_style import ALARM, INK, legend_above, new_figure
+from rtec.report.diagnosis.readings import period_of, residual
+from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.palette import ALARM, FORWARD, INK, LIMIT_LINE, NEUTRAL, PALE, PAPER, SHADE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +33,6 @@ _FAR = 0.55
 _CROWDED, _CROWDED_MIRRORED = 8.0, 12.0
 """Highest frequency over that of the highest line from which on an axis is logarithmic."""
 _MANY = 300
-_PALE = "#666666"
 _SIGN = 0.0075
 """Width of a letter of a mark, as a share of the axis."""
 _MOST_MARKS = 40
@@ -158,7 +158,7 @@ def _panel(axes: Axes, axis: _Axis, left: list[tuple[str, str, Floats]], noise: 
     aliased_from = axis.nyquist if axis.step is not None and axis.nyquist is not None else axis.top
     level = factor * threshold(found.frequency, noise, rows=axis.x.size,
                                resolved=aliased_from * float(np.ptp(axis.x)), spacing=axis.spacing)  # fmt: skip
-    axes.plot(found.frequency * axis.factor, level, color=ALARM, linestyle=(0, (5, 2)), linewidth=1.2,
+    axes.plot(found.frequency * axis.factor, level, color=ALARM, linestyle=LIMIT_LINE, linewidth=1.2,
               label=f"noise alone passes it anywhere with p = {PROBABILITY:g}")  # fmt: skip
     highest = max(highest, float(level.max()))
     if highest > 0.0:
@@ -187,7 +187,7 @@ def _thinned(found: Spectrum) -> Spectrum:
 def _marks(axes: Axes, axis: _Axis) -> None:
     """Mark the model's lines, their aliases, and the frequency beyond which targets show everything twice."""
     if axis.nyquist is not None and axis.nyquist < axis.top:
-        axes.axvspan(axis.nyquist * axis.factor, axis.top * axis.factor, color="#000000", alpha=0.05, linewidth=0)
+        axes.axvspan(axis.nyquist * axis.factor, axis.top * axis.factor, color=SHADE, alpha=0.05, linewidth=0)
         words = "beyond the Nyquist limit of the targets" + (
             ": everything is mirrored" if axis.step is not None else "' mean distance"
         )
@@ -200,12 +200,12 @@ def _marks(axes: Axes, axis: _Axis) -> None:
             marks.append((frequency, name, INK))
         if axis.step is not None:
             words = f"alias of {name}" if name else ""
-            marks += [(alias, words, _PALE) for alias in mirrored(frequency, axis.step, axis.top)]
+            marks += [(alias, words, PALE) for alias in mirrored(frequency, axis.step, axis.top)]
     taken: list[tuple[float, float]] = []
-    for frequency, name, colour in sorted(marks, key=lambda mark: mark[2] == _PALE):
+    for frequency, name, colour in sorted(marks, key=lambda mark: mark[2] == PALE):
         x = frequency * axis.factor
         axes.plot(x, 0.82, marker="v", color=colour, markersize=5, transform=axes.get_xaxis_transform(),
-                  markerfacecolor="white" if colour == _PALE else colour)  # fmt: skip
+                  markerfacecolor=PAPER if colour == PALE else colour)  # fmt: skip
         middle = float(axes.transAxes.inverted().transform(axes.transData.transform((x, 1.0)))[0])
         half = 0.5 * _SIGN * (len(name) + 1)
         across = "left" if middle < half else "right" if middle > 1 - half else "center"

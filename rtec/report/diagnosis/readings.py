@@ -12,10 +12,8 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
 from rtec.inference.model import Model, Term
 from rtec.readable import symbol
+from rtec.report.palette import FORWARD, NEUTRAL, REVERSE
 
-FORWARD, REVERSE, NEUTRAL = "#0072b2", "#d55e00", "#4d4d4d"
-"""Of the palette of Okabe and Ito (2008), as in the other figures."""
-BAND = "#dcdcdc"
 ALL, BACKWARD, AT_REST = "readings", "backward", "at rest"
 """Labels of all readings, where there is one group, and of those in one direction, or in none in a moving log."""
 MOST_DOTS = 1200

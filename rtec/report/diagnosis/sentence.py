@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rtec.inference.likeness import effect_or_none, tied_groups
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.readable import rounded, symbol
 from rtec.report.appearance import joined, printable
-from rtec.report.diagnosis.likeness import tied_groups
 from rtec.report.diagnosis.quantities import Shown, shown_for
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison, Stretch
 
-_ERRORS = frozenset({"cosine", "cyclic", "interpolation", "scale"})
-"""Effects whose names are no nouns of their own."""
 _ROUNDING = 1e-6
 """Share of the RMS below which a mean is none."""
 _WORTH_NAMING = 0.1
@@ -80,7 +78,8 @@ def noun(name: str) -> str:
     >>> noun("cyclic"), noun("pitch_map")
     ('cyclic error', 'pitch map')
     """
-    return f"{spoken(name)} error" if name in _ERRORS else spoken(name)
+    effect = effect_or_none(name)
+    return f"{spoken(name)} error" if effect is not None and effect.is_adjective else spoken(name)
 
 
 def explanation_names(diagnosis: Diagnosis) -> list[str]:

@@ -11,7 +11,6 @@ from rtec.effects import Conditions, Floats, Over
 from rtec.inference.model import Model, Term
 from rtec.readable import symbol
 from rtec.report.diagnosis.readings import (
-    FORWARD,
     Abscissa,
     Mask,
     Way,
@@ -22,6 +21,7 @@ from rtec.report.diagnosis.readings import (
     position_label,
     ways,
 )
+from rtec.report.palette import FORWARD, GREEN, PURPLE
 
 MOST_VIEWS = 6
 """Of one figure, each with what is left below it."""
@@ -32,7 +32,7 @@ _FEW_TURNS = 4
 _DISTANCES, _SHORT = 8.0, {True: 0.1, False: 0.5}
 """How many distances of decay are drawn after a reversal, where they are a smaller share of the way than this: of a
 log, whose loops can be seen, and of readings at rest."""
-_COLOURS = (FORWARD, "#009e73", "#cc79a7")
+_COLOURS = (FORWARD, GREEN, PURPLE)
 """Of the thirds of an axis."""
 _SLOW = frozenset({Over.TIME, Over.TEMPERATURE, Over.RUN})
 _INSTEAD = ("position", "velocity", "time")

@@ -12,14 +12,15 @@ from rtec.metrology.figure_table import DIRECTIONS, number_text
 from rtec.metrology.readings import Floats
 from rtec.report.appearance import printable
 from rtec.report.figures_positioning import share_scales
-from rtec.report.figures_style import GUIDE, INK, legend_above
+from rtec.report.figures_style import legend_above
 from rtec.report.iso230.units import SheetUnits
+from rtec.report.palette import CENTRE_LINE, FORWARD, GUIDE, INK, LEADER, PAPER, REVERSE, REVERSE_LINE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-WAYS = (("forward", "#0072b2", "^", "-"), ("backward", "#d55e00", "v", (0, (4, 2))))
+WAYS = (("forward", FORWARD, "^", "-"), ("backward", REVERSE, "v", REVERSE_LINE))
 """Name, colour, marker and line of each direction; the colours are told apart by colour-blind readers."""
 _COLUMNS, _COLUMN_WIDTH = 1.035, 0.062
 """Where the first dimension stands beside the axes, and how far the next is, as shares of their width."""
@@ -86,11 +87,11 @@ def _means(axes: Axes, at: TargetFigures, units: SheetUnits) -> None:
                           label=f"{way} ± 2s" if half.any() else None)  # fmt: skip
         for edge in (mean - half, mean + half):
             axes.plot(x[known], edge[known], color=colour, linewidth=0.6, alpha=0.6)
-        face = colour if way == "forward" else "white"
+        face = colour if way == "forward" else PAPER
         axes.plot(x[known], mean[known], color=colour, linestyle=line, marker=marker, markersize=4.5, linewidth=1.3,
                   markerfacecolor=face, label=f"{way}, mean")  # fmt: skip
     if np.isfinite(at.mean).any():
-        axes.plot(x, at.mean * units.factor, color=INK, linewidth=0.8, linestyle=(0, (6, 2, 1, 2)),
+        axes.plot(x, at.mean * units.factor, color=INK, linewidth=0.8, linestyle=CENTRE_LINE,
                   label="mean of both")  # fmt: skip
 
 
@@ -145,7 +146,7 @@ def _beside(axes: Axes, column: int, label: str, low: tuple[float, float], high:
     share = _COLUMNS + column * _COLUMN_WIDTH
     place = left + share * (right - left)
     for x, y in (low, high):
-        axes.plot([x, place], [y, y], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), clip_on=False, zorder=1.5)
+        axes.plot([x, place], [y, y], color=INK, linewidth=0.5, linestyle=LEADER, clip_on=False, zorder=1.5)
     axes.annotate("", (place, low[1]), (place, high[1]), annotation_clip=False,
                   arrowprops={"arrowstyle": "<|-|>,head_width=0.18,head_length=0.4", "color": INK, "linewidth": 0.9,
                               "shrinkA": 0.0, "shrinkB": 0.0})  # fmt: skip
@@ -157,7 +158,7 @@ def _at_target(axes: Axes, x: float, low: float, high: float, label: str, side: 
     from matplotlib.patheffects import withStroke  # noqa: PLC0415 - half a second, needed only where something is drawn
 
     # wide enough to meet between letter and number: a line seen there would be read as a minus
-    outline = withStroke(linewidth=6.0, foreground="white")
+    outline = withStroke(linewidth=6.0, foreground=PAPER)
     left, right = axes.get_xlim()
     aside = side * _ASIDE * (right - left)
     for y in (low, high):

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from rtec.metrology import JudgedTest
-from rtec.report.figures_style import GUIDE, INK, figure_style
+from rtec.report.figures_style import figure_style
 from rtec.report.iso230.figures import draw_tests, drawable
 from rtec.report.iso230.sheet import Sheet
+from rtec.report.palette import GUIDE, INK
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

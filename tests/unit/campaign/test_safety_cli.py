@@ -10,9 +10,9 @@ from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_ramp import Ramp
 from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import main
-from rtec.cli._safety_table import show
 from rtec.injector import Design
 from rtec.machine.faults import FaultKind
+from rtec.report.terminal_safety import show
 
 
 @pytest.fixture(autouse=True)

@@ -8,10 +8,10 @@ import pytest
 from rich.console import Console
 
 from rtec.effects import CyclicShape, effect_named
+from rtec.inference.likeness import permanent_look_alikes, tied_groups
 from rtec.inference.model import Term
 from rtec.inference.results import Experiment, Unknown, Verdict
 from rtec.report.diagnosis import comparison_sentence, comparison_table, diagnosis_table, verdict_sentence
-from rtec.report.diagnosis.likeness import permanent_look_alikes, tied_groups
 
 HOSTILE = "[red]x[/red] <script>\x1b[31m\x00 {{ 7 * 7 }}"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtec.report.diagnosis.spectra import highest_frequency, mirrored, spectrum, threshold
+from rtec.inference.spectra import highest_frequency, mirrored, spectrum, threshold
 
 
 def _least_squares(x: np.ndarray, y: np.ndarray, frequency: float) -> float:
