@@ -145,7 +145,8 @@ def _covariance(table: Floats, noise: Whitening | None) -> Floats:
     covariance: Floats = np.linalg.pinv(scaled @ scaled.T, rcond=_CUT, hermitian=True)
     if noise is not None:
         covariance = covariance @ (scaled @ noise.coloured(scaled).T) @ covariance
-    return covariance / np.multiply.outer(length, length)
+    covariance /= np.multiply.outer(length, length)
+    return covariance
 
 
 def _rows(square: Floats) -> tuple[tuple[float, ...], ...]:

@@ -126,7 +126,7 @@ def set_in_motion(
     >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST), real_edges=RealEdges.HOLD)
     >>> path = OpenPath(injector=box, frequency_hz=500e3, cycles=200, corrections=100)
     >>> result = simulate(set_in_motion(path, MotionKind.REVERSAL))
-    >>> result.good, result.corrections_inserted
+    >>> result.good, result.insertions.completed
     (True, 100)
     """
     if kind is MotionKind.STEADY:

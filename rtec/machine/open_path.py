@@ -129,9 +129,6 @@ class OpenPathResult:
     """Real edges of the encoder."""
     encoder_counts: int
     controller_counts: int
-    corrections_requested: int
-    corrections_inserted: int
-    """Net total of steps completed."""
     step_counts: int
     insertions: Insertions
     received: ReceiverResult
@@ -149,7 +146,7 @@ class OpenPathResult:
     @property
     def pending(self) -> int:
         """Return the steps asked for and not inserted."""
-        return self.corrections_requested - self.corrections_inserted
+        return self.insertions.requested - self.insertions.completed
 
     @property
     def good(self) -> bool:
@@ -164,8 +161,8 @@ class OpenPathResult:
             "edges": self.edges,
             "encoder_counts": self.encoder_counts,
             "controller_counts": self.controller_counts,
-            "corrections_requested": self.corrections_requested,
-            "corrections_inserted": self.corrections_inserted,
+            "corrections_requested": self.insertions.requested,
+            "corrections_inserted": self.insertions.completed,
             "corrections_pending": self.pending,
             "step_counts": self.step_counts,
             "illegal_transitions": self.received.illegal_transitions,

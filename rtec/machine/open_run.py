@@ -164,8 +164,6 @@ def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wal
         edges=int(state.encoder.serial),
         encoder_counts=encoder_counts,
         controller_counts=path.receiver.wrapped(received.count),
-        corrections_requested=insertions.requested,
-        corrections_inserted=insertions.completed,
         step_counts=step,
         insertions=insertions,
         received=received,

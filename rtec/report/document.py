@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from rtec.report.diagnosis import diagnosis_document
 from rtec.report.plain_data import plain
+from rtec.report.tables import COUNT_COLUMNS
 from rtec.study.results import Round, StudyResult, StudyRow
 from rtec.units import MM_PER_INCH
 
@@ -50,8 +49,8 @@ def _round(one: Round) -> dict[str, Any]:
         "runs": one.plan.runs,
         "increment_mm": one.plan.increment_inch * MM_PER_INCH,
         "machine_s": one.machine_s,
-        "rms_less_model_before_um": float(np.sqrt(np.mean(one.missed_mm**2))) * 1000.0,
-        "rms_less_model_um": float(np.sqrt(np.mean(one.left_mm**2))) * 1000.0,
+        "rms_less_model_before_um": one.missed_rms_mm * 1000.0,
+        "rms_less_model_um": one.left_rms_mm * 1000.0,
         "verdict": one.diagnosis.verdict.value,
         "effects": list(one.diagnosis.effects),
         "unseen_periods": list(one.diagnosis.unseen_periods),
@@ -95,14 +94,11 @@ def row_dict(row: StudyRow) -> dict[str, object]:
         "cyclic_pp_um": um("cyclic_pp"),
         "rms_um": um("rms"),
         "pp_um": um("peak_to_peak"),
-        "corrections_inserted": row.corrections_inserted,
-        "corrections_pending": row.corrections_pending,
-        "beyond_word_steps": row.beyond_word_steps,
-        "illegal_transitions": row.illegal_transitions,
-        "refused": row.refused,
-        "refused_too_fast": row.refused_too_fast,
-        "audit": row.audit,
-        "audit_counts": row.audit_counts,
-        "ending": row.ending,
-        "faults": [{"fault": words, "times": times} for words, times in row.faults],
+        **{column.key: column.value(row) for column in COUNT_COLUMNS[:2]},
+        "beyond_word_steps": row.run.beyond_word_steps,
+        **{column.key: column.value(row) for column in COUNT_COLUMNS[2:]},
+        "audit": row.run.audit,
+        "audit_counts": row.run.audit_counts,
+        "ending": row.run.ending.name,
+        "faults": [{"fault": str(fired.fault), "times": fired.times} for fired in row.run.fired],
     }

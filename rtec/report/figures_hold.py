@@ -43,8 +43,8 @@ def _curve(axes: Axes, curve: HoldCurve, scale: Scale, index: int, *, several: b
     time, deviation = _thinned(curve)
     axes.plot(time, deviation * scale.per_mm, color=look.colour, linewidth=1.3 + 1.4 * (index == 0),
               linestyle=STATE_LINES[curve.state % 4] if several else "-",
-              label=f"{look.label}, state {curve.state + 1}: {curve.corrections_inserted} inserted, "
-                    f"{curve.corrections_pending} pending")  # fmt: skip
+              label=f"{look.label}, state {curve.state + 1}: {curve.inserted} inserted, "
+                    f"{curve.pending_steps} pending")  # fmt: skip
 
 
 def _thinned(curve: HoldCurve) -> tuple[np.ndarray, np.ndarray]:

@@ -37,12 +37,12 @@ def rounds_figure(learned: Learned, shown: Shown) -> Figure | None:
     period = learned.plan.increment_inch * MM_PER_INCH if pitch is None else pitch
     figure = new_figure(4.8)
     above, below = figure.subplots(2, 1, sharex=True, sharey=True)
-    for axes, left, title in (
-        (above, last.missed_mm, "less the model that the first round gave"),
-        (below, last.left_mm, "less the model that all readings gave"),
+    for axes, left, rms, title in (
+        (above, last.missed_mm, last.missed_rms_mm, "less the model that the first round gave"),
+        (below, last.left_mm, last.left_rms_mm, "less the model that all readings gave"),
     ):
         _folded(axes, last, left, period, shown)
-        size = shown.with_unit(float(np.sqrt(np.mean(left**2))))
+        size = shown.with_unit(rms)
         axes.set_title(f"Readings of the second round, {title}: {size} RMS")
         axes.set_ylabel(f"left ({shown.symbol})")
     turn = "a turn of the screw" if pitch is not None else "the interval of the first targets"

@@ -103,7 +103,7 @@ def verdict(result: StudyResult, scale: Scale) -> Verdict:
         return Verdict(text="Every count is accounted for.", good=True)
     best, figures = min(designs, key=lambda design: (design[1].max_average_error or 0.0, design[1].rms))
     left, whole = (scale.with_unit(of.max_average_error) for of in (figures, before.figures))
-    pending = joined(look_of(row.name).label for row, _ in designs if row.corrections_pending)
+    pending = joined(look_of(row.name).label for row, _ in designs if row.run.pending_steps)
     tail = f" Corrections are pending at the end in {pending}." if pending else ""
     return Verdict(
         text=f"{look_of(best.name).label} leaves {left} of {whole} maximum average error; "
@@ -114,7 +114,7 @@ def verdict(result: StudyResult, scale: Scale) -> Verdict:
 
 def _failure(row: StudyRow) -> str:
     text = audit_text(row)
-    if row.audit:
+    if row.run.audit:
         return f"was {text}" if text.startswith("held") else f"ended with a {text}"
     return f"is {text}" if text.startswith("off") else f"had {text}"
 
@@ -166,7 +166,7 @@ def render_page(
             repeatability=f"{result.repeatability_mm * 1000:g} µm",
             noisy=result.repeatability_mm > 0.0,
             command=result.command,
-            simulated=number(round(sum(row.simulated_s for row in result.rows) / 3600.0, 1)),
+            simulated=number(round(sum(row.run.simulated_s for row in result.rows) / 3600.0, 1)),
             files=files,
         )
     )

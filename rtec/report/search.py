@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis import chapters, diagnosis_figures, verdict_sentence
 from rtec.report.diagnosis.page import TONES
@@ -14,7 +12,7 @@ from rtec.report.diagnosis.sentence import floor_words, spoken
 from rtec.report.figures_rounds import rounds_figure
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
-from rtec.study.results import Floats, Learned, StudyResult
+from rtec.study.results import Learned, StudyResult
 from rtec.units import MM_PER_INCH
 
 PREFIX = "axis-"
@@ -118,16 +116,13 @@ def round_rows(learned: Learned, shown: Shown) -> list[tuple[str, list[str]]]:
     if len(rounds) < 2:
         return []
 
-    def rms(values: Floats) -> str:
-        return shown.with_unit(float(np.sqrt(np.mean(values**2))))
-
     return [
         ("targets every", [f"{one.plan.increment_inch * MM_PER_INCH:.4g} mm" for one in rounds]),
         ("runs", [f"{one.plan.runs}" for one in rounds]),
         ("readings", [number(one.readings.size) for one in rounds]),
         ("machine time", [f"{one.machine_s / 3600.0:.1f} h" for one in rounds]),
-        ("its readings less the model before", [rms(one.missed_mm) for one in rounds]),
-        ("its readings less the model after", [rms(one.left_mm) for one in rounds]),
+        ("its readings less the model before", [shown.with_unit(one.missed_rms_mm) for one in rounds]),
+        ("its readings less the model after", [shown.with_unit(one.left_rms_mm) for one in rounds]),
         ("verdict on all readings so far", [one.diagnosis.verdict.value for one in rounds]),
         ("true error less model, RMS all along the travel", [shown.with_unit(one.score.rms_mm) for one in rounds]),
         ("the same, at worst", [shown.with_unit(one.score.worst_mm) for one in rounds]),

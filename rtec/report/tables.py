@@ -9,9 +9,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from rtec.machine import Ending
 from rtec.metrology import PositioningFigures
 from rtec.report.appearance import MISSING, Look, Scale, is_design, look_of, number
 from rtec.study.results import Limit, StudyResult, StudyRow
+
+_ENDINGS = {Ending.HELD: "held by the PC", Ending.FAULTED: "servo fault"}
 
 
 class Mark(enum.Enum):
@@ -110,31 +113,31 @@ COUNT_COLUMNS = (
         key="corrections_inserted",
         head="inserted",
         words="corrections inserted",
-        value=lambda row: row.corrections_inserted,
+        value=lambda row: row.run.insertions.inserted,
         mark=Mark.NONE,
     ),
     CountColumn(
         key="corrections_pending",
         head="pending",
         words="corrections pending",
-        value=lambda row: row.corrections_pending,
+        value=lambda row: abs(row.run.pending_steps),
         mark=Mark.MIND,
     ),
     CountColumn(
         key="illegal_transitions",
         head="illegal",
         words="illegal transitions",
-        value=lambda row: row.illegal_transitions,
+        value=lambda row: row.run.received.illegal_transitions,
         mark=Mark.ALARM,
     ),
     CountColumn(
-        key="refused", head="refused", words="messages refused", value=lambda row: row.refused, mark=Mark.MIND
+        key="refused", head="refused", words="messages refused", value=lambda row: row.run.refused, mark=Mark.MIND
     ),
     CountColumn(
         key="refused_too_fast",
         head="gated",
         words="put off by the gate",
-        value=lambda row: row.refused_too_fast,
+        value=lambda row: row.run.insertions.refused,
         mark=Mark.NONE,
     ),
 )
@@ -155,13 +158,13 @@ def audit_text(row: StudyRow) -> str:
 
     A row whose counts agree and whose audit fails had illegal transitions.
     """
-    if not row.audit:
-        if row.audit_counts:
-            plural = "" if abs(row.audit_counts) == 1 else "s"
-            return f"off by {row.audit_counts:+d} count{plural}".replace("-", "−")
+    if not row.run.audit:
+        if row.run.audit_counts:
+            plural = "" if abs(row.run.audit_counts) == 1 else "s"
+            return f"off by {row.run.audit_counts:+d} count{plural}".replace("-", "−")
         return "illegal transitions"
-    if row.ending != "FINISHED":
-        return {"HELD": "held by the PC", "FAULTED": "servo fault"}.get(row.ending, row.ending.lower())
+    if row.run.ending is not Ending.FINISHED:
+        return _ENDINGS.get(row.run.ending, row.run.ending.name.lower())
     return "OK"
 
 
@@ -203,14 +206,17 @@ def limit_rows(result: StudyResult, scale: Scale) -> list[LimitRow]:
 def _limit_row(limit: Limit, row: StudyRow | None, feed_mm_s: float, scale: Scale) -> LimitRow:
     late = limit.follows_up_to_mm_s < feed_mm_s
     gated = limit.gate_refuses_above_mm_s < feed_mm_s
-    narrow = limit.word_holds_mm < limit.largest_error_mm or (row is not None and row.beyond_word_steps > 0)
+    beyond_steps = 0 if row is None else row.run.beyond_word_steps
+    narrow = limit.word_holds_mm < limit.largest_error_mm or beyond_steps > 0
     reasons = []
     if late:
         reasons.append("in motion the window and the update rate: the correction is late on steep stretches")
     if gated:
         reasons.append("the speed gate: in motion nothing is inserted, corrections wait for slower stretches")
     if narrow:
-        beyond = "" if row is None or not row.beyond_word_steps else f" by {row.beyond_word_steps} steps at most"
+        beyond = (
+            "" if row is None or not row.run.beyond_word_steps else f" by {row.run.beyond_word_steps} steps at most"
+        )
         reasons.append(f"the word: the request cannot ask for the largest error{beyond}")
     return LimitRow(
         look=look_of(limit.name),
@@ -245,10 +251,10 @@ def rows_csv(result: StudyResult, scale: Scale) -> str:
                 *("" if value is None or not math.isfinite(value) else repr(float(value * scale.per_mm))
                   for value in values),
                 *(column.value(row) for column in COUNT_COLUMNS),
-                row.beyond_word_steps,
-                "true" if row.audit else "false",
-                row.audit_counts,
-                row.ending,
+                row.run.beyond_word_steps,
+                "true" if row.run.audit else "false",
+                row.run.audit_counts,
+                row.run.ending.name,
             ]
         )  # fmt: skip
     return file.getvalue()

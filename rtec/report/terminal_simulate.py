@@ -26,8 +26,8 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
         *_motion_rows(path, result),
         ("encoder counts", _whole(result.encoder_counts)),
         ("controller counts", _whole(result.controller_counts)),
-        ("corrections asked for", f"{_whole(result.corrections_requested)} steps of {result.step_counts} counts"),
-        ("corrections inserted", f"{_whole(result.corrections_inserted)} steps"),
+        ("corrections asked for", f"{_whole(result.insertions.requested)} steps of {result.step_counts} counts"),
+        ("corrections inserted", f"{_whole(result.insertions.completed)} steps"),
         ("corrections left over", f"{_whole(result.pending)} steps"),
         ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
         *inside,
@@ -69,7 +69,7 @@ def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]
 def verdict(path: OpenPath, result: OpenPathResult) -> str:
     """Return in words whether all was inserted and every count is right."""
     if result.good:
-        added = result.corrections_inserted * result.step_counts
+        added = result.insertions.completed * result.step_counts
         return f"good: all corrections inserted ({added:+d} counts), every count right, no illegal transition"
     reasons = []
     if result.pending:
@@ -94,7 +94,7 @@ def _gate_reason(path: OpenPath, result: OpenPathResult) -> str:
 
 
 def _audit_reason(path: OpenPath, result: OpenPathResult) -> str:
-    added = result.corrections_inserted * result.step_counts
+    added = result.insertions.completed * result.step_counts
     if path.receiver.multiplication.value == 4:
         wrong = path.receiver.wrapped(result.controller_counts - result.encoder_counts - added)
         if wrong:

@@ -102,8 +102,8 @@ def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
         state=2,
         time_s=standing[:, _TIME],
         deviation_mm=standing[:, _TRUE] - count * count_mm,
-        corrections_inserted=result.insertions.inserted,
-        corrections_pending=abs(result.pending_steps),
+        inserted=result.insertions.inserted,
+        pending_steps=abs(result.pending_steps),
     )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rtec.inference.results import Diagnosis
 from rtec.inference.static_predictor import LeftOut
+from rtec.machine import Ending, LoopResult
 from rtec.metrology import MeasuringPlan, PositioningFigures, Readings, joined
 from rtec.signal import EdgeStream
 
@@ -27,34 +28,13 @@ class StudyRow:
     figures: PositioningFigures | None
     reason: str
     """Why the row is empty, or ended before its time; empty where nothing is amiss."""
-    step_counts: int
-    """Counts of one step; 0 where no box is at work."""
-    corrections_inserted: int
-    """Insertions made during the run, of either sign."""
-    corrections_pending: int
-    """Steps that the prediction asks for and the box has not inserted at the end."""
-    beyond_word_steps: int
-    """Largest excess of the wanted total over what the request's word holds."""
-    illegal_transitions: int
-    refused: int
-    """Requests that the box did not believe."""
-    refused_too_fast: int
-    """Moments at which the speed gate refused to insert."""
-    audit: bool
-    audit_counts: int
-    """By how many counts the controller is off."""
-    ending: str
-    """``FINISHED``, ``HELD`` or ``FAULTED``."""
-    faults: tuple[tuple[str, int], ...]
-    """What went wrong on purpose, and how often it took effect."""
-    exchanges: int
-    simulated_s: float
-    wall_s: float
+    run: LoopResult
+    """What the machine counted on the way."""
 
     @property
     def good(self) -> bool:
         """Return whether the row came to its end and every count is accounted for."""
-        return self.audit and self.ending == "FINISHED" and not self.reason
+        return self.run.audit and self.run.ending is Ending.FINISHED and not self.reason
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,8 +62,9 @@ class HoldCurve:
     time_s: Floats
     deviation_mm: Floats
     """True position less commanded, relative to the start."""
-    corrections_inserted: int
-    corrections_pending: int
+    inserted: int
+    """Insertions made, of either sign."""
+    pending_steps: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -141,6 +122,16 @@ class Round:
     diagnosis: Diagnosis
     score: TruthScore
     """Of the model, all along the travel: between the targets, too."""
+
+    @property
+    def missed_rms_mm(self) -> float:
+        """Of ``missed_mm``."""
+        return _rms(self.missed_mm)
+
+    @property
+    def left_rms_mm(self) -> float:
+        """Of ``left_mm``."""
+        return _rms(self.left_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -214,3 +205,7 @@ class StudyResult:
     def good(self) -> bool:
         """Return whether every count of every row is accounted for."""
         return all(row.good for row in self.rows)
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -234,20 +234,7 @@ def _row(
         readings=readings,
         figures=None if readings is None else positioning_figures(readings, period=period_mm),
         reason=_reason(result),
-        step_counts=result.step_counts,
-        corrections_inserted=result.insertions.inserted,
-        corrections_pending=abs(result.pending_steps),
-        beyond_word_steps=result.beyond_word_steps,
-        illegal_transitions=result.received.illegal_transitions,
-        refused=result.refused,
-        refused_too_fast=result.insertions.refused,
-        audit=result.audit,
-        audit_counts=result.audit_counts,
-        ending=result.ending.name,
-        faults=tuple((str(fired.fault), fired.times) for fired in result.fired),
-        exchanges=result.exchanges,
-        simulated_s=result.simulated_s,
-        wall_s=result.wall_s,
+        run=result,
     )
 
 
@@ -287,15 +274,15 @@ def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     for row in rows:
         if row.figures is not None:
             seen.update(dict.fromkeys(row.figures.warnings))
-        for words, times in row.faults:
-            if times == 0:
-                seen[f"{row.title}: a fault took no effect, so its row shows nothing of it: {words}"] = None
+        for fired in row.run.fired:
+            if fired.times == 0:
+                seen[f"{row.title}: a fault took no effect, so its row shows nothing of it: {fired.fault}"] = None
         if row.reason:
             seen[f"{row.title}: {'no reading: ' if row.readings is None else ''}{row.reason}"] = None
-        if row.corrections_pending:
-            seen[f"{row.title}: {row.corrections_pending} steps are pending at the end"] = None
-        if row.beyond_word_steps:
-            seen[f"{row.title}: the request's word is too small by {row.beyond_word_steps} steps"] = None
+        if row.run.pending_steps:
+            seen[f"{row.title}: {abs(row.run.pending_steps)} steps are pending at the end"] = None
+        if row.run.beyond_word_steps:
+            seen[f"{row.title}: the request's word is too small by {row.run.beyond_word_steps} steps"] = None
     return tuple(seen)
 
 

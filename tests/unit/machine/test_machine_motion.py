@@ -95,10 +95,10 @@ def test_held_edges_leave_every_count_right_in_any_motion(design, kind, hertz, c
     result = simulate(moved)
     # the count is the position's, and each completed step has added its counts
     assert result.encoder_counts == round(moved.motion.segments.end_mm)
-    assert result.controller_counts == result.encoder_counts + STEP[design] * result.corrections_inserted
+    assert result.controller_counts == result.encoder_counts + STEP[design] * result.insertions.completed
     assert result.received.illegal_transitions == 0
     if design is not Design.ORIGINAL:  # which waits for state 00
-        assert result.corrections_inserted == corrections
+        assert result.insertions.completed == corrections
 
 
 @pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
@@ -122,7 +122,7 @@ def test_an_insertion_at_rest_is_measured_as_its_words_say():
 def test_the_firmware_moves_too(kind):
     path = path_of(Design.C, corrections=12, cycles=60, microcontroller=Microcontroller.named("8051-12mhz"))
     result = simulate(set_in_motion(path, kind, seed=2))
-    assert result.good and result.corrections_inserted == 12
+    assert result.good and result.insertions.completed == 12
     assert result.insertions.real_inside is None
 
 

@@ -160,14 +160,14 @@ def test_at_500_khz_every_correction_arrives(design, direction, sign):
     )
     assert result.good and result.audit
     assert result.controller_counts == 200_000 * direction + 2000 * STEP[design] * sign
-    assert result.corrections_inserted == result.corrections_requested == 2000 * sign
+    assert result.insertions.completed == result.insertions.requested == 2000 * sign
     assert (result.pending, result.received.illegal_transitions) == (0, 0)
     assert result.insertions.ahead_counts == 2000 * STEP[design] * sign
 
 
 def test_what_the_gate_refuses_stays_pending_and_the_counts_right():
     result = simulate(path_of(Design.ORIGINAL, Processor.MCS51, frequency_hz=30e3))
-    assert (result.corrections_inserted, result.pending, result.audit, result.good) == (0, 20, True, False)
+    assert (result.insertions.completed, result.pending, result.audit, result.good) == (0, 20, True, False)
     assert result.insertions.refused == 250
     assert result.controller_counts == 1000
 
@@ -175,10 +175,10 @@ def test_what_the_gate_refuses_stays_pending_and_the_counts_right():
 def test_gate_off_the_audit_says_what_the_controller_cannot_see():
     result = simulate(path_of(Design.ORIGINAL, Processor.MCS51, frequency_hz=30e3, gate=False, cycles=2000))
     assert result.received.illegal_transitions == 0
-    lost = result.encoder_counts + 4 * result.corrections_inserted - result.controller_counts
+    lost = result.encoder_counts + 4 * result.insertions.completed - result.controller_counts
     assert lost > 0 and lost % 4 == 0
     assert not result.audit
-    assert result.insertions.ahead_counts == 4 * result.corrections_inserted - lost
+    assert result.insertions.ahead_counts == 4 * result.insertions.completed - lost
 
 
 @pytest.mark.parametrize("multiplication", list(Multiplication))

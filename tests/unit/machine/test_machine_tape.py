@@ -131,8 +131,8 @@ def test_all_that_is_owed_may_come_before_one_edge(tmp_path, monkeypatch):
     traced, plain = simulate(path, vcd=file), simulate(path)
     assert (traced.received, traced.insertions) == (plain.received, plain.insertions)
     waves = read_vcd(file.read_bytes())
-    assert signed(waves, "controller.ctl_count")[-1][1] == 200 + 4 * plain.corrections_inserted
-    assert len(waves.changes["box.completed"]) == plain.corrections_inserted > 700
+    assert signed(waves, "controller.ctl_count")[-1][1] == 200 + 4 * plain.insertions.completed
+    assert len(waves.changes["box.completed"]) == plain.insertions.completed > 700
 
 
 @pytest.mark.parametrize("design", list(Design))

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from rtec.controller import Receiver, ReceiverSettings
+from rtec.injector import Insertions
+from rtec.machine import Ending, LoopResult
 from rtec.metrology import Readings, positioning_figures
+from rtec.requester import Status
 from rtec.signal import EdgeStream
 from rtec.study.results import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, TruthScore, Waveform
 
@@ -27,8 +33,43 @@ def readings(error_mm: float, *, runs: int = 5, directions: tuple[int, ...] = (1
     return Readings(target_mm=target, deviation_mm=deviation, direction=direction_, run=run_)
 
 
+def machine_run(*, illegal_transitions: int = 0, **changes: object) -> LoopResult:
+    """Return what a machine has counted whose corrections all came through."""
+    insertions = Insertions(
+        requested=12345, completed=12345, inserted=12345, refused=0, ahead_counts=49380, illegal=0, real_inside=0,
+        longest_ps=0,
+    )  # fmt: skip
+    received = replace(
+        Receiver(ReceiverSettings(), initial=0).result(at_ps=0), illegal_transitions=illegal_transitions
+    )
+    fields = {
+        "ending": Ending.FINISHED,
+        "deviation_mm": np.empty(0),
+        "insertions": insertions,
+        "received": received,
+        "encoder_counts": 0,
+        "controller_counts": 49380,
+        "step_counts": 4,
+        "wanted_steps": 12345,
+        "pending_steps": 0,
+        "beyond_word_steps": 0,
+        "status": Status.OK,
+        "refused": 0,
+        "exchanges": 100,
+        "not_valid": 0,
+        "audit_counts": 0,
+        "following_max_mm": 0.0,
+        "ticks": 0,
+        "ticks_skipped": 0,
+        "simulated_s": 3600.0,
+        "wall_s": 0.1,
+        "trace": None,
+    }
+    return LoopResult(**{**fields, **changes})
+
+
 def study_row(name: str, error_mm: float, **changes: object) -> StudyRow:
-    """Return a row; ``changes`` overrides its fields, ``runs`` and ``directions`` its readings."""
+    """Return a row; ``changes`` overrides fields of it or of its run, ``runs`` and ``directions`` its readings."""
     runs, directions = changes.pop("runs", 5), changes.pop("directions", (1, -1))
     taken = readings(error_mm, runs=runs, directions=directions)
     fields = {
@@ -37,22 +78,9 @@ def study_row(name: str, error_mm: float, **changes: object) -> StudyRow:
         "readings": taken,
         "figures": positioning_figures(taken, period=PERIOD_MM),
         "reason": "",
-        "step_counts": 4,
-        "corrections_inserted": 12345,
-        "corrections_pending": 0,
-        "beyond_word_steps": 0,
-        "illegal_transitions": 0,
-        "refused": 0,
-        "refused_too_fast": 0,
-        "audit": True,
-        "audit_counts": 0,
-        "ending": "FINISHED",
-        "faults": (),
-        "exchanges": 100,
-        "simulated_s": 3600.0,
-        "wall_s": 0.1,
     }
-    return StudyRow(**{**fields, **changes})
+    own = {key: changes.pop(key) for key in list(changes) if key in fields}
+    return StudyRow(**{**fields, **own}, run=machine_run(**changes))
 
 
 def waveform(name: str) -> Waveform:
@@ -112,8 +140,8 @@ def study_result(**changes: object) -> StudyResult:
                 state=2,
                 time_s=np.arange(50.0),
                 deviation_mm=np.linspace(0.0, 0.009, 50),
-                corrections_inserted=0,
-                corrections_pending=2,
+                inserted=0,
+                pending_steps=2,
             )
             for name in ("original", "c")
         ),

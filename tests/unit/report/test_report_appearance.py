@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import re
+from pathlib import Path
 
 import pytest
 
 from rtec.errors import ArgumentError
+from rtec.report import palette
 from rtec.report.appearance import look_of, number, scale_of
 
 NAMES = ("uncompensated", "table", "original", "a", "b", "c")
@@ -65,3 +68,14 @@ def test_an_unknown_unit_is_refused_with_the_nearest():
 def test_grouping_of_numbers():
     groups = number(1234567).split("\u202f")
     assert groups == ["1", "234", "567"] and all(len(part) <= 3 for part, _ in itertools.pairwise(groups))
+
+
+def test_colours_and_lines_of_figures_stand_in_the_palette_alone():
+    folder = Path(palette.__file__).parent
+    stray = [
+        f"{file.relative_to(folder)}: {found.group()}"
+        for file in sorted(folder.rglob("*.py"))
+        if file.name != "palette.py"
+        for found in re.finditer(r"\"#[0-9a-fA-F]{3,8}\"|[\"']white[\"']|=\(0, \(", file.read_text(encoding="utf-8"))
+    ]
+    assert stray == []

@@ -79,8 +79,8 @@ def test_not_a_number_in_curves_leaves_gaps(make_result):
         state=0,
         time_s=np.arange(3.0),
         deviation_mm=nothing,
-        corrections_inserted=0,
-        corrections_pending=0,
+        inserted=0,
+        pending_steps=0,
     )
     result = make_result(feed_curves=(feed,), hold_curves=(hold,))
     assert [figure.name for figure in illustrations(result, UM)] == ALL

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import OutputError
+from rtec.machine import Ending
 from rtec.metrology import read_laser_file, read_measurement, read_positioning_test
 from rtec.report import folder as folder_module
 from rtec.report.folder import write_report
@@ -117,8 +118,8 @@ def test_the_verdict_names_the_best_design_and_what_it_leaves(make_result, out):
 def test_a_failing_audit_is_seen_at_once(make_result, make_row, out):
     rows = (
         make_row("uncompensated", 0.05),
-        make_row("a", 0.001, audit=False, audit_counts=-4),
-        make_row("b", 0.001, ending="HELD"),
+        make_row("a", 0.001, audit_counts=-4),
+        make_row("b", 0.001, ending=Ending.HELD),
     )
     tree = _page(write_report(make_result(rows=rows), out))
     verdict = tree.find(".//*[@id='verdict']")
@@ -161,7 +162,7 @@ def test_the_waveform_file_holds_both_streams(make_result, out):
 
 @pytest.mark.usefixtures("quick")
 def test_json_is_strict_and_has_the_promised_keys(make_result, make_row, out):
-    rows = (make_row("uncompensated", 0.05), make_row("c", 0.002, audit=np.bool_(True), audit_counts=np.int64(0)))
+    rows = (make_row("uncompensated", 0.05), make_row("c", 0.002, audit_counts=np.int64(0)))
     write_report(make_result(rows=rows, repeatability_mm=float("nan")), out)
 
     def refuse(word: str) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from rtec.machine import Ending
 from rtec.report.appearance import scale_of
 from rtec.report.tables import LENGTH_COLUMNS, Mark, audit_text, curves_csv, limit_rows, rows_csv, table_rows
 from rtec.report.terminal import terminal_table
@@ -59,11 +60,11 @@ def test_figures_that_are_not_defined_are_dashes_and_empty_fields(make_result, m
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"audit": False, "audit_counts": 4}, "off by +4 counts"),
-        ({"audit": False, "audit_counts": -1}, "off by −1 count"),
-        ({"audit": False, "illegal_transitions": 2}, "illegal transitions"),
-        ({"ending": "HELD"}, "held by the PC"),
-        ({"ending": "FAULTED"}, "servo fault"),
+        ({"audit_counts": 4}, "off by +4 counts"),
+        ({"audit_counts": -1}, "off by −1 count"),
+        ({"illegal_transitions": 2}, "illegal transitions"),
+        ({"ending": Ending.HELD}, "held by the PC"),
+        ({"ending": Ending.FAULTED}, "servo fault"),
         ({}, "OK"),
     ],
 )
@@ -108,7 +109,7 @@ def test_errors_in_motion_as_csv(make_result):
 @pytest.mark.parametrize("unit", ["um", "mm", "inch"])
 def test_the_terminals_table_fits_a_hundred_columns(make_result, make_row, unit):
     names = ("uncompensated", "table", "original", "a", "b", "c")
-    rows = tuple(make_row(name, 0.05, audit=False, audit_counts=-1234) for name in names)
+    rows = tuple(make_row(name, 0.05, audit_counts=-1234) for name in names)
     console = Console(width=200, record=True, file=io.StringIO())
     console.print(terminal_table(make_result(rows=rows, unit=unit)))
     lines = console.export_text().splitlines()
@@ -117,7 +118,7 @@ def test_the_terminals_table_fits_a_hundred_columns(make_result, make_row, unit)
 
 
 def test_the_terminal_shows_a_failing_audit_in_red(make_result, make_row):
-    rows = (make_row("uncompensated", 0.05), make_row("c", 0.002, audit=False, audit_counts=4))
+    rows = (make_row("uncompensated", 0.05), make_row("c", 0.002, audit_counts=4))
     console = Console(width=100, force_terminal=True, color_system="standard", file=io.StringIO())
     console.print(terminal_table(make_result(rows=rows, title="[bold]not markup[/] \x1b[2J")))
     text = console.file.getvalue()

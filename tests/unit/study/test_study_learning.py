@@ -168,7 +168,7 @@ def test_what_was_learned_corrects_the_axis(learned):
     assert error["uncompensated"] > 0.03
     assert error["table"] < 0.002
     assert error["b"] < 0.002
-    assert learned.rows[-1].corrections_inserted > 60
+    assert learned.rows[-1].run.insertions.inserted > 60
     assert learned.predictor_score.rms_mm < 0.001
     assert learned.predictor_score.worst_mm < 0.0015
     assert learned.good

@@ -10,7 +10,7 @@ from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, RealEdges
-from rtec.machine import Growth, Laser
+from rtec.machine import Ending, Growth, Laser
 from rtec.machine.faults import Fault, FaultKind, Strikes
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
@@ -87,10 +87,11 @@ def test_rows_and_what_they_say(plain):
     assert [row.name for row in plain.rows] == ["uncompensated", "table", "original", "a", "b", "c"]
     assert plain.good
     for row in plain.rows:
-        assert row.audit
-        assert row.ending == "FINISHED"
-        assert (row.corrections_pending, row.illegal_transitions, row.refused, row.audit_counts) == (0, 0, 0, 0)
-        assert (row.corrections_inserted > 0) == (row.step_counts > 0)
+        run = row.run
+        assert run.audit
+        assert run.ending is Ending.FINISHED
+        assert (run.pending_steps, run.received.illegal_transitions, run.refused, run.audit_counts) == (0, 0, 0, 0)
+        assert (run.insertions.inserted > 0) == (run.step_counts > 0)
     error = {row.name: row.figures.peak_to_peak for row in plain.rows}
     assert error["uncompensated"] > 0.09
     assert max(value for name, value in error.items() if name != "uncompensated") < 0.012
@@ -103,7 +104,7 @@ def test_rows_and_what_they_say(plain):
 
 def test_the_held_axis_of_the_report(plain):
     last = {curve.name: curve.deviation_mm[-1] for curve in plain.hold_curves}
-    inserted = {curve.name: curve.corrections_inserted for curve in plain.hold_curves}
+    inserted = {curve.name: curve.inserted for curve in plain.hold_curves}
     assert {curve.state for curve in plain.hold_curves if curve.name == "original"} == {2}
     # the growth that falls into the time on the way may still be corrected
     assert inserted["original"] <= 2
@@ -247,13 +248,13 @@ def test_a_row_without_any_reading_is_empty_with_its_reason(tmp_path, monkeypatc
     result = run_study(small(designs=(Design.B,)))
     row = result.rows[-1]
     assert row.readings is row.figures is None
-    assert row.ending == "HELD"
+    assert row.run.ending is Ending.HELD
     assert row.reason.startswith("held by the PC after 0.0")
     assert not result.good
     said = study_document(result)["rows"][-1]
     assert said["reason"] == row.reason
     assert said["rms_um"] is said["iso230"]["A"] is None
-    assert said["corrections_inserted"] == row.corrections_inserted
+    assert said["corrections_inserted"] == row.run.insertions.inserted
     assert any(warning.startswith("Design B: no reading: held by the PC") for warning in result.warnings)
     assert result.rows[0].readings.size > 0
     page = write_report(result, tmp_path)
@@ -265,7 +266,7 @@ def test_a_faulting_controller_is_named():
     slow = ReceiverSettings(filter_samples=1, clock_hz=15_000, policy=IllegalPolicy.FAULT)
     result = run_study(small(receiver=slow))
     assert all(row.readings is None for row in result.rows)
-    assert {row.ending for row in result.rows} == {"FAULTED"}
+    assert {row.run.ending for row in result.rows} == {Ending.FAULTED}
     assert "stopped by the controller after" in result.rows[0].reason
     assert not result.good
 
@@ -273,10 +274,10 @@ def test_a_faulting_controller_is_named():
 def test_merged_edges_show_in_the_row():
     plan = replace(small().plan, end_inch=2, increment_inch=0.05, runs=2)
     result = run_study(small(real_edges=RealEdges.MERGE, designs=(Design.A, Design.C), plan=plan))
-    off = {row.name: row.audit_counts for row in result.rows}
+    off = {row.name: row.run.audit_counts for row in result.rows}
     assert off["uncompensated"] == off["table"] == 0
     assert any(off.values())
-    assert all(row.audit == (row.audit_counts == 0) for row in result.rows)
+    assert all(row.run.audit == (row.run.audit_counts == 0) for row in result.rows)
     assert not result.good
 
 
@@ -287,7 +288,7 @@ def test_counts_lost_at_too_high_a_speed_are_a_row_or_named():
     row = run_study(study).rows[-1]
     assert row.readings is None
     assert "never stood at a target" in row.reason
-    assert f"off by {row.audit_counts}" in row.reason
+    assert f"off by {row.run.audit_counts}" in row.reason
 
 
 def test_one_run_of_two_targets_has_figures_where_they_exist():
@@ -306,9 +307,9 @@ def test_faults_of_a_study_happen_in_its_rows_and_say_what_they_did():
     )
     result = run_study(small(designs=(Design.C,), faults=faults[:1], probing=((5 * 10**12, 6 * 10**12),)))
     bare, table, row = result.rows
-    assert bare.faults == table.faults == ()
-    assert row.faults == (("box restarted from 20 s", 1),)
-    assert row.ending == "HELD"
+    assert bare.run.fired == table.run.fired == ()
+    assert [(str(fired.fault), fired.times) for fired in row.run.fired] == [("box restarted from 20 s", 1)]
+    assert row.run.ending is Ending.HELD
     assert row.reason.startswith("held by the PC after 20.")
     assert 0 < row.readings.target_mm.size < bare.readings.target_mm.size
     assert ("Fault", "box restarted from 20 s") in result.facts
@@ -316,7 +317,7 @@ def test_faults_of_a_study_happen_in_its_rows_and_say_what_they_did():
     document = study_document(result)
     assert document["rows"][-1]["faults"] == [{"fault": "box restarted from 20 s", "times": 1}]
     late = run_study(small(designs=(Design.C,), faults=faults[1:]))
-    assert [row.faults[0][1] for row in late.rows] == [0, 0, 0]
+    assert [row.run.fired[0].times for row in late.rows] == [0, 0, 0]
     assert sum("took no effect" in warning for warning in late.warnings) == 3
 
 
