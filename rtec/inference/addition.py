@@ -69,8 +69,8 @@ def add(
     search = Search(Judge(Space(dataset)), given)
     found = search.judge.score([*given, new])
     if shape is None:
-        found = search.reshaped(found)
-    search.children(search.judge.score(given))  # what would do as well in its place
+        found = search.exchanges.reshaped(found)
+    search.neighbours.children(search.judge.score(given))  # what would do as well in its place
     return judged(
         Finding(
             search=search,

@@ -10,12 +10,15 @@ import numpy as np
 from scipy.special import fdtrc, logsumexp
 
 from rtec.effects import Effect, Floats
+from rtec.inference.gate import ALIKE
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import beside, falls, orthonormal
-from rtec.inference.scored import Judge, Scored
-from rtec.inference.search import ALIKE, SURE, Search, best_of_names
+from rtec.inference.scored import Judge, Scored, best_of_names
+from rtec.inference.search import Search
 from rtec.inference.space import Choice
 
+SURE = 0.95
+"""Probability that is asked of every effect of the answer."""
 LEVEL = 0.01
 """Of the adjusted probability below which an effect is accepted."""
 EQUAL = 3.0
@@ -46,20 +49,20 @@ def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
     most: dict[str, int] = {}
     while (worst := _worst(search, model, every)) is not None:
         name, why = worst
-        search.refused[name] = why
+        search.gate.refused[name] = why
         most[name] = model.names.count(name) - 1
-        without = (m for m in search.possible() if all(m.names.count(n) <= count for n, count in most.items()))
+        without = (m for m in search.gate.possible() if all(m.names.count(n) <= count for n, count in most.items()))
         ranked = sorted(without, key=lambda m: -m.score)
-        model = next((m for m in ranked if search.is_gated(m)), search.judge.score(search.given))
+        model = next((m for m in ranked if search.gate.is_gated(m)), search.judge.score(search.given))
         every = probabilities(search, best, model)
     return model, known | {name: every[name] for name in model.names}
 
 
 def simplest(search: Search, model: Scored) -> Scored:
     """Return a model with each effect replaced by a special case of it that explains the data nearly as well."""
-    for other in sorted(search.near(model), key=lambda m: -m.score):
+    for other in sorted(search.gate.near(model), key=lambda m: -m.score):
         special = stood_for(search, other, model) if other.score > model.score - EQUAL else None
-        if special is not None and not isinstance(special, Probe) and search.is_gated(other):
+        if special is not None and not isinstance(special, Probe) and search.gate.is_gated(other):
             return simplest(search, other)
     return model
 
@@ -103,12 +106,12 @@ def probabilities(search: Search, best: Scored, answer: Scored | None = None) ->
     though none will be accepted.
     """
     answer = best if answer is None else answer
-    competing = search.near(best)
-    sound = {n for n, m in best_of_names(competing).items() if m is best or search.competes(m)}
+    competing = search.gate.near(best)
+    sound = {n for n, m in best_of_names(competing).items() if m is best or search.gate.competes(m)}
     models = [m for m in competing if tuple(sorted(m.names)) in {*sound, tuple(sorted(best.names))}]
     weights = np.array([other.score for other in models])
     total = float(logsumexp(weights))
-    called = [search.called(other) for other in models]
+    called = [search.gate.called(other) for other in models]
     stood = [stood_for(search, answer, other) for other in models]
     instead = [None if effect is None else effect.name for effect in stood]
     found = {}
@@ -128,7 +131,7 @@ def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[s
         name = choice[0].name
         if every[name] < SURE and not _shared(search, model, name, every[name]):
             return name, f"its probability is {every[name]:.2f}"
-        gain = search.gain(search.without(model, k), model).gain
+        gain = search.gate.gain(search.neighbours.without(model, k), model).gain
         if adjusted_p(search.judge, model, k) >= LEVEL or gain <= 0.0:
             failing.append((gain, name))
     return (min(failing)[1], "it fails its own test") if failing else None
@@ -157,9 +160,9 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
     found: dict[str, tuple[Effect, Scored]] = {}
     for other in sorted(search.judge.seen.values(), key=lambda m: -m.score):
         names = replacement(model, other)
-        if names is None or names[0] != name or other.wrong_sign or search.in_doubt(other):
+        if names is None or names[0] != name or other.wrong_sign or search.gate.in_doubt(other):
             continue
-        if any(search.misnamed(other, k) for k in range(len(other.choices))):
+        if any(search.gate.misnamed(other, k) for k in range(len(other.choices))):
             continue
         rival = next(e for e, _ in other.choices if e.name == names[1])
         special = rival.name in effect.contains or name in rival.contains
@@ -169,7 +172,7 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
         if special or limit is not limits or isinstance(rival, Probe) or apart > EQUAL:
             continue
         k = other.choices.index(newly(other, model, rival.name))
-        if rival.name in found or search.is_idle(other, k) or search.implausible(other, k):
+        if rival.name in found or search.gate.is_idle(other, k) or search.gate.implausible(other, k):
             continue
         found[rival.name] = rival, other
     return list(found.values())
@@ -263,8 +266,8 @@ def _as_map(search: Search, model: Scored, k: int, name: str) -> Rivalry | None:
     On this plan the two would be told apart by the number of nodes alone.
     """
     effect, _ = model.choices[k]
-    rest = search.without(model, k)
-    for other in search.effects_for(rest):
+    rest = search.neighbours.without(model, k)
+    for other in search.neighbours.effects_for(rest):
         if other.name == name and other.is_map and effect.name not in other.contains:
             for shape in search.space.shapes(other)[0]:
                 cosine = _cosine(search.judge, model, k, search.space.raw((other, shape)))

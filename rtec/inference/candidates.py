@@ -9,11 +9,12 @@ import numpy as np
 
 from rtec.inference.answer import LEVEL, Rivalry, chance
 from rtec.inference.finding import Finding
+from rtec.inference.gate import IN_DOUBT
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Proposal, orthonormal, proposals
 from rtec.inference.results import Candidate, Cosines, Step
 from rtec.inference.scored import Scored
-from rtec.inference.search import IN_DOUBT, Search
+from rtec.inference.search import Search
 from rtec.readable import quantity_text
 
 CHANCE = 0.05
@@ -73,7 +74,7 @@ def _doubted(search: Search, name: str, model: Scored) -> Proposal:
     """Return an effect in the shape which the data suggest most but cannot bear out."""
     conditions = search.space.dataset.conditions
     likeliest = max(
-        (m for m in search.judge.seen.values() if name + IN_DOUBT in search.called(m)), key=lambda m: m.score
+        (m for m in search.judge.seen.values() if name + IN_DOUBT in search.gate.called(m)), key=lambda m: m.score
     )
     own = [c for c in likeliest.choices if c[0].name == name and c not in search.given]
     choice = next(c for c in own if c[0].doubtful(conditions, c[1]))
@@ -112,8 +113,8 @@ def absent_from(
             reason = f"not accepted: {settling(found, name)}"
         elif name in tied_to:
             reason = f"explains the data as well as {tied_to[name][0]}, in its place"
-        elif name in search.refused:
-            reason = f"not accepted: {search.refused[name]}"
+        elif name in search.gate.refused:
+            reason = f"not accepted: {search.gate.refused[name]}"
         else:
             least = quantity_text(minimum[name] * factor, unit, digits=3) if name in minimum else ""
             seen = f"; from {least} RMS on it would show" if least else ""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects import Effect
+from rtec.inference.gate import WORTH
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Beside, beside, orthonormal
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.search import WORTH
 
 ERRORS = 1.64
 """Standard errors that the noise may take away: so the effect is found 95 times of 100."""

@@ -141,13 +141,13 @@ def _on_all(found: Finding, dataset: Dataset) -> Finding:
     found = replace(found, model=scouted, scouted=scouted, probability=probability)
     if scout.space.dataset is dataset:
         return found
-    whole = Search(Judge(Space(dataset)), scout.given, refused=scout.refused)
+    whole = Search(Judge(Space(dataset)), scout.given, refused=scout.gate.refused)
     library = {effect.name: effect for effect in whole.space.library}
     choices = [(library.get(effect.name, effect), shape) for effect, shape in scouted.choices]
     lasting = [c for c in choices if not isinstance(c[0], Probe) or c[0].name in library]
     # more readings at rest show more harmonics; in a log, whose form is never exact, they would follow its hairs
     still = not dataset.conditions.moving
-    model = whole.earned(whole.reshaped(whole.judge.score(lasting), maps=True, waves=still))
+    model = whole.gate.earned(whole.exchanges.reshaped(whole.judge.score(lasting), maps=True, waves=still))
     # how an effect changes is asked of all rows anew: the probe for it was made of those drawn
     return replace(found, search=whole, model=model if len(lasting) == len(choices) else whole.changing(model))
 
@@ -161,13 +161,13 @@ def _confirmed(found: Finding) -> Finding:
             (found.rms_heldout(rest), k, rest)
             for k, choice in enumerate(best.choices)
             if choice not in search.given
-            for rest in [search.without(best, k)]
+            for rest in [search.neighbours.without(best, k)]
             if found.rms_heldout(rest) < error
         ]
         if not worse:
             return replace(found, model=best)
         _, k, rest = min(worse, key=lambda item: item[0])
-        search.refused[best.choices[k][0].name] = "it makes the other measurement worse"
+        search.gate.refused[best.choices[k][0].name] = "it makes the other measurement worse"
         best = rest
 
 

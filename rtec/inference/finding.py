@@ -91,4 +91,4 @@ class Finding:
         """Return the held-out RMS of a model: on the other measurement, or on the chessboard."""
         if self.heldout is not None:
             return self.heldout.rms(residual_of(self.heldout, self.fitted(model)))
-        return self.dataset.rms(self.search.held_out(model))
+        return self.dataset.rms(self.search.gate.held_out(model))

@@ -21,12 +21,12 @@ from rtec.inference.experiment import (
 )
 from rtec.inference.finding import OFFSET, Finding
 from rtec.inference.fit import residual_of
+from rtec.inference.gate import IN_DOUBT, generic
 from rtec.inference.leftover import unknown_structure
 from rtec.inference.noise import noise_floor
 from rtec.inference.notes import notes_of, wanders
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
-from rtec.inference.search import IN_DOUBT, generic
 from rtec.inference.staircase import in_order, offset_of, steps_of
 
 HARD_TO_SEE = 3.0
@@ -108,7 +108,7 @@ def _inconclusive(
 ) -> bool:
     """Return whether data in which nothing was found could not have shown much."""
     # odds of twenty to one are too few for a name, and too many for none
-    likelier = (m for m in found.scout.possible() if m.score > found.scouted.score + EQUAL and not generic(m))
+    likelier = (m for m in found.scout.gate.possible() if m.score > found.scouted.score + EQUAL and not generic(m))
     possible = any(c.probability > POSSIBLE for c in absent) or any(likelier)
     if not floor.from_repeats or wanders(found.model) or possible:
         return True

@@ -52,7 +52,7 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
     known = {e.name for e in LIBRARY}
     notes += [
         f"{name} was tried and not accepted: {why}"
-        for name, why in found.search.refused.items()
+        for name, why in found.search.gate.refused.items()
         if name in known and name not in found.model.names and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
     ]
     return tuple(notes)

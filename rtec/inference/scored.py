@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from rtec.effects import Floats, Shape
-from rtec.inference.colour import NEIGHBOURS, Colour
-from rtec.inference.evidence import SCALES, Sums, best_scales, posterior, shifted_scales
+from rtec.inference.colour import Colour
+from rtec.inference.colour_search import START_COLOUR, ColourSearch
+from rtec.inference.evidence import SCALES, Sums, best_scales, posterior
 from rtec.inference.space import Choice, Part, Space, blocks_of
 
-EVERY_COLOUR = 60
-"""Readings up to which every colour of noise is weighed: more of them single a few out."""
-FAR = 4.0
-"""Nats below the best from which on a colour adds nothing."""
-START_COLOUR = Colour(0.6, 0.3)
-LANDMARKS, SHORT, HOLLOW = (Colour(), START_COLOUR, Colour(0.9, 0.6), Colour(0.999, 0.01)), 0.8, 60.0
-"""From these the noise is looked for, too, where it was found to be slower than ``SHORT`` and they are less than
-``HOLLOW`` nats below: between noise that wanders and none at all the way leads through a hollow, and what an effect
-explains would stay noise (30 nats in a game)."""
 START = 4
 """Place on the ladder of scales from which a new part begins: ten times the noise."""
 
@@ -66,6 +57,19 @@ class Scored:
         return frozenset((effect.name, shape) for effect, shape in self.choices)
 
 
+def replaced(model: Scored, k: int, choice: Choice) -> list[Choice]:
+    """Return the choices of a model with another in the place of one."""
+    return [*model.choices[:k], choice, *model.choices[k + 1 :]]
+
+
+def best_of_names(models: Iterable[Scored]) -> dict[tuple[str, ...], Scored]:
+    """Return the best model of each set of effects, best first: whether these have earned their place it decides."""
+    best: dict[tuple[str, ...], Scored] = {}
+    for model in sorted(models, key=lambda m: -m.score):
+        best.setdefault(tuple(sorted(model.names)), model)
+    return best
+
+
 @dataclass(eq=False)
 class Judge:
     """Scores models of one data set, and remembers them."""
@@ -104,62 +108,17 @@ class Judge:
         key = frozenset((effect.name, shape) for effect, shape in choices)
         if key in self.seen:
             return self.seen[key]
-        space = self.space
-        parts = space.parts_of(choices)
-        block = blocks_of(parts)
-        found: dict[Colour, float] = {}
-        scales: dict[Colour, NDArray[np.int64]] = {}
-        begin = self.start_of(parts, near)
-        sums = cache(lambda colour: space.sums(parts, colour))
-
-        def look(colour: Colour, start: NDArray[np.int64], *, tune: bool) -> float:
-            scales_from = best_scales if tune else shifted_scales
-            scales[colour], value = scales_from(sums(colour), block, start)
-            found[colour] = value - 0.5 * space.log_determinant(colour) - colour.rarity
-            return found[colour]
-
-        def fresh(colour: Colour) -> list[Colour]:
-            return [c for c in NEIGHBOURS[colour] if c not in found and c in space.colours]
-
-        def ascend(top: Colour) -> Colour:
-            """Go from a colour to the likeliest around it, and on from there."""
-            start = scales.get(top, begin)
-            while True:
-                here, start = look(top, start, tune=True), scales[top]
-                better = {c: v for c in fresh(top) if (v := look(c, start, tune=False)) > here}
-                if not better:
-                    return top
-                top = max(better, key=lambda c: better[c])
-                start = scales[top]
-
-        reached = ascend(START_COLOUR if near is None else near.colour)
-        if reached.rho > SHORT:
-            for other in LANDMARKS:
-                if other not in found and other in space.colours:
-                    if look(other, begin, tune=True) > found[reached] - HOLLOW:
-                        ascend(other)
-        if space.readings <= EVERY_COLOUR:
-            least = -np.inf
-        else:  # the colours around those that still count
-            least = max(found.values()) - FAR
-        pending = [c for c, value in found.items() if value > least]
-        while pending:
-            at = pending.pop()
-            for colour in fresh(at):
-                if look(colour, scales[at], tune=False) > least:
-                    pending.append(colour)
-        best = max(found, key=lambda c: found[c])
-        look(best, scales[best], tune=True)
-        total = (
-            float(logsumexp(list(found.values()))) - float(np.log(len(space.colours))) - sum(map(self.price, choices))
-        )
+        parts = self.space.parts_of(choices)
+        noise = ColourSearch(self.space, parts, self.start_of(parts, near))
+        best = noise.best(START_COLOUR if near is None else near.colour)
+        every = float(logsumexp(list(noise.found.values()))) - float(np.log(len(self.space.colours)))
         result = Scored(
             choices=tuple(choices),
-            score=total,
+            score=every - sum(map(self.price, choices)),
             colour=best,
-            colours=tuple(sorted(found.items(), key=lambda item: -item[1])),
-            places=scales[best],
-            wrong_sign=_wrong_sign(choices, sums(best), block, scales[best]),
+            colours=tuple(sorted(noise.found.items(), key=lambda item: -item[1])),
+            places=noise.scales[best],
+            wrong_sign=_wrong_sign(choices, noise.sums(best), noise.block, noise.scales[best]),
         )
         self.seen[key] = result
         return result
@@ -169,7 +128,7 @@ class Judge:
         parts = self.space.parts_of(model.choices)
         colour = self.space.weights(model.colour) if colour is None else colour
         sums = self.space.sums(parts, colour)
-        deviations = _ladder()[model.places][blocks_of(parts)]
+        deviations = SCALES[model.places][blocks_of(parts)]
         mean, covariance, variance = posterior(sums, deviations)
         return Fit(parts=parts, mean=mean, covariance=covariance, variance=variance, deviations=deviations)
 
@@ -212,13 +171,9 @@ def _wrong_sign(
     """Return the effects that come out below zero although they cannot be."""
     if not any(effect.not_negative for effect, _ in choices):
         return ()
-    mean = posterior(sums, _ladder()[places][block])[0]
+    mean = posterior(sums, SCALES[places][block])[0]
     return tuple(
         effect.name
         for k, (effect, _) in enumerate(choices)
         if effect.not_negative and float(mean[block == k].min()) < 0.0
     )
-
-
-def _ladder() -> Floats:
-    return SCALES

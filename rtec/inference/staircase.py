@@ -28,7 +28,7 @@ def in_order(found: Finding) -> tuple[list[Choice], list[Scored]]:
     models = [judge.score(held)]
     while left:
         trials = [judge.score([*held, choice], models[-1]) for choice in left]
-        errors = [found.dataset.rms(found.search.held_out(trial)) for trial in trials]
+        errors = [found.dataset.rms(found.search.gate.held_out(trial)) for trial in trials]
         ready = [not c[0].builds_on or bool(c[0].builds_on & {e.name for e, _ in held}) for c in left]
         k = min(range(len(left)), key=lambda i: (not ready[i], errors[i]))
         held.append(left.pop(k))
@@ -42,7 +42,7 @@ def offset_of(found: Finding) -> Offset | None:
     A deviation is measured from a datum: an instrument is set to zero at the first reading, or the mean is taken off.
     Only a constant beyond all that the effects found go through is more than their choice of zero.
     """
-    judge, dataset = found.search.free, found.dataset
+    judge, dataset = found.search.gate.free, found.dataset
     if not judge.space.has_datum or any(isinstance(e, Probe) for e, _ in found.model.choices) or found.begun.terms:
         return None
     ones = np.ones((1, dataset.rows))
@@ -59,11 +59,10 @@ def offset_of(found: Finding) -> Offset | None:
     _, datum = fitted_terms(judge, found.model)
     beyond = max(abs(float(dataset.observed.mean())) - reach, 0.0)
     p = float(min(1.0, 2.0 * stdtr(dataset.rows - 1, -beyond / max(error, 1e-300)) * len(judge.space.library)))
-    return (
-        Offset(datum, error, p)
-        if p < BEYOND_DOUBT and dataset.rms(found.search.held_out(judge.score(()))) < dataset.rms(dataset.observed)
-        else None
-    )
+    if p >= BEYOND_DOUBT:
+        return None
+    held_out = found.search.gate.held_out(judge.score(()))
+    return Offset(datum, error, p) if dataset.rms(held_out) < dataset.rms(dataset.observed) else None
 
 
 def _constant_step(found: Finding, offset: Offset, before: Scored) -> Step:
@@ -98,7 +97,7 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
         p = adjusted_p(search.judge, found.model, k)
         fall = found.rms_heldout(before) ** 2 - found.rms_heldout(after) ** 2
         certain = found.probability.get(choice[0].name, 0.0)
-        needed = found.rms_heldout(search.without(found.model, k)) > error
+        needed = found.rms_heldout(search.neighbours.without(found.model, k)) > error
         steps.append(
             Step(
                 effect=choice[0].name,
@@ -107,7 +106,7 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
                 rms_train=found.rms_left(after),
                 rms_heldout=found.rms_heldout(after),
                 gain=fall,
-                gain_error=search.gain(before, after).error,
+                gain_error=search.gate.gain(before, after).error,
                 p_adjusted=p,
                 reason=(f"probability {certain:.3f}, " if names.count(choice[0].name) == 1 else "")
                 + f"adjusted p {p:.2g}, held-out error {'lower' if needed else 'not lower'} with it",

@@ -11,6 +11,7 @@ from rtec.effects import Shape, effect_named
 from rtec.inference.answer import (
     EQUAL,
     LEVEL,
+    SURE,
     adjusted_p,
     newly,
     probabilities,
@@ -22,7 +23,7 @@ from rtec.inference.answer import (
     wrong_signs,
 )
 from rtec.inference.scored import Judge
-from rtec.inference.search import SURE, Search
+from rtec.inference.search import Search
 from rtec.inference.space import Space
 
 SCALE, BACKLASH, DRIFT, LAG, CYCLIC, MAP = (
@@ -77,7 +78,7 @@ def test_an_answer_holds_only_what_is_sure_and_passes_its_test():
         for k, (effect, _) in enumerate(model.choices):
             assert known[effect.name] >= SURE or tied_models(search, model, effect.name)
             assert adjusted_p(search.judge, model, k) < LEVEL
-            assert search.gain(search.without(model, k), model).gain > 0.0
+            assert search.gate.gain(search.neighbours.without(model, k), model).gain > 0.0
         assert all(0.0 <= p <= 1.0 for p in known.values())
 
 
@@ -91,7 +92,7 @@ def test_what_is_not_sure_is_kept_out_and_its_probability_told():
         if "backlash" in answer.names:
             assert known["backlash"] >= SURE
         elif "backlash" in known:
-            assert "backlash" in search.refused
+            assert "backlash" in search.gate.refused
     assert () in seen
     assert ("backlash",) in seen
 
@@ -262,7 +263,7 @@ def test_a_friction_that_is_there_says_that_the_sign_is_right():
     assert wrong_signs(search, answer) == ()
     assert wrong_signs(search, start) == ("stribeck",)
     # what the user said is no finding, and what comes out below zero itself says nothing
-    search.given = answer.choices
+    search.neighbours.given = answer.choices
     assert wrong_signs(search, answer) == ("stribeck",)
-    search.given = ()
+    search.neighbours.given = ()
     assert wrong_signs(search, replace(answer, wrong_sign=answer.names)) == ("stribeck",)

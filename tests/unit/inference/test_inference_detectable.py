@@ -10,9 +10,9 @@ from rtec.effects import Shape, effect_named
 from rtec.inference.colour import Colour
 from rtec.inference.detectable import ERRORS, IN_TIME, minimum_detectable
 from rtec.inference.diagnose import diagnose
+from rtec.inference.gate import WORTH
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge
-from rtec.inference.search import WORTH
 from rtec.inference.space import Space
 
 CYCLIC = effect_named("cyclic")

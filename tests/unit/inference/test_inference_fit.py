@@ -73,7 +73,7 @@ def covered(error, choices, truth, *, rho, white, count, **plan):
     for seed in range(count):
         data = measured(error, seed=seed, at=np.linspace(0.0, 300.0, 21), rho=rho, white=white, **plan)
         judge = Judge(Space(data))
-        fitted = Search(judge).reshaped(judge.score(choices))  # shapes have to be found, too
+        fitted = Search(judge).exchanges.reshaped(judge.score(choices))  # shapes have to be found, too
         terms, _ = fitted_terms(judge, fitted)
         found = np.array([v for term in terms for v in term.amplitudes])
         error_of = np.array([e for term in terms for e in term.errors])

@@ -13,9 +13,10 @@ from rtec.dataset.load import load_dataset
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
+from rtec.inference.gate import MATTERS, WORTH
 from rtec.inference.results import Verdict
 from rtec.inference.scored import Judge
-from rtec.inference.search import MATTERS, WORTH, Search
+from rtec.inference.search import Search
 from rtec.inference.space import Space
 
 NAMES = "scale backlash cyclic pitch_map backlash_map drift windup lost_counts warm_up".split()
@@ -85,11 +86,11 @@ def test_every_effect_of_the_model_found_has_earned_its_place(seed):
         measured(lambda x, way, t, run: a * way + b * np.sin(x / 6.0) + c * t / 2000.0, seed=seed)
     )
     for k in range(len(model.choices)):
-        rest = search.without(model, k)
+        rest = search.neighbours.without(model, k)
         assert model.score - rest.score >= WORTH
-        assert search.size(model, k) >= MATTERS
-        assert search.gain(rest, model).passes
-        assert search.why_not(model, k) is None
+        assert search.gate.size(model, k) >= MATTERS
+        assert search.gate.gain(rest, model).passes
+        assert search.gate.why_not(model, k) is None
 
 
 def test_given_effects_stay_even_where_they_explain_nothing():
@@ -97,26 +98,26 @@ def test_given_effects_stay_even_where_they_explain_nothing():
     search, model = found_in(measured(TILTED), [given])
     assert given in model.choices
     assert set(model.names) == {"scale", "backlash", "cyclic"}
-    assert search.why_not(model, model.choices.index(given)) is None
+    assert search.gate.why_not(model, model.choices.index(given)) is None
 
 
 def test_given_families_stay_whatever_a_second_wave_fills():
     given = (CYCLIC, CYCLIC.shape_type(41.0, 2))
     both = lambda x, way, t, run: wave()(x, way, t, run) + wave(23.0, 0.0025)(x, way, t, run)
     search, model = found_in(measured(both, targets=41, runs=2), [given])
-    assert given in search.exchanged(model).choices
+    assert given in search.exchanges.exchanged(model).choices
     assert given in model.choices
 
 
 def test_why_an_effect_does_not_earn_its_place():
     search = search_of(measured(TILTED))
     useless = search.judge.score([(SCALE, Shape()), (BACKLASH, Shape()), (DRIFT, Shape())])
-    assert "nats, less than the 5 asked for" in search.why_not(useless, 2)
-    assert search.why_not(useless, 0) is None
+    assert "nats, less than the 5 asked for" in search.gate.why_not(useless, 2)
+    assert search.gate.why_not(useless, 0) is None
     long = search.judge.score([(CYCLIC, CYCLIC.shape_type(100.0))])
-    assert "3.0 cycles" in search.why_not(long, 0) or "2.9 cycles" in search.why_not(long, 0)
-    assert not search.is_gated(long)
-    assert "cycles" in search.refused["cyclic"]
+    assert "3.0 cycles" in search.gate.why_not(long, 0) or "2.9 cycles" in search.gate.why_not(long, 0)
+    assert not search.gate.is_gated(long)
+    assert "cycles" in search.gate.refused["cyclic"]
 
 
 def test_beside_a_small_course_in_time_no_effect_is_sure():
@@ -127,8 +128,8 @@ def test_beside_a_small_course_in_time_no_effect_is_sure():
     (course,) = [(effect, Shape()) for effect in search.space.library if effect.name == "any time 9"]
     small = search.judge.score([course])
     assert small.score > model.score
-    assert "below 2 of what is left" in search.why_not(small, 0)
-    assert search.competes(small)
+    assert "below 2 of what is left" in search.gate.why_not(small, 0)
+    assert search.gate.competes(small)
     assert settled(search, model)[0].names == ()
 
 
@@ -139,7 +140,7 @@ def test_look_alikes_share_what_speaks_for_them():
         data = measured(lambda x, way, t, run, slope=slope: slope * x, runs=1, bidirectional=False)
         search = search_of(data)
         rest, scale, drift = (search.judge.score(choices) for choices in ([], [(SCALE, Shape())], [(DRIFT, Shape())]))
-        worth, alone = search.worth(scale, 0, rest), scale.score - rest.score
+        worth, alone = search.gate.worth(scale, 0, rest), scale.score - rest.score
         assert alone <= worth <= alone + np.log1p(len(SCALE.rivals))
         if alone < WORTH <= worth:
             assert worth >= logsumexp([scale.score, drift.score]) - rest.score
@@ -157,8 +158,8 @@ def test_a_hair_beside_much_noise_is_of_no_interest():
     search = search_of(measured(lambda x, way, t, run: 0.1 * SIGMA * way, runs=200))
     model = search.judge.score([(BACKLASH, Shape())])
     assert model.score - search.judge.score([]).score > WORTH
-    assert search.size(model, 0) == pytest.approx(0.1, abs=0.04)
-    assert search.why_not(model, 0) == "below 0.15 of what is left"
+    assert search.gate.size(model, 0) == pytest.approx(0.1, abs=0.04)
+    assert search.gate.why_not(model, 0) == "below 0.15 of what is left"
 
 
 def test_the_size_of_an_effect_is_what_the_others_cannot_explain():
@@ -166,7 +167,7 @@ def test_the_size_of_an_effect_is_what_the_others_cannot_explain():
     search = search_of(data)
     shape = MAP.shape_type(tuple(np.linspace(0.0, 300.0, 6)))
     model = search.judge.score([(SCALE, Shape()), (MAP, shape)])
-    assert search.size(model, 0) < 1e-6, "a map draws any line"
+    assert search.gate.size(model, 0) < 1e-6, "a map draws any line"
 
 
 def test_a_negative_friction_is_refused_with_a_word():
@@ -179,7 +180,7 @@ def test_a_negative_friction_is_refused_with_a_word():
     )
     search = search_of(data)
     model = search.judge.score([(effect_named("viscous"), Shape())])
-    assert search.why_not(model, 0) == "it would have to be below zero"
+    assert search.gate.why_not(model, 0) == "it would have to be below zero"
 
 
 def test_without_an_effect_goes_what_builds_on_it():
@@ -190,25 +191,27 @@ def test_without_an_effect_goes_what_builds_on_it():
     data = replace(data, observable=Observable.DRIVE, conditions=conditions)
     viscous, askew = effect_named("viscous"), effect_named("asymmetric_friction")
     search = search_of(data)
-    assert askew not in search.effects_for(search.judge.score([]))
+    assert askew not in search.neighbours.effects_for(search.judge.score([]))
     model = search.judge.score([(viscous, Shape()), (askew, Shape())])
-    assert search.without(model, 0).names == ()
-    assert search.without(model, 1).names == ("viscous",)
-    assert askew in search.effects_for(search.without(model, 1))
+    assert search.neighbours.without(model, 0).names == ()
+    assert search.neighbours.without(model, 1).names == ("viscous",)
+    assert askew in search.neighbours.effects_for(search.neighbours.without(model, 1))
 
 
 def test_no_more_of_an_effect_than_a_model_may_hold():
     search = search_of(measured())
     steps = [(STEP, STEP.shape_type(205.0 + 400.0 * k)) for k in range(3)]
-    assert STEP in search.effects_for(search.judge.score(steps[:2]))
-    assert STEP not in search.effects_for(search.judge.score(steps))
-    assert SCALE not in search.effects_for(search.judge.score([(SCALE, Shape())]))
+    assert STEP in search.neighbours.effects_for(search.judge.score(steps[:2]))
+    assert STEP not in search.neighbours.effects_for(search.judge.score(steps))
+    assert SCALE not in search.neighbours.effects_for(search.judge.score([(SCALE, Shape())]))
 
 
 def test_probabilities_are_shares_of_all_models_that_compete():
     search, model = found_in(measured(TILTED, sigma=4 * SIGMA))
-    near = search.near(model)
-    competing = [m for m in near if m is model or all(search.why_not(m, k) is None for k in range(len(m.choices)))]
+    near = search.gate.near(model)
+    competing = [
+        m for m in near if m is model or all(search.gate.why_not(m, k) is None for k in range(len(m.choices)))
+    ]
     found = probabilities(search, model)
     scores = np.array([m.score for m in competing])
     holds = {"scale": {"scale", "pitch_map"}, "backlash": {"backlash", "backlash_map", "windup"}}
@@ -245,8 +248,10 @@ def test_models_with_waves_one_by_one_are_kept_apart_from_those_with_families():
     search = search_of(measured(two, targets=61, runs=2))
     nothing = search.judge.score([])
     most = []
-    for search.single in (False, True, False):
-        waves = [shape for m in search.children(nothing) for effect, shape in m.choices if effect is CYCLIC]
+    for search.neighbours.single in (False, True, False):
+        waves = [
+            shape for m in search.neighbours.children(nothing) for effect, shape in m.choices if effect is CYCLIC
+        ]
         most.append(max(shape.harmonics for shape in waves))
     assert most[1] == 1
     assert most[0] == most[2] > 1
@@ -258,16 +263,16 @@ def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
     soft = effect_named("coulomb"), BuildUpShape(0.5, carried=True)
     search = search_of(data)
     model = search.judge.score([soft])
-    instead = search.plainer(model, 0)
+    instead = search.gate.plainer(model, 0)
     assert (instead is not model) is gives_way
-    why = search.why_not(model, 0)
+    why = search.gate.why_not(model, 0)
     assert "simpler form foretells as well" in why if gives_way else why is None
     if gives_way:
         assert instead.choices == ((soft[0], BuildUpShape()),)
-        assert search.plainer(instead, 0) is instead
-        assert search.reshaped(model).choices == instead.choices
+        assert search.gate.plainer(instead, 0) is instead
+        assert search.exchanges.reshaped(model).choices == instead.choices
     given = search_of(data, [soft])
-    assert given.plainer(given.judge.score([soft]), 0).choices == (soft,)
+    assert given.gate.plainer(given.judge.score([soft]), 0).choices == (soft,)
 
 
 def test_progress_grows():
@@ -285,7 +290,10 @@ def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
     assert found["cyclic in doubt"] > 0.9
     assert search.doubts == {"cyclic"}
     assert "cyclic" not in model.names or all(s.period < 61.0 for e, s in model.choices if e.name == "cyclic")
-    assert any(search.in_doubt(m) and search.competes(m) and not search.is_gated(m) for m in search.near(model))
+    assert any(
+        search.gate.in_doubt(m) and search.gate.competes(m) and not search.gate.is_gated(m)
+        for m in search.gate.near(model)
+    )
 
 
 def test_a_smooth_curve_is_no_wave():
@@ -305,8 +313,8 @@ def test_a_wave_that_grows_along_the_axis_is_not_two_waves():
 def test_what_a_refit_moved_has_to_earn_its_place_again():
     search = Search(Judge(Space(measured(lambda x, way, t, run: 0.008 * np.sin(2 * np.pi * x / 62.0)))))
     longer = search.judge.score([(CYCLIC, CYCLIC.shape_type(62.0))])
-    assert search.earned(longer).choices == ()
-    assert "cycles of 62 mm only" in search.refused["cyclic"]
+    assert search.gate.earned(longer).choices == ()
+    assert "cycles of 62 mm only" in search.gate.refused["cyclic"]
 
 
 def test_what_takes_several_effects_grows_beside_a_table_that_explains_it_at_once():

@@ -1,0 +1,257 @@
+"""What an effect has to show to earn its place in a model: worth, size, sign, held-out gain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import logsumexp
+
+from rtec.effects import Floats
+from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
+from rtec.inference.neighbours import Neighbours
+from rtec.inference.probes import Probe
+from rtec.inference.scored import Fit, Judge, Scored, replaced
+from rtec.inference.space import Choice, Space
+
+WORTH = 5.0
+"""Nats by which an effect has to raise the score before it enters: at 3.5 the prototype gave false names."""
+ALIKE = 0.99
+"""Cosine from which on two effects are the same on a plan."""
+SHARPER = 3.0
+"""Nats by which a sudden change has to be likelier than a gradual one."""
+MATTERS = 0.15
+"""Of what is left, that an effect's contribution has to have beside the others: less is of no interest."""
+MATTERS_IN_TIME = 2.0
+"""The same of a course in time without a name: noise that wanders has a slow half and a quick one, about as large. In
+50 games of noise alone such a course had up to 1.3 of what was left; weather that was hidden had 2.7 and more."""
+MATTERS_WITHOUT_REPEATS = 0.02
+"""Of what there was at the start, where no floor says what is noise: in a smooth log the least is significant. So it
+is for effects in time in every log: a derived velocity is a little off where the motion begins."""
+NEGLIGIBLE = 9.0
+"""Nats below the model found from which on another has no say in how sure its effects are."""
+IN_DOUBT = " in doubt"
+
+
+@dataclass(slots=True, eq=False)
+class Gate:
+    """The gate that every effect of a model has to pass.
+
+    Parameters
+    ----------
+    neighbours
+        The models next to one: without an effect, or with another.
+    refused
+        Why an effect that the score asked for was not taken, by name.
+    """
+
+    neighbours: Neighbours
+    refused: dict[str, str] = field(default_factory=dict)
+    judge: Judge = field(init=False)
+    free: Judge = field(init=False)
+    """Scores models under any noise, that of a log, too."""
+    board: Board = field(init=False)
+    _held: dict[int, tuple[Scored, Floats]] = field(default_factory=dict)
+    _gated: dict[int, tuple[Scored, bool]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Lay the chessboard; see what noise there may be."""
+        self.judge = self.neighbours.judge
+        dataset = self.space.dataset
+        self.board = board_of(dataset)
+        self.free = Judge(Space(dataset, any_noise=True)) if dataset.conditions.moving else self.judge
+
+    @property
+    def space(self) -> Space:
+        """The data."""
+        return self.judge.space
+
+    @property
+    def given(self) -> tuple[Choice, ...]:
+        """Effects of the model that the search begins with: they stay."""
+        return self.neighbours.given
+
+    def held_out(self, model: Scored) -> Floats:
+        """Return the held-out residual of a model, shape (rows,)."""
+        key = id(model)
+        if key not in self._held:
+            self._held[key] = (model, held_out_residual(self.judge, model, self.board))
+        return self._held[key][1]
+
+    def gain(self, before: Scored, after: Scored) -> HeldOutGain:
+        """Return the fall of the held-out error from one model to another."""
+        return gain_between(self.judge, self.held_out(before), self.held_out(after), after, self.board)
+
+    def size(self, model: Scored, k: int, fit: Fit | None = None) -> float:
+        """Return the RMS contribution of an effect beside the others, in units of what the model leaves."""
+        fit = self.judge.fit(model) if fit is None else fit
+        added = fit.contribution(k)
+        others = [part.raw for i, part in enumerate(fit.parts) if i != k]
+        if self.space.has_datum:
+            others.append(np.ones((1, added.size)))
+        if others:
+            table = np.vstack(others)
+            table = table / np.maximum(np.sqrt((table**2).sum(axis=1, keepdims=True)), 1e-300)
+            added = added - np.linalg.lstsq(table.T, added, rcond=1e-9)[0] @ table
+        least = float(np.mean(self.judge.left(model) ** 2)) + 1e-300
+        dataset, in_time = self.space.dataset, model.choices[k][0].in_time
+        if not dataset.has_repeats or (in_time and dataset.conditions.moving):
+            least = max(least, (MATTERS_WITHOUT_REPEATS / MATTERS) ** 2 * float(np.var(dataset.observed)))
+        return float(np.sqrt(np.mean(added**2) / least))
+
+    def is_idle(self, model: Scored, k: int) -> bool:
+        """Return whether a model is as good without effect ``k``."""
+        return model.score <= self.neighbours.without(model, k).score or self.size(model, k) < MATTERS
+
+    def why_not(self, model: Scored, k: int) -> str | None:
+        """Return why an effect does not earn its place in a model, or None where it does."""
+        effect, shape = model.choices[k]
+        if model.choices[k] in self.given:
+            return None
+        doubt = effect.doubtful(self.space.dataset.conditions, shape)
+        if isinstance(effect, Probe) and effect.in_time and self.size(model, k) < MATTERS_IN_TIME:
+            doubt = f"below {MATTERS_IN_TIME:g} of what is left, as noise that wanders is"
+        return doubt or next(self._objections(model, k), None)
+
+    def _objections(self, model: Scored, k: int) -> Iterator[str]:
+        """Yield what speaks against an effect of a model, what is cheap to find out first."""
+        effect, shape = model.choices[k]
+        conditions = self.space.dataset.conditions
+        others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
+        finest = min((e.finest(s) for e, s in model.choices if effect.name in e.contains), default=np.inf)
+        fit = self.judge.fit(model)
+        at_sight = (
+            effect.crowded(conditions, shape, others, finest),
+            "it would have to be below zero" if effect.name in model.wrong_sign else None,
+            self.implausible(model, k),
+            self.misnamed(model, k),
+        )
+        yield from (why for why in at_sight if why is not None)
+        rest = self.neighbours.without(model, k)
+        if (worth := self.worth(model, k, rest)) < WORTH:
+            yield f"what it explains is worth {worth:.1f} nats, less than the {WORTH:g} asked for"
+        if effect.in_time and self.free is not self.judge:
+            if self.free.score(model.choices).score - self.free.score(rest.choices).score < WORTH:
+                yield "noise that wanders explains as much"
+        if self.size(model, k, fit) < MATTERS:
+            yield f"below {MATTERS:g} of what is left"
+        if self.plainer(model, k) is not model:
+            yield "a simpler form foretells as well what was held out"
+        for softer in effect.softer(conditions, shape):
+            instead = self.judge.score(replaced(model, k, (effect, softer)), model)
+            if instead.score > model.score - SHARPER:
+                yield "a gradual change explains as much"
+        if not self.gain(rest, model).passes:
+            yield "the held-out error does not fall"
+
+    def worth(self, model: Scored, k: int, rest: Scored) -> float:
+        """Return the nats by which an effect, or any of its look-alikes, raises the score over that of the ``rest``.
+
+        Where a poor plan cannot tell them apart, each has but its share of what speaks for all of them.
+        """
+        rivals = {rival.name for rival in model.choices[k][0].rivals} - set(rest.names)
+        alone = model.score - rest.score
+        if alone >= WORTH or alone + np.log1p(len(rivals)) < WORTH:
+            return alone
+        own, best = self._shown(model, k), {model.choices[k][0].name: model.score}
+        for other in self.neighbours.children(rest):
+            added = next(i for i, choice in enumerate(other.choices) if choice not in rest.choices)
+            name = other.choices[added][0].name
+            if name not in rivals or other.wrong_sign or self.in_doubt(other) or self.implausible(other, added):
+                continue
+            theirs = self._shown(other, added)
+            if own @ theirs > ALIKE * np.linalg.norm(own) * np.linalg.norm(theirs):
+                best[name] = max(other.score, best.get(name, -np.inf))
+        return float(logsumexp(list(best.values()))) - rest.score
+
+    def _shown(self, model: Scored, k: int) -> Floats:
+        """Return what effect ``k`` adds, shape (rows,), the constant taken out where it is no effect."""
+        added = self.judge.fit(model).contribution(k)
+        return added - added.mean() if self.space.has_datum else added
+
+    def implausible(self, model: Scored, k: int) -> str | None:
+        """Return why the fit of an effect of a model is no such effect, whatever it explains, or None."""
+        (effect, shape), fit = model.choices[k], self.judge.fit(model)
+        return effect.implausible(self.space.dataset.conditions, shape, fit.mean[fit.rows(k)])
+
+    def misnamed(self, model: Scored, k: int) -> str | None:
+        """Return why an effect of a model has another name beside the others, or None."""
+        fit, (effect, shape) = self.judge.fit(model), model.choices[k]
+        sizes = [fit.mean[fit.rows(i)] * fit.parts[i].unit for i in range(len(model.choices))]
+        others = {e.name: size for i, ((e, _), size) in enumerate(zip(model.choices, sizes, strict=True)) if i != k}
+        return effect.misnamed(shape, sizes[k], others)
+
+    def is_gated(self, model: Scored) -> bool:
+        """Return whether every effect of a model has earned its place."""
+        key = id(model)
+        if key not in self._gated:
+            self._gated[key] = (model, True)
+            for k in reversed(range(len(model.choices))):  # the last came last: the model without it is known
+                why = self.why_not(model, k)
+                if why is not None:
+                    self.refused.setdefault(model.choices[k][0].name, why)
+                    self._gated[key] = (model, False)
+                    break
+        return self._gated[key][1]
+
+    def plainer(self, model: Scored, k: int) -> Scored:
+        """Return a model with the plainer form of effect ``k`` unless what was held out asks for its own.
+
+        Where little is repeated, the score follows each start and stop of a log.
+        """
+        effect, shape = model.choices[k]
+        form = effect.plainer(shape) if model.choices[k] not in self.given else None
+        if form is None:
+            return model
+        instead = self.judge.score(replaced(model, k, (effect, form)), model)
+        return model if self.gain(instead, model).passes else instead
+
+    def earned(self, model: Scored) -> Scored:
+        """Return a model without the effects that have not earned their place in it, the worst taken out first."""
+        while True:
+            failing = {}
+            for k in range(len(model.choices)):
+                if model.choices[k] not in self.given:
+                    gain = self.gain(self.neighbours.without(model, k), model).gain
+                    why = self.why_not(model, k) or ("the held-out error does not fall" if gain <= 0.0 else None)
+                    if why is not None:
+                        failing[k] = gain, why
+            if not failing:
+                return model
+            worst = min(failing, key=lambda k: failing[k])
+            self.refused[model.choices[worst][0].name] = failing[worst][1]
+            model = self.neighbours.without(model, worst)
+
+    def possible(self) -> Iterator[Scored]:
+        """Return the models seen that hold what was given, and no effect of the wrong sign."""
+        given = set(self.given)
+        return (m for m in self.judge.seen.values() if not m.wrong_sign and given <= set(m.choices))
+
+    def near(self, model: Scored) -> list[Scored]:
+        """Return the models seen that a model cannot dismiss: likelier ones, and those hardly less likely."""
+        return [m for m in self.possible() if m.score > model.score - NEGLIGIBLE]
+
+    def called(self, model: Scored) -> tuple[str, ...]:
+        """Return the names of a model's effects; those that the data cannot bear out are said to be in doubt."""
+        c = self.space.dataset.conditions
+        return tuple(
+            effect.name + IN_DOUBT if (effect, shape) not in self.given and effect.doubtful(c, shape) else effect.name
+            for effect, shape in model.choices
+        )
+
+    def in_doubt(self, model: Scored) -> bool:
+        """Return whether the data cannot bear out an effect of a model, however well it fits."""
+        return self.called(model) != model.names
+
+    def competes(self, model: Scored) -> bool:
+        """Return whether only doubts speak against the effects of a model: that a course in time is small is one."""
+        return self.is_gated(model) or (
+            (self.in_doubt(model) or generic(model))
+            and all(c in self.given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
+        )
+
+
+def generic(model: Scored) -> bool:
+    """Return whether a model holds a probe."""
+    return any(isinstance(effect, Probe) for effect, _ in model.choices)
