@@ -101,12 +101,11 @@ class Figure:
         return "met" if self.bar.margin(self.value) >= 1.0 else "NOT MET"
 
     @property
-    def row(self) -> str:
-        """Return the row as markdown."""
+    def cells(self) -> tuple[str, str, str, str]:
+        """Return what, bar, figure and ratio as the page shows them."""
         margin = f"{self.bar.margin(self.value):.2g}" if self.bar is not None and self.value is not None else ""
         bar = "" if self.bar is None else f"{self.bar}" if self.binding else f"({self.bar})"
-        cells = (self.what, bar, self.measured, margin, self.verdict, f"`{self.command}`")
-        return f"| {' | '.join(cells)} |"
+        return self.what, bar, self.measured, f"{margin}, missed" if self.verdict == "NOT MET" else margin
 
 
 def skipped(what: str, why: str, command: str, bar: Bar | None = None) -> Figure:

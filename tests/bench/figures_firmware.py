@@ -110,7 +110,7 @@ def live_pins(setting: Setting) -> Iterator[Figure]:
         spread = Spread(tuple(seconds))
         an_edge = f", {spread.best / len(edges) * 1e9:.0f} ns an edge" if len(edges) else ""
         yield Figure(
-            what=f"Firmware with live pins: Original, 8051 at 12 MHz, {frequency_hz / 1000:g} kHz ({what})",
+            what=f"Live pins, Original, 8051 at 12 MHz: {frequency_hz / 1000:g} kHz ({what})",
             measured=spread.text(lambda taken: f"{run_s / taken:.1f} x real time") + an_edge,
             value=run_s / spread.best,
             bar=_LIVE_BAR if frequency_hz == 30_000 else None,

@@ -99,7 +99,7 @@ def link(setting: Setting) -> Iterator[Figure]:
         exchange(1000, conversation)
         spread = Spread(tuple(exchange(exchanges, conversation) for _ in range(setting.rounds)))
         yield Figure(
-            what=f"Box and PC over the simulated bus, a request and three answers each; {how}",
+            what=f"Box and PC: {how}",
             measured=spread.text(lambda s: number(exchanges / s)) + " exchanges/s, all completed",
             value=exchanges / spread.best,
             bar=BAR,
@@ -112,7 +112,7 @@ def link(setting: Setting) -> Iterator[Figure]:
         cut(axes, 1.0, speed_mm_s)
         wall_s, cell = min((cut(axes, simulated_s, speed_mm_s) for _ in range(3)), key=lambda run: run[0])
         yield Figure(
-            what=f"The same with the machine: {how}",
+            what=f"With the machine: {how}",
             measured=f"{number(cell.exchanges / wall_s)} exchanges/s, {number(simulated_s / wall_s)} times real time",
             value=cell.exchanges / wall_s,
             bar=BAR,

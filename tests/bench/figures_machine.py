@@ -124,7 +124,7 @@ def handshake(setting: Setting) -> Iterator[Figure]:
         converse(1000, conversation)
         spread = Spread(tuple(converse(exchanges, conversation) for _ in range(setting.rounds)))
         yield Figure(
-            what=f"Both handshake machines, {how}",
+            what=how[:1].upper() + how[1:],
             measured=spread.text(lambda s: f"{number(exchanges / s)}") + " exchanges/s, all accepted",
             value=exchanges / spread.best,
             bar=Bar(value=1e6, unit="exchanges/s"),

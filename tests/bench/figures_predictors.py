@@ -44,7 +44,7 @@ def predictors(setting: Setting) -> Iterator[Figure]:
     table = spreads.pop(TABLE)
     for name, spread in spreads.items():
         yield Figure(
-            what=f"The calibration with {name} at work, beside {TABLE}",
+            what=f"With {name}",
             measured=f"{spread.text(_s)}, {table.text(_s)}: {spread.best / table.best:.2f} x",
             value=spread.best / table.best,
             bar=Bar(value=1.5, unit="x the table", at_most=True),
@@ -66,7 +66,7 @@ def _fitted() -> dict[str, Predictor]:
             raise WrongResultError(f"{row.name}: {row.reason}")
         kinds[row.name] = row.predictor
         if row.name == CAUTIOUS:
-            kinds[f"{row.name}, cautious,"] = Cautious(predictor=row.predictor, unsure_mm=row.interval_mm)
+            kinds[f"{row.name}, cautious"] = Cautious(predictor=row.predictor, unsure_mm=row.interval_mm)
     return kinds
 
 

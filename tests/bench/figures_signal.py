@@ -57,7 +57,7 @@ def open_path(setting: Setting) -> Iterator[Figure]:
         carry_out(path)
         spread = Spread(tuple(carry_out(path).wall_s for _ in range(setting.rounds)))
         yield Figure(
-            what=f"Open path at 500 kHz, design {design.value}",
+            what=f"Design {design.value}, 500 kHz",
             measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
             value=edges / spread.best / REAL_TIME_EDGES_S,
             bar=Bar(value=100.0 if design is Design.ORIGINAL else 150.0, unit="x real time"),
@@ -79,7 +79,7 @@ def steps(setting: Setting) -> Iterator[Figure]:
             carry_out(path, in_blocks=False)
             spread = Spread(tuple(carry_out(path, in_blocks=False).wall_s for _ in range(setting.rounds)))
             yield Figure(
-                what=f"Step functions alone, {how}, design {design.value}",
+                what=f"Design {design.value}, {how}",
                 measured=f"{spread.text(_speed(edges))} real time, {number(edges / spread.best)} edges/s",
                 value=edges / spread.best / REAL_TIME_EDGES_S,
                 bar=Bar(value=STEP_BARS[design], unit="x real time"),
@@ -104,15 +104,15 @@ def verilator(setting: Setting) -> Iterator[Figure]:
                 ways[build] = functools.partial(_verilated, bench, theirs)
             name = " ".join(peer_verilator.version().split()[:2])
         except (PeerAbsent, PeerFailedError) as problem:
-            yield skipped("Open path, design C, beside Verilator", str(problem), command, bar)
+            yield skipped("Verilator", str(problem), command, bar)
             return
         per_edge = _by_turns(ways, setting.of(7, 3))
     for build in Build:
         peer = per_edge[build]
-        yield _ratio(f"Open path, design C, beside {name}, build {build}", per_edge["rtec"], peer, bar)
+        yield _ratio(f"{name}, build {build}", per_edge["rtec"], peer, bar)
     for build in Build:
         peer = per_edge[build]
-        figure = _ratio(f"The same by step functions alone, build {build}", per_edge["steps"], peer, bar)
+        figure = _ratio(f"Step functions alone, build {build}", per_edge["steps"], peer, bar)
         yield dataclasses.replace(figure, binding=False)
 
 
@@ -202,7 +202,7 @@ def stages(setting: Setting) -> Iterator[Figure]:
     for name, work in stage_works(edges).items():
         spread = _timed(work, setting.rounds)
         yield Figure(
-            what=f"Stage alone, over arrays: {name}",
+            what=f"Alone: {name}",
             measured=f"{spread.text(lambda s: f'{s / edges * 1e9:.2f}')} ns/edge",
             value=spread.best,
             command=f"{THIS} stages",

@@ -80,7 +80,8 @@ def main() -> int:
     others = [core for core in _cores() if core != given.core]
     setting = Setting(core=given.core, second_core=(others or [given.core])[-1], quick=given.quick)
     busy = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    text = page(measure(given.only or list(GROUPS), setting), setting, busy)
+    before = given.output.read_text() if given.only and given.output and given.output.exists() else ""
+    text = page(measure(given.only or list(GROUPS), setting), setting, busy, before)
     if given.output is None:
         sys.stdout.write(text)
     else:

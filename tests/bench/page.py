@@ -3,232 +3,151 @@
 from __future__ import annotations
 
 import platform
+import re
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 from figures import Figure, Setting
 
-HEAD = """\
+JOB = "--frequency 500kHz --phase-error 10deg --jitter 5ns"
+
+HEAD = f"""\
 # Benchmarks
 
-Written by `python tests/bench/measure.py -o docs/benchmarks.md`, in one run; `--quick` gives a rough idea,
-`--only NAME` one group. Measured on {machine}.
-{quick}
-Everything runs on one core (the process and its children are tied to it), `rtec run` and `rtec diagnose` on two. Each
-figure is the best of several runs after one that does not count, with the median beside it; where another program is
-compared with, it gets the same statistic, and Verilator and rtec run by turns. The best run is the one that was
-disturbed least: on a machine with other work to do, medians wander by tens of percent from one run to the next, and a
-verdict near its bar may turn round. {load} "Ratio" says how many times better than the bar a figure is; 1 and more is
-met.
-
-Before anything is timed as done, it is checked: every correction completed, every count as calculated from
-the job, no illegal transition, every exchange accepted. A run that fails this stops the measurement.
+Written by `python tests/bench/measure.py -o docs/benchmarks.md`; with `--only NAME` one section is measured and
+replaced, `--quick` gives a rough idea. rtec and its children run on one core, `rtec run` and `rtec diagnose` on
+two. A figure is the best of several runs after one that does not count, with the median beside it; a peer gets the
+same statistic. "Ratio" says how many times better than the bar a figure is; a bar in brackets is that of another
+figure, for comparison. Results are checked before a time counts: every count, correction and exchange right, no
+illegal transition. JOB in a command stands for `{JOB}`.
 """
-
-TABLE_HEAD = "| figure | bar | measured | ratio | verdict | command |\n|---|---|---|---|---|---|\n"
 
 SECTIONS = {
     "open-path": (
         "The open path",
-        """\
-Encoder edges with a phase error of 10° and a jitter of 5 ns, box with the profile `fast` and a correction every 100
-edges, filter of 60 ns (three samples at 50 MHz), x4 decoder.
-""",
+        "Phase error 10°, jitter 5 ns, profile `fast`, a correction every 100 edges, filter of 60 ns, x4 decoder.\n",
     ),
     "steps": (
         "The same without the blocks",
         """\
-In the open path no edge's time depends on the one before it, so the times of 128 edges are made ahead in every row
-here, and the compiler computes several at once. With blocks, edges between two corrections are counted together while
-nothing but counting happens to them: the box owes nothing and neighbouring edges are farther apart than the filter
-needs ([decision 3](decisions/0003-edge-blocks.md)). `tests/differential/test_open_path_blocks.py` holds both ways and
-the step functions without edges made ahead to the same final state, field by field.
-
-Here box and receiver take all edges one by one (`rtec.machine.simulate(path, in_blocks=False)`). While the box only
-passes edges on, whether it owes anything is asked once for a run of them, not at each. The bars are those of a
-correction every 8 edges; for one every 100 edges they stand in brackets, for comparison.
+Box and receiver take the edges one by one (`in_blocks=False`), which gives the same final state ([decision
+3](decisions/0003-edge-blocks.md)).
 """,
     ),
     "verilator": (
-        "Beside Verilator",
+        "Compared with Verilator",
         """\
-The peer is `tests/bench/peers`: RTL of design C and of an x4 decoder with a two-stage synchroniser and the same
-filter, on one clock of 50 MHz, driven at 500 kHz with the same phase error, jitter and corrections. Its stimulus is
-made before the time counts; ours is made while it counts. Both are compared in processor time, in runs of about the
-same length, so that others' work on the machine lengthens neither much.
-
-`plain` is `verilator -O3 -CFLAGS -O3` (its makefile then compiles the model with `-Os`); `tuned` compiles the model
-with `-O3` and across files; `profiled` lets the compiler learn from a first run as well and is the fastest that we
-could make of it. Verilator steps through 25 clocks an edge, whatever happens in them; rtec has no clock to step.
-The rows with bars in brackets say how much of that is left without the blocks.
+The peer is the RTL of design C and a decoder with the same filter in `tests/bench/peers`, on one clock of 50 MHz,
+with the same stimulus, made before its time counts. `plain`: `verilator -O3 -CFLAGS -O3`; `tuned`: the model, too,
+by `-O3` and across files; `profiled`: with a profile of a first run. Processor time.
 """,
     ),
-    "memory": (
-        "Memory",
-        """\
-`rtec simulate` streams: what it holds does not grow with the length of the run. Nearly all of it is Python, numpy and
-the compiler's runtime.
-""",
-    ),
+    "memory": ("Memory", "`rtec simulate` streams; most of the memory is that of Python, numpy and the compiler.\n"),
     "calibration": (
         "The closed loop",
         """\
-Program, servo, axis with its error, encoder, box, PC and controller; planning included. Ticks at rest in which
-nothing can change are passed over at once; the second row computes every one of them.
+Program, servo, axis, encoder, box, PC and controller, planning included; rest is skipped in the first row.
 """,
     ),
-    "run": (
-        "The main job",
-        "",
-    ),
+    "run": ("The main job", ""),
     "diagnosis": (
         "The diagnosis",
         """\
-`rtec diagnose` with the whole library, from the start of the process to its end, on two cores. The lathe's
-calibration is that of the thesis, 1561 targets in both directions, made from the printed network with 1 µm of noise;
-more runs of it make more rows, with the same places and so with the same scan grid. A measurement has to end with at
-least the reversal error along the axis and the wave of the screw found, or nothing is timed as done.
+`rtec diagnose` with the whole library, the process from start to end. The lathe's calibration is the thesis's (1561
+targets, both directions, 1 µm of noise); it must find the reversal error along the axis and the wave of the screw.
 """,
     ),
     "scan": (
-        "The scan beside refitting",
+        "The scan compared with refitting",
         """\
-Which of all shapes of all effects would lower the residual most, beside a constant and backlash: the scan,
-which takes the model's columns out once and refits nothing, and two loops over the same grid in the same run, each
-fitting model and candidate together. Times are processor time, the computing of the columns included; all three
-have to find the same largest fall for each effect.
+Which shape of which effect would lower the residual most, beside a constant and backlash. The peers fit model and
+candidate together over the same grid; all three find the same largest fall. Processor time.
 """,
     ),
     "train": (
         "Training networks",
         """\
-The averages of four runs of the lathe's calibration, 1561 targets in both directions, 1 µm of noise a reading. All
-times are processor time on one core, peers and ours by turns. scipy's `least_squares` gets the same residuals and
-the same exact Jacobian; its iteration is the time over the Jacobians that it asked for, ours an epoch with all steps
-that were tried in it. scikit-learn trains on all readings at once by gradient descent with momentum, one gradient an
-epoch; an epoch of scaled conjugate gradient is a gradient and an exact second derivative along its direction. [What
-each algorithm reaches](predictors.md#table-4-1-again) stands elsewhere.
+Averages of four runs of the lathe's calibration. Processor time; an epoch of ours with all its steps beside an
+iteration of scipy's `least_squares` (same residuals and Jacobian) or an epoch of scikit-learn's gradient descent.
+What each reaches: [predictors](predictors.md#table-4-1-again).
 """,
     ),
     "predictors": (
         "Predictors at work",
-        """\
-The programme of the calibration in closed loop, Design B in the box, with each kind of predictor in the PC, fitted
-to the lathe's calibration before. Processor time of the whole run, by turns; every reading taken, every count
-accounted for. The PC asks its predictor every 10 ms of the machine's time.
-""",
+        "The calibration in closed loop, Design B, with each kind of predictor in the PC. Processor time.\n",
     ),
     "train-command": (
-        "Training as a user types it",
-        """\
-`rtec train` on the calibration of `rtec run`, with its own budget, on two cores: wall time, and its best row beside
-the physical model.
-""",
+        "Training by `rtec train`",
+        "On the calibration of `rtec run`: wall time, and the best row beside the physical model.\n",
     ),
     "handshake": (
         "PC and box",
         """\
-An exchange is a look of the PC at valid words, its next request, and the box's samples up to the PC's next look,
-mailboxes with their latency included. Each exchange asks for one step more or less than the one before; the steps
-that the box has accepted, its total, the number of its samples and of the requests are then compared with what
-follows from the number of exchanges and the two periods.
+An exchange: the PC reads valid words and asks for one step more or less; the box samples until the next one.
 """,
     ),
     "link": (
-        "Box and PC on the bus",
-        """\
-An exchange is a turn of the PC: its request packed, sealed and sent, carried by the simulated bus, checked and judged
-by the box, answered by position, corrections and status, and those checked by the PC. Each asks for one step more or
-less than the one before, and all must be completed; the frames on the bus are compared with what the time asks for.
-With the machine there are servo, encoder, injector and controller of each axis, too.
-""",
+        "Box and PC on the simulated bus",
+        "An exchange: a request and the box's position, corrections and status, each packed, sent and checked.\n",
     ),
     "live": (
         "Box and PC as processes",
         """\
-`rtec box` and `rtec pc`, two processes, slcan over the pseudo-terminal line between them, on two cores with nothing
-else to do. The box's own time goes from the arrival of a request to the departure of the frame that says it is
-completed, by its log; the handshake as the PC sees it, from its turn on.
+Slcan over a pseudo-terminal. The box's own time lasts from the arrival of a request to the frame that says it is
+completed.
 """,
     ),
-    "soak": (
-        "Hours under faults",
-        """\
-The hours of the [safety case](safety.md), on two cores. Every class of faults has to take effect, and no wrong count
-may go unnoticed because of box, link or PC.
-""",
-    ),
-    "start-up": (
-        "How soon it answers",
-        "From the start of the process to its end, the compiled code cached.\n",
-    ),
-    "first-run": (
-        "The first run",
-        "With an empty folder for machine code, on one core, measured once.\n",
-    ),
+    "soak": ("Hours under faults", "Those of the [safety case](safety.md), on two cores.\n"),
+    "start-up": ("Start-up", "The process from start to end, with cached machine code.\n"),
+    "first-run": ("The first run", "With an empty folder for machine code, on one core, measured once.\n"),
     "check": (
         "A verdict on an insertion algorithm",
-        """\
-From the start of the process to its end, on two cores: checks, hunt, cutting short, data sheet, picture.
-The algorithm with a bug is copied from the README. Building the Verilog counts.
-""",
+        "The process from start to end, on two cores, the building of Verilog included.\n",
     ),
     "c-source": (
         "Predictors in C",
         """\
-Recorded only. The loop is that of the thesis (4.4.3) in C, compiled by `cc -O2` and run on this host: read the
-position, find the direction from the one before, keep it, scale, compute, return; the wait for the next of the marks,
-10 ms apart, is left out. It is the processor's time for a cycle, the axis moving there and back. Before, the function
-that `rtec export` writes has to say what the predictor says.
+A cycle of the thesis's loop (4.4.3) with the source of `rtec export`, by `cc -O2` on this host, without the wait
+for 10 ms.
 """,
     ),
     "sigrok": (
-        "Beside sigrok",
+        "Compared with sigrok",
         """\
-Recorded only. sigrok's time is that of the whole program, reading the capture included, on samples of 50 MHz; ours
-that of the receiver, filter included, over an array of edges.
+sigrok's time is that of the whole program on samples of 50 MHz, ours that of receiver and filter over an array.
 """,
     ),
-    "vcd": (
-        "Writing waveforms",
-        "Recorded only. Both write changes of A and B into memory.\n",
-    ),
+    "vcd": ("Writing waveforms", "Changes of A and B into memory.\n"),
     "firmware": (
         "The firmware's processor",
-        """\
-Our 8051 and `s51` of ucsim run the same instructions of the same image on the original timing, by turns; of both the
-time of the run alone counts, as ucsim says it of itself. Before, both must end with the same registers, memories and
-number of cycles.
-""",
+        "The same image as `s51` of ucsim, original timing, by turns; both end with the same state and cycles.\n",
     ),
     "stages": (
         "Where the time goes",
-        """\
-Each stage alone reads edges from an array or writes them to one, so the rows do not add up to the loop, where the
-stages hand edges on in registers. The last two rows are the loop before and after the blocks.
-""",
+        "Each stage alone over arrays; in the loop they hand edges on in registers, so the rows do not add up.\n",
     ),
 }
 
 
 ELSEWHERE = (
     (
-        "the processor beside ucsim, a million random steps and all pairs of operands",
+        "the processor and ucsim, a million random steps and all pairs of operands",
         "pytest -m sweep tests/differential/test_firmware_against_ucsim.py",
         "passes, or names the step",
     ),
     (
-        "110 layouts of one measurement, as instruments, spreadsheets and people write it",
+        "110 layouts of one measurement",
         "pytest tests/differential/test_foreign_files.py",
         "92 read right, 16 after the answer that is asked for, 2 refused with what they lack; none misread",
     ),
     (
-        "100 000 mutated files of each format, as text, of both laser systems and workbooks",
+        "100 000 mutated files of each format",
         "pytest -m sweep tests/property/test_foreign_mutations.py",
         "a measurement or one clear error, less than 1 GB more memory; or fails",
     ),
     (
-        "ISO 230-2 and VDI/DGQ 3441 beside plain sums (1e-9) and a published test",
+        "ISO 230-2 and VDI/DGQ 3441, plain sums (1e-9) and a published test",
         "pytest tests/unit/metrology",
         "passes, or fails",
     ),
@@ -254,25 +173,51 @@ ELSEWHERE = (
 """Figures that a run of minutes to hours gives, with its command and the page that holds them."""
 
 
-def page(measured: dict[str, list[Figure]], setting: Setting, busy: float | None) -> str:
-    """Return the page as markdown; ``busy`` is the load average before the start."""
-    quick = "\nA quick run: shorter runs and fewer of them.\n" if setting.quick else ""
-    load = "" if busy is None else f"Load average before the start: {busy:.1f}."
-    parts = [HEAD.format(machine=_machine(), quick=quick, load=load)]
-    for name, figures in measured.items():
-        title, text = SECTIONS[name]
-        rows = "".join(f"{figure.row}\n" for figure in figures)
-        parts.append(f"## {title}\n\n{text}{chr(10) if text else ''}{TABLE_HEAD}{rows}")
-    rows = "".join(f"| {what} | `{command}` | {where} |\n" for what, command, where in ELSEWHERE)
-    parts.append(f"## Figures that stand elsewhere\n\n| what | command | where |\n|---|---|---|\n{rows}")
+def page(measured: dict[str, list[Figure]], setting: Setting, busy: float | None, before: str = "") -> str:
+    """Return the page as markdown.
+
+    Parameters
+    ----------
+    measured
+        Figures of the groups that were measured, by name.
+    setting
+        How they were measured.
+    busy
+        Load average before the start, where it is known.
+    before
+        The page as it stands; its sections stay where nothing was measured.
+    """
+    old = {match[1]: match[0] for match in re.finditer(r"^## (.*)\n(?:(?!## ).*\n?)*", before, re.MULTILINE)}
+    where = f"{_machine()}, {datetime.now(UTC):%Y-%m-%d}" + (", a quick run" if setting.quick else "")
+    where += "" if busy is None else f", load before the start {busy:.1f}"
+    parts = [HEAD]
+    for name, (title, text) in SECTIONS.items():
+        if name in measured:
+            parts.append(f"## {title}\n\n{text}Machine: {where}.\n\n{_table(measured[name])}")
+        elif title in old:
+            parts.append(f"{old[title].rstrip()}\n")
+    rows = "".join(f"| {what} | `{command}` | {found} |\n" for what, command, found in ELSEWHERE)
+    parts.append(f"## Figures on other pages\n\n| what | command | where |\n|---|---|---|\n{rows}")
     return "\n".join(parts)
 
 
+def _table(figures: list[Figure]) -> str:
+    """Return the rows; a command that repeats all of them is stated once."""
+    commands = [figure.command.replace(JOB, "JOB") for figure in figures]
+    alone = len(set(commands)) == 1
+    head = f"`{commands[0]}`\n\n" if alone else ""
+    names = ("figure", "bar", "measured", "ratio", *(() if alone else ("command",)))
+    rows = "".join(
+        f"| {' | '.join((*figure.cells, *(() if alone else (f'`{command}`',))))} |\n"
+        for figure, command in zip(figures, commands, strict=True)
+    )
+    return f"{head}| {' | '.join(names)} |\n|{'---|' * len(names)}\n{rows}"
+
+
 def _machine() -> str:
-    """Return processor, system and versions in words."""
+    """Return processor and versions in words."""
     info = Path("/proc/cpuinfo")
     names = [line for line in info.read_text().splitlines() if line.startswith("model name")] if info.exists() else []
     cpu = names[0].split(":", 1)[1].strip() if names else platform.processor() or platform.machine()
     count = f"{len(names)} cores of an {cpu}" if names else cpu
-    packages = ", ".join(f"{name} {version(name)}" for name in ("rtec", "numpy", "numba", "llvmlite"))
-    return f"{count}, {platform.system()}, Python {platform.python_version()}, {packages}"
+    return f"{count}, Python {platform.python_version()}, numba {version('numba')}"
