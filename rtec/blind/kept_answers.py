@@ -10,7 +10,6 @@ import base64
 import binascii
 import contextlib
 import hashlib
-import json
 import os
 import time
 from collections.abc import Iterator, Sequence
@@ -19,7 +18,7 @@ from pathlib import Path
 
 from rtec.blind.sealing import opened, sealed_path
 from rtec.errors import FileFormatError, OutputError
-from rtec.metrology.text_file import read_text
+from rtec.io import json_text, parse_json, read_bytes, read_text
 
 SUFFIX = ".answers"
 _ALLOWED = "answers as 'rtec blind guess' keeps them"
@@ -80,10 +79,10 @@ def keep(data: str | Path, answer: KeptAnswer) -> int:
     """
     path = answers_path(data)
     with _alone(path):
-        lines = path.read_bytes().decode("ascii", "replace").splitlines() if path.exists() else []
+        lines = read_text(path).splitlines() if path.exists() else []
         before = list(_read(path, lines, _first_link(data)))
         link = before[-1][1] if before else _first_link(data)
-        text = base64.b64encode(json.dumps(asdict(answer)).encode()).decode("ascii")
+        text = base64.b64encode(json_text(asdict(answer)).encode()).decode("ascii")
         try:
             with path.open("a", encoding="ascii") as file:
                 file.write(f"{text} {_link(link, text)}\n")
@@ -113,15 +112,15 @@ def _read(path: Path, lines: Sequence[str], link: str) -> Iterator[tuple[KeptAns
         if sealed != link:
             raise FileFormatError(path, number, "this answer, or one before it, was changed", _ALLOWED)
         try:
-            found = json.loads(base64.b64decode(text, validate=True))
+            found = parse_json(base64.b64decode(text, validate=True))
             yield KeptAnswer(by=str(found["by"]), at=str(found["at"]), words=tuple(map(str, found["words"]))), link
-        except (KeyError, TypeError, ValueError, binascii.Error, RecursionError):
+        except (KeyError, TypeError, ValueError, binascii.Error):
             raise FileFormatError(path, number, "this is no answer", _ALLOWED) from None
 
 
 def _first_link(data: str | Path) -> str:
     opened(data)  # data and seal belong together
-    return hashlib.sha256(sealed_path(data).read_bytes()).hexdigest()
+    return hashlib.sha256(read_bytes(sealed_path(data))).hexdigest()
 
 
 def _link(before: str, text: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from rtec.blind.confusion import Known, Record, seed_of
 from rtec.blind.found import Belief, Figure, Wave
 from rtec.blind.scored import Game
 from rtec.errors import FileFormatError
+from rtec.io import json_text, parse_json, read_bytes, read_text, write_bytes
 
 _ALLOWED = "games of these lines and this seed, as the command writes them"
 _NESTED = {"waves": Wave, "figures": Figure, "beliefs": Belief}
@@ -25,7 +25,7 @@ def game_line(title: str, game: Game) -> str:
     >>> game_line("a", Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True))[:32]
     '{"line": "a", "trial": 0, "seed"'
     """
-    return json.dumps({"line": title, **dataclasses.asdict(game)}, allow_nan=False) + "\n"
+    return json_text({"line": title, **dataclasses.asdict(game)}) + "\n"
 
 
 def appending(path: Path) -> Record:
@@ -42,8 +42,8 @@ def appending(path: Path) -> Record:
     1
     """
     if path.exists():
-        whole = path.read_bytes()
-        path.write_bytes(whole[: whole.rfind(b"\n") + 1])
+        whole = read_bytes(path)
+        write_bytes(path, whole[: whole.rfind(b"\n") + 1])
 
     def append(title: str, game: Game) -> None:
         with path.open("a", encoding="utf-8") as file:
@@ -69,12 +69,12 @@ def read_games(path: Path, seed: int) -> dict[tuple[str, int], Game]:
     """
     if not path.exists():
         return {}
-    text = path.read_text(encoding="utf-8")
+    text = read_text(path, may_be_empty=True)
     known = {}
     for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
         try:
-            title, game = _game_from(json.loads(line))
-        except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
+            title, game = _game_from(parse_json(line))
+        except (AttributeError, KeyError, TypeError, ValueError):
             raise FileFormatError(path, number, "this is no game", _ALLOWED) from None
         if game.seed != seed_of(seed, title, game.trial):
             raise FileFormatError(path, number, f"the game was not played with --seed {seed}", _ALLOWED)

@@ -10,7 +10,6 @@ import base64
 import binascii
 import contextlib
 import hashlib
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,9 +23,9 @@ from rtec.blind.scenario_document import scenario_document, scenario_from
 from rtec.blind.secret import Secret
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, OutputError
+from rtec.io import json_text, parse_json, read_bytes, read_text, write_text
 from rtec.metrology import Measurement, read_experiment, write_measurement
 from rtec.metrology.experiment_file import naming_keys
-from rtec.metrology.text_file import read_text, write_lines
 
 SUFFIX = ".sealed"
 FORMAT = "rtec blind 3"
@@ -194,7 +193,7 @@ def _existing(place: Path) -> OutputError:
 def _write(data: str | Path, measurement: Measurement, sealed: Sealed) -> Path:
     path, seal = Path(data), sealed_path(data)
     write_measurement(path, measurement)
-    write_lines(seal, [json.dumps(_document(path, sealed), indent=1)])
+    write_text(seal, json_text(_document(path, sealed), indent=1) + "\n")
     return seal
 
 
@@ -223,14 +222,14 @@ def opened(data: str | Path) -> Sealed:
         As in `reveal`.
     """
     path, seal = Path(data), sealed_path(data)
-    read_text(path)
+    content = read_bytes(path)
     if not seal.exists():
         allowed = f"{seal.name} beside {path.name}, as 'rtec blind new' wrote the two: they go together"
         raise FileFormatError(seal, None, "there is no such file", allowed)
     document = _parsed(seal, read_text(seal))
     if document.get("format") != FORMAT:
         raise FileFormatError(seal, None, f"this is no secret of the game ({FORMAT})", _ALLOWED)
-    if document.get("data_sha256") != _sha256(path.read_bytes()):
+    if document.get("data_sha256") != _sha256(content):
         problem = f"it does not belong to {path}: that file is not the one that was sealed"
         raise FileFormatError(seal, None, problem, "the data file as it was written")
     try:
@@ -240,19 +239,19 @@ def opened(data: str | Path) -> Sealed:
     if document.get("secret_sha256") != _sha256(text):
         raise FileFormatError(seal, None, "its secret was changed", _ALLOWED)
     try:
-        document = json.loads(text)
+        document = parse_json(text)
         axis = document["axis"]
         scenario = scenario_from(axis["scenario"])
         number = whole_within("number", axis["number"], 0, 1 << 62)
         return Sealed(secret=secret_from(document), scenario=scenario, number=number)
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
+    except (AttributeError, KeyError, TypeError, ValueError):
         raise FileFormatError(seal, None, "its secret cannot be read", _ALLOWED) from None
 
 
 def _document(data: Path, sealed: Sealed) -> dict[str, str]:
     """Return the content of the sealed file."""
     axis = {"scenario": scenario_document(sealed.scenario), "number": sealed.number}
-    text = json.dumps({**document_of(sealed.secret), "axis": axis}, allow_nan=False).encode()
+    text = json_text({**document_of(sealed.secret), "axis": axis}).encode()
     return {
         "format": FORMAT,
         "about": "what is hidden in the data file; 'rtec blind reveal' opens it",
@@ -268,8 +267,8 @@ def _sha256(data: bytes) -> str:
 
 def _parsed(path: Path, text: str) -> dict[str, Any]:
     try:
-        document = json.loads(text)
-    except (ValueError, RecursionError):
+        document = parse_json(text)
+    except ValueError:
         raise FileFormatError(path, None, "this is no JSON", _ALLOWED) from None
     if not isinstance(document, dict):
         raise FileFormatError(path, None, "this is no JSON object", _ALLOWED)

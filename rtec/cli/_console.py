@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -22,21 +21,11 @@ def print_json(document: Mapping[str, object]) -> None:
     >>> print_json({"A": 1.5, "B": float("nan"), "rows": (1, float("inf"))})
     {"A": 1.5, "B": null, "rows": [1, null]}
     """
-    import json
+    from rtec.io import json_text
 
     # what the stream cannot encode would be spelled out as on a terminal, which is no JSON
     ascii_only = not (sys.stdout.encoding or "").lower().startswith("utf")
-    sys.stdout.write(json.dumps(_strict(document), allow_nan=False, ensure_ascii=ascii_only) + "\n")
-
-
-def _strict(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {str(key): _strict(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_strict(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
+    sys.stdout.write(json_text(document, ascii_only=ascii_only) + "\n")
 
 
 def note(message: str) -> None:

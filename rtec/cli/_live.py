@@ -18,8 +18,8 @@ from rtec.cli._arguments import whole
 from rtec.cli._console import note
 from rtec.cli._words import among
 from rtec.errors import ArgumentError, LinkError
+from rtec.io import check_file
 from rtec.units import LENGTH, TIME, parse_quantity, parse_time_ps
-from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from rtec.link.transport import Transport

@@ -12,7 +12,7 @@ import typer
 
 from rtec.cli import _console
 from rtec.errors import OutputError
-from rtec.whole_file import FIGURES, check_file
+from rtec.io import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.machine import OpenPath

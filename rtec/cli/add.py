@@ -14,8 +14,8 @@ from rtec.cli._console import announce_compilation, progress
 from rtec.cli._words import EFFECTS, completing
 from rtec.cli.diagnose import show_diagnosis
 from rtec.errors import ArgumentError
+from rtec.io import check_file
 from rtec.units import NUMBER
-from rtec.whole_file import check_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,7 +13,7 @@ from rtec.cli._console import announce_compilation, print_json
 from rtec.cli._help import help_of, markup_mode
 from rtec.cli._words import EFFECTS, PLANS, completing
 from rtec.errors import ArgumentError
-from rtec.whole_file import check_file
+from rtec.io import check_file
 
 if TYPE_CHECKING:
     from rtec.blind import Scenario, Secret

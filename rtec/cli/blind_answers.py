@@ -13,7 +13,7 @@ from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.cli._words import EFFECTS, completing
 from rtec.errors import ArgumentError, OutputError
-from rtec.whole_file import check_file
+from rtec.io import check_file
 
 if TYPE_CHECKING:
     from rtec.blind import Confusion, LineScore, Points
@@ -123,7 +123,7 @@ def score(
         return
     from rtec.blind import confusion, the_lines
     from rtec.blind.judged import judged, refitted
-    from rtec.metrology.text_file import write_lines
+    from rtec.io import write_lines
 
     if output is not None:
         check_file("-o", output, force=force)

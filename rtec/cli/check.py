@@ -15,7 +15,7 @@ from rtec.cli._arguments import option, whole_option
 from rtec.cli._motion import MOTION_NAMES, read_motion
 from rtec.cli._words import PROCESSORS, completing, files_ending
 from rtec.errors import ArgumentError
-from rtec.whole_file import FIGURES, check_file
+from rtec.io import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.cli._check_door import Chosen

@@ -10,7 +10,7 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
-from rtec.whole_file import check_folder
+from rtec.io import check_folder
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -47,7 +47,7 @@ def compare(
     """
     from rtec.inference.changes import changes_from_first
     from rtec.inference.compare import compare as compared
-    from rtec.report.destination import report_folder
+    from rtec.io import report_folder
     from rtec.report.diagnosis import comparison_document, comparison_sentence, write_comparison, write_several
 
     if output is not None:

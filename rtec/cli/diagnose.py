@@ -11,7 +11,7 @@ from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.errors import ArgumentError
-from rtec.whole_file import check_file, check_folder
+from rtec.io import check_file, check_folder
 
 if TYPE_CHECKING:
     from rtec.inference.results import Diagnosis
@@ -57,7 +57,7 @@ def diagnose(
     from rtec.inference.changes import changes_from_first
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.inference.model_file import write_model
-    from rtec.report.destination import report_folder
+    from rtec.io import report_folder
     from rtec.report.diagnosis import changes_sentence, verdict_sentence, write_diagnosis, write_several
 
     names = names_of(data)

@@ -12,8 +12,8 @@ from rtec.cli._arguments import option, whole_option
 from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_NAMES, read_motion
 from rtec.cli._words import PROCESSORS, files_ending
 from rtec.errors import ArgumentError
+from rtec.io import FIGURES, check_file
 from rtec.units import parse_time_ps
-from rtec.whole_file import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow

@@ -13,7 +13,7 @@ from rtec.cli import _measured
 from rtec.cli._arguments import option
 from rtec.cli._console import note, print_json
 from rtec.errors import ArgumentError
-from rtec.whole_file import check_file
+from rtec.io import check_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -72,9 +72,8 @@ def export(
         raise ArgumentError("--unit", repr(unit[:20]), "mm or inch")
     for name, file in files.items():
         check_file(f"--{name}", file, force=force)
-    from rtec.metrology.text_file import write_lines
+    from rtec.io import choice, write_lines
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
-    from rtec.sections import choice
     from rtec.study.c_source import Precision, name_in_c, predictor_lines
     from rtec.units import LENGTH, parse_quantity
 

@@ -16,7 +16,7 @@ from rtec.cli._console import note, print_json, progress
 from rtec.cli._help import help_of, markup_mode
 from rtec.cli._words import files_ending
 from rtec.errors import RtecError
-from rtec.whole_file import check_file
+from rtec.io import check_file
 
 if TYPE_CHECKING:
     from firmware_model import Mcs51

@@ -13,7 +13,7 @@ from rtec.cli._arguments import choice, option
 from rtec.cli._console import print_json
 from rtec.cli._words import among
 from rtec.errors import OutputError, RtecError
-from rtec.whole_file import check_file
+from rtec.io import check_file
 
 _INCLUDES = {
     "8051-12mhz": "8051",
@@ -48,13 +48,12 @@ def copy(
     from importlib.resources import files
 
     from rtec.injector import Design
-    from rtec.whole_file import WholeFile
+    from rtec.io import write_bytes
 
     name = Design.named(design).value
     check_file("MINE.asm", file, force=force, endings=(".asm",))
     source = (files("firmware_model") / "images" / f"{name}.asm").read_bytes()
-    with WholeFile(file) as whole:
-        whole.write(source)
+    write_bytes(file, source)
     if json:
         print_json({"source": str(file), "design": name})
     else:
@@ -78,7 +77,7 @@ def build(
     Example: rtec firmware build mine.asm --json
     """
     from firmware_model.images.build import BuildError, assemble
-    from rtec.whole_file import WholeFile
+    from rtec.io import write_text
 
     include = _INCLUDES[choice(processor, _INCLUDES, name="--processor")]
     for suffix in _OUTPUTS if source.is_file() else ():
@@ -92,8 +91,7 @@ def build(
     written = []
     for suffix, text in outputs.items():
         file = source.with_suffix(suffix)
-        with WholeFile(file) as whole:
-            whole.write(text.encode())
+        write_text(file, text)
         written.append(str(file))
     if json:
         print_json({"source": str(source), "processor": processor, "written": written})

@@ -13,7 +13,7 @@ from rtec.cli import _console, _measured
 from rtec.cli._arguments import choice, option, whole_option
 from rtec.cli._words import PROCESSORS, files_ending
 from rtec.errors import ArgumentError
-from rtec.whole_file import FIGURES, check_file
+from rtec.io import FIGURES, check_file, read_any_text
 
 if TYPE_CHECKING:
     from rtec.campaign import Check, FirmwareCheckPlan, FirmwareVerdict
@@ -206,12 +206,12 @@ class _Labels:
         rows = []
         file = image.with_suffix(".sym")
         if file.is_file():
-            for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
-                address, _, name = line.strip().partition(" ")
-                try:
+            try:
+                for line in read_any_text(file)[0].splitlines():
+                    address, _, name = line.strip().partition(" ")
                     rows.append((int(address, 16), name.strip()))
-                except ValueError:
-                    return cls([], [])  # of another tool
+            except ValueError:
+                return cls([], [])  # of another tool
         rows.sort()
         return cls([address for address, _ in rows], [name for _, name in rows])
 

@@ -12,7 +12,7 @@ from rtec.cli import _measured
 from rtec.cli._console import note, print_json
 from rtec.cli._several import names_of
 from rtec.errors import ArgumentError, FileFormatError, RtecError
-from rtec.whole_file import check_folder
+from rtec.io import check_folder
 
 if TYPE_CHECKING:
     from rtec.metrology import ColumnChoices, Coordinate, JudgedTest, PositioningTest, UncertaintyInputs
@@ -164,7 +164,7 @@ def _kind(test: JudgedTest) -> str:
 
 
 def _report(tests: Sequence[JudgedTest], unit: str | None, output: Path) -> Path:
-    from rtec.report.destination import report_folder
+    from rtec.io import report_folder
     from rtec.report.iso230 import write_positioning
 
     with report_folder(output, "iso230") as folder:

@@ -11,7 +11,7 @@ from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.cli._words import PROCESSORS
 from rtec.errors import ArgumentError
-from rtec.whole_file import check_file, check_folder
+from rtec.io import check_file, check_folder
 
 if TYPE_CHECKING:
     from rtec.report.illustrations import Illustration
@@ -64,7 +64,7 @@ def run(
     from dataclasses import replace
 
     from rtec.board import Microcontroller
-    from rtec.report.destination import report_folder
+    from rtec.io import report_folder
     from rtec.report.document import study_document
     from rtec.report.folder import write_report
     from rtec.report.search import search_figures
@@ -126,10 +126,9 @@ def _show(result: StudyResult) -> None:
 
 def _write_builtin(file: Path, force: bool) -> None:
     """Write the built-in study to a file of the user's."""
+    from rtec.io import write_text
     from rtec.study import builtin_text
-    from rtec.whole_file import WholeFile
 
     check_file("--write-study", file, force=force)
-    with WholeFile(file) as handle:
-        handle.write(builtin_text().encode())
+    write_text(file, builtin_text())
     typer.echo(f"Wrote {file}; change it and run: rtec run {file}")

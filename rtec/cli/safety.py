@@ -11,8 +11,8 @@ import typer
 from rtec.cli import _console, _measured
 from rtec.cli._arguments import option, whole_option
 from rtec.cli._words import FAULTS, PHASES, completing
-from rtec.errors import ArgumentError, OutputError
-from rtec.whole_file import check_file
+from rtec.errors import ArgumentError
+from rtec.io import check_file, write_text
 
 if TYPE_CHECKING:
     from rtec.campaign.safety import SafetyCase
@@ -161,7 +161,4 @@ def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:
     from rtec.report.figures_safety import write_safety_figure
 
     write_safety_figure(case.matrix, picture)
-    try:
-        output.write_text(document(case, command=command, picture=picture.name), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"-o: {output}: {error.strerror}") from None
+    write_text(output, document(case, command=command, picture=picture.name))

@@ -14,7 +14,7 @@ from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, nearest
-from rtec.whole_file import FIGURES, check_file
+from rtec.io import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.predictors.fitting.training import Effort

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rtec.conformance.verilog_pins import Pins
 from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
 from rtec.injector import Break, Response, Stimulus, Totals
+from rtec.io import read_any_text
 from rtec.signal import EdgeStream
 
 BUILD_S = 300.0
@@ -127,7 +128,7 @@ def build_error(file: Path, pins: Pins, said: str, simulator: str) -> RtecError:
                 what = "a delay, which Verilator cannot simulate here; --simulator icarus can"
             return FileFormatError(found["file"], int(found["line"]), what[:300], f"Verilog that {simulator} builds")
     if any("--top-module" in line or "root module" in line for line in lines):
-        modules = _MODULE.findall(file.read_text("utf-8", "replace"))
+        modules = _MODULE.findall(read_any_text(file)[0])
         hint = nearest(pins.top, modules)
         allowed = f"a module of {file}: {', '.join(modules) or 'it has none'}"[:300]
         return ArgumentError(f"{pins.where}: top", repr(pins.top), allowed, "" if hint.startswith("known") else hint)

@@ -12,8 +12,9 @@ from rtec.conformance._verilator import Verilator
 from rtec.conformance._verilog_runs import response_of
 from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Pins
-from rtec.errors import ArgumentError, FileFormatError, RtecError
+from rtec.errors import ArgumentError, RtecError
 from rtec.injector import Response, Stimulus
+from rtec.io import read_bytes
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
 
 SIMULATORS: dict[str, tuple[Callable[[], str | None], type[Verilator | Icarus]]] = {
@@ -92,11 +93,7 @@ class VerilogAlgorithm:
     """
 
     def __init__(self, file: Path, *, pins: Pins, clock_ps: tuple[int, int], simulator: str | None = None) -> None:
-        try:
-            with file.open("rb"):
-                pass
-        except OSError as error:
-            raise FileFormatError(file, None, error.strerror or str(error), "a Verilog file") from None
+        read_bytes(file, "a Verilog file")
         self._file, self._pins = file, pins
         kind = SIMULATORS[_chosen(simulator)][1]
         self._shop = Workshop()

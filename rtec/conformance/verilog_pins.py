@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError, nearest
-from rtec.sections import Section, read_toml
+from rtec.io import Section, read_toml
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_$]{0,99}")
 _OPTIONAL = ("reset", "refused")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
 from rtec.metrology import Measurement
-from rtec.metrology.text_file import shown
+from rtec.metrology.plain_numbers import shown
 from rtec.units import ANGLE, LENGTH, NUMBER, TIME, Kind, parse_quantity
 
 _FACTS = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature")

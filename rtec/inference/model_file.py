@@ -30,7 +30,6 @@ from __future__ import annotations
 import math
 import re
 import sys
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -51,7 +50,7 @@ from rtec.inference.shape_text import (
     shown_text,
     written_fields,
 )
-from rtec.metrology.text_file import read_text, write_lines
+from rtec.io import brief, parse_toml, read_text, write_lines
 from rtec.units import parse_in, written
 
 MAX_BYTES = 200_000
@@ -185,34 +184,22 @@ def _amount_keys(effect: Effect, named: Sequence[Amplitude]) -> tuple[str, str]:
 
 def _tables(path: str | Path) -> dict[str, Any]:
     """Return the tables of the file, with known keys at the top."""
-    file = Path(path)
-    try:
-        size = file.stat().st_size if file.is_file() else 0
-    except (OSError, ValueError):  # read_text says what is wrong
-        size = 0
-    if size > MAX_BYTES:
-        raise FileFormatError(path, None, f"{size} bytes", f"a model (TOML) of at most {MAX_BYTES} bytes")
-    text = read_text(path)
+    text = read_text(path, "a model in TOML", most_bytes=MAX_BYTES)
     for number, line in enumerate(text.split("\n"), start=1):
         if line.count(".") > MAX_DOTS:
             raise FileFormatError(path, number, f"{line.count('.')} dots in a line", f"at most {MAX_DOTS}")
-    try:
-        top = tomllib.loads(text)
-    except RecursionError:
-        raise FileFormatError(path, None, "nested too deeply", "a model in TOML") from None
-    except ValueError as error:  # the parser's own, and that of a number with thousands of digits
-        raise FileFormatError(path, None, _brief(error), "a model in TOML") from None
+    top = parse_toml(text, path)
     for key in top:
         if key not in _TOP:
             hint = nearest(key, _TOP) if key != "effects" else "write [[effect]]"
-            raise FileFormatError(path, None, f"unknown key {_brief(key)!r}", f"{', '.join(_TOP)}; {hint}")
+            raise FileFormatError(path, None, f"unknown key {brief(key)!r}", f"{', '.join(_TOP)}; {hint}")
     return top
 
 
 def _observe(path: str | Path, top: Mapping[str, Any]) -> str:
     observe = top.get("observe")
     if not isinstance(observe, str) or not 0 < len(observe) <= 100 or not observe.isprintable():
-        problem = "no key 'observe'" if observe is None else f"observe = {_brief(repr(observe))}"
+        problem = "no key 'observe'" if observe is None else f"observe = {brief(repr(observe))}"
         raise FileFormatError(path, None, problem, 'the quantity that is explained, such as observe = "deviation"')
     return observe
 
@@ -221,7 +208,7 @@ def _units(path: str | Path, top: Mapping[str, Any], wanted: Units | None) -> Un
     found = {key: top[key] for key in (*_UNITS, "load") if key in top}
     for key, unit in found.items():
         if not isinstance(unit, str) or not _UNIT.fullmatch(unit):
-            raise FileFormatError(path, None, f"{key} = {_brief(repr(unit))}", "a unit such as mm, deg, n or s")
+            raise FileFormatError(path, None, f"{key} = {brief(repr(unit))}", "a unit such as mm, deg, n or s")
     if wanted is None:
         if missing := ", ".join(key for key in _UNITS if key not in found):
             allowed = 'units, such as observed = "mm", or a measurement that the model is for'
@@ -240,7 +227,7 @@ def _range(path: str | Path, top: Mapping[str, Any], units: Units) -> tuple[floa
     if ends is None:
         return None
     if not isinstance(ends, list) or len(ends) != 2:
-        problem = f"range = {_brief(repr(ends))}"
+        problem = f"range = {brief(repr(ends))}"
         raise FileFormatError(
             path, None, problem, f"two positions, such as ['0 {units.position}', '300 {units.position}']"
         )
@@ -257,7 +244,7 @@ def _interval(path: str | Path, top: Mapping[str, Any], units: Units) -> float |
     unit, factor = units.shown
     half = parse_in(top["interval"], unit, name=f"{path}: interval", inside=factor)
     if half < 0.0:
-        raise ArgumentError(f"{path}: interval", _brief(repr(top["interval"])), "from 0")
+        raise ArgumentError(f"{path}: interval", brief(repr(top["interval"])), "from 0")
     return half
 
 
@@ -275,14 +262,8 @@ def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[_Entry]:
             effect = effect_named(name)
         except ArgumentError as error:
             allowed = "; ".join(part for part in (error.allowed, error.hint) if part)
-            raise FileFormatError(path, None, f"effect {number}: no effect {_brief(name)!r}", allowed) from None
+            raise FileFormatError(path, None, f"effect {number}: no effect {brief(name)!r}", allowed) from None
         yield _Entry(path, number, effect, entry)
-
-
-def _brief(value: object) -> str:
-    """Return a value for a message of one line."""
-    text = " ".join(str(value).split())
-    return text if len(text) <= 120 else text[:117] + "..."
 
 
 @dataclass(frozen=True, slots=True)
@@ -346,7 +327,7 @@ class _Entry:
         known = ["name", *field_keys(self.effect.shape_type), *tuned, *own, *_LISTS]
         for key in self.table:
             if key not in known:
-                problem = f"effect {self.number} ({self.effect.name}): unknown key {_brief(key)!r}"
+                problem = f"effect {self.number} ({self.effect.name}): unknown key {brief(key)!r}"
                 raise FileFormatError(self.path, None, problem, f"{', '.join(known)}; {nearest(key, known)}")
 
     def _numbers(self, key: str, single: str, named: Sequence[Amplitude]) -> tuple[float, ...] | None:
@@ -359,9 +340,9 @@ class _Entry:
             return None
         values = self.table[key]
         if not isinstance(values, list) or len(values) != len(named):
-            what = f"{len(values)} of them" if isinstance(values, list) else _brief(repr(values))
+            what = f"{len(values)} of them" if isinstance(values, list) else brief(repr(values))
             wanted = ", ".join(f"{a.name} in {a.unit}" for a in named)
-            raise ArgumentError(self._name(key), what, f"a list of {len(named)}: {_brief(wanted)}")
+            raise ArgumentError(self._name(key), what, f"a list of {len(named)}: {brief(wanted)}")
         return tuple(self._number(f"{key} ({a.name})", value, a) for value, a in zip(values, named, strict=True))
 
     def _number(self, key: str, value: Any, what: Amplitude) -> float:

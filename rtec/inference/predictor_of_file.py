@@ -10,8 +10,8 @@ from rtec.errors import ArgumentError
 from rtec.inference.model import Model
 from rtec.inference.model_file import read_model
 from rtec.inference.static_predictor import LeftOut, predictor_of_model
+from rtec.io import read_toml
 from rtec.predictors import Cautious, Predictor, is_predictor_file, read_predictor
-from rtec.sections import read_toml
 
 
 def axis_of_file(path: Path) -> int | None:

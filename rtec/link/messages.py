@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.io import read_any_text
 from rtec.link import _frame_kernels
 from rtec.link._crc_kernels import seal
 from rtec.link.frame import PAYLOAD_BYTES, Frame
@@ -139,11 +140,11 @@ class MessageSet:
         --------
         >>> MessageSet.load("/nowhere/z.dbc")
         Traceback (most recent call last):
-        rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read: No such file or directory; allowed: a DBC file
+        rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read (No such file or directory); allowed: a DBC file
         """
         ours = _packaged()
         if path is not None:
-            theirs = _parsed(path, _text_of(Path(path)))
+            theirs = _parsed(path, read_any_text(path, "a DBC file", most_bytes=MOST_BYTES)[0])
             for problem, allowed in _differences(ours, theirs):
                 raise FileFormatError(path, None, problem, f"{allowed}, as in the {PACKAGED} of the package")
         return cls(ours)
@@ -259,26 +260,6 @@ def _number(signal: Signal, value: int | str) -> int:
 
 def _name_in_dbc(kind: Kind, axis: int) -> str:
     return NAMES[kind] if kind == Kind.HOLD else f"{NAMES[kind]}_{axis}"
-
-
-def _text_of(path: Path) -> str:
-    """Return the text of a DBC of the user's, of limited size."""
-    try:
-        if path.exists() and not path.is_file():
-            raise FileFormatError(path, None, "is no regular file", "a DBC file")
-        with open(path, "rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, FileFormatError):
-            raise
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileFormatError(path, None, f"cannot be read: {reason}", "a DBC file") from error
-    if len(content) > MOST_BYTES:
-        raise FileFormatError(path, None, f"is larger than {MOST_BYTES} bytes", "the DBC of one bus")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace")  # what DBC editors write
 
 
 def _check_claims(path: str | Path, text: str) -> None:

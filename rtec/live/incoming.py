@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from typing import Any
+
+from rtec.io import json_text, parse_json
 
 READ_BYTES = 1 << 16
 SAY = "say"
@@ -13,12 +14,12 @@ SAY = "say"
 
 def say_line(text: str) -> bytes:
     """Return what asks for a line of text to be told."""
-    return json.dumps({SAY: text}).encode() + b"\n"
+    return json_text({SAY: text}).encode() + b"\n"
 
 
 def document_line(document: Mapping[str, Any]) -> bytes:
     """Return what asks for a document to be drawn."""
-    return json.dumps(document).encode() + b"\n"
+    return json_text(document).encode() + b"\n"
 
 
 class Incoming:
@@ -53,7 +54,7 @@ class Incoming:
         *whole, self._rest = (self._rest + data).split(b"\n")
         said, document = [], None
         for line in whole:
-            item = json.loads(line)
+            item = parse_json(line)
             if SAY in item:
                 said.append(item[SAY])
             else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rtec.errors import FileFormatError
+from rtec.io import read_text
 from rtec.machine.station import Move
 from rtec.metrology import Dwell, Move as Feed, parse_program
 from rtec.units import MM_PER_INCH
@@ -49,11 +49,7 @@ def read_moves(path: Path, *, home_mm: float) -> list[Move]:
     FileFormatError
         The file cannot be read or is no such program.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "no text"
-        raise FileFormatError(path, None, f"cannot be read ({reason})", "a measuring program in G-code") from None
+    lines = read_text(path, "a measuring program in G-code").splitlines()
     moves: list[Move] = []
     for block in parse_program(lines, source=str(path)):
         if isinstance(block, Feed):

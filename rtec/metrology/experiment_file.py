@@ -40,6 +40,7 @@ from types import MappingProxyType
 from typing import Any
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.io import Section, read_toml, write_lines
 from rtec.metrology.experiment_plan import (
     MOST_IN_TURN,
     ExperimentPlan,
@@ -51,8 +52,6 @@ from rtec.metrology.experiment_plan import (
     Weather,
     Zero,
 )
-from rtec.metrology.text_file import write_lines
-from rtec.sections import Section, read_toml
 from rtec.units import parse_in, written
 
 KEYS: Mapping[str, str] = MappingProxyType(

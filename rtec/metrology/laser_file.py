@@ -28,8 +28,9 @@ from typing import Any
 import numpy as np
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.io import read_text, write_lines
+from rtec.metrology.plain_numbers import PLAIN_NUMBER, plain_numbers, shown
 from rtec.metrology.readings import Floats, Integers, Readings
-from rtec.metrology.text_file import PLAIN_NUMBER, plain_numbers, read_text, shown, write_lines
 from rtec.units import MM_PER_INCH
 
 COLUMNS = ("Position", "LasRead", "LinearError", "Status", "AirTemp", "AirPress", "MatTemp")

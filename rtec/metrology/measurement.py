@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.plain_numbers import PLAIN_NUMBER, shown
 from rtec.metrology.readings import Floats, Readings, RotaryReadings
 from rtec.metrology.tables.choices import as_option
-from rtec.metrology.text_file import PLAIN_NUMBER, shown
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.io import write_lines
 from rtec.metrology.measurement import Measurement
-from rtec.metrology.text_file import write_lines
 
 
 def write_measurement(path: str | Path, measurement: Measurement) -> None:

@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.io import read_any_text
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.agreement import disagreement
 from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
@@ -34,7 +36,6 @@ from rtec.metrology.tables.ways import counts_runs
 from rtec.metrology.tables.wide import Pass, passes_of, turned
 from rtec.metrology.tables.words import AXIS, plain_words
 from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
-from rtec.metrology.text_file import read_any_text, shown
 
 _OF_LONG_TABLES = ("time", "velocity", "feed", "force", "current", "torque", "voltage")
 

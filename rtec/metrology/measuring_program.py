@@ -25,7 +25,7 @@ from rtec.metrology.measuring_plan import (
     return_positions,
 )
 from rtec.metrology.number_format import vb_format
-from rtec.metrology.text_file import shown
+from rtec.metrology.plain_numbers import shown
 
 _DWELL = "##"
 _FEED = "##.#"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from rtec import axis
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.io import read_text
 from rtec.metrology.measuring_program import Dwell, Move, Stop, parse_program
-from rtec.metrology.text_file import read_text
 from rtec.units import MM_PER_INCH
 
 STOP_S = 1.0
@@ -33,7 +33,7 @@ def read_program(path: str | Path) -> axis.Program:
     >>> read_program("part.nc")
     Traceback (most recent call last):
         ...
-    rtec.errors.FileFormatError: part.nc: cannot be read (No such file or directory); allowed: a readable text file
+    rtec.errors.FileFormatError: part.nc: cannot be read (No such file or directory); allowed: a text file
     """
     source = str(path)
     blocks: list[axis.Block] = []

@@ -34,27 +34,6 @@ class LengthUnit(Enum):
     INCH = MM_PER_INCH
 
 
-def text_of(path: str | Path) -> str:
-    """Return the text of a regular file of sane size."""
-    try:
-        if not Path(path).is_file():
-            raise FileFormatError(path, None, "no such file", "a text file that can be read")
-        with open(path, "rb") as stream:
-            content = stream.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, FileFormatError):
-            raise
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise FileFormatError(path, None, f"cannot be read ({reason})", "a text file that can be read") from None
-    if len(content) > LARGEST_FILE:
-        raise FileFormatError(path, None, "the file is too large", f"at most {LARGEST_FILE} bytes")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise FileFormatError(path, line, "not UTF-8 text", "a text file in UTF-8") from None
-
-
 def row_of(path: str | Path, number: int, cells: list[str], names: list[str]) -> list[float]:
     """Return the numbers of a line, one for each name."""
     if len(cells) != len(names):

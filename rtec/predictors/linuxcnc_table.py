@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import Enum
 from pathlib import Path
 
-from rtec.predictors._rows import QUANTITIES, LengthUnit, bidirectional, columns_of, row_of, text_of
+from rtec.io import read_text
+from rtec.predictors._rows import LARGEST_FILE, QUANTITIES, LengthUnit, bidirectional, columns_of, row_of
 from rtec.predictors.tables import BidirectionalTable
 
 
@@ -54,7 +55,7 @@ def read_linuxcnc_table(
     """
     rows: list[list[float]] = []
     lines: list[int] = []
-    for number, line in enumerate(text_of(path).rstrip().splitlines(), start=1):
+    for number, line in enumerate(read_text(path, most_bytes=LARGEST_FILE).rstrip().splitlines(), start=1):
         rows.append(row_of(path, number, line.split(), ["nominal", "forward", "reverse"]))
         lines.append(number)
     header = [(name, unit) for name in QUANTITIES]

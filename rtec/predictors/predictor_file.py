@@ -38,6 +38,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.io import Section, read_toml, write_lines
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors._columns import column, span
 from rtec.predictors.axis_tables import AxisTable, AxisTables
@@ -45,9 +46,7 @@ from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
-from rtec.sections import Section, read_toml
 from rtec.units import LENGTH
-from rtec.whole_file import WholeFile
 
 VERSION = 1
 MOST_BYTES = 16_000_000
@@ -258,8 +257,7 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     lines += [f"axis = {known.axis}"] if known.axis is not None else []
     lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
     lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
-    with WholeFile(path) as out:
-        out.write("\n".join([*lines, *body, ""]).encode())
+    write_lines(path, [*lines, *body])
 
 
 def _network_lines(predictor: TrainedNetworks) -> Iterator[str]:

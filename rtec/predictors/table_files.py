@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.io import read_text, write_lines
 from rtec.predictors._columns import LARGEST
-from rtec.predictors._rows import QUANTITIES, LengthUnit, bidirectional, columns_of, row_of, text_of
+from rtec.predictors._rows import LARGEST_FILE, QUANTITIES, LengthUnit, bidirectional, columns_of, row_of
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 from rtec.units import LENGTH, parse_quantity
-from rtec.whole_file import WholeFile
 
 _BACKLASH = re.compile(r"#\s*backlash\s*:\s*(.*)", re.IGNORECASE)
 
@@ -60,7 +60,7 @@ def read_table(path: str | Path) -> UnidirectionalTable | BidirectionalTable:
     rows: list[list[float]] = []
     lines: list[int] = []
     backlash_mm: float | None = None
-    for number, line in enumerate(text_of(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path, most_bytes=LARGEST_FILE).splitlines(), start=1):
         if line.lstrip().startswith("#"):
             if match := _BACKLASH.match(line.strip()):
                 backlash_mm = _backlash(path, number, match[1], backlash_mm)
@@ -126,8 +126,7 @@ def write_table(
         header = f"position_{suffix},forward_{suffix},reverse_{suffix}"
         columns = [table.forward_positions_mm, table.forward_errors_mm, table.reverse_errors_mm]
     rows = (",".join(map(repr, row)) for row in (np.column_stack(columns) / unit.value).tolist())
-    with WholeFile(path) as file:
-        file.write("".join(f"{line}\n" for line in [*comments, header, *rows]).encode())
+    write_lines(path, [*comments, header, *rows])
 
 
 def _header(path: str | Path, number: int, line: str) -> list[tuple[str, LengthUnit]]:

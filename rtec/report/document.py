@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from rtec.io import strict
 from rtec.report.diagnosis import diagnosis_document
-from rtec.report.plain_data import plain
 from rtec.report.tables import COUNT_COLUMNS
 from rtec.study.results import Round, StudyResult, StudyRow
 from rtec.units import MM_PER_INCH
@@ -38,7 +38,7 @@ def study_document(result: StudyResult) -> dict[str, Any]:
         "warnings": list(result.warnings),
         "wall_s": result.wall_s,
     }
-    cleaned: dict[str, Any] = plain(document)
+    cleaned: dict[str, Any] = strict(document)
     return cleaned
 
 

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from rtec.io import write_bytes
 from rtec.report.palette import EDGE, GRID, GUIDE, GUIDE_LINE, INK, PAPER, TICK
-from rtec.whole_file import WholeFile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -114,8 +114,7 @@ def write_figure(draw: Callable[[], Figure], file: Path) -> None:
         figure = draw()
         _lay_out(figure)
         made = _file_of(figure, file.suffix.lower())
-    with WholeFile(file) as whole:
-        whole.write(made)
+    write_bytes(file, made)
 
 
 def _lay_out(figure: Figure) -> None:

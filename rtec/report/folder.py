@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from rtec.inference.model_file import write_model
+from rtec.io import json_text, whole_folder, write_text
 from rtec.metrology import Readings, measurement_of_readings, write_laser_file, write_measurement
 from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.document import study_document
 from rtec.report.illustrations import Illustration, illustrations
 from rtec.report.page import render_page
+from rtec.report.page_folder import PAGE, without_empty, write_figures
 from rtec.report.search import search_figures
 from rtec.report.tables import curves_csv, rows_csv
-from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
 from rtec.signal import coarsest_timescale, write_vcd
 from rtec.study.results import StudyResult, Waveform
 
@@ -53,7 +53,7 @@ def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustrat
     if found is None:
         found = () if result.learned is None else search_figures(result.learned)
     figures = illustrations(result, scale)
-    with whole_folder(folder) as new:
+    with whole_folder(folder, last=PAGE) as new:
         _write_all(result, scale, found, figures, new)
     return folder / PAGE
 
@@ -67,7 +67,7 @@ def _write_all(
     write_figures(folder, [*found, *figures])
     write_text(folder / "rows.csv", rows_csv(result, scale))
     write_text(folder / "feed.csv", curves_csv(result, scale))
-    write_text(folder / "result.json", json.dumps(study_document(result), indent=2, allow_nan=False) + "\n")
+    write_text(folder / "result.json", json_text(study_document(result), indent=2) + "\n")
     if result.learned is not None:
         _write_readings(result, "calibration", "none", result.learned.readings, folder / "readings")
         write_model(folder / "model.toml", result.learned.diagnosis.model)

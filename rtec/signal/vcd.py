@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rtec.errors import ArgumentError, RtecError
+from rtec.io import WholeFile
 from rtec.signal import _checks
 from rtec.signal._vcd_kernels import DIGITS, format_changes
-from rtec.whole_file import WholeFile
 
 TIMESCALES_PS = {
     f"{number} {unit}": number * 1000**power

@@ -8,10 +8,10 @@ from pathlib import Path
 from rtec.errors import ArgumentError, nearest
 from rtec.inference.predictor_of_file import predictor_of_file
 from rtec.inference.static_predictor import LeftOut
+from rtec.io import Section
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
 from rtec.predictors.binding import check_curve
-from rtec.sections import Section
 from rtec.units import MM_PER_INCH
 
 LEARNED, LATHE, TRUTH = "learned", "lathe", "axis"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from rtec.axis import Limits
 from rtec.errors import ArgumentError
+from rtec.io import Section
 from rtec.machine import Laser
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import Predictor
-from rtec.sections import Section
 from rtec.units import MM_PER_INCH
 
 MAX_READINGS = 200_000

@@ -14,13 +14,13 @@ from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.inference.static_predictor import LeftOut
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.io import Section, brief, choice, parse_toml, read_toml
 from rtec.machine import Growth, Laser, Machine
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS
 from rtec.machine.faults import Fault, FaultPlace, Strikes, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
 from rtec.requester import Conversation
-from rtec.sections import Section, brief, choice, parse_toml, read_toml
 from rtec.study.beliefs import LEARNED, axis_error_of, belief_of
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SPEED, TIME

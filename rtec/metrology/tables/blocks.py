@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.cells import Cell, looks_like_number
 from rtec.metrology.tables.grid import Grid, is_row, is_unit_row
 from rtec.metrology.tables.headings import meaning_of
@@ -21,7 +22,6 @@ from rtec.metrology.tables.words import (
     TARGET,
     plain_words,
 )
-from rtec.metrology.text_file import shown
 
 WORD = re.compile(r"[^\W\d_eE]|#")
 """What no line of plain numbers holds."""

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from rtec.errors import ArgumentError, nearest
 from rtec.metrology.columns import UNITS_OF_QUANTITY, axis_of_heading, quantity_of_heading
-from rtec.metrology.text_file import LONGEST_SHOWN
+from rtec.metrology.plain_numbers import LONGEST_SHOWN
 
 IGNORE = "ignore"
 """What a column is mapped to that is to be left out."""

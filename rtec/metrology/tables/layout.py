@@ -12,12 +12,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from rtec.errors import FileFormatError
+from rtec.metrology.plain_numbers import PLAIN_NUMBER, shown
 from rtec.metrology.tables.blocks import WORD, Block, blocks_of, is_name, without_remarks
 from rtec.metrology.tables.cells import Cell
 from rtec.metrology.tables.grid import Grid, is_row, is_summary, is_unit_row, rows_from, text_grid
 from rtec.metrology.tables.headings import Strength, meaning_of
 from rtec.metrology.tables.table import MAX_COLUMNS, Table, split_line
-from rtec.metrology.text_file import PLAIN_NUMBER, shown
 
 _FACT = re.compile(r"#\s*(?P<key>[^:]{1,80}?)\s*:\s*(?P<value>.*)")
 _TITLE_FACT = re.compile(r"(?P<key>[^:=]{1,60}?)\s*[:=]\s*(?P<value>.+)")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.metrology.columns import ColumnUnit, axis_of_heading, quantity_of_heading, units_lacking
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.choices import IGNORE, ColumnChoices
 from rtec.metrology.tables.headings import (
     Meaning,
@@ -22,7 +23,6 @@ from rtec.metrology.tables.headings import (
 )
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.units import column_unit
-from rtec.metrology.text_file import shown
 
 _WORDS = {
     "target": "the target",

@@ -26,9 +26,9 @@ import numpy as np
 from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit, quantity_of_heading
 from rtec.metrology.measurement import Column, Measurement
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.cells import number_of
 from rtec.metrology.tables.choices import ColumnChoices
-from rtec.metrology.text_file import shown
 
 _SECTION = re.compile(r"([A-Z][A-Z0-9 -]{0,40})::")
 _PAIR = re.compile(r"([A-Za-z][\w .-]{0,40}?)\s*:\s*(.*)")

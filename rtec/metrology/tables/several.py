@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rtec.errors import ArgumentError, FileFormatError
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.cells import Cell, number_of
 from rtec.metrology.tables.choices import ColumnChoices
 from rtec.metrology.tables.headings import meaning_of
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.wide import Pass, pass_of, passes_of
 from rtec.metrology.tables.words import ACTUAL, BACKWARD, DEVIATION, FORWARD, RUN, TIME, plain_words
-from rtec.metrology.text_file import shown
 
 _READINGS = ("deviation", "actual", "force", "current", "torque", "voltage")
 _FEWEST = 2

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rtec.errors import FileFormatError
+from rtec.metrology.plain_numbers import LONGEST_SHOWN, shown
 from rtec.metrology.tables.cells import Cell
 from rtec.metrology.tables.choices import as_option
-from rtec.metrology.text_file import LONGEST_SHOWN, shown
 
 MAX_COLUMNS = 1000
 MOST_CELLS = 8_000_000

@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from rtec.errors import FileFormatError
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.readings import Floats
-from rtec.metrology.text_file import shown
 
 _ISO = re.compile(r"[0-9]{4}-?[0-9]{2}-?[0-9]{2}[T ][0-9:]{2,8}.{0,20}", re.ASCII)
 _CLOCK = re.compile(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit, units_lacking
+from rtec.metrology.plain_numbers import plain_numbers, shown
 from rtec.metrology.readings import Floats
 from rtec.metrology.tables.cells import Cell, decimal_marks, direction_of, is_missing, number_of, run_of
 from rtec.metrology.tables.choices import IGNORE
@@ -18,7 +19,6 @@ from rtec.metrology.tables.placing import Placed
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.times import is_date_or_clock, seconds_since_first
 from rtec.metrology.tables.ways import ways_by_motion
-from rtec.metrology.text_file import plain_numbers, shown
 
 _SAMPLE = 2000
 _NEEDED = ("target", "actual", "deviation", "direction", "run", "time")

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.cells import Cell, looks_like_number
 from rtec.metrology.tables.layout import tables_of_grid
 from rtec.metrology.tables.table import MAX_COLUMNS, Table
-from rtec.metrology.text_file import shown
 
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _MOST_ENTRIES = 10_000

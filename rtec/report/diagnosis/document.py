@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from rtec.inference.fit import values_of
 from rtec.inference.likeness import look_alikes, nested
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
+from rtec.io import strict
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
-from rtec.report.plain_data import plain
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison, Where
@@ -62,7 +62,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "look_alikes": _look_alikes(diagnosis),
         "notes": list(dict.fromkeys([*diagnosis.dataset.notes, *diagnosis.notes])),
     }
-    cleaned: dict[str, Any] = plain(document)
+    cleaned: dict[str, Any] = strict(document)
     return cleaned
 
 
@@ -96,7 +96,7 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
         "where": [_where(where, shown) for where in comparison.where],
         "notes": list(comparison.dataset.notes),
     }
-    cleaned: dict[str, Any] = plain(document)
+    cleaned: dict[str, Any] = strict(document)
     return cleaned
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtec.inference.results import Diagnosis
+from rtec.io import json_text, whole_folder, write_text
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
 from rtec.report.diagnosis.figures_several import SEVERAL_CAPTION, several_figure
 from rtec.report.diagnosis.page import comparison_page, diagnosis_page, several_page
@@ -15,7 +15,7 @@ from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.several import several_document
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
-from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
+from rtec.report.page_folder import PAGE, without_empty, write_figures
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -82,7 +82,7 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
     with figure_style():
         figure = illustration(several_figure(results), "several", "Several measurements", SEVERAL_CAPTION)
     parts = {name: f"{number}-{Path(name).stem[:60]}" for number, name in enumerate(results, 1)}
-    with whole_folder(folder) as new:
+    with whole_folder(folder, last=PAGE) as new:
         for name, one in results.items():
             part = new / parts[name]
             part.mkdir()
@@ -92,16 +92,16 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
                 write_comparison(one, part)
         write_figures(new, [figure])
         document = several_document(results, found)
-        write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        write_text(new / "result.json", json_text(document, indent=2) + "\n")
         files = without_empty(new, ("figures",))
         write_text(new / PAGE, several_page(results, found, figure, parts, files))
     return folder / PAGE
 
 
 def _written(folder: Path, figures: list[Illustration], document: dict[str, Any], render: Render) -> Path:
-    with whole_folder(folder) as new:
+    with whole_folder(folder, last=PAGE) as new:
         write_figures(new, figures)
-        write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        write_text(new / "result.json", json_text(document, indent=2) + "\n")
         files = without_empty(new, ("figures",))
         write_text(new / PAGE, render(figures, files))
     return folder / PAGE

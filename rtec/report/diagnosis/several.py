@@ -12,11 +12,11 @@ from rich.text import Text
 
 from rtec.inference.changes import Change, Outcome
 from rtec.inference.results import Diagnosis, Value
+from rtec.io import strict
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
 from rtec.report.diagnosis.quantities import probability, shown_for, value_text
 from rtec.report.diagnosis.sentence import spoken
-from rtec.report.plain_data import plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -71,7 +71,7 @@ def several_document(results: Results, found: Changes) -> dict[str, Any]:
         for name, of_file in found.items()
         for change in of_file
     ]
-    cleaned: dict[str, Any] = plain({"files": documents, "changes": entries})
+    cleaned: dict[str, Any] = strict({"files": documents, "changes": entries})
     return cleaned
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from rtec.io import json_text, whole_folder, write_text
 from rtec.metrology import JudgedTest
 from rtec.metrology.judged_test import document_of_tests
 from rtec.report.figures_style import figure_style, new_figure
@@ -13,9 +13,8 @@ from rtec.report.illustrations import Illustration, illustration
 from rtec.report.iso230.figures import draw_tests
 from rtec.report.iso230.pdf import sheet_pdf
 from rtec.report.iso230.sheet import Sheet, sheet_of
-from rtec.report.plain_data import plain
+from rtec.report.page_folder import PAGE, without_empty, write_figures
 from rtec.report.rendering import embedded, page_environment
-from rtec.report.whole_folder import PAGE, whole_folder, without_empty, write_figures, write_text
 
 _PANEL_INCH, _AROUND_INCH = 3.5, 0.7
 PDF = "report.pdf"
@@ -50,11 +49,11 @@ def write_positioning(tests: Sequence[JudgedTest], unit: str | None, folder: Pat
     sheet = sheet_of(tests, unit)
     figure = _plot(tests, sheet)
     pdf = sheet_pdf(tests, sheet)
-    document = plain(document_of_tests(tests, unit))
-    with whole_folder(folder) as new:
+    document = document_of_tests(tests, unit)
+    with whole_folder(folder, last=PAGE) as new:
         write_figures(new, [figure])
         (new / PDF).write_bytes(pdf)
-        write_text(new / "result.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        write_text(new / "result.json", json_text(document, indent=2) + "\n")
         write_text(new / PAGE, _page(sheet, figure, without_empty(new, ())))
     return folder / PAGE
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError
+from rtec.io import MAX_BYTES
 from rtec.metrology import (
     Column,
     Measurement,
@@ -11,7 +12,6 @@ from rtec.metrology import (
     RotaryReadings,
     measurement_of_readings,
     read_measurement,
-    text_file,
     write_measurement,
 )
 
@@ -132,15 +132,16 @@ def test_bad_files(file, text, line, words):
     assert len(str(caught.value)) < 400
 
 
-def test_wrong_encoding_and_size(file, monkeypatch):
+def test_wrong_encoding_and_size(file):
     file.write_bytes("target_mm\n1\n\xe9\n".encode("latin-1"))
     with pytest.raises(FileFormatError, match=r"line 3: target_mm 'é' is not a finite number"):
         read_measurement(file)
     file.write_bytes(b"target_mm\n1\n\xe9\x02\n")
     with pytest.raises(FileFormatError, match=r"line 3: byte 0x02 is no text"):
         read_measurement(file)
-    monkeypatch.setattr(text_file, "MAX_BYTES", 5)
-    with pytest.raises(FileFormatError, match="at most 5 bytes"):
+    with file.open("wb") as sparse:
+        sparse.truncate(MAX_BYTES + 1)
+    with pytest.raises(FileFormatError, match=f"at most {MAX_BYTES} bytes"):
         read_measurement(file)
 
 

@@ -1,97 +1,16 @@
-"""A file that appears whole or not at all, and whether it can appear where it shall."""
+"""Where results go: whether that can be written, before the work begins; a folder that is made for them."""
 
 from __future__ import annotations
 
-import contextlib
 import os
-import secrets
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO
 
 from rtec.errors import ArgumentError, OutputError
 
-
-class WholeFile:
-    """A binary file written beside its place and moved there when it is complete.
-
-    A path that exists and is no regular file, such as a pipe, is written in place.
-
-    Parameters
-    ----------
-    path
-        Where the file shall be.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "z.txt"
-    >>> with WholeFile(file) as whole:
-    ...     whole.write(b"all or nothing")
-    ...     file.exists()
-    False
-    >>> file.read_bytes()
-    b'all or nothing'
-    """
-
-    def __init__(self, path: str | Path) -> None:
-        self._path = Path(path)
-        self._part: Path | None = None
-        self._file: BinaryIO | None = None
-
-    def __enter__(self) -> WholeFile:
-        with self._named_errors():
-            if self._path.exists() and not self._path.is_file():
-                self._file = open(self._path, "wb")
-            else:
-                self._part = self._path.with_name(f".{self._path.name[:100]}.{secrets.token_hex(4)}.part")
-                self._file = open(self._part, "xb")
-        return self
-
-    def write(self, data: bytes | memoryview) -> None:
-        """Write ``data`` whole.
-
-        Raises
-        ------
-        OutputError
-            No space left, or any other refusal of the system.
-        """
-        if self._file is None:
-            raise OutputError(f"{self._path}: is not open; write inside the with block")
-        with self._named_errors():
-            self._file.write(data)
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        file, part, self._file = self._file, self._part, None
-        try:
-            if file is not None and kind is not None:
-                with contextlib.suppress(OSError):
-                    file.close()
-            elif file is not None:
-                with self._named_errors():
-                    file.close()
-                    if part is not None:
-                        os.replace(part, self._path)
-                        part = None
-        finally:
-            if part is not None:
-                with contextlib.suppress(OSError):
-                    part.unlink(missing_ok=True)
-
-    @contextlib.contextmanager
-    def _named_errors(self) -> Iterator[None]:
-        try:
-            yield
-        except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-            hint = "free some space or choose another folder"
-            raise OutputError(f"{self._path}: cannot be written: {reason}; {hint}; nothing is left behind") from error
-
-
+_MOST_FOLDERS = 100_000
 FIGURES = (".png", ".svg", ".pdf")
 """Endings of pictures that can be drawn."""
 
@@ -175,3 +94,65 @@ def _check_room(option: str, place: Path, folder: Path) -> None:
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError(f"{option}: {place} cannot be written: {reason}; choose another folder") from None
+
+
+@contextmanager
+def report_folder(folder: Path | None, name: str) -> Iterator[Path]:
+    """Make the report's folder where it does not exist, and take it away again where writing fails.
+
+    Parameters
+    ----------
+    folder
+        The user's choice; None for the first of ``rtec-NAME-1``, ``-2``, ... that does not exist yet. Two runs at
+        once never share one.
+    name
+        Of the study.
+
+    Yields
+    ------
+    Path
+        The folder.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made.
+    """
+    made: list[Path] = []
+    try:
+        try:
+            yield _numbered(name, made) if folder is None else _made(folder, made)
+        except BaseException:
+            for new in reversed(made):
+                with suppress(OSError):
+                    new.rmdir()  # only where it is empty
+            raise
+    except FileExistsError as error:
+        raise OutputError(f"{error.filename}: {error.strerror}") from None
+
+
+def _made(folder: Path, made: list[Path]) -> Path:
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    for place in reversed(missing):
+        _make(place)
+        made.append(place)
+    return folder
+
+
+def _numbered(name: str, made: list[Path]) -> Path:
+    for number in range(1, _MOST_FOLDERS):
+        folder = Path(f"rtec-{name}-{number}")
+        with suppress(FileExistsError):
+            _make(folder)
+            made.append(folder)
+            return folder
+    raise OutputError(f"rtec-{name}-1 to -{_MOST_FOLDERS - 1} all exist; choose a folder with -o")
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {error.strerror}; choose a folder with -o") from None

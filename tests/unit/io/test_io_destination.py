@@ -7,7 +7,7 @@ import pytest
 
 from rtec.cli import main
 from rtec.errors import ArgumentError, OutputError
-from rtec.whole_file import FIGURES, check_file, check_folder
+from rtec.io import FIGURES, check_file, check_folder
 
 NOWHERE = pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no folder in which not even root can write")
 

@@ -11,14 +11,15 @@ from typing import Any, TypeVar
 
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.io.text import brief, read_text
 from rtec.units import SHARE, TIME, Kind, parse_quantity, seconds_to_ps
 
 _E = TypeVar("_E", bound=enum.Enum)
-MAX_BYTES = 1_000_000
+MOST_BYTES = 1_000_000
 """A study or a plan is a page of text; a larger file is something else."""
 
 
-def read_toml(path: Path, *, most_bytes: int = MAX_BYTES) -> dict[str, Any]:
+def read_toml(path: str | Path, *, most_bytes: int = MOST_BYTES) -> dict[str, Any]:
     """Return the tables of a TOML file of at most so many bytes.
 
     Raises
@@ -26,18 +27,7 @@ def read_toml(path: Path, *, most_bytes: int = MAX_BYTES) -> dict[str, Any]:
     FileFormatError
         Not there, too large, not UTF-8, or not TOML; the line is named where the parser knows it.
     """
-    try:
-        size = path.stat().st_size
-        if not path.is_file():
-            raise FileFormatError(path, None, "no regular file", "a TOML file")
-        if size > most_bytes:
-            raise FileFormatError(path, None, f"{size} bytes", f"a TOML file of at most {most_bytes} bytes")
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FileFormatError(path, None, f"byte {error.start} is not UTF-8", "TOML in UTF-8") from None
-    except OSError as error:
-        raise FileFormatError(path, None, error.strerror or str(error), "a readable TOML file") from None
-    return parse_toml(text, path)
+    return parse_toml(read_text(path, "a TOML file", most_bytes=most_bytes, may_be_empty=True), path)
 
 
 def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
@@ -49,18 +39,6 @@ def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
     except ValueError as error:  # the parser's own, and that of a number with thousands of digits
         problem = str(error)
     raise FileFormatError(path, None, brief(problem), "TOML: [table], then key = value")
-
-
-def brief(value: object) -> str:
-    """Return a value for a message of one line.
-
-    Examples
-    --------
-    >>> brief("x" * 1000)[-8:], len(brief("x" * 1000))
-    ('xxxxx...', 80)
-    """
-    text = str(value)
-    return text if len(text) <= 80 else text[:77] + "..."
 
 
 class Section:

@@ -1,4 +1,4 @@
-"""Files of a report that get to their places together, or not at all."""
+"""Files that get to their places together, or not at all."""
 
 from __future__ import annotations
 
@@ -6,27 +6,26 @@ import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from rtec.errors import OutputError
-from rtec.report.illustrations import Illustration
-
-PAGE = "report.html"
 
 
 @contextmanager
-def whole_folder(folder: Path) -> Iterator[Path]:
+def whole_folder(folder: Path, *, last: str = "") -> Iterator[Path]:
     r"""Let files be made in a hidden folder inside ``folder``, and move them to their places at the end.
 
     An error, a full disk or Ctrl-C leaves the folder as it was. What stands in the way under the same name is
-    replaced; the page comes last.
+    replaced.
 
     Parameters
     ----------
     folder
         Where to; it exists.
+    last
+        Name of the file that shows the others, such as a page: it comes last.
 
     Yields
     ------
@@ -42,7 +41,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     --------
     >>> place = Path(tempfile.mkdtemp())
     >>> with whole_folder(place) as new:
-    ...     write_text(new / "rows.csv", "name,rms\n")
+    ...     _ = (new / "rows.csv").write_text("name,rms\n")
     ...     (place / "rows.csv").exists()
     False
     >>> [path.name for path in place.iterdir()]
@@ -54,7 +53,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
         new = part / "new"
         new.mkdir()
         yield new
-        _move_into_place(new, part / "old", folder)
+        _move_into_place(new, part / "old", folder, last)
     except OSError as error:
         raise OutputError(f"{folder}: the report cannot be written ({_reason(error, part)}); nothing was") from None
     finally:
@@ -68,12 +67,12 @@ def _reason(error: OSError, part: Path | None) -> str:
     return text.replace(f"{part}{os.sep}new{os.sep}", "") if part is not None else text
 
 
-def _move_into_place(new: Path, old: Path, folder: Path) -> None:
+def _move_into_place(new: Path, old: Path, folder: Path, last: str) -> None:
     """Move the entries of ``new`` into ``folder``, those in the way into ``old``; undo that where it fails."""
     old.mkdir()
     done: list[tuple[Path, Path]] = []
     try:
-        for entry in sorted(new.iterdir(), key=lambda path: (path.name == PAGE, path.name)):
+        for entry in sorted(new.iterdir(), key=lambda path: (path.name == last, path.name)):
             place = folder / entry.name
             moves = [(place, old / entry.name)] if os.path.lexists(place) else []
             for source, target in [*moves, (entry, place)]:
@@ -86,25 +85,3 @@ def _move_into_place(new: Path, old: Path, folder: Path) -> None:
                 with contextlib.suppress(OSError):
                     target.rename(source)
         raise
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write text with the same bytes on every system."""
-    path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def write_figures(folder: Path, figures: Iterable[Illustration]) -> None:
-    """Write each figure as SVG and as PNG into ``figures`` under ``folder``."""
-    place = folder / "figures"
-    place.mkdir()
-    for figure in figures:
-        (place / f"{figure.name}.svg").write_bytes(figure.svg)
-        (place / f"{figure.name}.png").write_bytes(figure.png)
-
-
-def without_empty(folder: Path, names: Iterable[str]) -> list[str]:
-    """Take away those of the folders that are empty, and return all files as paths from ``folder``."""
-    for name in names:
-        with contextlib.suppress(OSError):
-            (folder / name).rmdir()
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
