@@ -269,15 +269,15 @@ def test_every_field_of_every_message_is_compared(tmp_path):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"", "no DBC"),
+        (b"", "the file is empty"),
         (b"hello world", "no DBC"),
-        (b"\x00\xff\xfe" * 1000, "no DBC"),
+        (b"\x00\xff\xfe" * 1000, "a NUL byte"),
         (b'VERSION "' + b"a" * 260_000, "no DBC"),
         (b'VERSION "' + b'\\"' * 130_000, "no DBC|missing"),
         (b"a " * 130_000, "no DBC"),
         (b"BO_ 1 x: 8 PC\n" * 18_000, "no DBC|missing"),
         (b'CM_ "nothing";', "the message Hold is missing"),
-        (b"VERSION" + b" " * (1 << 18), "is larger than 262144 bytes"),
+        (b"VERSION" + b" " * (1 << 18), "at most 262144 bytes"),
         (changed("Hold: 8", "Hold: 400000000").encode(), "line 9: 400000000 where"),
         (changed("Hold: 8", "Hold:// :8\n+400000000").encode(), "line 10: 400000000 where"),
         (changed("8|8@1+", "8|400000000@1+").encode(), "line 11: 400000000 where"),
