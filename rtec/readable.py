@@ -6,9 +6,10 @@ For people only. Files, JSON and models keep the unit that a quantity has by con
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+
+from rtec.units import PS_PER, UNITS, symbol
 
 MISSING = "–"
 """Stands where a figure is not defined."""
@@ -20,19 +21,23 @@ _DIGITS = 4
 
 @dataclass(frozen=True, slots=True)
 class _Rung:
-    """A unit, its size in the first of its ladder, and which numbers read well in it: from least on, below most."""
+    """A unit, and which numbers read well in it: from least on, below most."""
 
     unit: str
-    size: float
     least: float
     most: float
+
+    def of(self, other: _Rung) -> float:
+        """Return how many of this unit the other is; one is a whole number of times the other."""
+        ratio = UNITS[other.unit].factor / UNITS[self.unit].factor
+        return float(round(ratio)) if ratio >= 1.0 else 1.0 / round(1.0 / ratio)
 
 
 def _thousands(*units: str) -> tuple[_Rung, ...]:
     """Return a ladder of units that are a thousand times each other: 0.1 to 10 000 reads well, the ends are open."""
     last = len(units) - 1
     return tuple(
-        _Rung(unit, 1e3**k, 0.1 if k else 0.0, math.inf if k == last else 100.0 if k == 0 else 1e4)
+        _Rung(unit, 0.1 if k else 0.0, math.inf if k == last else 100.0 if k == 0 else 1e4)
         for k, unit in enumerate(units)
     )
 
@@ -43,16 +48,12 @@ _LADDERS = (
     _thousands("mN*m", "N*m", "kN*m"),
     _thousands("uA", "mA", "A", "kA"),
     _thousands("uV", "mV", "V", "kV"),
-    (
-        _Rung("arcsec", 1.0, 0.0, 600.0),
-        _Rung("arcmin", 60.0, 1.0, 60.0),
-        _Rung("deg", 3600.0, 0.1, math.inf),
-    ),
+    (_Rung("arcsec", 0.0, 600.0), _Rung("arcmin", 1.0, 60.0), _Rung("deg", 0.1, math.inf)),
     (
         *_thousands("ns", "us", "ms", "s")[:3],
-        _Rung("s", 1e9, 0.1, 600.0),
-        _Rung("min", 6e10, 1.0, 180.0),
-        _Rung("h", 3.6e12, 1.0, math.inf),
+        _Rung("s", 0.1, 600.0),
+        _Rung("min", 1.0, 180.0),
+        _Rung("h", 1.0, math.inf),
     ),
 )
 """Units of one dimension, ascending."""
@@ -89,16 +90,12 @@ def suited_unit(size: float, unit: str) -> tuple[str, float]:
     if known is None or not math.isfinite(size) or size == 0.0:
         return unit, 1.0
     ladder, k = known
-    own = ladder[k].size
-
-    def number(j: int) -> float:
-        return abs(size) * own / ladder[j].size
-
-    while number(k) >= ladder[k].most:
+    own = ladder[k]
+    while abs(size) * ladder[k].of(own) >= ladder[k].most:
         k += 1
-    while number(k) < ladder[k].least:
+    while abs(size) * ladder[k].of(own) < ladder[k].least:
         k -= 1
-    return ladder[k].unit + stroke + lower, own / ladder[k].size if ladder[k].size != own else 1.0
+    return ladder[k].unit + stroke + lower, ladder[k].of(own)
 
 
 def quantity_text(
@@ -193,17 +190,6 @@ def rounded(value: float, digits: int) -> str:
     return "−" + text[1:] if value < 0.0 else text
 
 
-def symbol(unit: str) -> str:
-    """Return a unit as it is printed.
-
-    Examples
-    --------
-    >>> symbol("um/m/K"), symbol("N*m"), symbol("ms^2"), symbol("arcsec"), symbol("us")
-    ('µm/m/K', 'N·m', 'ms²', 'arcsec', 'µs')
-    """
-    return re.sub(r"\bu(?=[mAVs]\b)", "µ", unit).replace("*", "·").replace("^2", "²")
-
-
 def time_text(time_ps: int | None) -> str:
     """Return a time of the signal path for people.
 
@@ -214,9 +200,9 @@ def time_text(time_ps: int | None) -> str:
     """
     if time_ps is None:
         return "none"
-    for factor, unit in ((10**12, "s"), (10**9, "ms"), (10**6, "us"), (10**3, "ns")):
-        if abs(time_ps) >= factor:
-            return f"{time_ps / factor:.6g} {unit}"
+    for unit, ps in PS_PER.items():
+        if abs(time_ps) >= ps > 1:
+            return f"{time_ps / ps:.6g} {unit}"
     return f"{time_ps} ps"
 
 
@@ -228,7 +214,7 @@ def hertz_text(hertz: float) -> str:
     >>> hertz_text(500e3), hertz_text(27_777.8), hertz_text(400.0)
     ('500 kHz', '27.7778 kHz', '400 Hz')
     """
-    for factor, unit in ((1e12, "THz"), (1e9, "GHz"), (1e6, "MHz"), (1e3, "kHz")):
-        if hertz >= factor:
-            return f"{hertz / factor:.6g} {unit}"
+    for unit in ("THz", "GHz", "MHz", "kHz"):
+        if hertz >= UNITS[unit].factor:
+            return f"{hertz / UNITS[unit].factor:.6g} {unit}"
     return f"{hertz:.6g} Hz"

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import NEVER, level_of_state
+from rtec.units._time_kernels import PS_PER_S
 
-PS_PER_S = 1_000_000_000_000
 GLITCH_SEED = 0x5DEECE66D
 """Makes the draws of glitches independent of those of jitter."""
 
@@ -208,7 +208,7 @@ def next_crossing(e: Record, p: Record) -> int:
     goal = line_position(e, e.count + 1 if p.sign > 0 else e.count)
     if (goal - place(p, p.to_s)) * p.sign > 0.0:
         return NEVER
-    return p.start_ps + int(math.floor(solve_crossing(p, goal) * 1e12 + 0.5))
+    return p.start_ps + int(math.floor(solve_crossing(p, goal) * PS_PER_S + 0.5))
 
 
 @step
@@ -277,7 +277,7 @@ def trace_edges(
     """
     n = 0
     for i in range(first, start_ps.size):
-        end_s = duration_ps[i] / 1e12
+        end_s = duration_ps[i] / PS_PER_S
         travel = abs(v0[i]) * end_s + abs(a0[i]) * end_s**2 / 2 + abs(j0[i]) * end_s**3 / 6
         if n + edges_a_count * (travel + 8) > out_ps.size:
             return n, i
@@ -295,7 +295,7 @@ def trace_edges(
             set_piece(p, from_s, to_s)
             while True:
                 crossing_ps = next_crossing(e, p)
-                if e.glitch_next_ps <= crossing_ps and e.glitch_next_ps < p.start_ps + int(to_s * 1e12):
+                if e.glitch_next_ps <= crossing_ps and e.glitch_next_ps < p.start_ps + int(to_s * PS_PER_S):
                     out_ps[n] = max(glitch_toggle(e), e.last_ps + 1)
                     e.last_ps = out_ps[n]
                 elif crossing_ps < NEVER:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec._jit import Record, helper, kernel
+from rtec.units._time_kernels import PS_PER_S
 
 WANTED, VELOCITY, POSITION, PERIOD, TIME = 0, 1, 2, 3, 4
 """Places of its inputs: mm/s, mm/s, mm, s, s."""
@@ -42,7 +43,7 @@ def driven(servo: Record, wanted: float, plant: Any, place: int) -> float:
     inputs[VELOCITY] = servo.v * servo.count_mm
     inputs[POSITION] = servo.x * servo.count_mm
     inputs[PERIOD] = servo.period_s
-    inputs[TIME] = servo.now_ps / 1e12
+    inputs[TIME] = servo.now_ps / PS_PER_S
     acceleration_mm_s2 = function(numbers, inputs, state)
     if not (abs(acceleration_mm_s2) < FASTEST_MM_S2 and abs(state[0]) < FASTEST_MM_S2):
         servo.failed = 1

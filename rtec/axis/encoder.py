@@ -14,6 +14,7 @@ from rtec.axis.profile import MotionSegments
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.signal import EdgeStream, LevelStream, count_deltas
+from rtec.units import PS_PER_S
 
 MIN_LINE_SPACING_COUNTS = 0.05
 """Neighbouring lines may come so close, not closer: beyond, A and B would change places."""
@@ -70,7 +71,7 @@ class Imperfections:
         number_within("eccentricity_deg", self.eccentricity_deg, -360.0, 360.0, unit="deg")
         whole_within("jitter_ps", self.jitter_ps, 0, 1_000_000_000, unit="ps")
         number_within("glitch_probability", self.glitch_probability, 0.0, 0.5)
-        whole_within("glitch_ps", self.glitch_ps, 1, 1_000_000_000_000, unit="ps")
+        whole_within("glitch_ps", self.glitch_ps, 1, PS_PER_S, unit="ps")
         shifts = self.shifts_counts()
         for kind in range(4):
             spacing = 1.0 + shifts[(kind + 1) % 4] - shifts[kind]
@@ -188,7 +189,7 @@ class Encoder:
         self.fill(state)
         # a float64 is a ratio of whole numbers, so the quarter of its period is one, too, and nothing drifts
         num, den = (4.0 * frequency_hz).as_integer_ratio()
-        period_num, period_den = 1_000_000_000_000 * den, num
+        period_num, period_den = PS_PER_S * den, num
         shared = math.gcd(period_num, period_den)
         period_num, period_den = period_num // shared, period_den // shared
         while period_den >= 1 << 60:
@@ -268,7 +269,7 @@ class Encoder:
         columns = [motion.x0_mm, motion.v0_mm_s, motion.a0_mm_s2, motion.j0_mm_s3]
         x0, v0, a0, j0 = (np.ascontiguousarray(column * per_mm) for column in columns)
         start = motion.start_ps
-        span_s = motion.duration_ps / 1e12
+        span_s = motion.duration_ps / PS_PER_S
         longest = np.abs(v0) * span_s + np.abs(a0) * span_s**2 / 2 + np.abs(j0) * span_s**3 / 6
         # where eccentricity brings the lines closest; a glitch adds two edges to a line's own
         crowding = 2.0 * math.pi * self.imperfections.eccentricity_counts / max(self.counts_per_rev, 1)

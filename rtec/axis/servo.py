@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from rtec._jit import Record
 from rtec.axis.plant import Plant
 from rtec.checks import number_within, whole_within
-
-PS_PER_MS = 1_000_000_000
+from rtec.units import PS_PER_MS, PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +78,7 @@ class Servo:
     def fill(self, state: Record, *, count_mm: float, counts_per_unit: float) -> None:
         """Write the parameters into a kernel's state."""
         state.period_ps = self.period_ps
-        state.period_s = self.period_ps / 1e12
+        state.period_s = self.period_ps / PS_PER_S
         state.gain_per_s = self.gain_per_s
         state.feedforward = self.feedforward
         state.lag_share = 1.0 - math.exp(-state.period_s / self.lag_s) if self.lag_s > 0.0 else 1.0

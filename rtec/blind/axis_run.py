@@ -17,6 +17,7 @@ from rtec.axis import Encoder, Limits, Program, Servo
 from rtec.blind.plan import Course, Floats, Ints
 from rtec.machine import TRACE_COLUMNS, Laser, LoopResult, Machine, MeasuringRun, readings_of, run_machine
 from rtec.predictors import Predictor
+from rtec.units import PS_PER_S
 
 COUNT_MM = 0.001
 """Of the encoder."""
@@ -93,7 +94,7 @@ def measure(course: Course, error: Predictor, *, shift_mm: Floats | None = None,
     deviation_mm = readings_of(task, result.deviation_mm).deviation_mm
     path_s, path_mm = _path(result)
     # the timer starts as the axis comes within the window, a little before it is commanded to stand
-    middle_s = task.begins_ps / 1e12 + 0.75 * laser.dwell_s
+    middle_s = task.begins_ps / PS_PER_S + 0.75 * laser.dwell_s
     time_s = np.round(middle_s - middle_s[0], 2)
     return Pass(deviation_mm=deviation_mm, time_s=time_s, path_s=path_s - middle_s[0], path_mm=path_mm)
 

@@ -23,6 +23,7 @@ from rtec.blind.plan import RIGID_MM, Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
 from rtec.blind.static_errors import wandering
 from rtec.metrology import Column
+from rtec.units import PS_PER_S
 
 FORCE_STEP_N = 0.01
 """Resolution of the drive's force."""
@@ -45,14 +46,14 @@ class _Motion:
         first: _Motion | None = None,
     ) -> None:
         self.time_s, self.load_kg, self.run = time_s, load_kg, run
-        time_ps = np.round(time_s * 1e12).astype(np.int64)
+        time_ps = np.round(time_s * PS_PER_S).astype(np.int64)
         self.position_mm = motion.position_at(time_ps)
         # of the first measurement, by which the numbers of the forces are drawn
         self.first_mm = self.position_mm if first is None else first.position_mm
         self.velocity_mm_s = motion.velocity_at(time_ps)
         self.acceleration_mm_s2 = motion.acceleration_at(time_ps)
         fine_s = np.arange(round(time_s[-1] / SAMPLE_S) * _FINE + 1) * (SAMPLE_S / _FINE)
-        velocity = motion.velocity_at(np.round(fine_s * 1e12).astype(np.int64))
+        velocity = motion.velocity_at(np.round(fine_s * PS_PER_S).astype(np.int64))
         bent = bent_bristles(velocity, SAMPLE_S / _FINE, presliding_mm)
         self.bent = bent[np.round(time_s / SAMPLE_S).astype(np.int64) * _FINE]
 

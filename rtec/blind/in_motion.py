@@ -20,6 +20,7 @@ from rtec.blind.static_errors import table_of
 from rtec.blind.strength import hidden_static, static_errors
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine
 from rtec.metrology import Column, Passes, Strokes
+from rtec.units import PS_PER_S
 
 SAMPLE_S = 0.02
 """Between two readings."""
@@ -48,7 +49,7 @@ class _Log(NamedTuple):
 def _log(plan: Plan, rng: np.random.Generator) -> _Log:
     motion, begin_s, repeat_s = moves_of(plan, rng)
     time_s, run = sampled(plan, motion, begin_s, repeat_s)
-    at = np.round(time_s * 1e12).astype(np.int64)
+    at = np.round(time_s * PS_PER_S).astype(np.int64)
     return _Log(motion, time_s, run, motion.position_at(at), motion.velocity_at(at), motion.acceleration_at(at))
 
 
@@ -119,7 +120,7 @@ def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) ->
 
 def _traced(machine: Machine, log: _Log) -> Floats:
     """Return what the closed loop did from the beginning, at the times of the readings."""
-    every = round(SAMPLE_S * 1e12) // SERVO_PS
+    every = round(SAMPLE_S * PS_PER_S) // SERVO_PS
     trace: Floats = np.asarray(run_machine(machine, log.motion, trace_every=every, skip_rest=False).trace)
     return trace
 
@@ -135,7 +136,7 @@ def sampled(plan: Plan, motion: MotionSegments, begin_s: float, repeat_s: float)
     >>> round(float(time_s[1] - time_s[0]), 6), np.unique(run).tolist()
     (0.02, [1, 2])
     """
-    samples = np.arange(math.ceil(begin_s / SAMPLE_S), math.floor(motion.total_ps / 1e12 / SAMPLE_S))
+    samples = np.arange(math.ceil(begin_s / SAMPLE_S), math.floor(motion.total_ps / PS_PER_S / SAMPLE_S))
     time_s: Floats = samples.astype(np.float64) * SAMPLE_S
     return time_s, np.floor((time_s - begin_s) / repeat_s).clip(0, plan.runs - 1).astype(np.int64) + 1
 
@@ -158,8 +159,8 @@ def moves_of(plan: Plan, rng: np.random.Generator) -> tuple[MotionSegments, floa
     home: list[axis.Block] = [axis.Dwell(seconds=_HOME_S), axis.Move(target_mm=plan.start_mm, feed_mm_s=20.0)]
     home.append(axis.Dwell(seconds=_HOME_S))
     motion = axis.plan(Program(blocks=tuple(home + one * plan.runs)), LIMITS, ProfileShape.JERK_LIMITED)
-    begin_s = float(motion.block_end_ps[len(home) - 1]) / 1e12
-    return motion, begin_s, (motion.total_ps / 1e12 - begin_s) / plan.runs
+    begin_s = float(motion.block_end_ps[len(home) - 1]) / PS_PER_S
+    return motion, begin_s, (motion.total_ps / PS_PER_S - begin_s) / plan.runs
 
 
 def _forward(plan: Plan) -> list[axis.Block]:
@@ -232,7 +233,7 @@ class _Lags(NamedTuple):
         With the gain K, the share f of velocity fed forward and the lag T of the velocity loop, the axis stays behind
         by (1 - f)/K v + (T/K - (1 - f)/K^2) a + ...; with T grown by (1 - f)/K the first lag is a pure delay.
         """
-        period_s = SERVO_PS / 1e12
+        period_s = SERVO_PS / PS_PER_S
         # a tick's share of what the velocity lacks: all of it in one tick where nothing lags
         share = period_s / (period_s + self.delay_s + self.square_s2 * GAIN_PER_S)
         lag_s = -period_s / math.log1p(-share) if share < 1.0 else 0.0

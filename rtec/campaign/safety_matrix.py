@@ -10,11 +10,12 @@ import numpy as np
 
 from rtec.campaign.safety_phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
 from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
-from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell
+from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
 from rtec.jobs import Crew
 from rtec.requester import HoldReason, Status
+from rtec.units import PS_PER_MS, PS_PER_S
 
 LATE_S = 0.25
 """Counts that are wrong for longer than this although nobody says so are a silent error, even if they come right."""
@@ -236,13 +237,13 @@ def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: Watc
         first = min(stops, key=lambda axis: axis.stop_ps or 0)
         stopped_by, reason = first.stopped_by, reason_of(axes, first)
         if fired.first_ps is not None:
-            detected_s = max(0.0, ((first.stop_ps or 0) - fired.first_ps) / 1e12)
+            detected_s = max(0.0, ((first.stop_ps or 0) - fired.first_ps) / PS_PER_S)
         outcome = Outcome.HELD
     elif not cell.running:
         stopped_by, reason, outcome = Stopper.HOMING, "the axis is not let go", Outcome.HELD
     elif any(is_wrong(axis, other) for axis, other in zip(axes, healthy, strict=True)):
         outcome = Outcome.SILENT
-    elif off > 1.0 or late_s > 5 * MS / 1e12:
+    elif off > 1.0 or late_s > 5 * PS_PER_MS / PS_PER_S:
         outcome = Outcome.LATE
     else:
         outcome = Outcome.RIGHT

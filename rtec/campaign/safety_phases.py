@@ -7,16 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.campaign.safety_watch import MS, SLICE_PS, WatchedCell, station_settings, wavy_table
+from rtec.campaign.safety_watch import SLICE_PS, WatchedCell, station_settings, wavy_table
 from rtec.errors import ArgumentError, nearest
 from rtec.injector import Design
 from rtec.machine.faults import Fault
 from rtec.machine.station import Move
 from rtec.predictors import Predictor
 from rtec.requester import Precautions
+from rtec.units import PS_PER_MS
 
-END_PS = 8_000 * MS
-_AFTER_STOP_PS = 400 * MS
+END_PS = 8_000 * PS_PER_MS
+_AFTER_STOP_PS = 400 * PS_PER_MS
 """A held machine is watched for so long: the feed takes 50 ms to come down, the axis a little longer."""
 _HOT_MM = 0.060
 _FOR_GOOD_S = 1000.0
@@ -139,7 +140,7 @@ def run_through(cell: WatchedCell, phase: Phase, *, until_ps: int = END_PS) -> N
         cell.settle()
 
 
-_ORDERS = {Phase.PROBING: (1_200 * MS, 4_200 * MS), Phase.LARGE: (1_000 * MS,)}
+_ORDERS = {Phase.PROBING: (1_200 * PS_PER_MS, 4_200 * PS_PER_MS), Phase.LARGE: (1_000 * PS_PER_MS,)}
 
 
 def hot_table() -> Predictor:
@@ -158,11 +159,11 @@ def _order(cell: WatchedCell, phase: Phase, *, first: bool) -> None:
 
 
 _MOMENTS = {
-    Phase.AT_REST: (1_600 * MS, 600 * MS),
-    Phase.CUTTING: (1_500 * MS, 600 * MS),
-    Phase.RAPID: (850 * MS, 300 * MS),
-    Phase.PROBING: (1_900 * MS, 900 * MS),
-    Phase.LARGE: (1_000 * MS, 1 * MS),
+    Phase.AT_REST: (1_600 * PS_PER_MS, 600 * PS_PER_MS),
+    Phase.CUTTING: (1_500 * PS_PER_MS, 600 * PS_PER_MS),
+    Phase.RAPID: (850 * PS_PER_MS, 300 * PS_PER_MS),
+    Phase.PROBING: (1_900 * PS_PER_MS, 900 * PS_PER_MS),
+    Phase.LARGE: (1_000 * PS_PER_MS, 1 * PS_PER_MS),
 }
 
 
@@ -171,7 +172,9 @@ def twin_of(phase: Phase, design: Design, seed: int) -> Twin:
     if phase in _MOMENTS:
         moment_ps, span_ps = _MOMENTS[phase]
     else:
-        moment_ps, span_ps = _found(phase, new_cell(phase, design, seed), 1_500 * MS + 97 * MS * (seed % 7))
+        moment_ps, span_ps = _found(
+            phase, new_cell(phase, design, seed), 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7)
+        )
     cell = new_cell(phase, design, seed)
     run_through(cell, phase)
     return Twin(cell=cell, moment_ps=moment_ps, span_ps=span_ps)
@@ -182,14 +185,14 @@ def _found(phase: Phase, cell: WatchedCell, from_ps: int) -> tuple[int, int]:
     if phase is Phase.START_UP:
         while not cell.running:
             cell.watch(until_ps=cell.now_ps + SLICE_PS)
-        return 0, cell.now_ps - 5 * MS
+        return 0, cell.now_ps - 5 * PS_PER_MS
     if phase is Phase.REVERSAL:
         highest, highest_ps = 0, 0
-        while cell.now_ps < 2_500 * MS:
+        while cell.now_ps < 2_500 * PS_PER_MS:
             cell.watch(until_ps=cell.now_ps + SLICE_PS)
             if cell.true_count(1) > highest:
                 highest, highest_ps = cell.true_count(1), cell.now_ps
-        return highest_ps - 5 * MS, 30 * MS
+        return highest_ps - 5 * PS_PER_MS, 30 * PS_PER_MS
     cell.watch(until_ps=from_ps)
     before = cell.sent_steps(1)
     while cell.sent_steps(1) == before:

@@ -6,17 +6,18 @@ from dataclasses import dataclass
 
 from rtec.campaign.safety_matrix import Outcome, is_wrong, reason_of
 from rtec.campaign.safety_phases import END_PS, Phase, new_cell
-from rtec.campaign.safety_watch import MS, wavy_table
+from rtec.campaign.safety_watch import wavy_table
 from rtec.injector import Design
 from rtec.requester import Precautions
+from rtec.units import PS_PER_MS, PS_PER_S
 
 LIMIT_MM = 0.050
 """The healthy table stays within 30 um."""
-_FROM_PS = 1_500 * MS
-_EVERY_PS = 50 * MS
+_FROM_PS = 1_500 * PS_PER_MS
+_EVERY_PS = 50 * PS_PER_MS
 _RAMP_MM_S = 0.060
 _STEPS = 60
-_AFTER_STOP_PS = 400 * MS
+_AFTER_STOP_PS = 400 * PS_PER_MS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +54,7 @@ class RampJob:
         cell = new_cell(Phase.CUTTING, self.design, 0, precautions=self.precautions)
         cell.watch(until_ps=_FROM_PS)
         for k in range(1, _STEPS + 1):
-            cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / 1e12))
+            cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
             cell.watch(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
         cell.watch(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
         axes = cell.watched

@@ -6,18 +6,18 @@ import enum
 from dataclasses import dataclass
 
 from rtec.campaign.safety_phases import Phase, hyphened
-from rtec.campaign.safety_watch import MS
 from rtec.errors import ArgumentError, nearest
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
 from rtec.machine.faults import PC_NODE, Fault, Strikes
+from rtec.units import PS_PER_MS
 
 _K = FaultKind
 _MANY = 1 << 40
-_LATE_PS = 15 * MS
+_LATE_PS = 15 * PS_PER_MS
 _SHORT = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_FORGED: "frame forged"}
-_WRAPPED_PS = 2_560 * MS
+_WRAPPED_PS = 2_560 * PS_PER_MS
 """256 turns of the PC: the sequence counter has come round."""
 
 
@@ -120,13 +120,13 @@ def _both(kind: FaultKind, how: str, **more: int) -> list[Variant]:
 
 def _brief(kind: FaultKind, where: From, lasts_ps: int, more: int = 0) -> list[Variant]:
     """Return a fault for a while and for good."""
-    brief = Variant(kind=kind, where=where, how=f"for {lasts_ps // MS} ms", lasts_ps=lasts_ps, delay_ps=more)
+    brief = Variant(kind=kind, where=where, how=f"for {lasts_ps // PS_PER_MS} ms", lasts_ps=lasts_ps, delay_ps=more)
     return [brief, Variant(kind=kind, where=where, how="for good", delay_ps=more)]
 
 
 VARIANTS: tuple[Variant, ...] = (
     *_both(_K.FRAME_LOST, "once", frames=1),
-    *_both(_K.FRAME_LOST, "for 30 ms", lasts_ps=30 * MS),
+    *_both(_K.FRAME_LOST, "for 30 ms", lasts_ps=30 * PS_PER_MS),
     *_both(_K.FRAME_LOST, "for good"),
     *_both(_K.FRAME_LATE, "by 15 ms once", frames=1, delay_ps=_LATE_PS),
     *_both(_K.FRAME_LATE, "by 15 ms for good", delay_ps=_LATE_PS),
@@ -143,25 +143,25 @@ VARIANTS: tuple[Variant, ...] = (
     *_both(_K.FRAME_FORGED, "for good"),
     Variant(kind=_K.TOTAL_BIT_FLIPPED, where=From.PC, how="once", frames=1),
     Variant(kind=_K.TOTAL_BIT_FLIPPED, where=From.PC, how="for good"),
-    *_both(_K.REQUEST_STUCK, "for 30 ms", lasts_ps=30 * MS),
+    *_both(_K.REQUEST_STUCK, "for 30 ms", lasts_ps=30 * PS_PER_MS),
     *_both(_K.REQUEST_STUCK, "for good"),
-    *_brief(_K.BABBLING_NODE, From.BUS, 20 * MS),
-    *_both(_K.BUS_OFF, "for 20 ms", lasts_ps=20 * MS),
+    *_brief(_K.BABBLING_NODE, From.BUS, 20 * PS_PER_MS),
+    *_both(_K.BUS_OFF, "for 20 ms", lasts_ps=20 * PS_PER_MS),
     *_both(_K.BUS_OFF, "for good"),
-    *_brief(_K.STALE_DATA_VALID, From.AXIS, 20 * MS),
-    *_brief(_K.TORN_POSITION, From.AXIS, 200 * MS),
+    *_brief(_K.STALE_DATA_VALID, From.AXIS, 20 * PS_PER_MS),
+    *_brief(_K.TORN_POSITION, From.AXIS, 200 * PS_PER_MS),
     Variant(kind=_K.PC_KILLED, where=From.PROGRAM, how=""),
     Variant(kind=_K.BOX_RESTARTED, where=From.AXIS, how=""),
-    *_brief(_K.POWER_LOST, From.AXIS, 5 * MS),
-    Variant(kind=_K.CLOCK_JUMP_FORWARD, where=From.PROGRAM, how="by 20 ms", delay_ps=20 * MS),
-    Variant(kind=_K.CLOCK_JUMP_FORWARD, where=From.PROGRAM, how="by 1 s", delay_ps=1000 * MS),
-    Variant(kind=_K.CLOCK_JUMP_BACK, where=From.PROGRAM, how="by 20 ms", delay_ps=20 * MS),
-    Variant(kind=_K.CLOCK_JUMP_BACK, where=From.PROGRAM, how="by 1 s", delay_ps=1000 * MS),
-    *_brief(_K.CABLE_OPEN, From.ENCODER, 50 * MS),
-    *_brief(_K.LINES_SWAPPED, From.ENCODER, 50 * MS),
-    *_brief(_K.LINE_BROKEN, From.ENCODER, 50 * MS),
-    *_brief(_K.GLITCHES, From.ENCODER, 200 * MS),
-    *_brief(_K.SWITCH_THROWN, From.AXIS, 30 * MS),
+    *_brief(_K.POWER_LOST, From.AXIS, 5 * PS_PER_MS),
+    Variant(kind=_K.CLOCK_JUMP_FORWARD, where=From.PROGRAM, how="by 20 ms", delay_ps=20 * PS_PER_MS),
+    Variant(kind=_K.CLOCK_JUMP_FORWARD, where=From.PROGRAM, how="by 1 s", delay_ps=1000 * PS_PER_MS),
+    Variant(kind=_K.CLOCK_JUMP_BACK, where=From.PROGRAM, how="by 20 ms", delay_ps=20 * PS_PER_MS),
+    Variant(kind=_K.CLOCK_JUMP_BACK, where=From.PROGRAM, how="by 1 s", delay_ps=1000 * PS_PER_MS),
+    *_brief(_K.CABLE_OPEN, From.ENCODER, 50 * PS_PER_MS),
+    *_brief(_K.LINES_SWAPPED, From.ENCODER, 50 * PS_PER_MS),
+    *_brief(_K.LINE_BROKEN, From.ENCODER, 50 * PS_PER_MS),
+    *_brief(_K.GLITCHES, From.ENCODER, 200 * PS_PER_MS),
+    *_brief(_K.SWITCH_THROWN, From.AXIS, 30 * PS_PER_MS),
     Variant(kind=_K.PROBE_TRIPPED, where=From.AXIS, how=""),
 )
 """Every class of faults, with its lengths and places."""

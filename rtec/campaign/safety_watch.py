@@ -18,17 +18,17 @@ from rtec.predictors import BidirectionalTable, Predictor
 from rtec.predictors.binding import bound_curve
 from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
 from rtec.signal import NEVER
+from rtec.units import PS_PER_MS, PS_PER_S
 
-MS = 1_000_000_000
-SLICE_PS = 1 * MS
-REST_PS = 200 * MS
+SLICE_PS = 1 * PS_PER_MS
+REST_PS = 200 * PS_PER_MS
 """An axis at rest for so long has nothing under way any more."""
 _LAG_S = 0.06
 """From a position to the correction for it, at worst: two cycles of the box, a turn of the PC, an insertion, a frame
 lost on either way."""
 
 
-_ARRIVED_PS = 50 * MS
+_ARRIVED_PS = 50 * PS_PER_MS
 """A request is at the box after so long, or lost."""
 
 
@@ -204,8 +204,8 @@ class WatchedCell(Cell):
             asked_counts=step_counts * int(box.accepted) - wanted,
             bound_counts=float(record.bound),
             worst_counts=float(record.worst),
-            late_s=int(record.late_slices) * self._slice_ps / 1e12,
-            wrong_s=int(record.wrong_ps) / 1e12,
+            late_s=int(record.late_slices) * self._slice_ps / PS_PER_S,
+            wrong_s=int(record.wrong_ps) / PS_PER_S,
             wrong_counts=float(record.wrong),
             stop_ps=int(record.stop_ps) if stopped else None,
             stopped_by=Stopper(int(record.stopped_by)),
@@ -218,7 +218,7 @@ class WatchedCell(Cell):
             following_counts=float(record.following),
             checks=int(record.checks),
             gate_refused=int(record.refused),
-            moving_s=int(record.moving) * self._slice_ps / 1e12,
+            moving_s=int(record.moving) * self._slice_ps / PS_PER_S,
             step_counts=step_counts,
             total_steps=int(box.accepted),
             trips=int(box.trips),

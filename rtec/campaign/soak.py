@@ -16,7 +16,7 @@ import numpy as np
 from rtec.campaign.safety_matrix import Outcome, reason_of
 from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_variants import VARIANTS, Variant
-from rtec.campaign.safety_watch import MS, Stopper, Watched, WatchedCell, station_settings, wavy_table
+from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell, station_settings, wavy_table
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
@@ -24,19 +24,20 @@ from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import Crew
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
 from rtec.predictors import Predictor
+from rtec.units import PS_PER_MS, PS_PER_S
 
 AXES = 3
 _SHARE_OF_B = 0.1
 """Of the hours, in addition: the report itself says that Design B fails without its processor."""
 _WRONG_S = 0.5
 _HOT_MM = 0.05
-_SLICE_PS = 5 * MS
-_AFTER_STOP_PS = 400 * MS
+_SLICE_PS = 5 * PS_PER_MS
+_AFTER_STOP_PS = 400 * PS_PER_MS
 _GAP_S = 60.0
 """Between faults of an episode, on average."""
 _SHARE_UPSTREAM = 0.2
 _BATCH = 16
-_PS_PER_H = 3600 * 10**12
+_PS_PER_H = 3600 * PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -267,12 +268,12 @@ def _draw_fault(
         if not at_axis or axis not in taken:
             break
     inserting = at_axis and bool(generator.random() < 0.5)
-    at_ps = max(int(at_s * 1e12), 1) + int(generator.integers(10 * MS))
+    at_ps = max(int(at_s * PS_PER_S), 1) + int(generator.integers(10 * PS_PER_MS))
     fault = variant.fault(Phase.CUTTING, at_ps, int(generator.integers(1 << 30)), axis=axis)
     if at_axis:
         taken.add(axis)
     if inserting:
-        until_ps = None if fault.until_ps is None else fault.until_ps + 5_000 * MS
+        until_ps = None if fault.until_ps is None else fault.until_ps + 5_000 * PS_PER_MS
         fault = Fault(
             kind=fault.kind, place=fault.place, from_ps=fault.from_ps, until_ps=until_ps, seed=fault.seed,
             strikes=Strikes.WHILE_INSERTING,
@@ -295,7 +296,7 @@ def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, ho
             break
         if at_ps in at_fault:
             axis, strikes = at_fault[at_ps]
-            phase = Phase.LARGE if at_ps - large_ps < 100 * MS else _phase(cell, axis, probing)
+            phase = Phase.LARGE if at_ps - large_ps < 100 * PS_PER_MS else _phase(cell, axis, probing)
             phases.append(Phase.INSERTION if strikes is Strikes.WHILE_INSERTING else phase)
         order = doing.get(at_ps)
         if order is Order.PROBE or order is Order.CUT:
@@ -340,7 +341,7 @@ def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, pha
     if stops:
         first = min(stops, key=lambda axis: axis.stop_ps or 0)
         outcome, reason = Outcome.HELD, reason_of(axes, first)
-        detected_s = None if last_ps is None else max(0.0, ((first.stop_ps or 0) - last_ps) / 1e12)
+        detected_s = None if last_ps is None else max(0.0, ((first.stop_ps or 0) - last_ps) / PS_PER_S)
     elif not cell.running:
         outcome, reason = Outcome.HELD, "the axis is not let go"
     else:
@@ -349,7 +350,7 @@ def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, pha
         )
         outcome = Outcome.SILENT if wrong else Outcome.RIGHT
     return Episode(
-        number=number, design=design, run_s=cell.now_ps / 1e12, struck=tuple(struck), unfired=tuple(unfired),
+        number=number, design=design, run_s=cell.now_ps / PS_PER_S, struck=tuple(struck), unfired=tuple(unfired),
         outcome=outcome, reason=reason, detected_s=detected_s,
         off_counts=max((abs(axis.stop_counts) for axis in stops), default=0.0), wrong=wrong,
         left_counts=max((axis.off_counts for axis in axes), key=abs),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.machine.station import Move
+from rtec.units import PS_PER_S
 
 _FEEDS_MM_S = (0.5, 5.0)
 _RAPIDS_MM_S = (20.0, 117.0)
@@ -55,7 +56,7 @@ def draw_programs(generator: np.random.Generator, *, axes: int, length_s: float)
         moves, took_s = _draw_moves(generator, length_s)
         programs.append(moves)
         longest_s = max(longest_s, took_s)
-    return Programs(moves=programs, end_ps=int((longest_s * 1.02 + _SETTLING_S) * 1e12))
+    return Programs(moves=programs, end_ps=int((longest_s * 1.02 + _SETTLING_S) * PS_PER_S))
 
 
 def _draw_moves(generator: np.random.Generator, length_s: float) -> tuple[list[Move], float]:
@@ -86,7 +87,7 @@ def draw_orders(generator: np.random.Generator, *, length_s: float) -> Orders:
     if generator.random() < 0.3:
         at_s = float(generator.uniform(2.0, 0.7 * length_s))
         for_s = float(generator.uniform(2.0, 0.2 * length_s))
-        orders += [(int(at_s * 1e12), Order.PROBE), (int((at_s + for_s) * 1e12), Order.CUT)]
+        orders += [(int(at_s * PS_PER_S), Order.PROBE), (int((at_s + for_s) * PS_PER_S), Order.CUT)]
     if generator.random() < 0.3:
-        orders.append((int(float(generator.uniform(1.0, 0.9 * length_s)) * 1e12), Order.LARGE))
+        orders.append((int(float(generator.uniform(1.0, 0.9 * length_s)) * PS_PER_S), Order.LARGE))
     return sorted(orders, key=lambda order: order[0])

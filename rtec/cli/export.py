@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rtec.study.c_source import Precision
     from rtec.study.compensation import Compensation
 
-_UNITS = {"mm": 1.0, "inch": 25.4}
+_MACHINE_UNITS = ("mm", "inch")
 _SHORTEST_MM = 1e-3
 _FARTHEST_MM = 1e6
 
@@ -68,14 +68,14 @@ def export(
     files = {name: file for name, file in given.items() if file is not None}
     if not files:
         raise ArgumentError("output", "none", "--linuxcnc F.comp, --csv F.csv or --c F.c")
-    if unit not in _UNITS:
+    if unit not in _MACHINE_UNITS:
         raise ArgumentError("--unit", repr(unit[:20]), "mm or inch")
     for name, file in files.items():
         check_file(f"--{name}", file, force=force)
     from rtec.io import choice, write_lines
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
     from rtec.study.c_source import Precision, name_in_c, predictor_lines
-    from rtec.units import LENGTH, parse_quantity
+    from rtec.units import LENGTH, UNITS, parse_quantity
 
     digits = choice("--precision", precision, Precision)
     trained = read_predictor(model) if is_predictor_file(model) else None
@@ -93,7 +93,7 @@ def export(
             document |= {"nodes": None, "interpolation_error_um": 0.0, "left_out": []}
         else:
             table = _table(name, known, (low_mm, high_mm), tolerance_mm)
-            lines = _lines(name, file, table, _UNITS[unit], digits)
+            lines = _lines(name, file, table, UNITS[unit].factor, digits)
             document |= {
                 "nodes": int(table.position_mm.size),
                 "interpolation_error_um": 1e3 * table.interpolation_mm,

@@ -17,6 +17,7 @@ from rtec.cli._help import help_of, markup_mode
 from rtec.cli._words import files_ending
 from rtec.errors import RtecError
 from rtec.io import check_file
+from rtec.units import PS_PER_S
 
 if TYPE_CHECKING:
     from firmware_model import Mcs51
@@ -122,7 +123,7 @@ def trace(
         }
         rows.append({"cycle": cycle, "address": line.address, "text": line.text, "ports": changed, "line": str(line)})
     if vcd is not None:
-        _write_vcd(vcd, cpu, before, begun, ps_a_cycle=(12 if timing == "12-clock" else 1) * 1e12 / clock_hz)
+        _write_vcd(vcd, cpu, before, begun, ps_a_cycle=(12 if timing == "12-clock" else 1) * PS_PER_S / clock_hz)
     if json:
         listed = [{key: value for key, value in row.items() if key != "line"} for row in rows]
         print_json({"image": str(image), "rows": listed, "fault": _fault(cpu), **({"vcd": str(vcd)} if vcd else {})})

@@ -13,13 +13,14 @@ from rtec.cli._arguments import option, whole_option
 from rtec.cli._words import FAULTS, PHASES, completing
 from rtec.errors import ArgumentError
 from rtec.io import check_file, write_text
+from rtec.units import PS_PER_S
 
 if TYPE_CHECKING:
     from rtec.campaign.safety import SafetyCase
     from rtec.campaign.safety_matrix import MatrixPlan
     from rtec.campaign.soak import SoakPlan
 
-_PS_PER_H = 3600 * 10**12
+_PS_PER_H = 3600 * PS_PER_S
 
 
 def safety(

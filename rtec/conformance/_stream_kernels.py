@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import kernel, step
+from rtec.units._time_kernels import PS_PER_S
 
-_PS_PER_S = 1e12
 _ROUNDING = 1.0 + 1e-9
 
 
 @step
 def fastest_hz(apart_ps: int, same: bool, gain_hz_s: float, jitter_ps: float) -> float:
     """Return how fast the axis can be at the end of an interval; the mean of one with a turn in it is 0."""
-    seconds = max(apart_ps - jitter_ps, 1.0) / _PS_PER_S
+    seconds = max(apart_ps - jitter_ps, 1.0) / PS_PER_S
     mean_hz = 0.25 / seconds if same else 0.0
     return min(mean_hz + gain_hz_s * seconds / 2.0, math.sqrt(mean_hz * mean_hz + gain_hz_s / 2.0))
 
@@ -24,7 +24,7 @@ def fastest_hz(apart_ps: int, same: bool, gain_hz_s: float, jitter_ps: float) ->
 @step
 def too_soon(fastest: float, apart_ps: int, gain_hz_s: float, jitter_ps: float) -> bool:
     """Return whether an axis no faster than that cannot go over a count in an interval."""
-    seconds = (apart_ps + jitter_ps) / _PS_PER_S * _ROUNDING
+    seconds = (apart_ps + jitter_ps) / PS_PER_S * _ROUNDING
     return fastest * seconds + gain_hz_s * seconds * seconds / 2.0 < 0.25
 
 

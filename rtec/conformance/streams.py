@@ -15,12 +15,12 @@ from rtec.conformance.contract import STATES, Contract
 from rtec.errors import ArgumentError
 from rtec.injector import Stimulus, Totals
 from rtec.signal import EdgeStream
+from rtec.units import PS_PER
 
 LONGEST_PS = 2**61
 LONGEST_TEXT = 200_000
 """Characters of a stream that are read."""
 
-_UNITS_PS = {"ps": 1, "ns": 10**3, "us": 10**6, "ms": 10**9, "s": 10**12}
 _EVENT = re.compile(
     r"(?P<time>\d{1,20}(?:\.\d{0,20})?)(?P<unit>ps|ns|us|ms|s):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))",
     re.ASCII,
@@ -92,7 +92,7 @@ class Stream:
             match = _EVENT.fullmatch(word)
             if match is None:
                 raise ArgumentError("stream", repr(word[:40]), shape)
-            exact_ps = Decimal(match["time"]) * _UNITS_PS[match["unit"]]  # a float would lose a picosecond in an hour
+            exact_ps = Decimal(match["time"]) * PS_PER[match["unit"]]  # a float would lose a picosecond in an hour
             t_ps = int(exact_ps)
             if (
                 exact_ps != t_ps

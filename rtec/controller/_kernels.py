@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
 from rtec.signal._kernels import NEVER, count_delta, count_of_one_line, level_of_state, state_of_level
+from rtec.units._time_kernels import PS_PER_S
 
-PS_PER_S = 1_000_000_000_000
 LOG_LENGTH = 64
 """Illegal transitions kept with their times; all of them are counted."""
 

@@ -11,6 +11,7 @@ from rtec.checks import whole_within
 from rtec.controller import _kernels
 from rtec.errors import ArgumentError
 from rtec.signal import NEVER, EdgeStream
+from rtec.units import PS_PER_S
 
 
 class Multiplication(enum.Enum):
@@ -92,8 +93,8 @@ class ReceiverSettings:
 
     @property
     def _period(self) -> tuple[int, int]:
-        shared = math.gcd(1_000_000_000_000, self.clock_hz)
-        return 1_000_000_000_000 // shared, self.clock_hz // shared
+        shared = math.gcd(PS_PER_S, self.clock_hz)
+        return PS_PER_S // shared, self.clock_hz // shared
 
     @property
     def delay_ps(self) -> int:
@@ -106,7 +107,7 @@ class ReceiverSettings:
         state.samples = self.filter_samples
         state.clock_hz = self.clock_hz
         state.tick_num, state.tick_den = self._period
-        state.ticks_per_ps = self.clock_hz / 1e12
+        state.ticks_per_ps = self.clock_hz / PS_PER_S
         state.unseen_ps = -(-state.tick_num // state.tick_den) if self.filter_samples else 0
         state.sure_ps = self.delay_ps
         state.multiplication = self.multiplication.value

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 from rtec.checks import number_within, whole_within
 from rtec.injector.design import DesignRow
+from rtec.units import PS_PER_S
 
 US = 1_000_000
 """Picoseconds in one microsecond: one machine cycle of a 12 MHz 8051."""
 NS = 1_000
-_LONGEST_PS = 1_000_000_000_000
+_LONGEST_PS = PS_PER_S
 
 
 class Processor(enum.Enum):
@@ -114,7 +115,7 @@ class Timing:
 
     def limit_hz(self, design: DesignRow) -> float:
         """Return the encoder frequency at which the worst insertion just ends with the next edge."""
-        return 1e12 / (4 * self.worst_ps(design))
+        return PS_PER_S / (4 * self.worst_ps(design))
 
     def gate_ps(self, design: DesignRow) -> int:
         """Return the least interval that the gate lets through; 0 where there is no gate.

@@ -19,6 +19,7 @@ from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, 
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.replay import replay
 from rtec.link.transport import BusState, Received, Traffic, Transport
+from rtec.units import PS_PER_NS, PS_PER_S
 
 __all__ = [
     "SIMULATED_ZERO_UNIX_S",
@@ -33,8 +34,6 @@ __all__ = [
     "wall_zero_unix_s",
 ]
 
-PS_PER_S = 10**12
-PS_PER_NS = 1000
 
 SIMULATED_ZERO_UNIX_S = 946_684_800.0
 """1 January 2000: where simulated time begins in a log, since BLF holds no date before 1990."""

@@ -25,12 +25,11 @@ from rtec.errors import ArgumentError, LinkError
 from rtec.link._adapters import SELECTABLE, SEND_WAIT_S, Adapter, is_full, is_garbled, reason_of
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.transport import BusState, Received, Traffic
+from rtec.units import PS_PER_NS, PS_PER_S
 
 # python-can also logs what it raises; without a handler Python would print that beside our one clear line
 logging.getLogger("can").addHandler(logging.NullHandler())
 
-PS_PER_S = 10**12
-PS_PER_NS = 1000
 
 SLICE_S = 0.05
 """Longest wait inside a driver without a file descriptor; after it we look whether the transport was closed."""

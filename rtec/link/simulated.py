@@ -34,8 +34,7 @@ from rtec.link._outbox_kernels import ROOM
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.link.transport import BusState, Received, Traffic
 from rtec.signal import NEVER
-
-PS_PER_S = 10**12
+from rtec.units import PS_PER_S
 
 POLL_PS = 10_000_000
 """Simulated time that a look costs which may not wait and finds nothing: 10 µs."""

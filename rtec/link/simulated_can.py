@@ -14,8 +14,9 @@ import can
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, LinkError
 from rtec.link.frame import Frame, IdentifierFormat
-from rtec.link.simulated import PS_PER_S, SimulatedBus
+from rtec.link.simulated import SimulatedBus
 from rtec.link.transport import BusState
+from rtec.units import PS_PER_S
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 MOST_EVENTS = 10_000
 """Kept for the report at the end; older ones are let go."""
 
-PS_PER_S = 10**12
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-PS_PER_MS = 10**9
-
 
 def spread_ms(values: Sequence[float], *, per_ms: float) -> dict[str, float | int | None]:
     """Return number, median, 99th percentile and maximum, in ms.

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rtec.live.events import Events
-from rtec.live.figures import PS_PER_MS, spread_ms
+from rtec.live.figures import spread_ms
 from rtec.live.pc_loop import PcLoop
 from rtec.live.quiet import collect_young
 from rtec.live.stopping import StopWish
 from rtec.live.words import hold_words, pc_words, waiting_words
 from rtec.requester import BoxState, HoldReason, PcState, PcView
-from rtec.units import PS_PER_S
+from rtec.units import PS_PER_MS, PS_PER_S
 
 LOOK_PS = 20 * 10**9
 TIDY_PS = PS_PER_S

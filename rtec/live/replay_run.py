@@ -16,11 +16,11 @@ from rtec.link.logs import Logged, read_log, replay
 from rtec.link.messages import Kind
 from rtec.link.transport import Received, Transport
 from rtec.live.compared import Comparison, Difference
-from rtec.live.figures import PS_PER_MS, spread_ms
+from rtec.live.figures import spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
 from rtec.live.replayed_side import repeated, resealed, side_of
 from rtec.requester import BoxState
-from rtec.units import PS_PER_S
+from rtec.units import PS_PER_MS, PS_PER_S
 
 CYCLES = 5
 """Of tolerance: so long either side itself takes a silence of the other for nothing (`watch_ps`)."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from rtec.live.box_loop import BoxLoop
 from rtec.live.events import Events
-from rtec.live.figures import PS_PER_MS, spread_ms
+from rtec.live.figures import spread_ms
 from rtec.live.pc_loop import PcLoop
 from rtec.live.words import box_words, pc_words
 from rtec.machine.station import Station
 from rtec.requester import PcNode, PcState
+from rtec.units import PS_PER_MS
 
 LAST_TURNS = 500
 

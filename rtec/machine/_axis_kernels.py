@@ -19,6 +19,7 @@ from rtec.machine._firmware_kernels import stop_firmware
 from rtec.machine._laser_kernels import follow_play
 from rtec.machine._line_kernels import deliver_lines, fire_between_edges, take_lines
 from rtec.signal._kernels import NEVER
+from rtec.units._time_kernels import PS_PER_S
 
 
 @step
@@ -130,7 +131,7 @@ def run_tick(m: Record, box: Any, until_ps: int, error: Any) -> None:
     servo, p = m.servo, m.piece
     while m.tick_open == 1:
         end_s = m.part_end_s
-        if not run_lines(m, box, until_ps, servo.now_ps + int(end_s * 1e12 + 0.5)):
+        if not run_lines(m, box, until_ps, servo.now_ps + int(end_s * PS_PER_S + 0.5)):
             return
         servo.x = p.x0 + end_s * (p.v0 + end_s * p.a0 / 2.0)
         if end_s < servo.period_s:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, step
 from rtec.predictors._kernels import error_at
 from rtec.signal._kernels import NEVER
+from rtec.units._time_kernels import PS_PER_S
 
 PLAY = np.dtype(
     [
@@ -41,7 +42,7 @@ def grown_mm(play: Record, t_ps: int) -> float:
     """Return the thermal growth at ``t_ps``: a first-order approach."""
     if play.growth_mm == 0.0:
         return 0.0
-    return play.growth_mm * (1.0 - math.exp(-t_ps / 1e12 / play.growth_tau_s))
+    return play.growth_mm * (1.0 - math.exp(-t_ps / PS_PER_S / play.growth_tau_s))
 
 
 @step

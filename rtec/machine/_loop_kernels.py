@@ -31,6 +31,7 @@ from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
 from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
 from rtec.signal._kernels import NEVER
+from rtec.units._time_kernels import PS_PER_S
 
 RUNNING, FINISHED, HELD, FAULTED = 0, 1, 2, 3
 
@@ -186,7 +187,7 @@ def run(
         if used[0] < rows.shape[0] and servo.ticks % every == 0:
             follow_play(m, error)
             row = rows[used[0]]
-            row[0] = servo.now_ps / 1e12
+            row[0] = servo.now_ps / PS_PER_S
             row[1] = servo.command * servo.count_mm
             row[2] = servo.x * servo.count_mm
             row[3] = true_mm(m, servo.now_ps)

@@ -27,6 +27,7 @@ from rtec.machine._open_kernels import (
 )
 from rtec.machine._tape_kernels import has_room_for
 from rtec.signal._kernels import NEVER
+from rtec.units._time_kernels import PS_PER_S
 
 PIECE_AT, ASKED = 0, 1
 """Where a run stands: the piece of motion that it is in, and how many requests were made."""
@@ -75,7 +76,7 @@ def run_pieces(
         p.v0 = v0[i]
         p.a0 = a0[i]
         p.j0 = 0.0
-        set_piece(p, 0.0, duration_ps[i] / 1e12)
+        set_piece(p, 0.0, duration_ps[i] / PS_PER_S)
         while True:
             # all that is still to be asked for may come at rest, before the next edge
             if left <= 0 or not has_room_for(tape, m.injector, asks_ps.size - at[ASKED]):

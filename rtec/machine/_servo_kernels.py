@@ -12,6 +12,7 @@ from rtec._jit import Record, step
 from rtec.axis._plant_kernels import driven
 from rtec.controller._kernels import receiver_settle
 from rtec.predictors._kernels import error_at
+from rtec.units._time_kernels import PS_PER_S
 
 SERVO = np.dtype(
     [
@@ -62,7 +63,7 @@ def command_at(
     while servo.segment < last and t_ps >= start_ps[servo.segment] + duration_ps[servo.segment]:
         servo.segment += 1
     i = servo.segment
-    s = min(t_ps - start_ps[i], duration_ps[i]) / 1e12
+    s = min(t_ps - start_ps[i], duration_ps[i]) / PS_PER_S
     servo.command = motion[0, i] + s * (motion[1, i] + s * (motion[2, i] / 2.0 + s * motion[3, i] / 6.0))
     return motion[1, i] + s * (motion[2, i] + s * motion[3, i] / 2.0)
 
@@ -87,7 +88,7 @@ def servo_tick(m: Record, speed: float, own: Any, plant: Any, place: int) -> flo
                 sent = goal - error_at(own, sent * servo.count_mm, servo.program) / servo.count_mm
             goal = sent
     if servo.dither != 0.0:
-        goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / 1e12))
+        goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / PS_PER_S))
     lag = goal - m.receiver.count * servo.counts_per_unit
     servo.following_max = max(servo.following_max, abs(lag))
     if abs(lag) <= servo.deadband:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper
 from rtec.predictors._kernels import MOST_TEMPERATURES, TEMPERATURES
+from rtec.units._time_kernels import PS_PER_S
 
 THERMOMETERS = np.dtype(
     [
@@ -25,5 +26,5 @@ THERMOMETERS = np.dtype(
 def read_thermometers(th: Record, t_ps: int, sensors: NDArray[np.float64]) -> None:
     """Let the PC read every thermometer at ``t_ps``."""
     for k in range(th.count):
-        share = 1.0 - math.exp(-t_ps / 1e12 / th.tau_s[k])
+        share = 1.0 - math.exp(-t_ps / PS_PER_S / th.tau_s[k])
         sensors[TEMPERATURES + k] = th.start_degc[k] + th.rise_k[k] * share

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import REQUEST
-from rtec.link.simulated import PS_PER_S
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace, FaultRow
 from rtec.machine.faults import PC_NODE, Fault, Strikes
 from rtec.machine.workbench import Workbench
+from rtec.units import PS_PER_S
 
 DELAY_S = 0.003
 """Delay of a frame that is late or duplicated, where none is given."""

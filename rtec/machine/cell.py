@@ -21,6 +21,7 @@ from rtec.predictors import Model
 from rtec.predictors.binding import bound, check_axis
 from rtec.requester import HoldReason, PcState, Status, _pc_node_kernels
 from rtec.signal import NEVER
+from rtec.units import PS_PER_S
 
 US = 1_000_000
 _PC_FIRST_PS = 350 * US
@@ -130,7 +131,7 @@ class Cell:
             pc.axis = i + 1
             pc.setup = station.setup.word
             pc.requester = 1
-        bit_ps = 10**12 // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
+        bit_ps = PS_PER_S // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
         self._temperatures = names_of(thermometers)
         fill_thermometers(self._cell.thermometers, thermometers)

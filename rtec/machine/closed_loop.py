@@ -179,7 +179,7 @@ class Machine:
         state.node.down.latency_ps = self.conversation.latency_ps
         state.node.up.latency_ps = self.conversation.latency_ps
         state.reader.window_mm = self.laser.window_mm
-        state.reader.full_ps = round(self.laser.dwell_s * 1e12)
+        state.reader.full_ps = round(self.laser.dwell_s * PS_PER_S)
         state.reader.half_ps = state.reader.full_ps // 2
         state.play.growth_mm = self.growth.final_mm
         state.play.growth_tau_s = self.growth.time_constant_s
@@ -336,7 +336,7 @@ def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:
             "take coarser counts",
         )
     ticks = total_ps // machine.servo.period_ps
-    edges_a_tick = machine.servo.max_speed_mm_s / count_mm * machine.servo.period_ps / 1e12
+    edges_a_tick = machine.servo.max_speed_mm_s / count_mm * machine.servo.period_ps / PS_PER_S
     return round(min(max(ticks * (1.0 + edges_a_tick) / _SLICE_WORK, _LEAST_SLICES), _MOST_SLICES))
 
 
@@ -401,7 +401,7 @@ def _result(
         following_max_mm=float(state.servo.following_max) * machine.encoder.count_mm,
         ticks=int(state.servo.ticks),
         ticks_skipped=int(state.servo.skipped),
-        simulated_s=int(state.servo.now_ps) / 1e12,
+        simulated_s=int(state.servo.now_ps) / PS_PER_S,
         wall_s=wall_s,
         trace=trace,
     )

@@ -18,10 +18,9 @@ from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine import _fault_kernels
 from rtec.machine.fault_kinds import FaultKind, FaultPlace, FaultRow
 from rtec.signal import NEVER
+from rtec.units import PS_PER_S
 
-__all__ = ["MS", "PC_NODE", "Fault", "FaultKind", "FaultPlace", "FaultRow", "Fired", "Strikes", "fault_records"]
-
-MS = 1_000_000_000
+__all__ = ["PC_NODE", "Fault", "FaultKind", "FaultPlace", "FaultRow", "Fired", "Strikes", "fault_records"]
 
 
 PC_NODE = _fault_kernels.PC_PLACE
@@ -112,9 +111,9 @@ class Fault:
 
     def __str__(self) -> str:
         """Return the fault in words."""
-        ends = "" if self.until_ps is None else f" to {self.until_ps / 1e12:g} s"
+        ends = "" if self.until_ps is None else f" to {self.until_ps / PS_PER_S:g} s"
         waits = f", {self.strikes.value}" if self.strikes is Strikes.WHILE_INSERTING else ""
-        return f"{self.kind.words} from {self.from_ps / 1e12:g} s{ends}{waits}"
+        return f"{self.kind.words} from {self.from_ps / PS_PER_S:g} s{ends}{waits}"
 
     def fill(self, record: Record) -> None:
         """Write the fault into a kernel's record."""
@@ -186,7 +185,9 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()
     spans = [((fault.kind.category.value, str(fault.place)), fault) for fault in faults]
     spans += [(("waiting", str(fault.place)), fault) for fault in faults if fault.strikes is Strikes.WHILE_INSERTING]
     times = [(part, fault.from_ps, fault.over_ps, "faults", str(fault)) for part, fault in spans]
-    times += [(("probing", ""), a, b, "probing", f"from {a / 1e12:g} s to {b / 1e12:g} s") for a, b in probing]
+    times += [
+        (("probing", ""), a, b, "probing", f"from {a / PS_PER_S:g} s to {b / PS_PER_S:g} s") for a, b in probing
+    ]
     for (part, _, over_ps, _, words), (other, from_ps, _, name, later) in pairwise(sorted(times)):
         if part == other and from_ps < over_ps:
             raise ArgumentError(name, later, f"one that begins when this is over: {words}")

@@ -16,10 +16,10 @@ from rtec.machine.station_settings import StationSettings
 from rtec.machine.volume import Volume
 from rtec.metrology import Column, Measurement
 from rtec.predictors import Model, NoError
+from rtec.units import PS_PER_MS
 
 Floats = npt.NDArray[np.float64]
-_MS = 10**9
-_LOOK_PS = 20 * _MS
+_LOOK_PS = 20 * PS_PER_MS
 """Between two looks at the axes; a reading is what the last one before they go on has seen."""
 _LEAD_MM = 2.0
 """Below the first place, from where all axes come to it."""

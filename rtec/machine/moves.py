@@ -12,6 +12,7 @@ import numpy as np
 
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
+from rtec.units import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,7 +121,7 @@ def move_arrays(moves: Moves, counts_mm: Sequence[float]) -> tuple[Any, ...]:
     for program, count_mm in zip(programs, counts_mm, strict=True):
         stay = [Move(target_mm=last.target_mm, speed_mm_s=last.speed_mm_s) for last in program[-1:]]
         padded = [*program, *stay * (longest - len(program))]
-        rows.append([(m.target_mm / count_mm, m.speed_mm_s / count_mm, round(m.rest_s * 1e12)) for m in padded])
+        rows.append([(m.target_mm / count_mm, m.speed_mm_s / count_mm, round(m.rest_s * PS_PER_S)) for m in padded])
     shape = len(rows), longest
     targets, speeds, rests = (np.array([[move[k] for move in row] for row in rows]).reshape(shape) for k in range(3))
     return targets.astype(np.float64), speeds.astype(np.float64), rests.astype(np.int64), np.zeros(shape)
@@ -138,6 +139,6 @@ def _line_arrays(lines: Sequence[Line], counts_mm: Sequence[float]) -> tuple[Any
     def of_all(values: Sequence[float], dtype: type) -> Any:
         return np.tile(np.array(values, dtype=dtype), (axes, 1))
 
-    rests = [round(line.rest_s * 1e12) for line in lines]
+    rests = [round(line.rest_s * PS_PER_S) for line in lines]
     speeds = of_all([line.speed_mm_s for line in lines], np.float64)
     return np.ascontiguousarray(targets), speeds, of_all(rests, np.int64), of_all(lengths, np.float64)

@@ -169,7 +169,7 @@ def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wal
         received=received,
         glitches=int(state.encoder.glitches),
         audit=off == 0 and insertions.ahead_counts == added,
-        simulated_s=end_ps / 1e12,
+        simulated_s=end_ps / PS_PER_S,
         wall_s=wall_s,
         real_edges=path.injector.real_edges.value,
         motion="steady" if path.motion is None else path.motion.kind.value,

@@ -14,8 +14,8 @@ from rtec.machine.fault_kinds import FaultPlace
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView
 from rtec.requester import BoxState, Conversation, Precautions, Status
+from rtec.units import PS_PER_MS
 
-MS = 10**9
 _MOST_AXES = 7
 
 
@@ -215,7 +215,7 @@ def bench_of(
         injector=InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD),
         encoder=Encoder(count_mm=number_within("count_um", count_um, 1e-6, 1e6, unit="µm") / 1000.0),
         conversation=Conversation(window_steps=window_steps, grace_readings=grace_readings),
-        precautions=Precautions(watch_ps=whole_within("watch_ms", watch_ms, 1, 100_000, unit="ms") * MS),
+        precautions=Precautions(watch_ps=whole_within("watch_ms", watch_ms, 1, 100_000, unit="ms") * PS_PER_MS),
     )
     return Workbench([replace(station, axis=axis) for axis in range(1, axes + 1)], bitrate=bitrate)
 

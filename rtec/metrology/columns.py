@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from rtec.units import MM_PER_INCH
+from rtec.units import UNITS, Heading
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,61 +18,39 @@ class ColumnUnit:
     offset: float = 0.0
 
 
-_POSITION = {
-    "mm": ColumnUnit("mm", 1.0),
-    "um": ColumnUnit("mm", 1e-3),
-    "nm": ColumnUnit("mm", 1e-6),
-    "m": ColumnUnit("mm", 1e3),
-    "inch": ColumnUnit("mm", MM_PER_INCH),
-    "deg": ColumnUnit("deg", 1.0),
-    "rad": ColumnUnit("deg", 180.0 / math.pi),
-    "arcsec": ColumnUnit("deg", 1.0 / 3600.0),
-    "rev": ColumnUnit("rev", 1.0),
-    "count": ColumnUnit("count", 1.0),
-}
-_SPEED = {
-    "mm_s": ColumnUnit("mm_s", 1.0),
-    "mm_min": ColumnUnit("mm_s", 1.0 / 60.0),
-    "m_min": ColumnUnit("mm_s", 1e3 / 60.0),
-    "m_s": ColumnUnit("mm_s", 1e3),
-    "inch_min": ColumnUnit("mm_s", MM_PER_INCH / 60.0),
-    "deg_s": ColumnUnit("deg_s", 1.0),
-    "rad_s": ColumnUnit("deg_s", 180.0 / math.pi),
-    "rpm": ColumnUnit("deg_s", 6.0),
-}
-_NONE = {"": ColumnUnit("", 1.0)}
-
-UNITS_OF_QUANTITY: dict[str, dict[str, ColumnUnit]] = {
-    "run": _NONE,
-    "direction": _NONE,
-    "time": {
-        "s": ColumnUnit("s", 1.0),
-        "ms": ColumnUnit("s", 1e-3),
-        "us": ColumnUnit("s", 1e-6),
-        "min": ColumnUnit("s", 60.0),
-        "h": ColumnUnit("s", 3600.0),
-    },
+_POSITION = ("length", "angle", "revolutions", "counts")
+_DIMENSIONS = {
+    "time": ("time",),
     "target": _POSITION,
     "actual": _POSITION,
     "deviation": _POSITION,
-    "velocity": _SPEED,
-    "feed": _SPEED,
-    "temperature": {
-        "degc": ColumnUnit("degc", 1.0),
-        "degf": ColumnUnit("degc", 1.0 / 1.8, -32.0),
-        "k": ColumnUnit("degc", 1.0, -273.15),
-    },
-    "force": {"n": ColumnUnit("n", 1.0)},
-    "current": {"a": ColumnUnit("a", 1.0)},
-    "voltage": {"v": ColumnUnit("v", 1.0)},
-    "torque": {"nm": ColumnUnit("nm", 1.0)},
-    "pressure": {
-        "hpa": ColumnUnit("hpa", 1.0),
-        "mbar": ColumnUnit("hpa", 1.0),
-        "pa": ColumnUnit("hpa", 1e-2),
-        "bar": ColumnUnit("hpa", 1e3),
-    },
-    "humidity": {"percent": ColumnUnit("percent", 1.0)},
+    "velocity": ("speed", "angular speed"),
+    "feed": ("speed", "angular speed"),
+    "temperature": ("temperature",),
+    "force": ("force",),
+    "current": ("current",),
+    "voltage": ("voltage",),
+    "torque": ("torque",),
+    "pressure": ("pressure",),
+    "humidity": ("share",),
+}
+"""What the quantities of a measurement file may be measured in."""
+_INSIDE = {unit.dimension: unit.column for unit in reversed(UNITS.values())}
+"""The first unit of each dimension is the one inside."""
+_NONE = {"": ColumnUnit("", 1.0)}
+
+
+def column_units(quantity: str, *headings: Heading) -> dict[str, ColumnUnit]:
+    """Return the units of a quantity in the headings of such files."""
+    return {
+        unit.column: ColumnUnit(_INSIDE[unit.dimension], unit.factor, unit.offset)
+        for unit in UNITS.values()
+        if unit.dimension in _DIMENSIONS.get(quantity, ()) and unit.heading in headings
+    }
+
+
+UNITS_OF_QUANTITY = {"run": _NONE, "direction": _NONE} | {
+    quantity: column_units(quantity, Heading.OURS) for quantity in _DIMENSIONS
 }
 """Quantities of a measurement file and the units their headings may carry; the unit inside is one of them too."""
 
@@ -137,7 +114,7 @@ def axis_of_heading(heading: str) -> tuple[int, ColumnUnit] | None:
     True
     """
     found = _AXIS.fullmatch(heading.strip().lower())
-    unit = _POSITION.get(found[2] or "") if found else None
+    unit = UNITS_OF_QUANTITY["target"].get(found[2] or "") if found else None
     if found is None or unit is None or unit.inside != "mm" or not 1 <= int(found[1]) <= MOST_AXES:
         return None
     return int(found[1]), unit
@@ -156,7 +133,7 @@ def units_lacking(heading: str) -> str | None:
     text = heading.strip().lower()
     units: Iterable[str] | None = UNITS_OF_QUANTITY.get(_SYNONYMS.get(text, text))
     if units is None and (axis := _AXIS.fullmatch(text)) and not axis[2]:
-        units = [unit for unit, what in _POSITION.items() if what.inside == "mm"]
+        units = [unit for unit, what in UNITS_OF_QUANTITY["target"].items() if what.inside == "mm"]
     if units is None or "" in units:
         return None
     return ", ".join(f"{text}_{unit}" for unit in units)

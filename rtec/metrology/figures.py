@@ -15,7 +15,7 @@ import numpy as np
 from rtec.errors import ArgumentError, nearest
 from rtec.metrology.cyclic import CyclicError
 from rtec.metrology.readings import Floats, Integers
-from rtec.units import MM_PER_INCH
+from rtec.units import UNITS as TABLE
 
 
 class Coordinate(enum.Enum):
@@ -26,8 +26,8 @@ class Coordinate(enum.Enum):
 
 
 UNITS: dict[Coordinate, dict[str, float]] = {
-    Coordinate.LINEAR: {"um": 1e3, "mm": 1.0, "nm": 1e6, "inch": 1.0 / MM_PER_INCH},
-    Coordinate.ANGULAR: {"arcsec": 3600.0, "deg": 1.0, "urad": 1e6 * np.pi / 180.0},
+    Coordinate.LINEAR: {name: 1.0 / TABLE[name].factor for name in ("um", "mm", "nm", "inch")},
+    Coordinate.ANGULAR: {name: 1.0 / TABLE[name].factor for name in ("arcsec", "deg", "urad")},
 }
 """Units of the results; the first is the default."""
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from rtec.errors import FileFormatError
 from rtec.predictors._columns import LARGEST, first_disorder
 from rtec.predictors.tables import BidirectionalTable
-from rtec.units import MM_PER_INCH
+from rtec.units import UNITS
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,9 +29,9 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 class LengthUnit(Enum):
     """Units of length in a table file; the value is the unit in millimetres."""
 
-    MM = 1.0
-    UM = 0.001
-    INCH = MM_PER_INCH
+    MM = UNITS["mm"].factor
+    UM = UNITS["um"].factor
+    INCH = UNITS["inch"].factor
 
 
 def row_of(path: str | Path, number: int, cells: list[str], names: list[str]) -> list[float]:

@@ -7,6 +7,7 @@ from rich.table import Table
 
 from rtec.injector import RealEdges, Timing
 from rtec.machine import OpenPath, OpenPathResult
+from rtec.readable import hertz_text, time_text
 
 EDGES = {RealEdges.HOLD: "held back", RealEdges.MERGE: "merged"}
 """What becomes of them, in words."""
@@ -19,7 +20,7 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     inside = [("real edges inside insertions", EDGES[path.injector.real_edges])]
     if insertions.longest_ps is not None and insertions.real_inside is not None:
         inside = [
-            ("last change after its edge, at most", _time(insertions.longest_ps)),
+            ("last change after its edge, at most", time_text(insertions.longest_ps)),
             ("real edges inside insertions", f"{_whole(insertions.real_inside)}, {EDGES[path.injector.real_edges]}"),
         ]
     rows = [
@@ -32,15 +33,17 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
         ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
         *inside,
         ("illegal transitions", _whole(received.illegal_transitions)),
-        ("shortest time between edges", _time(received.min_separation_ps)),
+        ("shortest time between edges", time_text(received.min_separation_ps)),
         ("changes swallowed by the filter", _whole(received.filtered)),
         ("glitches", _whole(result.glitches)),
-        ("servo fault", "none" if received.fault_ps is None else f"at {_time(received.fault_ps)}"),
+        ("servo fault", "none" if received.fault_ps is None else f"at {time_text(received.fault_ps)}"),
         ("simulated", f"{result.simulated_s:.6g} s in {result.wall_s:.3g} s"),
     ]
     processor = path.microcontroller
     box = (
-        f"worst insertion {_time(timing.worst_ps(design))}" if processor is None else f"firmware on {processor.name}"
+        f"worst insertion {time_text(timing.worst_ps(design))}"
+        if processor is None
+        else f"firmware on {processor.name}"
     )
     table = Table(title=f"design {design.key}, {box}", show_header=False)
     table.add_column()
@@ -57,11 +60,11 @@ def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]
     forward = "+" if path.direction > 0 else "-"
     if path.motion is None:
         edges = f"{_whole(result.edges)} in {forward} direction"
-        return [("encoder frequency", _hertz(result.frequency_hz)), ("real edges", edges)]
+        return [("encoder frequency", hertz_text(result.frequency_hz)), ("real edges", edges)]
     return [
         ("motion", path.motion.kind.value),
-        ("highest encoder frequency", _hertz(result.top_hz)),
-        ("acceleration, at most", f"{_hertz(path.motion.acceleration_hz_s)}/s"),
+        ("highest encoder frequency", hertz_text(result.top_hz)),
+        ("acceleration, at most", f"{hertz_text(path.motion.acceleration_hz_s)}/s"),
         ("real edges", f"{_whole(result.edges)} there and back"),
     ]
 
@@ -90,7 +93,7 @@ def _gate_reason(path: OpenPath, result: OpenPathResult) -> str:
     if not result.insertions.refused or timing.gate_margin is None:
         return ""
     limit_hz = timing.limit_hz(path.injector.design) / (1.0 + timing.gate_margin)
-    return f" (the speed gate lets through up to {_hertz(limit_hz)})"
+    return f" (the speed gate lets through up to {hertz_text(limit_hz)})"
 
 
 def _audit_reason(path: OpenPath, result: OpenPathResult) -> str:
@@ -107,19 +110,3 @@ def _audit_reason(path: OpenPath, result: OpenPathResult) -> str:
 
 def _whole(number: int) -> str:
     return f"{number:,}".replace(",", " ")
-
-
-def _hertz(hertz: float) -> str:
-    for factor, unit in ((1e6, "MHz"), (1e3, "kHz")):
-        if hertz >= factor:
-            return f"{hertz / factor:.6g} {unit}"
-    return f"{hertz:.6g} Hz"
-
-
-def _time(time_ps: int | None) -> str:
-    if time_ps is None:
-        return "none"
-    for factor, unit in ((10**12, "s"), (10**9, "ms"), (10**6, "us"), (10**3, "ns")):
-        if time_ps >= factor:
-            return f"{time_ps / factor:.6g} {unit}"
-    return f"{time_ps} ps"

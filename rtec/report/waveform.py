@@ -14,6 +14,7 @@ from rtec.injector.waves import counts_along, insertions
 from rtec.report.figures_style import new_figure
 from rtec.report.palette import ALARM, INK, REVERSE_LINE, STATE, STATE_EDGE
 from rtec.signal import EdgeStream, states_of_levels
+from rtec.units import PS_PER, PS_PER_S, symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +32,6 @@ _SHADE = 0.11
 _FONT = 8.5
 _WIDTH_INCH, _LETTER_INCH = 8.4, 0.078
 """Of the axes, and of a letter in a band: numbers stand only where they have room."""
-_UNITS = (("s", 10**12), ("ms", 10**9), ("µs", 10**6), ("ns", 10**3), ("ps", 1))
 _MOST_TICK_DIGITS = 10**4
 
 _Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
@@ -131,13 +131,13 @@ class _View:
     def __init__(self, start_ps: int, stop_ps: int) -> None:
         self.start_ps, self.stop_ps = start_ps, stop_ps
         width_ps = stop_ps - start_ps
-        unit, self._unit_ps = next((unit, size) for unit, size in _UNITS if width_ps >= size)
+        unit, self._unit_ps = next((unit, size) for unit, size in PS_PER.items() if width_ps >= size)
         self._zero_ps = 0
-        self.label = f"time ({unit})"
+        self.label = f"time ({symbol(unit)})"
         if stop_ps > _MOST_TICK_DIGITS * width_ps:  # ticks would differ in their last digits only
             self._zero_ps = start_ps // self._unit_ps * self._unit_ps
-            seconds = f"{self._zero_ps // 10**12}.{self._zero_ps % 10**12:012d}".rstrip("0")
-            self.label = f"time from {seconds} s on ({unit})"
+            seconds = f"{self._zero_ps // PS_PER_S}.{self._zero_ps % PS_PER_S:012d}".rstrip("0")
+            self.label = f"time from {seconds} s on ({symbol(unit)})"
 
     def x(self, t_ps: float) -> float:
         """Return the place of a time on the axis."""

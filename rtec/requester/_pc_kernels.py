@@ -28,6 +28,7 @@ from rtec.requester._box_kernels import (
     STATUS_NOT_HOMED,
 )
 from rtec.signal._kernels import NEVER
+from rtec.units._time_kernels import PS_PER_S
 
 WAITING, ACTIVE, HOLD = 0, 1, 2
 
@@ -136,12 +137,12 @@ def sense(p: Record, t_ps: int, read_ps: int, axis: int) -> None:
     if p.read_ps == -NEVER:
         sensors[VELOCITY] = 0.0
     elif read_ps > p.read_ps:
-        sensors[VELOCITY] = (position_mm - sensors[POSITION]) / ((read_ps - p.read_ps) / 1e12)
+        sensors[VELOCITY] = (position_mm - sensors[POSITION]) / ((read_ps - p.read_ps) / PS_PER_S)
     p.read_ps = read_ps
     sensors[POSITION] = position_mm
     sensors[AXES + axis - 1] = position_mm
     sensors[DIRECTION] = p.direction
-    sensors[TIME] = t_ps / 1e12
+    sensors[TIME] = t_ps / PS_PER_S
 
 
 @step

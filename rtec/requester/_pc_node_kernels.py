@@ -47,6 +47,7 @@ from rtec.requester._pc_kernels import (
     pc_reset,
 )
 from rtec.signal._kernels import NEVER
+from rtec.units._time_kernels import PS_PER_S
 
 # why the PC holds the machine
 NONE = 0
@@ -265,7 +266,7 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
     valid = position_valid(payload)
     if n.has_position == 1 and n.pc.state == ACTIVE and valid == 1:
         # two frames may arrive closer together than they were sent
-        far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / 1e12) + 2.0
+        far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / PS_PER_S) + 2.0
         # a word that is frozen or torn does not agree with what the box has added up beside it
         if abs(position - n.position) > far or (position - position_counted(payload)) & ((1 << COUNTED_BITS) - 1):
             n.implausible += 1

@@ -19,6 +19,7 @@ from rtec.requester.precautions import HoldReason, Precautions
 from rtec.requester.settings import BoxState, Conversation, PcState, Status
 from rtec.requester.setup import Setup
 from rtec.signal import NEVER
+from rtec.units import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,7 +245,7 @@ class PcNode:
             frames_refused=int(n.wrong_checksum + n.out_of_order),
             implausible=int(n.implausible),
             answered=int(n.answered),
-            answer_s=int(n.answer_ps) / 1e12,
+            answer_s=int(n.answer_ps) / PS_PER_S,
             turns=int(n.pc.requests),
             sd_mm=None if math.isnan(sd_mm := float(self._model[-1][0])) else sd_mm,
         )

@@ -9,7 +9,7 @@ from rtec._jit import Record
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.requester import _pc_node_kernels as _codes
-from rtec.requester.settings import MS
+from rtec.units import PS_PER_MS
 
 
 class HoldReason(enum.IntEnum):
@@ -123,9 +123,9 @@ class Precautions:
     50
     """
 
-    cycle_ps: int = 10 * MS
-    watch_ps: int = 50 * MS
-    gap_ps: int = 2 * MS
+    cycle_ps: int = 10 * PS_PER_MS
+    watch_ps: int = 50 * PS_PER_MS
+    gap_ps: int = 2 * PS_PER_MS
     patience_ps: int = 0
     limit_steps: int = 0
     limit_mm: float = 0.0
@@ -134,8 +134,8 @@ class Precautions:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        whole_within("cycle_ps", self.cycle_ps, MS, 1000 * MS, unit="ps")
-        whole_within("watch_ps", self.watch_ps, MS, 100_000 * MS, unit="ps")
+        whole_within("cycle_ps", self.cycle_ps, PS_PER_MS, 1000 * PS_PER_MS, unit="ps")
+        whole_within("watch_ps", self.watch_ps, PS_PER_MS, 100_000 * PS_PER_MS, unit="ps")
         whole_within("patience_ps", self.patience_ps, 0, 10**17, unit="ps")
         whole_within("limit_steps", self.limit_steps, 0, 32767)
         number_within("limit_mm", self.limit_mm, 0.0, 1e3, unit="mm")

@@ -10,9 +10,7 @@ from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.link._kernels import SLOTS
 from rtec.requester import _box_kernels, _pc_kernels
-
-US = 1_000_000
-MS = 1_000 * US
+from rtec.units import PS_PER_MS, PS_PER_US
 
 
 class Status(enum.IntEnum):
@@ -99,11 +97,11 @@ class Conversation:
 
     window_steps: int = 3
     grace_readings: int = 2
-    box_period_ps: int = 1 * MS
-    update_ps: int = 20 * US
-    pc_period_ps: int = 10 * MS
-    retry_ps: int = 100 * US
-    latency_ps: int = 100 * US
+    box_period_ps: int = 1 * PS_PER_MS
+    update_ps: int = 20 * PS_PER_US
+    pc_period_ps: int = 10 * PS_PER_MS
+    retry_ps: int = 100 * PS_PER_US
+    latency_ps: int = 100 * PS_PER_US
     reversal_mm: float = 0.020
     rounding_margin: float = 0.03
 
@@ -111,10 +109,10 @@ class Conversation:
         """Check the ranges."""
         whole_within("window_steps", self.window_steps, 1, 32767)
         whole_within("grace_readings", self.grace_readings, 0, 1000)
-        whole_within("box_period_ps", self.box_period_ps, US, 1000 * MS, unit="ps")
-        whole_within("pc_period_ps", self.pc_period_ps, US, 10_000 * MS, unit="ps")
+        whole_within("box_period_ps", self.box_period_ps, PS_PER_US, 1000 * PS_PER_MS, unit="ps")
+        whole_within("pc_period_ps", self.pc_period_ps, PS_PER_US, 10_000 * PS_PER_MS, unit="ps")
         whole_within("update_ps", self.update_ps, 0, self.box_period_ps - 1, unit="ps (below box_period_ps)")
-        whole_within("retry_ps", self.retry_ps, US, self.pc_period_ps, unit="ps (up to pc_period_ps)")
+        whole_within("retry_ps", self.retry_ps, PS_PER_US, self.pc_period_ps, unit="ps (up to pc_period_ps)")
         longest_ps = (SLOTS - 1) * min(self.box_period_ps, self.pc_period_ps)
         whole_within("latency_ps", self.latency_ps, 0, longest_ps, unit="ps (messages under way are limited)")
         number_within("reversal_mm", self.reversal_mm, 0.0, 1e3, unit="mm")

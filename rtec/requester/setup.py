@@ -9,6 +9,7 @@ from typing import Self
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.link._frame_kernels import design_cycle_step
+from rtec.units import PS_PER_S
 
 OTHER_DESIGN = 15
 """In the message: a design that is none of the report's."""
@@ -61,7 +62,7 @@ class Setup:
     def __post_init__(self) -> None:
         """Check the ranges."""
         number_within("step_mm", self.step_mm, 0.0, 1e9, unit="mm")
-        whole_within("cycle_ps", self.cycle_ps, 1, 10**12, unit="ps")
+        whole_within("cycle_ps", self.cycle_ps, 1, PS_PER_S, unit="ps")
 
     @property
     def word(self) -> int:

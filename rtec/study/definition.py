@@ -23,7 +23,7 @@ from rtec.predictors import Predictor
 from rtec.requester import Conversation
 from rtec.study.beliefs import LEARNED, axis_error_of, belief_of
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
-from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, RATE, SPEED, TIME
+from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, PS_PER_S, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")
 _MOST_HAPPENINGS = 100
@@ -228,9 +228,9 @@ def _fault(section: Section) -> Fault:
 def _probing(section: Section) -> tuple[int, int]:
     from_ps, until_ps = section.time_ps("from"), section.time_ps("until")
     if from_ps < 0:
-        raise ArgumentError(section.where("from"), f"{from_ps / 1e12:g} s", "a time of the run, from 0 s on")
+        raise ArgumentError(section.where("from"), f"{from_ps / PS_PER_S:g} s", "a time of the run, from 0 s on")
     if from_ps >= until_ps:
-        raise ArgumentError(section.where("until"), f"{until_ps / 1e12:g} s", f"after {from_ps / 1e12:g} s")
+        raise ArgumentError(section.where("until"), f"{until_ps / PS_PER_S:g} s", f"after {from_ps / PS_PER_S:g} s")
     return from_ps, until_ps
 
 

@@ -11,7 +11,7 @@ from rtec.injector import Design
 from rtec.predictors import Predictor
 from rtec.study.definition import Study
 from rtec.study.results import Limit
-from rtec.units import MM_PER_INCH
+from rtec.units import MM_PER_INCH, PS_PER_S
 
 
 def steepest_slope(predictor: Predictor, grid_mm: NDArray[np.float64], *, over_mm: float) -> float:
@@ -41,12 +41,12 @@ def limit_of(study: Study, design: Design) -> Limit:
     grid = np.linspace(start, end, 20_001)
     step_mm = design.step_counts * study.encoder.count_mm
     slope = steepest_slope(study.model, grid, over_mm=0.05)
-    rate_mm_s = study.conversation.window_steps * step_mm / (study.conversation.pc_period_ps / 1e12)
+    rate_mm_s = study.conversation.window_steps * step_mm / (study.conversation.pc_period_ps / PS_PER_S)
     gate_ps = study.timing(design).gate_ps(design)
     # the firmware has a gate of its own, in its own cycles: what it refuses, `rtec envelope` measures
     gate_mm_s = math.nan if study.firmware is not None else math.inf
     if gate_ps and study.firmware is None:
-        gate_mm_s = design.gate_quarters * study.encoder.count_mm / (gate_ps / 1e12)
+        gate_mm_s = design.gate_quarters * study.encoder.count_mm / (gate_ps / PS_PER_S)
     model = np.concatenate([study.model.error_mm(grid, 1), study.model.error_mm(grid, -1)])
     return Limit(
         name=design.value,

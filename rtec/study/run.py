@@ -25,7 +25,7 @@ from rtec.study.figures import feed_curve, hold_curve, waveform
 from rtec.study.learning import learn, learning_s, score
 from rtec.study.limits import limit_of
 from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
-from rtec.units import MM_PER_INCH
+from rtec.units import MM_PER_INCH, PS_PER_S
 
 _MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1
 """Weights of the parts in what is told of the progress: about the seconds that each takes."""
@@ -312,6 +312,9 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
             f"PC every {talk.pc_period_ps / 1e9:g} ms, latency {talk.latency_ps / 1e6:g} µs",
         ),
         *(("Fault", str(fault)) for fault in study.faults),
-        *(("Probing", f"from {a / 1e12:g} s to {b / 1e12:g} s: nothing is corrected") for a, b in study.probing),
+        *(
+            ("Probing", f"from {a / PS_PER_S:g} s to {b / PS_PER_S:g} s: nothing is corrected")
+            for a, b in study.probing
+        ),
         ("Controller", f"filter of {study.receiver.delay_ps / 1000:g} ns, x4, {study.receiver.counter_bits} bits"),
     )

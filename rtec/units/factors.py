@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 import functools
-import math
 import re
 from typing import Any
+
+from rtec.units.table import UNITS
 
 _POWER = re.compile(r"\^?([23])")
 _SYMBOL = re.compile(r"([A-Za-zµμ°%]+(?:_[A-Za-z]+)?)(?:\^?([23])|²)?|1(?=/)|[*/()]")
@@ -19,18 +20,22 @@ _BETWEEN = frozenset("*/)")
 _REVOLUTION = re.compile(r"\brev\b")
 _DEGREES = re.compile(r"\bdeg([CF])\b")
 
+_MET = {
+    "Hz": "Hz kHz MHz",
+    "s": "s ms us ns min h",
+    "mm": "mm um inch m",
+    "deg": "deg rad arcsec",
+    "um": "um mm",
+    "mm/s": "mm/s mm/min m/min m/s inch/min",
+    "mm/s^2": "mm/s^2 m/s^2",
+    "mm/s^3": "mm/s^3 m/s^3",
+    "percent": "percent %",
+    "1/s": "1/s 1/min",
+    "Hz/s": "Hz/s kHz/s MHz/s GHz/s",
+}
 COMMON = {
-    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
-    "mm": {"mm": 1.0, "um": 1e-3, "inch": 25.4, "m": 1e3},
-    "deg": {"deg": 1.0, "rad": 180.0 / math.pi, "arcsec": 1.0 / 3600.0},
-    "um": {"um": 1.0, "mm": 1e3},
-    "mm/s": {"mm/s": 1.0, "mm/min": 1.0 / 60.0, "m/min": 1e3 / 60.0, "m/s": 1e3, "inch/min": 25.4 / 60.0},
-    "mm/s^2": {"mm/s^2": 1.0, "m/s^2": 1e3},
-    "mm/s^3": {"mm/s^3": 1.0, "m/s^3": 1e3},
-    "percent": {"percent": 1.0, "%": 1.0},
-    "1/s": {"1/s": 1.0, "1/min": 1.0 / 60.0},
-    "Hz/s": {"Hz/s": 1.0, "kHz/s": 1e3, "MHz/s": 1e6, "GHz/s": 1e9},
+    target: {name: UNITS[name].factor / UNITS[target].factor for name in names.split()}
+    for target, names in _MET.items()
 }
 """Units that nearly every command meets: read without the unit library, which takes 0.4 s to load."""
 _SYMBOLS = ("Hz kHz MHz GHz s ms us ns ps min h mm um nm m cm km inch in deg rad arcsec arcmin rev rpm count counts "

@@ -14,14 +14,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rtec.errors import ArgumentError
-from rtec.unit_factors import COMMON, factor_between, suggested_unit
+from rtec.units._time_kernels import PS_PER_S
+from rtec.units.factors import COMMON, factor_between, suggested_unit
 
-PS_PER_S = 1_000_000_000_000
-"""Picoseconds in one second."""
 LONGEST_RUN_PS = 50 * 86_400 * PS_PER_S
 """Longest run, 50 days: beyond 53 days lies the kernels' "never"."""
-MM_PER_INCH = 25.4
-"""Millimetres in one inch, exact."""
 
 _DIGITS = r"\d+(?:_\d+)*"
 NUMBER = rf"[+-]?(?:{_DIGITS}(?:\.(?:{_DIGITS})?)?|\.{_DIGITS})(?:[eE][+-]?\d{{1,4}})?"

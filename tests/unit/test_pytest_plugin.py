@@ -11,11 +11,12 @@ import pytest
 
 import rtec.link.simulated
 from rtec.errors import ArgumentError
-from rtec.link.simulated import PS_PER_S, SimulatedBus
+from rtec.link.simulated import SimulatedBus
 from rtec.link.simulated_can import SimulatedCan
 from rtec.machine.bench_faults import BenchFaults, kind_of
 from rtec.machine.faults import FaultKind
 from rtec.machine.workbench import bench_of
+from rtec.units import PS_PER_S
 
 pytest_plugins = ["pytester"]
 

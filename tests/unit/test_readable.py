@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from rtec.readable import MISSING, quantity_text, rounded, suited_unit, symbol
+from rtec.readable import MISSING, quantity_text, rounded, suited_unit
+from rtec.units import symbol
 
 
 @pytest.mark.parametrize(

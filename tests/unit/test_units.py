@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from rtec import units
 from rtec.errors import ArgumentError
-from rtec.unit_factors import COMMON
+from rtec.units.factors import COMMON
 
 
 @pytest.mark.parametrize(("target", "unit"), [(target, unit) for target, known in COMMON.items() for unit in known])

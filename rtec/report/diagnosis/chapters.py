@@ -21,10 +21,11 @@ from rtec.inference.likeness import (
 )
 from rtec.inference.model import Model
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
-from rtec.readable import quantity_text, symbol
+from rtec.readable import quantity_text
 from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis.quantities import Shown, named_texts, parameter_texts, probability, shown_for
 from rtec.report.diagnosis.sentence import heldout_words, spoken, term_words
+from rtec.units import symbol
 
 _MOST_PARAMETERS = 12
 _CORRELATED = 0.1

@@ -12,11 +12,12 @@ from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
 from rtec.inference.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
-from rtec.readable import rounded, symbol
+from rtec.readable import rounded
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import period_of, residual
 from rtec.report.figures_style import legend_above, new_figure
 from rtec.report.palette import ALARM, FORWARD, INK, LIMIT_LINE, NEUTRAL, PALE, PAPER, SHADE
+from rtec.units import symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

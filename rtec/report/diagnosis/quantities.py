@@ -11,8 +11,9 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Units
 from rtec.inference.results import Value
-from rtec.readable import MISSING, common_size, quantity_text, rounded, suited_unit, symbol
+from rtec.readable import MISSING, common_size, quantity_text, rounded, suited_unit
 from rtec.report.appearance import printable
+from rtec.units import symbol
 
 _PARTS_OF_UNITS = re.compile(r"[^A-Za-z0-9/]+")
 _CERTAIN = 1e-3

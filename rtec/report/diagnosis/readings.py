@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
 from rtec.inference.model import Model, Term
-from rtec.readable import symbol
 from rtec.report.palette import FORWARD, NEUTRAL, REVERSE
+from rtec.units import symbol
 
 ALL, BACKWARD, AT_REST = "readings", "backward", "at rest"
 """Labels of all readings, where there is one group, and of those in one direction, or in none in a moving log."""

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 from rtec.inference.likeness import effect_or_none, tied_groups
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
-from rtec.readable import rounded, symbol
+from rtec.readable import rounded
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
+from rtec.units import symbol
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison, Stretch

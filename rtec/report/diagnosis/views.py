@@ -9,7 +9,6 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats, Over
 from rtec.inference.model import Model, Term
-from rtec.readable import symbol
 from rtec.report.diagnosis.readings import (
     Abscissa,
     Mask,
@@ -22,6 +21,7 @@ from rtec.report.diagnosis.readings import (
     ways,
 )
 from rtec.report.palette import FORWARD, GREEN, PURPLE
+from rtec.units import symbol
 
 MOST_VIEWS = 6
 """Of one figure, each with what is left below it."""

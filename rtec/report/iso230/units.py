@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtec.metrology import UNITS, JudgedTest
-
-_SYMBOLS = {"um": "µm", "urad": "µrad", "deg": "°"}
+from rtec.units import symbol
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +42,8 @@ def units_of(test: JudgedTest, unit: str | None) -> SheetUnits:
     position = "inch" if name == "inch" else coordinate.value
     return SheetUnits(
         name=name,
-        symbol=_SYMBOLS.get(name, name),
+        symbol=symbol(name),
         factor=factor,
-        position_symbol=_SYMBOLS.get(position, position),
+        position_symbol=symbol(position),
         position_factor=UNITS[coordinate][position],
     )

@@ -4,9 +4,10 @@ import pytest
 
 from rtec.errors import ArgumentError, LinkError
 from rtec.link.frame import Frame, IdentifierFormat
-from rtec.link.simulated import BACKLOG, POLL_PS, PS_PER_S, SimulatedBus
+from rtec.link.simulated import BACKLOG, POLL_PS, SimulatedBus
 from rtec.link.transport import BusState
 from rtec.machine.faults import Fault, FaultKind
+from rtec.units import PS_PER_S
 
 US, MS = 10**6, 10**9
 FRAME_PS = 135 * 2 * US  # 135 bits of 2 us at 500 kbit/s
