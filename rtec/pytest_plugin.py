@@ -23,7 +23,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Make the marker known."""
     config.addinivalue_line(
         "markers",
-        "rtec(design='original', count_um=1.0, window_steps=3, grace_readings=2, watch_ms=50, axes=1, "
+        "rtec(design='original', count_um=1.0, window_steps=3, grace_readings=2, watchdog_ms=50, axes=1, "
         "bitrate=500000): what box the fixtures rtec_box, rtec_bus and rtec_faults are about",
     )
 
@@ -36,7 +36,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
     if faults is not None and faults.unfired:
         pytest.fail(
             f"armed, but without effect: {'; '.join(faults.unfired)}. Let the test run longer or drive what the "
-            "fault is to strike; arm it with must_fire=False where that is no failure.",
+            "fault has an effect; arm it with must_fire=False where that is no failure.",
             pytrace=False,
         )
     return outcome

@@ -1,4 +1,4 @@
-; What all four designs share: vectors, start-up, position, the conversation with the PC, totals.
+; What all four designs share: vectors, start-up, position, the handshake with the PC, totals.
 ; An image defines before it includes this file: the macro PASS, the macro DESIGN_START, WORD_TOTALS (1: totals of two
 ; bytes), GATE and FAST_COUNTS; and the label `work`, where its own part begins after each reading.
 ; PASS stands wherever A and the carry hold nothing: Design B copies its lines there, for the others it is empty.

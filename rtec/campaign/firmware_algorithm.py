@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.board.board import PUBLICATIONS, WINDOW_STEPS
-from rtec.campaign import firmware_check_answers as conversation
+from rtec.campaign import firmware_check_answers as handshake
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import DOUBT, FATAL, MESSAGES, Failed
 from rtec.campaign.firmware_check_motion import Given
@@ -23,9 +23,9 @@ _LATEST_READINGS = 5
 """A step is inserted by one reading and said in the next; so long the count may be ahead of what is said."""
 
 START: dict[str, Callable[[Bench], str]] = {
-    "starts": conversation.starts,
-    "answers": conversation.answers,
-    "home": conversation.takes_home,
+    "starts": handshake.starts,
+    "answers": handshake.answers,
+    "home": handshake.takes_home,
 }
 """What a program has to do, one after the other, before anything can be asked of it."""
 

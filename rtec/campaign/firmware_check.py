@@ -15,7 +15,7 @@ import numpy as np
 
 from firmware_model import Image
 from rtec.board import Microcontroller
-from rtec.campaign import firmware_check_answers as conversation
+from rtec.campaign import firmware_check_answers as handshake
 from rtec.campaign.firmware_algorithm import START, Firmware
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import Failed
@@ -215,13 +215,13 @@ class _Campaign:
             return partial(check, bench, home, *more)
 
         return [
-            ("window", bound(conversation.window)),
-            ("disbelief", bound(conversation.disbelief)),
-            ("large correction", bound(conversation.large_correction)),
-            ("switch", bound(conversation.switch)),
-            ("probing", bound(conversation.probing, speeds[0])),
-            ("position", bound(conversation.position, travel_hz)),
-            ("words", bound(conversation.words, speeds[-1])),
+            ("window", bound(handshake.window)),
+            ("disbelief", bound(handshake.disbelief)),
+            ("large correction", bound(handshake.large_correction)),
+            ("switch", bound(handshake.switch)),
+            ("probing", bound(handshake.probing, speeds[0])),
+            ("position", bound(handshake.position, travel_hz)),
+            ("words", bound(handshake.words, speeds[-1])),
             ("reset", bound(self._reset)),
         ]
 

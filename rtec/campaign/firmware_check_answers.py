@@ -1,4 +1,4 @@
-"""The conversation tried on the bench: start-up, messages, words, position; each is a function that may fail."""
+"""The handshake tried on the bench: start-up, messages, words, position; each is a function that may fail."""
 
 from __future__ import annotations
 

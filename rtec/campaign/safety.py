@@ -34,7 +34,7 @@ class SafetyCase:
 
     @property
     def good(self) -> bool:
-        """Return whether no avoidable silent error was found, and everything that was to strike did."""
+        """Return whether no avoidable undetected error was found, and every fault that can be activated was."""
         return not self.reasons
 
     @property
@@ -42,7 +42,8 @@ class SafetyCase:
         """Return why the case is not good, a line each."""
         soak = self.soak
         found = [
-            f"silent error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, run {trial.seed}"
+            f"undetected error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, "
+            f"run {trial.seed}"
             for trial in self.matrix.avoidable
         ]
         found += [
@@ -52,12 +53,12 @@ class SafetyCase:
         found += [
             f"a PC that runs away, design {ramp.design.value}, limit {ramp.limit}: {ramp.outcome.value}"
             for ramp in self.ramps
-            if (ramp.outcome is Outcome.SILENT) != (ramp.limit == "none")
+            if (ramp.outcome is Outcome.UNDETECTED) != (ramp.limit == "none")
         ]
         if soak is not None:
             found += [
-                f"soak, silent error: design {episode.design.value}, episode {episode.number}: {episode.wrong}"
-                for episode in soak.silent(upstream=False)
+                f"soak, undetected error: design {episode.design.value}, episode {episode.number}: {episode.wrong}"
+                for episode in soak.undetected(upstream=False)
             ]
             found += [f"soak, never took effect: {kind.value}" for kind in soak.missing]
         return tuple(found)
@@ -125,7 +126,7 @@ class Detection:
 
 def detection_of(trials: list[Trial]) -> Detection:
     """Return how the machine was stopped in these trials."""
-    held = [trial for trial in trials if trial.outcome is Outcome.HELD]
+    held = [trial for trial in trials if trial.outcome is Outcome.SAFE_STOP]
     times_s = [trial.detected_s for trial in held if trial.detected_s is not None]
     return Detection(
         reasons=tuple(reason for reason, _ in Counter(trial.reason for trial in held).most_common()),
@@ -176,12 +177,12 @@ def _soak_dict(soak: Soak) -> dict[str, object]:
         "outcomes": {outcome.value: count for outcome, count in soak.outcomes().items()},
         "fired": {kind.value: count for kind, count in soak.fired().items()},
         "missing": [kind.value for kind in soak.missing],
-        "silent": [
-            {"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.silent(upstream=False)
+        "undetected": [
+            {"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.undetected(upstream=False)
         ],
-        "silent_upstream": [
-            {"design": e.design.value, "episode": e.number, "wrong": e.wrong, "fault": e.struck[0].variant.name}
-            for e in soak.silent(upstream=True)
+        "undetected_upstream": [
+            {"design": e.design.value, "episode": e.number, "wrong": e.wrong, "fault": e.injected[0].variant.name}
+            for e in soak.undetected(upstream=True)
         ],
     }
 

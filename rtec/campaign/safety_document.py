@@ -37,10 +37,10 @@ def document(case: SafetyCase, *, command: str, picture: str) -> str:
         else:
             parts += ["## Original, A and C", "The worst of all trials.", _faults_by_phases(case, designs)]
     parts.append(f"![Every fault in every phase, by what happens at the controller]({picture})")
-    parts += ["## How late", _late(case)]
-    parts += ["## How it is found out", filled(prose.DETECTION), _detection(case), filled(_after_stop(case))]
+    parts += ["## How long delayed", _late(case)]
+    parts += ["## How it is detected", filled(prose.DETECTION), _detection(case), filled(_after_stop(case))]
     parts += _remains(case)
-    parts += ["## What cannot strike", _impossible(case) or "All that was tried can."]
+    parts += ["## What is not applicable", _impossible(case) or "All that was tried can."]
     if case.soak is not None:
         parts += _soak(case.soak)
     parts.append("[Documentation](index.md)")
@@ -53,17 +53,19 @@ def _head(case: SafetyCase, command: str) -> str:
     counts = Counter(trial.outcome for trial in fired)
     avoidable = len(case.matrix.avoidable)
     verdict = (
-        f"**{avoidable or 'None'} of them ended in wrong counts that nobody noticed although a precaution of the "
+        f"**{avoidable or 'None'} of them ended in wrong counts that nobody noticed although supervision by the "
         "report, a sequence counter or a checksum could have caught them.**"
     )
-    others = sum(trial.outcome is Outcome.SILENT and not trial.variant.upstream for trial in fired)
+    others = sum(trial.outcome is Outcome.UNDETECTED and not trial.variant.upstream for trial in fired)
     summary = (
-        f"{len(plan.variants)} faults of {len({variant.kind for variant in plan.variants})} classes strike axis 1 of "
-        f"a machine of two axes in {len(plan.phases)} phases of its operation, with {len(plan.designs)} designs and "
-        f"{plan.seeds} seeds each (other moments, bits, frames, states at rest): {len(trials)} runs. In {len(fired)} "
-        f"the fault took effect; the others prove nothing and are left out. {verdict} The counts were right in "
-        f"{counts[Outcome.RIGHT]} runs and late in {counts[Outcome.LATE]}; in {counts[Outcome.HELD]} the fault was "
-        f"detected and the machine held; in {counts[Outcome.SILENT]} counts were lost silently, {others or 'none'} "
+        f"{len(plan.variants)} faults of {len({variant.kind for variant in plan.variants})} classes are "
+        f"injected at axis 1 of a machine of two axes in {len(plan.phases)} phases of its operation, with "
+        f"{len(plan.designs)} designs and {plan.seeds} seeds each (other moments, bits, frames, states at rest): "
+        f"{len(trials)} runs. In {len(fired)} the fault took "
+        f"effect; the others prove nothing and are left out. {verdict} It was tolerated in "
+        f"{counts[Outcome.TOLERATED]} runs and delayed the correction in {counts[Outcome.DELAYED]}; "
+        f"{counts[Outcome.SAFE_STOP]} ended in a safe stop; in {counts[Outcome.UNDETECTED]} it stayed undetected, "
+        f"{others or 'none'} "
         "of them at box, link or PC, the others before the box, in the encoder's cable "
         "([what remains](#what-remains))."
     )
@@ -91,9 +93,9 @@ def _faults_by_phases(case: SafetyCase, designs: Sequence[Design]) -> str:
 
 
 def _word(outcome: Outcome) -> str:
-    if outcome is Outcome.IMPOSSIBLE:
+    if outcome is Outcome.NOT_APPLICABLE:
         return "–"
-    return f"**{outcome.value}**" if outcome is Outcome.SILENT else outcome.value
+    return f"**{outcome.value}**" if outcome is Outcome.UNDETECTED else outcome.value
 
 
 def _fired(case: SafetyCase, variant: Variant) -> list[Trial]:
@@ -103,7 +105,7 @@ def _fired(case: SafetyCase, variant: Variant) -> list[Trial]:
 def _late(case: SafetyCase) -> str:
     rows = []
     for variant in case.matrix.plan.variants:
-        late = [trial for trial in _fired(case, variant) if trial.outcome is Outcome.LATE]
+        late = [trial for trial in _fired(case, variant) if trial.outcome is Outcome.DELAYED]
         if late:
             off = max(trial.off_counts for trial in late)
             longest_s = max(trial.late_s for trial in late)
@@ -120,12 +122,12 @@ def _detection(case: SafetyCase) -> str:
             share = f"{found.held} of {len(trials)}"
             times = (_ms(found.median_s), _ms(found.longest_s))
             rows.append([variant.name, share, "; ".join(found.reasons), *times, f"{found.off_counts:.0f}"])
-    return table(["fault", "held", "who said so", "median", "longest", "counts off until then"], rows)
+    return table(["fault", "safe stop", "who said so", "median", "longest", "counts off until then"], rows)
 
 
 def _after_stop(case: SafetyCase) -> str:
     """Return what the controllers have after a stop, against encoder and insertions."""
-    held = [t for t in case.matrix.trials if t.fired and t.outcome is Outcome.HELD and not t.variant.upstream]
+    held = [t for t in case.matrix.trials if t.fired and t.outcome is Outcome.SAFE_STOP and not t.variant.upstream]
     main = [trial for trial in held if not trial.design.in_path]
     exact = sum(trial.left_counts == 0 for trial in main)
     return (
@@ -149,8 +151,8 @@ def _ms(time_s: float | None) -> str:
 
 
 def _remains(case: SafetyCase) -> list[str]:
-    """Return the section about what no precaution catches."""
-    silent = [trial for trial in case.matrix.trials if trial.fired and trial.outcome is Outcome.SILENT]
+    """Return the section about what no supervision catches."""
+    silent = [trial for trial in case.matrix.trials if trial.fired and trial.outcome is Outcome.UNDETECTED]
     rows = []
     for variant in dict.fromkeys(trial.variant for trial in silent if trial.variant.upstream):
         some = [trial for trial in silent if trial.variant is variant]
@@ -158,7 +160,13 @@ def _remains(case: SafetyCase) -> list[str]:
         left = max(abs(trial.left_counts) for trial in some)
         share = f"{len(some)} of {len(_fired(case, variant))}"
         rows.append([variant.name, share, left, f"{seen:.0f} counts", variant.kind.seen_by])
-    headings = ["fault", "silent", "counts lost, at most", "a speed check would have seen", "what could observe it"]
+    headings = [
+        "fault",
+        "undetected",
+        "counts lost, at most",
+        "a speed check would have seen",
+        "what could observe it",
+    ]
     ramps = [
         [ramp.design.value, ramp.limit, _word(ramp.outcome), ramp.reason or "–", f"{ramp.off_mm * 1e3:.0f} um"]
         for ramp in case.ramps
@@ -179,13 +187,13 @@ def _remains(case: SafetyCase) -> list[str]:
 
 def _others(trials: Sequence[Trial]) -> str:
     if not trials:
-        return "Nothing else ended silently."
+        return "Nothing else was undetected."
     named = Counter(f"{trial.variant.name}, {trial.phase.value}, design {trial.design.value}" for trial in trials)
-    return "Also silent: " + "; ".join(f"{name} ({count})" for name, count in named.items()) + "."
+    return "Also undetected: " + "; ".join(f"{name} ({count})" for name, count in named.items()) + "."
 
 
 def _impossible(case: SafetyCase) -> str:
-    """Return the faults that cannot strike, by reason."""
+    """Return the faults that are not applicable, by reason."""
     reasons: dict[str, dict[str, list[str]]] = {}
     for variant in case.matrix.plan.variants:
         for phase in case.matrix.plan.phases:
@@ -203,8 +211,8 @@ def _soak(soak: Soak) -> list[str]:
     """Return the section about the soak."""
     fired, outcomes = soak.fired(), soak.outcomes()
     main = [episode for episode in soak.episodes if episode.design in BESIDE]
-    phases = Counter(struck.phase.value for episode in main for struck in episode.struck)
-    held = Counter(episode.reason for episode in main if episode.outcome is Outcome.HELD)
+    phases = Counter(injected.phase.value for episode in main for injected in episode.injected)
+    held = Counter(episode.reason for episode in main if episode.outcome is Outcome.SAFE_STOP)
     what = (
         f"{soak.hours():.1f} hours of machine time on three axes with the Original, A and C, in {len(main)} "
         f"episodes of up to {soak.plan.episode_s / 60:.0f} minutes: random programs (0.5 to 5 mm/s, rapids of up to "
@@ -216,9 +224,10 @@ def _soak(soak: Soak) -> list[str]:
         f"{sum(episode.travel_mm for episode in main) / 1e6:.2f} km of travel."
     )
     ended = (
-        f"{outcomes[Outcome.RIGHT]} episodes ended right, {outcomes[Outcome.HELD]} held, "
-        f"**{len(soak.silent(upstream=False)) or 'none'} with wrong counts that nobody noticed because of box, link "
-        f"or PC**, {len(soak.silent(upstream=True))} with counts lost before the box. Design B apart: "
+        f"{outcomes[Outcome.TOLERATED]} episodes tolerated, "
+        f"{outcomes[Outcome.SAFE_STOP]} safe stops, "
+        f"**{len(soak.undetected(upstream=False)) or 'none'} with wrong counts that nobody noticed because of box, "
+        f"link or PC**, {len(soak.undetected(upstream=True))} with counts lost before the box. Design B apart: "
         f"{soak.hours(IN_PATH):.1f} hours, {_counted(soak.outcomes(IN_PATH), lambda outcome: outcome.value)}."
     )
     rows = [[kind.value, fired[kind]] for kind in FaultKind]
@@ -234,7 +243,7 @@ def _soak(soak: Soak) -> list[str]:
 
 def _lost(soak: Soak) -> str:
     """Return what was lost before the box."""
-    named = Counter(episode.struck[0].variant for episode in soak.silent(upstream=True))
+    named = Counter(episode.injected[0].variant for episode in soak.undetected(upstream=True))
     if not named:
         return ""
     rows = [[variant.name, count, variant.kind.seen_by] for variant, count in named.most_common()]

@@ -18,18 +18,19 @@ from rtec.requester import HoldReason, Status
 from rtec.units import PS_PER_MS, PS_PER_S
 
 LATE_S = 0.25
-"""Counts that are wrong for longer than this although nobody says so are a silent error, even if they come right."""
+"""Counts that are wrong for longer than this, and reported by nobody, are an undetected error, even if they come
+right later."""
 _SEEDS = 3
 
 
 class Outcome(enum.Enum):
     """What happens at the controller, in ascending order of harm."""
 
-    IMPOSSIBLE = "cannot strike"
-    RIGHT = "right"
-    LATE = "late"
-    HELD = "held"
-    SILENT = "silent"
+    NOT_APPLICABLE = "not applicable"
+    TOLERATED = "tolerated"
+    DELAYED = "delayed"
+    SAFE_STOP = "safe stop"
+    UNDETECTED = "undetected"
 
     @property
     def harm(self) -> int:
@@ -145,15 +146,17 @@ class Matrix:
     def worst(self, variant: Variant, phase: Phase, designs: Sequence[Design]) -> Outcome:
         """Return the most harmful outcome of a fault in a phase."""
         found = self.of(variant, phase, designs)
-        return max((trial.outcome for trial in found), key=lambda outcome: outcome.harm, default=Outcome.IMPOSSIBLE)
+        return max(
+            (trial.outcome for trial in found), key=lambda outcome: outcome.harm, default=Outcome.NOT_APPLICABLE
+        )
 
     @property
     def avoidable(self) -> tuple[Trial, ...]:
-        """Return the silent errors that a precaution can catch: those that begin at box, link or PC."""
+        """Return the undetected errors that supervision can catch: those that begin at box, link or PC."""
         return tuple(
             trial
             for trial in self.trials
-            if trial.outcome is Outcome.SILENT
+            if trial.outcome is Outcome.UNDETECTED
             and trial.fired > 0
             and not trial.variant.upstream
             and not trial.design.in_path
@@ -171,7 +174,7 @@ class Matrix:
 
     @property
     def good(self) -> bool:
-        """Return whether no silent error is avoidable and every fault took effect."""
+        """Return whether no undetected error is avoidable and every fault took effect."""
         return not self.avoidable and not self.unproven
 
 
@@ -207,9 +210,9 @@ class PhaseJob:
         key = [self.plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
         generator = np.random.default_rng(key)
         trials = []
-        for variant in VARIANTS:  # all of them are drawn, so that one alone strikes as it does among the others
+        for variant in VARIANTS:  # all are drawn, so that one alone is injected as it is among the others
             moment_ps = moment_within(twin, generator)
-            # the seed says which of the box's three frames is struck
+            # the seed says which of the box's three frames is affected
             bits = seed + 3 * int(generator.integers(1 << 30))
             if variant in self.plan.variants:
                 trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
@@ -219,7 +222,7 @@ class PhaseJob:
 def run_trial(
     variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int, bits: int
 ) -> Trial:
-    """Let one fault strike at a moment of a phase, and judge what comes of it."""
+    """Inject one fault at a moment of a phase, and judge what comes of it."""
     cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, bits),))
     run_through(cell, phase)
     return judged(variant, phase, design, seed, cell, twin.cell)
@@ -238,15 +241,15 @@ def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: Watc
         stopped_by, reason = first.stopped_by, reason_of(axes, first)
         if fired.first_ps is not None:
             detected_s = max(0.0, ((first.stop_ps or 0) - fired.first_ps) / PS_PER_S)
-        outcome = Outcome.HELD
+        outcome = Outcome.SAFE_STOP
     elif not cell.running:
-        stopped_by, reason, outcome = Stopper.HOMING, "the axis is not let go", Outcome.HELD
+        stopped_by, reason, outcome = Stopper.HOMING, "the axis is not let go", Outcome.SAFE_STOP
     elif any(is_wrong(axis, other) for axis, other in zip(axes, healthy, strict=True)):
-        outcome = Outcome.SILENT
+        outcome = Outcome.UNDETECTED
     elif off > 1.0 or late_s > 5 * PS_PER_MS / PS_PER_S:
-        outcome = Outcome.LATE
+        outcome = Outcome.DELAYED
     else:
-        outcome = Outcome.RIGHT
+        outcome = Outcome.TOLERATED
     return Trial(
         variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
         stopped_by=stopped_by, reason=reason, detected_s=detected_s, off_counts=off,

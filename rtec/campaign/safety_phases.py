@@ -1,4 +1,4 @@
-"""The phases of a machine's operation in which faults strike, each a short program of two axes."""
+"""The phases of a machine's operation in which faults are injected, each a short program of two axes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rtec.injector import Design
 from rtec.machine.faults import Fault
 from rtec.machine.station import Move
 from rtec.predictors import Predictor
-from rtec.requester import Precautions
+from rtec.requester import SupervisionLimits
 from rtec.units import PS_PER_MS
 
 END_PS = 8_000 * PS_PER_MS
@@ -24,7 +24,7 @@ _FOR_GOOD_S = 1000.0
 
 
 class Phase(enum.Enum):
-    """What the machine is doing when the fault strikes axis 1; axis 2 goes on cutting."""
+    """What the machine is doing when the fault is injected at axis 1; axis 2 goes on cutting."""
 
     START_UP = "start-up"
     """Homing: switched on, the box takes its home, the PC waits for it."""
@@ -119,10 +119,10 @@ def new_cell(
     seed: int,
     *,
     faults: tuple[Fault, ...] = (),
-    precautions: Precautions | None = None,
+    supervision: SupervisionLimits | None = None,
 ) -> WatchedCell:
     """Return a machine of two axes that is about to run a phase's program."""
-    stations = [station_settings(axis, design, precautions=precautions) for axis in (1, 2)]
+    stations = [station_settings(axis, design, supervision=supervision) for axis in (1, 2)]
     return WatchedCell(stations, moves_of(phase, seed), wavy_table(), faults=faults)
 
 

@@ -26,32 +26,33 @@ REFERENCE = (
 
 WORDS = (
     (
-        "**right**",
+        "**tolerated**",
         "nobody stops the machine; in the end, at rest, the controller has exactly the encoder's counts and those of "
         "the steps that the box says are completed; the total is the one to be wanted there, to within rounding; and "
         "it was never off by more than one count beyond its twin, nor for more than 5 ms longer",
     ),
     (
-        "**late**",
-        "as right in the end, but meanwhile it was off by more, or for longer; never for more than "
+        "**delayed**",
+        "as tolerated in the end, but meanwhile it was off by more, or for longer; never for more than "
         f"{LATE_S:.2f} s beyond its twin",
     ),
     (
-        "**held**",
+        "**safe stop**",
         "somebody says so and the feed stops: the PC (HOLD on the bus, feed hold), the box (its hold contact opens; "
         "without power it is open), the controller (an illegal transition at its input, or the axis does not follow "
         "by 1 mm); or the axis is not let go, because box and PC do not agree that it is at home",
     ),
-    ("**silent**", "anything else: wrong counts, and nobody says so"),
-    ("–", "the fault cannot take effect there ([why](#what-cannot-strike))"),
+    ("**undetected**", "anything else: wrong counts, and nobody says so"),
+    ("–", "the fault cannot take effect there ([why](#what-is-not-applicable))"),
 )
 
 ALLOWED = (
     '"Off" takes the age of a position into account: 60 ms of motion, for two cycles of the box, a turn of the PC, a '
-    "frame lost and an insertion. Steps that the speed gate still refuses are late, not wrong: box and PC know of "
-    'them. A fault "for good" lasts to the end of the run; where there is nothing to strike in its phase, it takes '
-    'effect in the next one. "Corrupted" means that one to three bits are wrong, "forged" that a bit is wrong under '
-    "a checksum that is right: in a request one of the lower eight of the total, which says the same in its inverse."
+    "frame lost and an insertion. Steps that the speed gate still refuses are delayed, not wrong: box and PC know of "
+    'them. A fault "for good" lasts to the end of the run; where there is nothing to act on in its phase, it takes '
+    'effect in the next one. "Corrupted" means that one to three bits are wrong, "masquerade" that a bit is wrong '
+    "under a checksum that is right: in a request one of the lower eight of the total, which says the same in its "
+    "inverse."
 )
 
 PHASES = (
@@ -98,10 +99,10 @@ WITHOUT_POWER = (
 )
 
 LARGE = (
-    "**A request forged while Large Correction is meant.** The flag opens the window, so whatever total arrives with "
-    "it under a right checksum is begun, until the PC reads what the box has accepted (the counts stand above, and "
-    "`limit_steps` bounds them). The paper's window is of no help there; sequence, session, checksum and inverted "
-    "total are."
+    "**A masquerading request while Large Correction is meant.** The flag opens the window, so whatever total "
+    "arrives with it under a right checksum is begun, until the PC reads what the box has accepted (the "
+    "counts stand above, and `limit_steps` bounds them). The paper's window is of no help there; sequence, session, "
+    "checksum and inverted total are."
 )
 
 RUNAWAY = (
@@ -112,7 +113,7 @@ RUNAWAY = (
 )
 
 BEYOND = (
-    "**What no precaution here looks at**: a home switch that is wrong, a table that is wrong from the beginning, an "
+    "**What nothing here supervises**: a home switch that is wrong, a table that is wrong from the beginning, an "
     "axis pushed while everything is off. They are the same for every corrector."
 )
 

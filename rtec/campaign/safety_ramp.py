@@ -8,7 +8,7 @@ from rtec.campaign.safety_matrix import Outcome, is_wrong, reason_of
 from rtec.campaign.safety_phases import END_PS, Phase, new_cell
 from rtec.campaign.safety_watch import wavy_table
 from rtec.injector import Design
-from rtec.requester import Precautions
+from rtec.requester import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
 
 LIMIT_MM = 0.050
@@ -47,11 +47,11 @@ class RampJob:
 
     design: Design
     limit: str
-    precautions: Precautions
+    supervision: SupervisionLimits
 
     def run(self) -> Ramp:
         """Let it run away."""
-        cell = new_cell(Phase.CUTTING, self.design, 0, precautions=self.precautions)
+        cell = new_cell(Phase.CUTTING, self.design, 0, supervision=self.supervision)
         cell.watch(until_ps=_FROM_PS)
         for k in range(1, _STEPS + 1):
             cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
@@ -60,11 +60,11 @@ class RampJob:
         axes = cell.watched
         stops = [axis for axis in axes if axis.stop_ps is not None]
         if stops:
-            outcome, off_counts = Outcome.HELD, max(abs(axis.stop_counts) for axis in axes)
+            outcome, off_counts = Outcome.SAFE_STOP, max(abs(axis.stop_counts) for axis in axes)
             reason = reason_of(axes, min(stops, key=lambda axis: axis.stop_ps or 0))
         else:
             wrong = any(is_wrong(axis, axis) for axis in axes)
-            outcome, reason = Outcome.SILENT if wrong else Outcome.RIGHT, ""
+            outcome, reason = Outcome.UNDETECTED if wrong else Outcome.TOLERATED, ""
             off_counts = max(abs(axis.asked_counts) for axis in axes)
         return Ramp(design=self.design, limit=self.limit, outcome=outcome, reason=reason, off_mm=off_counts * 0.001)
 
@@ -73,8 +73,8 @@ def ramp_jobs(design: Design) -> tuple[RampJob, ...]:
     """Return a PC that runs away without a limit, with the box's, and with its own."""
     steps = round(LIMIT_MM / (0.001 * design.step_counts))
     limits = {
-        "none": Precautions(),
-        f"limit_steps = {steps}": Precautions(limit_steps=steps),
-        f"limit_mm = {LIMIT_MM}": Precautions(limit_mm=LIMIT_MM),
+        "none": SupervisionLimits(),
+        f"limit_steps = {steps}": SupervisionLimits(limit_steps=steps),
+        f"limit_mm = {LIMIT_MM}": SupervisionLimits(limit_mm=LIMIT_MM),
     }
-    return tuple(RampJob(design=design, limit=limit, precautions=set_) for limit, set_ in limits.items())
+    return tuple(RampJob(design=design, limit=limit, supervision=set_) for limit, set_ in limits.items())

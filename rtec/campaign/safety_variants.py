@@ -10,19 +10,19 @@ from rtec.errors import ArgumentError, nearest
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
-from rtec.machine.faults import PC_NODE, Fault, Strikes
+from rtec.machine.faults import PC_NODE, Fault, Trigger
 from rtec.units import PS_PER_MS
 
 _K = FaultKind
 _MANY = 1 << 40
 _LATE_PS = 15 * PS_PER_MS
-_SHORT = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_FORGED: "frame forged"}
+_SHORT = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_MASQUERADE: "masquerade"}
 _WRAPPED_PS = 2_560 * PS_PER_MS
 """256 turns of the PC: the sequence counter has come round."""
 
 
 class From(enum.Enum):
-    """Whose frames a fault strikes, or where it is."""
+    """Whose frames a fault trigger, or where it is."""
 
     PC = "PC to box"
     BOX = "box to PC"
@@ -43,13 +43,13 @@ class Variant:
     how
         In words: once, for how long, for good.
     frames
-        Frames that it strikes; 0 for all while it lasts.
+        Frames that it affects; 0 for all while it lasts.
     lasts_ps
         How long it lasts; 0 for good.
     delay_ps
         Delay of frames, or jump of the clock.
     window
-        Of a forged request: +1 within the box's window, -1 beyond it, 0 either.
+        Of a masquerading request: +1 within the box's window, -1 beyond it, 0 either.
     """
 
     kind: FaultKind
@@ -102,11 +102,11 @@ class Variant:
             most=self.frames or _MANY,
             delay_ps=self.delay_ps,
             seed=self._bits(seed),
-            strikes=Strikes.WHILE_INSERTING if waits else Strikes.AT_ONCE,
+            trigger=Trigger.WHILE_INSERTING if waits else Trigger.AT_ONCE,
         )
 
     def _bits(self, seed: int) -> int:
-        """Return a seed under which a forged total changes by 1 or 2 steps, or by more than the window."""
+        """Return a seed with which a masquerading total changes by 1 or 2 steps, or by more than the window."""
         if self.window == 0:
             return seed
         while (bits_of(seed, 0) % 8 < 2) != (self.window > 0):
@@ -137,10 +137,10 @@ VARIANTS: tuple[Variant, ...] = (
     *_both(_K.FRAMES_REORDERED, "for good"),
     *_both(_K.FRAME_CORRUPTED, "once", frames=1),
     *_both(_K.FRAME_CORRUPTED, "for good"),
-    Variant(kind=_K.FRAME_FORGED, where=From.PC, how="once, in the window", frames=1, window=1),
-    Variant(kind=_K.FRAME_FORGED, where=From.PC, how="once, out of it", frames=1, window=-1),
-    Variant(kind=_K.FRAME_FORGED, where=From.BOX, how="once", frames=1),
-    *_both(_K.FRAME_FORGED, "for good"),
+    Variant(kind=_K.FRAME_MASQUERADE, where=From.PC, how="once, in the window", frames=1, window=1),
+    Variant(kind=_K.FRAME_MASQUERADE, where=From.PC, how="once, out of it", frames=1, window=-1),
+    Variant(kind=_K.FRAME_MASQUERADE, where=From.BOX, how="once", frames=1),
+    *_both(_K.FRAME_MASQUERADE, "for good"),
     Variant(kind=_K.TOTAL_BIT_FLIPPED, where=From.PC, how="once", frames=1),
     Variant(kind=_K.TOTAL_BIT_FLIPPED, where=From.PC, how="for good"),
     *_both(_K.REQUEST_STUCK, "for 30 ms", lasts_ps=30 * PS_PER_MS),
@@ -196,7 +196,7 @@ def variants_named(text: str) -> tuple[Variant, ...]:
 def impossible(variant: Variant, phase: Phase) -> str | None:
     """Return why a fault cannot take effect in a phase; None: it can.
 
-    A fault for good takes effect as soon as there is something to strike, if only in the next phase.
+    A fault for good takes effect as soon as there is something to act on, if only in the next phase.
     """
     still = phase in (Phase.START_UP, Phase.AT_REST, Phase.LARGE)
     if not still or variant.lasts_ps == 0:

@@ -16,7 +16,7 @@ from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.predictors import BidirectionalTable, Predictor
 from rtec.predictors.binding import bound_curve
-from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
+from rtec.requester import HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
 from rtec.signal import NEVER
 from rtec.units import PS_PER_MS, PS_PER_S
 
@@ -142,8 +142,8 @@ class WatchedCell(Cell):
             step_counts = station.injector.design.step_counts
             record.step_counts = step_counts
             record.count_mm = station.encoder.count_mm
-            record.reversal_counts = station.conversation.reversal_mm / station.encoder.count_mm
-            record.bound = step_counts * (0.5 + station.conversation.rounding_margin) + 1e-6
+            record.reversal_counts = station.handshake.reversal_mm / station.encoder.count_mm
+            record.bound = step_counts * (0.5 + station.handshake.rounding_margin) + 1e-6
             record.lag = _slope(predictor) * _LAG_S
             record.rest_ps = REST_PS
         kernels.begin(self._watches)
@@ -227,7 +227,11 @@ class WatchedCell(Cell):
 
 
 def station_settings(
-    axis: int, design: Design, *, precautions: Precautions | None = None, conversation: Conversation | None = None
+    axis: int,
+    design: Design,
+    *,
+    supervision: SupervisionLimits | None = None,
+    handshake: HandshakeSettings | None = None,
 ) -> StationSettings:
     """Return an axis with a box of a design as the campaigns have it: on the report's 8051, Design B on fast logic.
 
@@ -238,8 +242,8 @@ def station_settings(
     return StationSettings(
         axis=axis,
         injector=box,
-        precautions=precautions or Precautions(),
-        conversation=conversation or Conversation(),
+        supervision=supervision or SupervisionLimits(),
+        handshake=handshake or HandshakeSettings(),
     )
 
 

@@ -22,7 +22,7 @@ from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import Crew
-from rtec.machine.faults import Fault, FaultKind, FaultPlace, Strikes
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, Trigger
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
 
@@ -75,7 +75,7 @@ class SoakPlan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Struck:
+class Injected:
     """A fault that took effect.
 
     Parameters
@@ -101,12 +101,12 @@ class Episode:
         Of all three boxes.
     run_s
         Simulated time.
-    struck
+    injected
         Faults that took effect, in the order of their beginnings.
     unfired
-        Faults that began and found nothing to strike.
+        Faults that began and found nothing to act on.
     outcome
-        RIGHT, HELD or SILENT.
+        TOLERATED, SAFE_STOP or UNDETECTED.
     reason
         Who held it, and why.
     detected_s
@@ -124,7 +124,7 @@ class Episode:
     number: int
     design: Design
     run_s: float
-    struck: tuple[Struck, ...]
+    injected: tuple[Injected, ...]
     unfired: tuple[Variant, ...]
     outcome: Outcome
     reason: str
@@ -139,7 +139,7 @@ class Episode:
     @property
     def upstream(self) -> bool:
         """Return whether the fault of this episode was the encoder's."""
-        return any(struck.variant.upstream for struck in self.struck)
+        return any(injected.variant.upstream for injected in self.injected)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,19 +156,22 @@ class Soak:
     def fired(self, designs: Sequence[Design] = BESIDE) -> Counter[FaultKind]:
         """Return how many faults of each class took effect."""
         return Counter(
-            struck.variant.kind for episode in self.episodes if episode.design in designs for struck in episode.struck
+            injected.variant.kind
+            for episode in self.episodes
+            if episode.design in designs
+            for injected in episode.injected
         )
 
     def outcomes(self, designs: Sequence[Design] = BESIDE) -> Counter[Outcome]:
         """Return how the episodes ended."""
         return Counter(episode.outcome for episode in self.episodes if episode.design in designs)
 
-    def silent(self, *, upstream: bool, designs: Sequence[Design] = BESIDE) -> tuple[Episode, ...]:
-        """Return the episodes with a silent error whose fault was the encoder's, or was not."""
+    def undetected(self, *, upstream: bool, designs: Sequence[Design] = BESIDE) -> tuple[Episode, ...]:
+        """Return the episodes with a undetected error whose fault was the encoder's, or was not."""
         return tuple(
             episode
             for episode in self.episodes
-            if episode.outcome is Outcome.SILENT and episode.upstream == upstream and episode.design in designs
+            if episode.outcome is Outcome.UNDETECTED and episode.upstream == upstream and episode.design in designs
         )
 
     @property
@@ -180,7 +183,7 @@ class Soak:
     @property
     def good(self) -> bool:
         """Return whether no count was wrong undetected, and every class took effect."""
-        return not self.silent(upstream=False) and not self.missing
+        return not self.undetected(upstream=False) and not self.missing
 
 
 def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: None) -> Soak:
@@ -276,7 +279,7 @@ def _draw_fault(
         until_ps = None if fault.until_ps is None else fault.until_ps + 5_000 * PS_PER_MS
         fault = Fault(
             kind=fault.kind, place=fault.place, from_ps=fault.from_ps, until_ps=until_ps, seed=fault.seed,
-            strikes=Strikes.WHILE_INSERTING,
+            trigger=Trigger.WHILE_INSERTING,
         )  # fmt: skip
     return variant, axis, fault
 
@@ -288,16 +291,16 @@ def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, ho
     end_ps = programs.end_ps
     times = sorted({*began, *(at_ps for at_ps, _ in orders), end_ps})
     doing = {at_ps: order for at_ps, order in orders}
-    at_fault = {fault.from_ps: (axis, fault.strikes) for _, axis, fault in drawn}
+    at_fault = {fault.from_ps: (axis, fault.trigger) for _, axis, fault in drawn}
     probing, large_ps = False, -(10**15)
     for at_ps in times:
         cell.watch(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
         if cell.now_ps < at_ps:
             break
         if at_ps in at_fault:
-            axis, strikes = at_fault[at_ps]
+            axis, trigger = at_fault[at_ps]
             phase = Phase.LARGE if at_ps - large_ps < 100 * PS_PER_MS else _phase(cell, axis, probing)
-            phases.append(Phase.INSERTION if strikes is Strikes.WHILE_INSERTING else phase)
+            phases.append(Phase.INSERTION if trigger is Trigger.WHILE_INSERTING else phase)
         order = doing.get(at_ps)
         if order is Order.PROBE or order is Order.CUT:
             probing = order is Order.PROBE
@@ -327,30 +330,30 @@ def _phase(cell: WatchedCell, axis: int, probing: bool) -> Phase:
 def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, phases: list[Phase]) -> Episode:
     """Return what came of an episode."""
     axes = cell.watched
-    struck, unfired = [], []
+    injected, unfired = [], []
     last_ps = None
-    for (variant, axis, _), phase, proof in zip(drawn, phases, cell.fired, strict=False):
-        if proof.times == 0:
+    for (variant, axis, _), phase, activation in zip(drawn, phases, cell.fired, strict=False):
+        if activation.times == 0:
             unfired.append(variant)
             continue
-        struck.append(Struck(variant=variant, phase=phase, axis=axis))
-        if proof.first_ps is not None:
-            last_ps = max(last_ps or 0, proof.first_ps)
+        injected.append(Injected(variant=variant, phase=phase, axis=axis))
+        if activation.first_ps is not None:
+            last_ps = max(last_ps or 0, activation.first_ps)
     stops = [axis for axis in axes if axis.stop_ps is not None]
     reason, detected_s, wrong = "", None, ""
     if stops:
         first = min(stops, key=lambda axis: axis.stop_ps or 0)
-        outcome, reason = Outcome.HELD, reason_of(axes, first)
+        outcome, reason = Outcome.SAFE_STOP, reason_of(axes, first)
         detected_s = None if last_ps is None else max(0.0, ((first.stop_ps or 0) - last_ps) / PS_PER_S)
     elif not cell.running:
-        outcome, reason = Outcome.HELD, "the axis is not let go"
+        outcome, reason = Outcome.SAFE_STOP, "the axis is not let go"
     else:
         wrong = "; ".join(
             f"axis {i}: {words}" for i, axis in enumerate(axes, start=1) if (words := flaw(axis, design))
         )
-        outcome = Outcome.SILENT if wrong else Outcome.RIGHT
+        outcome = Outcome.UNDETECTED if wrong else Outcome.TOLERATED
     return Episode(
-        number=number, design=design, run_s=cell.now_ps / PS_PER_S, struck=tuple(struck), unfired=tuple(unfired),
+        number=number, design=design, run_s=cell.now_ps / PS_PER_S, injected=tuple(injected), unfired=tuple(unfired),
         outcome=outcome, reason=reason, detected_s=detected_s,
         off_counts=max((abs(axis.stop_counts) for axis in stops), default=0.0), wrong=wrong,
         left_counts=max((axis.off_counts for axis in axes), key=abs),
@@ -372,4 +375,4 @@ def flaw(axis: Watched, design: Design) -> str:
     return "" if axis.checks else "never seen at rest"
 
 
-__all__ = ["Episode", "EpisodeJob", "Soak", "SoakPlan", "Stopper", "Struck", "flaw", "run_soak"]
+__all__ = ["Episode", "EpisodeJob", "Injected", "Soak", "SoakPlan", "Stopper", "flaw", "run_soak"]

@@ -218,9 +218,9 @@ def picoseconds(text: str, name: str) -> int:
     return parse_time_ps(text, name=name)
 
 
-def watch_of(watch: str | None, cycle_ps: int) -> int:
+def watchdog_of(watchdog: str | None, cycle_ps: int) -> int:
     """Return the longest silence in ps: five cycles where nothing else is said."""
-    return 5 * cycle_ps if watch is None else picoseconds(watch, "--watch")
+    return 5 * cycle_ps if watchdog is None else picoseconds(watchdog, "--watchdog")
 
 
 def stream_of(as_json: bool) -> TextIO:

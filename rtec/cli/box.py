@@ -32,7 +32,7 @@ from rtec.cli._live import (
     seconds,
     stream_of,
     teller,
-    watch_of,
+    watchdog_of,
 )
 from rtec.errors import ArgumentError
 
@@ -74,8 +74,8 @@ def box(
     cycle: Annotated[
         str, option("--cycle", TIMES, "10ms", "Between the frames of one kind; the PC's, too.")
     ] = "10ms",
-    watch: Annotated[
-        str | None, option("--watch", TIMES, "50ms", "Longest silence of the PC, 3 to 6 cycles; 5 without it.")
+    watchdog: Annotated[
+        str | None, option("--watchdog", TIMES, "50ms", "Longest silence of the PC, 3 to 6 cycles; 5 without it.")
     ] = None,
     limit: Annotated[str, option("--limit", TIMES, "STEPS", "Totals beyond it are never believed; 0: none.")] = "0",
     duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
@@ -92,7 +92,7 @@ def box(
     """Run axes with their boxes on a live bus, for any PC software to talk to.
 
     Orders are typed, or are lines of a script: go 12 mm at 300 mm/min, home, switch off, power off, restart, trip,
-    fault cable-open, mend, status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes or an order of a
+    fault cable-open, clear, status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes or an order of a
     script was wrong. With --timing firmware each box runs its design's program on a 12 MHz 8051, behind the node that
     speaks on the bus.
 
@@ -111,7 +111,7 @@ def box(
     check_log(log, force=force)
     numbers = axes_of(axis, axes)
     pace = _speed(speed)
-    settings = [_settings(number, design, timing, count, window, cycle, watch, limit, pace) for number in numbers]
+    settings = [_settings(number, design, timing, count, window, cycle, watchdog, limit, pace) for number in numbers]
     moves = _moves(program, length(home, "--home"), pace, stand=stand)
     first = _first_session(seed)
     until_s = None if duration is None else seconds(duration, "--duration")
@@ -205,7 +205,7 @@ def _settings(
     count: str,
     window: str,
     cycle: str,
-    watch: str | None,
+    watchdog: str | None,
     limit: str,
     speed: float,
 ) -> StationSettings:
@@ -213,26 +213,26 @@ def _settings(
     from rtec.axis import Encoder
     from rtec.injector import Design, InjectorSettings, RealEdges, Timing
     from rtec.machine.station import StationSettings
-    from rtec.requester import Conversation, Precautions
+    from rtec.requester import HandshakeSettings, SupervisionLimits
 
     insertion = Design.named(design)
     processor, microcontroller = what_works(timing)
     try:
-        conversation = Conversation(window_steps=whole(window, name="--window"))
-        conversation = dataclasses.replace(
-            conversation,
-            box_period_ps=round(conversation.box_period_ps * speed),
-            retry_ps=round(conversation.retry_ps * min(speed, 1.0)),
+        handshake = HandshakeSettings(window_steps=whole(window, name="--window"))
+        handshake = dataclasses.replace(
+            handshake,
+            box_period_ps=round(handshake.box_period_ps * speed),
+            retry_ps=round(handshake.retry_ps * min(speed, 1.0)),
         )
         cycle_ps = picoseconds(cycle, "--cycle")
-        cautions = Precautions(
-            cycle_ps=cycle_ps, watch_ps=watch_of(watch, cycle_ps), limit_steps=whole(limit, name="--limit")
+        cautions = SupervisionLimits(
+            cycle_ps=cycle_ps, watchdog_ps=watchdog_of(watchdog, cycle_ps), limit_steps=whole(limit, name="--limit")
         )
         cautions = dataclasses.replace(
             cautions,
             speed=speed,
             cycle_ps=round(cycle_ps * speed),
-            watch_ps=round(cautions.watch_ps * speed),
+            watchdog_ps=round(cautions.watchdog_ps * speed),
             gap_ps=round(cautions.gap_ps * speed),
         )
         return StationSettings(
@@ -242,8 +242,8 @@ def _settings(
             ),
             microcontroller=microcontroller,
             encoder=Encoder(count_mm=length(count, "--count")),
-            conversation=conversation,
-            precautions=cautions,
+            handshake=handshake,
+            supervision=cautions,
         )
     except ArgumentError as error:
         raise _as_option(error) from None
@@ -251,9 +251,9 @@ def _settings(
 
 _OPTIONS = {
     "window_steps": "--window",
-    "conversation": "--window",
+    "handshake": "--window",
     "cycle_ps": "--cycle",
-    "watch_ps": "--watch",
+    "watchdog_ps": "--watchdog",
     "limit_steps": "--limit",
     "count_mm": "--count",
 }
@@ -293,13 +293,13 @@ def _warm_up(settings: StationSettings) -> None:
     station = Station(settings)
     station.keep_insertions()
     station.last_insertion()
-    station.advance(until_ps=3 * settings.precautions.cycle_ps)
+    station.advance(until_ps=3 * settings.supervision.cycle_ps)
     station.receive(Frame(identifier=0x200 + settings.axis, data=bytes(8)))
     for fault in (FaultKind.CABLE_OPEN, FaultKind.SWITCH_THROWN):
         station.begin(fault)
         station.end(fault)
     station.go_home()
-    station.advance(until_ps=station.now_ps + settings.precautions.cycle_ps)
+    station.advance(until_ps=station.now_ps + settings.supervision.cycle_ps)
 
 
 def _pc_command(

@@ -32,7 +32,7 @@ from rtec.cli._live import (
     seconds,
     stream_of,
     teller,
-    watch_of,
+    watchdog_of,
 )
 from rtec.errors import ArgumentError
 from rtec.units import PS_PER_S
@@ -87,12 +87,12 @@ def pc(
     ] = False,
     window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request at a time.")] = "3",
     cycle: Annotated[str, option("--cycle", TIMES, "10ms", "Between two requests; the box's, too.")] = "10ms",
-    watch: Annotated[
-        str | None, option("--watch", TIMES, "50ms", "Longest silence of the box, 3 to 6 cycles; 5 without it.")
+    watchdog: Annotated[
+        str | None, option("--watchdog", TIMES, "50ms", "Longest silence of the box, 3 to 6 cycles; 5 without it.")
     ] = None,
     deviation_limit: Annotated[str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")] = None,
-    patience: Annotated[
-        str | None, option("--patience", TIMES, "2s", "Longest time that an accepted total may take.")
+    completion_timeout: Annotated[
+        str | None, option("--completion-timeout", TIMES, "2s", "Longest time that an accepted total may take.")
     ] = None,
     start_up: Annotated[
         str, option("--start-up", TIMES, "60s", "Longest wait until the boxes are there and ready.")
@@ -131,7 +131,13 @@ def pc(
     until_s = None if duration is None else seconds(duration, "--duration")
     limit_s = seconds(start_up, "--start-up")
     words = _NodeWords(
-        design=design, count=count, window=window, cycle=cycle, watch=watch, patience=patience, limit=deviation_limit
+        design=design,
+        count=count,
+        window=window,
+        cycle=cycle,
+        watchdog=watchdog,
+        completion_timeout=completion_timeout,
+        limit=deviation_limit,
     )
     announce_compilation()
     for node in _nodes(predictors, home_mm, words, at_ps=0):
@@ -167,7 +173,7 @@ def pc(
             waited_s=waited_s,
             acknowledged=reset,
             line_of_box=interface is None,
-            turn_s=words.conversation.pc_period_ps / PS_PER_S,
+            turn_s=words.handshake.pc_period_ps / PS_PER_S,
             show=show,
         )
         ending = run.run()
@@ -268,23 +274,25 @@ class _NodeWords:
         count: str,
         window: str,
         cycle: str,
-        watch: str | None,
-        patience: str | None,
+        watchdog: str | None,
+        completion_timeout: str | None,
         limit: str | None,
     ) -> None:
         from rtec.injector import Design
-        from rtec.requester import Conversation, Precautions, Setup
+        from rtec.requester import HandshakeSettings, Setup, SupervisionLimits
 
         self.design = Design.named(design)
         self.count_mm = length(count, "--count")
         cycle_ps = picoseconds(cycle, "--cycle")
         step_mm = self.design.step_counts * self.count_mm
         try:
-            self.conversation = Conversation(window_steps=whole(window, name="--window"), pc_period_ps=cycle_ps)
-            self.precautions = Precautions(
+            self.handshake = HandshakeSettings(window_steps=whole(window, name="--window"), pc_period_ps=cycle_ps)
+            self.supervision = SupervisionLimits(
                 cycle_ps=cycle_ps,
-                watch_ps=watch_of(watch, cycle_ps),
-                patience_ps=0 if patience is None else picoseconds(patience, "--patience"),
+                watchdog_ps=watchdog_of(watchdog, cycle_ps),
+                completion_timeout_ps=0
+                if completion_timeout is None
+                else picoseconds(completion_timeout, "--completion-timeout"),
                 limit_mm=0.0 if limit is None else length(limit, "--deviation-limit"),
             )
             self.setup = Setup(design=self.design.key, step_mm=step_mm, cycle_ps=cycle_ps)
@@ -293,8 +301,8 @@ class _NodeWords:
                 "window_steps": "--window",
                 "cycle_ps": "--cycle",
                 "pc_period_ps": "--cycle",
-                "watch_ps": "--watch",
-                "patience_ps": "--patience",
+                "watchdog_ps": "--watchdog",
+                "completion_timeout_ps": "--completion-timeout",
                 "limit_mm": "--deviation-limit",
             }
             raise ArgumentError(names.get(error.name, error.name), error.value, error.allowed, error.hint) from None
@@ -303,12 +311,12 @@ class _NodeWords:
 def _nodes(predictors: dict[int, Predictor], home_mm: float, words: _NodeWords, *, at_ps: int) -> list[PcNode]:
     from rtec.requester import PcNode
 
-    period_ps = words.conversation.pc_period_ps
+    period_ps = words.handshake.pc_period_ps
     try:
         return [
             PcNode(
-                words.conversation,
-                words.precautions,
+                words.handshake,
+                words.supervision,
                 axis=number,
                 predictor=predictor,
                 count_mm=words.count_mm,

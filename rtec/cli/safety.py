@@ -58,12 +58,12 @@ def safety(
     force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
-    """Let every fault strike in every phase of operation, and say what the controller counts in the end.
+    """Inject every fault in every phase of operation, and compare what the controller counts in the end.
 
-    Right, late, detected and held, or a silent error. Exits with 1 where a silent error could have been avoided, or
-    a fault did not take effect, and says which. About two minutes; with --soak 100h about ten on two processors. A
-    fault strikes alone, with --fault and --phase, as it does among all others, also in one run: --first 2 --seeds 1.
-    The PC that runs away is tried where neither is given.
+    Each is tolerated, delayed, a safe stop, or undetected. Exits with 1 where an undetected error could have been
+    avoided, or a fault did not take effect, and says which. About two minutes; with --soak 100h about ten on two
+    processors. A fault alone, with --fault and --phase, is injected as among all others, also in one run:
+    --first 2 --seeds 1. The PC that runs away is tried where neither is given.
 
     Example: rtec safety -o safety.md
     Example: rtec safety --fault pc-killed --phase cutting --design c --seeds 10

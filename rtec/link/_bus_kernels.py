@@ -31,26 +31,37 @@ EXTENDED = 1 << 36
 
 NO_FAULT = 0
 # what can happen to a frame; the node that sent it, or all nodes, is the place
-LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, FORGED, FLIPPED, STUCK, BABBLING, OFF = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, MASQUERADE, FLIPPED, STUCK, BABBLING, OFF = (
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+)
 LAST_OF_BUS = OFF
 
 ANY = -1
 
-BEGUN, FRAMES_STRUCK, CABLE_STRUCK, WORD_STRUCK, GLITCHES_MADE = 0, 1, 2, 3, 4
-"""What proves that a fault took effect: that it began, or what it struck."""
+BEGUN, FRAMES_AFFECTED, CABLE_AFFECTED, WORD_AFFECTED, GLITCHES_MADE = 0, 1, 2, 3, 4
+"""What shows that a fault was activated: that it began, or what it affected."""
 
 FAULT = np.dtype(
     [
         # parameters
         ("kind", np.int64),
         ("place", np.int64),  # node that sends the frames, or axis of a fault beyond the bus; ANY
-        ("identifier", np.int64),  # of the frames it strikes; ANY
+        ("identifier", np.int64),  # of the frames it affects; ANY
         ("from_ps", np.int64),
         ("until_ps", np.int64),
-        ("most", np.int64),  # frames it strikes
+        ("most", np.int64),  # frames it affects
         ("delay_ps", np.int64),
         ("seed", np.int64),
-        ("proof", np.int64),  # what shows that it took effect
+        ("activation", np.int64),  # what shows that it took effect
         ("while_inserting", np.int64),  # 1: it waits for an insertion to be under way
         ("cable", np.int64),  # which levels it changes on the lines before the box
         ("glitch_level", np.int64),  # as in the encoder's record
@@ -61,7 +72,7 @@ FAULT = np.dtype(
         ("kept_payload", np.int64),
         ("kept", np.int64),
         ("ended", np.int64),
-        ("struck_before", np.int64),  # effects of this kind at its axis before it began
+        ("effects_before", np.int64),  # effects of this kind at its axis before it began
         # observations
         ("fired", np.int64),  # times that it took effect
         ("fired_ps", np.int64),  # when that was first noted
@@ -99,7 +110,7 @@ BUS = np.dtype(
 
 @step
 def bits_of(seed: int, serial: int) -> int:
-    """Return 62 random bits for the frame number ``serial`` that a fault strikes."""
+    """Return 62 random bits for the frame number ``serial`` that a fault affects."""
     z = np.uint64(serial + 1) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(seed) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(31))) * np.uint64(0x94D049BB133111EB)
     return int((z ^ (z >> np.uint64(29))) >> np.uint64(2))
@@ -122,8 +133,8 @@ def fire(f: Record, t_ps: int) -> None:
 
 
 @step
-def strikes(f: Record, t_ps: int, node: int, identifier: int) -> bool:
-    """Return whether a fault strikes this frame."""
+def affects(f: Record, t_ps: int, node: int, identifier: int) -> bool:
+    """Return whether a fault affects this frame."""
     if not f.from_ps <= t_ps < f.until_ps or f.fired >= f.most:
         return False
     return bool((f.place == ANY or f.place == node) and (f.identifier == ANY or f.identifier == identifier))
@@ -188,7 +199,7 @@ def bus_submit(bus: Record, faults: NDArray[np.void], node: int, t_ps: int, iden
         if f.kind == OFF and f.place == node and f.from_ps <= t_ps < f.until_ps:
             fire(f, t_ps)
             return
-        if f.kind == STUCK and strikes(f, t_ps, node, identifier):
+        if f.kind == STUCK and affects(f, t_ps, node, identifier):
             # the sender's buffer is not written any more: the first frame goes out again and again
             if f.kept == 0:
                 f.kept = 1
@@ -245,23 +256,23 @@ def corrupted(f: Record, payload: int) -> int:
 
 @helper
 def miscounted(f: Record, identifier: int, payload: int) -> int:
-    """Return a request with one bit of its total flipped, under a right checksum; forged, its inverse agrees, too."""
+    """Return a request with one bit of its total flipped under a right checksum; MASQUERADE flips its inverse."""
     bit = 16 + bits_of(f.seed, f.fired) % 8
     payload ^= 1 << bit
-    if f.kind == FORGED:
+    if f.kind == MASQUERADE:
         payload ^= 1 << (bit + 16)
     return sealed(identifier, payload)
 
 
 @helper
-def forged(f: Record, identifier: int, payload: int) -> int:
+def masquerade(f: Record, identifier: int, payload: int) -> int:
     """Return another frame than a request with one bit of its contents flipped, under a right checksum."""
     return sealed(identifier, payload ^ (1 << (16 + bits_of(f.seed, f.fired) % 48)))
 
 
 @helper
 def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
-    """End the frame on the wires and let faults strike it; return whether it is delivered now."""
+    """End the frame on the wires and apply the faults to it; return whether it is delivered now."""
     node, identifier, payload = bus.sending, bus.sending_identifier, bus.sending_payload
     bus.sending = -1
     bus.ends_ps = NEVER
@@ -277,7 +288,7 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
             f.kept = 0
             fire(f, t_ps)
             continue
-        if not delivered or not strikes(f, t_ps, node, identifier):
+        if not delivered or not affects(f, t_ps, node, identifier):
             continue
         if f.kind == LOST:
             delivered = False
@@ -304,8 +315,8 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
         elif identifier & ~AXIS_BITS == REQUEST:
             payload = miscounted(f, identifier, payload)
             fire(f, t_ps)
-        elif f.kind == FORGED:
-            payload = forged(f, identifier, payload)
+        elif f.kind == MASQUERADE:
+            payload = masquerade(f, identifier, payload)
             fire(f, t_ps)
     bus.node = node
     bus.identifier = identifier

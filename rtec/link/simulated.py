@@ -66,7 +66,7 @@ class Device(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultOnBus:
-    """A fault of the bus and the proof that it took effect."""
+    """A fault of the bus and its activation: how often it took effect, and when first."""
 
     fault: BusFault
     times: int
@@ -206,7 +206,7 @@ class SimulatedBus:
 
     @property
     def fired(self) -> tuple[FaultOnBus, ...]:
-        """Return the proof of every fault."""
+        """Return the activation of every fault."""
         return tuple(
             FaultOnBus(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
             for fault, record in zip(self._faults, self._records, strict=True)

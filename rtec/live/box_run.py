@@ -132,7 +132,7 @@ class BoxRun:
 
     def _lose(self, at_s: float) -> None:
         """Let the boxes find out that nobody talks to them any more, then end."""
-        longest_ps = max(s.settings.precautions.watch_ps for s in self._loop.stations)
+        longest_ps = max(s.settings.supervision.watchdog_ps for s in self._loop.stations)
         self._loop.advance(self._loop.now_ps + 2 * longest_ps)
         self._events.happen(at_s, f"the bus is lost: {self._loop.lost}")
         self._events.compare(at_s, {s.settings.axis: box_words(s.view) for s in self._loop.stations})

@@ -31,7 +31,7 @@ class Word(enum.Enum):
     RESTART = "restart"
     TRIP = "trip"
     FAULT = "fault"
-    MEND = "mend"
+    CLEAR = "clear"
     WAIT = "wait"
     STATUS = "status"
     HELP = "help"
@@ -40,7 +40,7 @@ class Word(enum.Enum):
 
 HELP = (
     "go 12 mm at 300 mm/min | home | switch off|on | power off|on | restart | trip | wait 2 s | status | quit",
-    f"fault NAME [while inserting] | mend [NAME]: {', '.join(FAULTS)}",
+    f"fault NAME [while inserting] | clear [NAME]: {', '.join(FAULTS)}",
     "with several axes, an order is for all of them, or begins with 'axis 2'",
 )
 
@@ -60,7 +60,7 @@ class Order:
     on
         Of the switch or the power.
     fault
-        Which fault; None with `mend`: all.
+        Which fault; None with `clear`: all.
     while_inserting
         Whether the fault waits for an insertion to be under way.
     wait_s
@@ -121,7 +121,7 @@ def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
         return Order(word=word, axis=axis, on=rest.lower() == "on")
     if word is Word.WAIT:
         return Order(word=word, axis=axis, wait_s=_waiting_s(rest))
-    if word is Word.FAULT or (word is Word.MEND and rest):
+    if word is Word.FAULT or (word is Word.CLEAR and rest):
         name = _WHILE.sub("", rest).lower()
         if name not in FAULTS:
             raise ArgumentError(word.value, repr(name[:40]), ", ".join(FAULTS), nearest(name[:40], FAULTS))
@@ -166,7 +166,7 @@ def _carry_out_at(order: Order, station: Station) -> None:
         station.trip()
     elif order.word is Word.FAULT and order.fault is not None:
         station.begin(order.fault, while_inserting=order.while_inserting)
-    elif order.word is Word.MEND:
+    elif order.word is Word.CLEAR:
         for fault in [order.fault] if order.fault is not None else _LASTING:
             station.end(fault)
 
@@ -177,4 +177,4 @@ _LASTING = (
     FaultKind.CABLE_OPEN,
     FaultKind.GLITCHES,
 )
-"""Faults of encoder and position word; one end mends whatever is wrong with the cable."""
+"""Faults of encoder and position word; ending one of them clears whatever is wrong with the cable."""

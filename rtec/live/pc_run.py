@@ -170,7 +170,9 @@ class PcRun:
             if at_s - self._fatal_since_s >= FATAL_S:
                 axis, view = fatal[0]
                 words = waiting_words(view).removeprefix("waiting: ")
-                text = f"axis {axis}: {words}; mend that, then start with --reset, and take the axis home at the box"
+                text = (
+                    f"axis {axis}: {words}; correct that, then start with --reset, and take the axis home at the box"
+                )
                 return PcEnding(why="box stopped", text=text, good=False)
         else:
             self._fatal_since_s = None

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from prompt_toolkit.output import Output
 
 WORDS = (
-    "go", "home", "switch on", "switch off", "power on", "power off", "restart", "trip", "fault", "mend", "wait",
+    "go", "home", "switch on", "switch off", "power on", "power off", "restart", "trip", "fault", "clear", "wait",
     "status", "help", "quit",
 )  # fmt: skip
 """What Tab completes; this process does not load the code that knows the faults by name."""
 
-HINT = "go 12 mm, home, switch, power, restart, trip, fault, mend, wait, status, help, quit"
+HINT = "go 12 mm, home, switch, power, restart, trip, fault, clear, wait, status, help, quit"
 
 HISTORY_FILE = "box-orders"
 

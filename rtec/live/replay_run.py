@@ -23,7 +23,7 @@ from rtec.requester import BoxState
 from rtec.units import PS_PER_MS, PS_PER_S
 
 CYCLES = 5
-"""Of tolerance: so long either side itself takes a silence of the other for nothing (`watch_ps`)."""
+"""Of tolerance: so long either side itself takes a silence of the other for nothing (`watchdog_ps`)."""
 
 
 def tolerance_of(found: Survey) -> int:

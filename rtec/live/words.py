@@ -13,7 +13,7 @@ STATUS_WORDS = {
     Status.I_DONT_BELIEVE_YOU: "I Don't Believe You: the request changed by more than the window",
     Status.I_STILL_DONT_BELIEVE_YOU: "I Still Don't Believe You: three requests in a row beyond the window",
     Status.REFUSED_TOO_FAST: "the axis is too fast to insert; what is asked for waits",
-    Status.LINK_LOST: "nothing was heard from the PC for longer than the watch allows",
+    Status.LINK_LOST: "nothing was heard from the PC for longer than the watchdog timeout",
     Status.HELD: "a PC on the bus holds the machine",
     Status.AXIS_TAKEN: "another box on the bus has this axis' number",
     Status.IMPLAUSIBLE: "the PC asked for a total beyond the limit",

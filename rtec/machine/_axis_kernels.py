@@ -1,7 +1,7 @@
 """Compiled axis under way: a tick of its servo, and in it all that its lines do, in the order of their times.
 
 Within a tick the acceleration is constant, so that the lines' crossing times have a closed form. Whoever owns the
-conversation of PC and box (the closed loop, a station on a bus) opens a tick, runs it up to the next turn of either,
+handshake of PC and box (the closed loop, a station on a bus) opens a tick, runs it up to the next turn of either,
 lets it take the turn, and runs on; the tick closes itself.
 """
 
@@ -14,7 +14,7 @@ from rtec.axis._kernels import emit, glitch_toggle, jitter, next_crossing, set_p
 from rtec.controller._kernels import receiver_index, receiver_settle
 from rtec.injector._kernels import injector_enable
 from rtec.link._bus_kernels import NO_FAULT
-from rtec.machine._fault_kernels import surprise
+from rtec.machine._fault_kernels import trigger_pending
 from rtec.machine._firmware_kernels import stop_firmware
 from rtec.machine._laser_kernels import follow_play
 from rtec.machine._line_kernels import deliver_lines, fire_between_edges, take_lines
@@ -37,7 +37,7 @@ def run_box(m: Record, box: Any, t_ps: int) -> None:
     """Let a running firmware go on to ``t_ps``; a fault that waits for an insertion begins with it."""
     parts, run = box
     while run(m, parts, t_ps):
-        surprise(m, box, m.event_ps)
+        trigger_pending(m, box, m.event_ps)
         take_lines(m, box, m.event_ps)
 
 
@@ -151,7 +151,7 @@ def settle_lines(m: Record, box: Any) -> None:
     After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
     """
     s, rx = m.injector, m.receiver
-    m.waiting.kind = NO_FAULT
+    m.pending.kind = NO_FAULT
     t_ps = max(m.servo.now_ps, m.event_ps)
     if box is not None:
         stop_firmware(m, box, t_ps)

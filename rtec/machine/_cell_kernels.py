@@ -2,7 +2,7 @@
 
 Events are taken in the order of their times: deliveries of the bus, faults, readings of the boxes, turns of the PC.
 The stations run on their own between their readings. A fault beyond the bus has its place at an axis or at the PC;
-one of the bus strikes frames on their way.
+one of the bus affects frames on their way.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Compiled conversation over the bus without a machine: so many exchanges, each of one step more or less.
+"""Compiled handshake over the bus without a machine: so many exchanges, each of one step more or less.
 
 The box stands at home and inserts at once. Everything else is the whole way of a request: packed, sealed, sent,
 checked, judged, answered by status, corrections and position, and checked again.
@@ -13,7 +13,7 @@ from rtec._jit import Record, kernel
 from rtec.link._bus_kernels import bus_next, bus_reset, bus_step, bus_submit
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
 from rtec.requester._box_node_kernels import box_receive, box_start
-from rtec.requester._box_turn_kernels import box_sample, box_say, box_watch
+from rtec.requester._box_turn_kernels import box_check_watchdog, box_sample, box_say
 from rtec.requester._pc_node_kernels import pc_node_start, pc_receive
 from rtec.requester._pc_turn_kernels import pc_finish, pc_prepare
 
@@ -59,7 +59,7 @@ def exchange_frames(
                 else:
                     pc_receive(pc, t_ps, bus.identifier, bus.payload)
         elif box.box.next_ps == t_ps:
-            box_watch(box, t_ps, 0, False)
+            box_check_watchdog(box, t_ps, 0, False)
             box_sample(box, t_ps, 0, completed)
             box_say(box, t_ps, 0, completed, 0)
             completed = box.box.accepted

@@ -1,6 +1,6 @@
 """Compiled faults of an axis and of the PC: what begins, what ends, and how often it has taken effect.
 
-What changes the lines is seen on them once they are taken anew (`strike`, `rtec.machine._line_kernels`).
+What changes the lines is seen on them once they are taken anew (`inject_or_clear`, `rtec.machine._line_kernels`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, step
 from rtec.injector._kernels import injector_enable, injector_power
-from rtec.link._bus_kernels import CABLE_STRUCK, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_STRUCK, fire
+from rtec.link._bus_kernels import CABLE_AFFECTED, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_AFFECTED, fire
 from rtec.machine._firmware_kernels import power_firmware, set_inputs
 from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start, node_trip
 from rtec.signal._kernels import NEVER
@@ -114,43 +114,43 @@ def switch_power(st: Record, box: Any, t_ps: int, on: int) -> None:
 
 
 @helper
-def surprise(st: Record, box: Any, t_ps: int) -> None:
+def trigger_pending(st: Record, box: Any, t_ps: int) -> None:
     """Let the fault begin that waited for an insertion to be under way."""
-    st.struck_ps = t_ps
-    begin_at_axis(st, box, t_ps, st.waiting)
-    st.waiting.kind = NO_FAULT
+    st.triggered_ps = t_ps
+    begin_at_axis(st, box, t_ps, st.pending)
+    st.pending.kind = NO_FAULT
 
 
 @helper
 def effects_at(st: Record, f: Record) -> int:
     """Return how often faults of this kind have taken effect at an axis."""
-    if f.proof == CABLE_STRUCK:
-        return int(st.cable_struck)
-    if f.proof == GLITCHES_MADE:
+    if f.activation == CABLE_AFFECTED:
+        return int(st.cable_effects)
+    if f.activation == GLITCHES_MADE:
         return int(st.encoder.glitches)
-    if f.proof == WORD_STRUCK:
-        return int(st.node.word_struck)
-    return 1 if f.while_inserting == 1 and st.struck_ps > 0 else 0
+    if f.activation == WORD_AFFECTED:
+        return int(st.node.word_effects)
+    return 1 if f.while_inserting == 1 and st.triggered_ps > 0 else 0
 
 
 @helper
 def note_effects(st: Record, f: Record, t_ps: int) -> None:
     """Note how often a fault at an axis has taken effect since it began."""
-    struck = effects_at(st, f) - f.struck_before
-    if struck > f.fired:
-        fire(f, st.struck_ps if f.while_inserting == 1 and st.struck_ps > 0 else t_ps)
-        f.fired = struck
+    effects = effects_at(st, f) - f.effects_before
+    if effects > f.fired:
+        fire(f, st.triggered_ps if f.while_inserting == 1 and st.triggered_ps > 0 else t_ps)
+        f.fired = effects
 
 
 @helper
 def await_insertion(st: Record, f: Record) -> None:
     """Let a fault wait for an insertion to be under way."""
-    waiting = st.waiting
-    waiting.kind = f.kind
-    waiting.cable = f.cable
-    waiting.glitch_level = f.glitch_level
-    waiting.glitch_ps = f.glitch_ps
-    st.struck_ps = 0
+    pending = st.pending
+    pending.kind = f.kind
+    pending.cable = f.cable
+    pending.glitch_level = f.glitch_level
+    pending.glitch_ps = f.glitch_ps
+    st.triggered_ps = 0
 
 
 @step

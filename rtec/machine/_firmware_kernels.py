@@ -186,7 +186,7 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> bool:
                 ended = b.in_path == 1 and m.injector.inserted > inserted  # its outputs do not tell
             if m.keeps == 1:
                 keep(m, own_ps, ended)
-            if m.waiting.kind != NO_FAULT and inserting(b):
+            if m.pending.kind != NO_FAULT and inserting(b):
                 return True
         else:
             m.event_ps = max(m.event_ps, min(t_ps, NEVER - 1))

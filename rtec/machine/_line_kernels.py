@@ -28,7 +28,7 @@ from rtec.machine._fault_kernels import (
     effects_at,
     end_at_axis,
     note_effects,
-    surprise,
+    trigger_pending,
 )
 from rtec.machine._firmware_kernels import deliver_board, firmware_edge
 from rtec.machine._kept_kernels import KEPT, keep, keep_own
@@ -74,7 +74,7 @@ AXIS: list[tuple[object, ...]] = [
     ("lines", np.int64),  # levels behind the cable
     ("box_count", np.int64),  # by the box's decoder
     ("illegal_in", np.int64),
-    ("cable_struck", np.int64),  # moments at which a broken cable said something else than the encoder
+    ("cable_effects", np.int64),  # moments at which a broken cable said something else than the encoder
     # what stops it
     ("powered", np.int64),
     ("trip_ps", np.int64),  # when the probe's line fell last, for a running firmware
@@ -84,8 +84,8 @@ AXIS: list[tuple[object, ...]] = [
     ("alarm_ps", np.int64),
     ("held_ps", np.int64),  # since when it is held; NEVER: it is not
     # a fault that waits for an insertion to be under way
-    ("waiting", FAULT),
-    ("struck_ps", np.int64),
+    ("pending", FAULT),
+    ("triggered_ps", np.int64),
     # the last changes of the lines, for whoever wants to see an insertion
     ("keeps", np.int64),  # 1: they are kept
     ("kept", np.int64),  # changes so far
@@ -126,7 +126,7 @@ def take_lines(st: Record, box: Any, t_ps: int) -> None:
     right = encoder_level(st.encoder)
     level = behind_cable(st, right)
     if level != right:
-        st.cable_struck += 1
+        st.cable_effects += 1
     if level != st.lines:
         delta = count_delta(st.lines, level)
         if delta == ILLEGAL:
@@ -148,25 +148,25 @@ def take_lines(st: Record, box: Any, t_ps: int) -> None:
 
 @helper
 def fire_box(st: Record) -> None:
-    """Carry out the box's own next event; a fault that lurks strikes while an insertion is under way."""
+    """Carry out the box's own next event; a pending fault is triggered while an insertion is under way."""
     s = st.injector
     t_ps = s.next_ps
-    if st.waiting.kind != NO_FAULT and s.in_path == 1 and s.phase == ARMED:
-        surprise(st, None, t_ps)  # its insertion is one change: the last moment before it
+    if st.pending.kind != NO_FAULT and s.in_path == 1 and s.phase == ARMED:
+        trigger_pending(st, None, t_ps)  # its insertion is one change: the last moment before it
         return
     injector_fire(s)
-    if st.waiting.kind != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
-        surprise(st, None, t_ps)
+    if st.pending.kind != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
+        trigger_pending(st, None, t_ps)
 
 
 @helper
 def fire_between_edges(st: Record) -> None:
-    """Carry out what the box does next; the lines change at once where a fault of the cable strikes with it."""
+    """Carry out what the box does next; the lines change at once where a fault of the cable is triggered with it."""
     t_ps = st.injector.next_ps
-    waiting = st.waiting.kind
+    pending = st.pending.kind
     while st.injector.next_ps <= t_ps:
         fire_box(st)
-    if st.waiting.kind != waiting:
+    if st.pending.kind != pending:
         take_lines(st, None, t_ps)
     else:
         deliver_lines(st, None, t_ps)
@@ -175,7 +175,7 @@ def fire_between_edges(st: Record) -> None:
 
 
 @helper
-def strike(st: Record, box: Any, t_ps: int, f: Record, begins: bool) -> None:
+def inject_or_clear(st: Record, box: Any, t_ps: int, f: Record, begins: bool) -> None:
     """Let a fault begin or end at an axis, which has been run up to ``t_ps``."""
     if begins:
         begin_at_axis(st, box, t_ps, f)
@@ -195,15 +195,15 @@ def fault_at_axis(st: Record, box: Any, f: Record, t_ps: int, begins: bool) -> N
     """
     if not begins:
         note_effects(st, f, t_ps)
-        if st.waiting.kind == f.kind:
-            st.waiting.kind = NO_FAULT  # no insertion came by
+        if st.pending.kind == f.kind:
+            st.pending.kind = NO_FAULT  # no insertion came by
         else:
-            strike(st, box, t_ps, f, False)
+            inject_or_clear(st, box, t_ps, f, False)
     elif f.while_inserting == 1:
         await_insertion(st, f)
-        f.struck_before = effects_at(st, f)
+        f.effects_before = effects_at(st, f)
     else:
-        f.struck_before = effects_at(st, f)
-        strike(st, box, t_ps, f, True)
-        if f.proof == BEGUN:
+        f.effects_before = effects_at(st, f)
+        inject_or_clear(st, box, t_ps, f, True)
+        if f.activation == BEGUN:
             fire(f, t_ps)

@@ -33,7 +33,7 @@ from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, deliv
 from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import RUNNING
 from rtec.requester._box_node_kernels import box_receive, box_start, holds_machine
-from rtec.requester._box_turn_kernels import box_sample, box_say, box_watch
+from rtec.requester._box_turn_kernels import box_check_watchdog, box_sample, box_say
 from rtec.signal._kernels import NEVER
 
 
@@ -191,7 +191,7 @@ def turn_box(st: Record, box: Any, t_ps: int) -> None:
         n.box.next_ps += n.box.period_ps
         return
     n.at_home = 1 if at_home(st) else 0
-    box_watch(n, t_ps, st.illegal_in, st.alarm != NO_ALARM)
+    box_check_watchdog(n, t_ps, st.illegal_in, st.alarm != NO_ALARM)
     count = st.box_count
     if box is None:
         box_sample(n, t_ps, count, s.completed)

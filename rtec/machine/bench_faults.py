@@ -9,7 +9,7 @@ from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import REQUEST
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace, FaultRow
-from rtec.machine.faults import PC_NODE, Fault, Strikes
+from rtec.machine.faults import PC_NODE, Fault, Trigger
 from rtec.machine.workbench import Workbench
 from rtec.units import PS_PER_S
 
@@ -93,11 +93,11 @@ class BenchFaults:
             How long it lasts; None: to the end of the test.
         place
             On the bus, the node that sends the frames (0: the PC, n: the box of axis n; None: any); at an axis, its
-            number. Where it is None, a fault of the total strikes the requests for axis 1, one of an axis axis 1.
+            number. None: a fault of the total affects the requests for axis 1, one of an axis affects axis 1.
         identifier
-            Of the frames that it strikes; None: all.
+            Of the frames that it affects; None: all.
         most
-            Frames that it strikes.
+            Number of frames that it affects.
         delay_s
             Delay of frames, or jump of the PC's time of day, which it sees as ``rtec_bus.clock.time()``.
         seed
@@ -132,7 +132,7 @@ class BenchFaults:
             most=most,
             delay_ps=round(number_within("delay_s", delay_s, 0.0, 1e6, unit="s") * PS_PER_S),
             seed=seed,
-            strikes=Strikes.WHILE_INSERTING if while_inserting else Strikes.AT_ONCE,
+            trigger=Trigger.WHILE_INSERTING if while_inserting else Trigger.AT_ONCE,
         )
         if kind.category is FaultCategory.CLOCK:
             self._arm_jump(fault)
@@ -156,8 +156,8 @@ class BenchFaults:
         ]
 
     def _fired(self) -> list[tuple[Fault, int]]:
-        proofs = [(proof.fault, proof.times) for proof in self._bench.proofs]
-        return proofs + [(fault, len(looks)) for fault, looks in self._jumps]
+        activations = [(activation.fault, activation.times) for activation in self._bench.activations]
+        return activations + [(fault, len(looks)) for fault, looks in self._jumps]
 
     def _arm_jump(self, fault: Fault) -> None:
         looks: list[int] = []

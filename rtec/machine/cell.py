@@ -12,7 +12,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
-from rtec.machine.faults import Fault, Fired, check_apart, fault_records, proofs_of
+from rtec.machine.faults import Fault, FaultActivation, activations_of, check_apart, fault_records
 from rtec.machine.moves import Moves, lines_of
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
@@ -124,10 +124,10 @@ class Cell:
         for i, (station, pc) in enumerate(zip(stations, self._pcs, strict=True)):
             design = station.injector.design
             count_mm = station.encoder.count_mm
-            station.conversation.fill_pc(
+            station.handshake.fill_pc(
                 pc.pc, count_mm=count_mm, step_counts=design.step_counts, word_limit=design.word_limit
             )
-            station.precautions.fill_pc(pc, count_mm=count_mm)
+            station.supervision.fill_pc(pc, count_mm=count_mm)
             pc.axis = i + 1
             pc.setup = station.setup.word
             pc.requester = 1
@@ -202,9 +202,9 @@ class Cell:
         return float(self._cell.bus.busy_ps / max(self.now_ps, 1))
 
     @property
-    def fired(self) -> tuple[Fired, ...]:
-        """Return the proof of every fault."""
-        return proofs_of(self.faults, self._faults)
+    def fired(self) -> tuple[FaultActivation, ...]:
+        """Return the activation of every fault."""
+        return activations_of(self.faults, self._faults)
 
     @property
     def axes(self) -> tuple[AxisOutcome, ...]:

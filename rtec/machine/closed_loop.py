@@ -26,14 +26,14 @@ from rtec.machine import _loop_kernels, _station_kernels
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import (
     Fault,
+    FaultActivation,
     FaultKind,
     FaultPlace,
-    Fired,
+    activations_of,
     check_apart,
     check_waiting,
     fault_records,
     probing_records,
-    proofs_of,
 )
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
@@ -42,7 +42,7 @@ from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
 from rtec.predictors.binding import bound, bound_curve, rests
-from rtec.requester import Conversation, Status
+from rtec.requester import HandshakeSettings, Status
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000
@@ -101,7 +101,7 @@ class Machine:
         What the PC believes of the axis, by its sensors.
     own_table
         The controller's own compensation, ideally applied to the command; none by default.
-    encoder, servo, receiver, conversation, laser, growth
+    encoder, servo, receiver, handshake, laser, growth
         The other parts.
     thermometers
         Temperatures that the PC reads.
@@ -127,7 +127,7 @@ class Machine:
     encoder: Encoder = field(default_factory=Encoder)
     servo: Servo = field(default_factory=Servo)
     receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
-    conversation: Conversation = field(default_factory=Conversation)
+    handshake: HandshakeSettings = field(default_factory=HandshakeSettings)
     laser: Laser = field(default_factory=Laser)
     growth: Growth = field(default_factory=Growth)
     thermometers: tuple[Thermometer, ...] = ()
@@ -143,7 +143,7 @@ class Machine:
             self._check_fault(fault)
         check_apart(self.faults, self.probing)
         if self.microcontroller is not None:
-            check_windows(self.conversation)
+            check_windows(self.handshake)
 
     def _check_fault(self, fault: Fault) -> None:
         """Check that a fault can happen here: PC and box exchange words, not frames."""
@@ -172,12 +172,12 @@ class Machine:
         self.receiver.fill(state.receiver)
         count_mm = self.encoder.count_mm
         self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=4.0 / self.receiver.multiplication.value)
-        self.conversation.fill_box(state.node.box, switch_on=self.switch_on)
-        self.conversation.fill_pc(
+        self.handshake.fill_box(state.node.box, switch_on=self.switch_on)
+        self.handshake.fill_pc(
             state.pc, count_mm=count_mm, step_counts=box.design.step_counts, word_limit=box.design.word_limit
         )
-        state.node.down.latency_ps = self.conversation.latency_ps
-        state.node.up.latency_ps = self.conversation.latency_ps
+        state.node.down.latency_ps = self.handshake.latency_ps
+        state.node.up.latency_ps = self.handshake.latency_ps
         state.reader.window_mm = self.laser.window_mm
         state.reader.full_ps = round(self.laser.dwell_s * PS_PER_S)
         state.reader.half_ps = state.reader.full_ps // 2
@@ -241,8 +241,8 @@ class LoopResult:
     cycles_skipped: int = 0
     """What of them was left out at rest, in whole rounds that change nothing."""
     firmware_fault: ProcessorFault | None = None
-    fired: tuple[Fired, ...] = ()
-    """The proof of each fault."""
+    fired: tuple[FaultActivation, ...] = ()
+    """The activation of each fault."""
 
     @property
     def audit(self) -> bool:
@@ -313,7 +313,7 @@ def run_machine(
     wall_s = time.perf_counter() - begun
     target = task.target_mm if isinstance(task, MeasuringRun) else np.empty(0)
     rows = trace[0][: trace[2][0]] if trace_every > 0 else None
-    fired = proofs_of(machine.faults, records[: len(machine.faults)])
+    fired = activations_of(machine.faults, records[: len(machine.faults)])
     result = replace(_result(machine, state, firmware, readings - target, rows, wall_s), fired=fired)
     if firmware is None:
         return result

@@ -41,22 +41,22 @@ class FaultCategory(enum.Enum):
     OPERATOR = "switch and probe"
 
 
-class ProvedBy(enum.IntEnum):
-    """What shows that a fault took effect."""
+class ActivatedBy(enum.IntEnum):
+    """What shows that the fault was activated."""
 
     BEGUN = _bus.BEGUN
     """That it began."""
-    FRAMES = _bus.FRAMES_STRUCK
-    """Frames that it struck."""
-    CABLE = _bus.CABLE_STRUCK
+    FRAMES = _bus.FRAMES_AFFECTED
+    """Frames that it affected."""
+    CABLE = _bus.CABLE_AFFECTED
     """Moments at which the cable said something else than the encoder."""
-    WORD = _bus.WORD_STRUCK
+    WORD = _bus.WORD_AFFECTED
     """Position words that were not the right ones."""
     GLITCHES = _bus.GLITCHES_MADE
     """Glitches on the lines."""
 
 
-_F, _P = FaultCategory, ProvedBy
+_F, _A = FaultCategory, ActivatedBy
 
 NO_GLITCHES = 0.0, 0
 
@@ -76,8 +76,8 @@ class FaultRow:
         What is done, as the kernels number it.
     category
         What it is done to.
-    proved_by
-        What shows that it took effect.
+    activated_by
+        What shows that the fault was activated.
     meaning
         What happens, in a few words.
     lines
@@ -95,7 +95,7 @@ class FaultRow:
 
     Examples
     --------
-    >>> shorted = FaultRow("B shorted to A", CABLE, FaultCategory.ENCODER, ProvedBy.CABLE, "B shows A",
+    >>> shorted = FaultRow("B shorted to A", CABLE, FaultCategory.ENCODER, ActivatedBy.CABLE, "B shows A",
     ...                    lines=lambda levels, before: 3 * (levels & 1))
     >>> shorted.place.value, shorted.cable == FaultKind.CABLE_OPEN.cable
     ('axis', False)
@@ -104,7 +104,7 @@ class FaultRow:
     words: str
     code: int
     category: FaultCategory
-    proved_by: ProvedBy
+    activated_by: ActivatedBy
     meaning: str
     lines: Callable[[int, int], int] | None = None
     glitches: tuple[float, int] = NO_GLITCHES
@@ -152,7 +152,7 @@ class FaultKind(FaultRow, enum.Enum):
 
     Examples
     --------
-    >>> FaultKind("frame lost").place.value, FaultKind.GLITCHES.proved_by.name
+    >>> FaultKind("frame lost").place.value, FaultKind.GLITCHES.activated_by.name
     ('bus', 'GLITCHES')
     """
 
@@ -165,55 +165,55 @@ class FaultKind(FaultRow, enum.Enum):
     def __repr__(self) -> str:
         return f"<FaultKind.{self.name}>"
 
-    FRAME_LOST = "frame lost", _bus.LOST, _F.FRAMES, _P.FRAMES, "does not arrive"
-    FRAME_LATE = "frame late", _bus.LATE, _F.FRAMES, _P.FRAMES, "arrives later by `delay_s`"
-    FRAME_DUPLICATED = "frame duplicated", _bus.DUPLICATED, _F.FRAMES, _P.FRAMES, "comes again after `delay_s`"
-    FRAMES_REORDERED = "frames reordered", _bus.REORDERED, _F.FRAMES, _P.FRAMES, "two arrive in the wrong order"
+    FRAME_LOST = "frame lost", _bus.LOST, _F.FRAMES, _A.FRAMES, "does not arrive"
+    FRAME_LATE = "frame late", _bus.LATE, _F.FRAMES, _A.FRAMES, "arrives later by `delay_s`"
+    FRAME_DUPLICATED = "frame duplicated", _bus.DUPLICATED, _F.FRAMES, _A.FRAMES, "comes again after `delay_s`"
+    FRAMES_REORDERED = "frames reordered", _bus.REORDERED, _F.FRAMES, _A.FRAMES, "two arrive in the wrong order"
     FRAME_CORRUPTED = (
-        "frame corrupted, checksum wrong", _bus.CORRUPTED, _F.FRAMES, _P.FRAMES, "a bit is wrong",
+        "frame corrupted, checksum wrong", _bus.CORRUPTED, _F.FRAMES, _A.FRAMES, "a bit is wrong",
     )  # fmt: skip
-    FRAME_FORGED = (
-        "frame corrupted, checksum right", _bus.FORGED, _F.TOTAL, _P.FRAMES, "a field is wrong, the checksum fits it",
+    FRAME_MASQUERADE = (
+        "masquerade", _bus.MASQUERADE, _F.TOTAL, _A.FRAMES, "a field is wrong, the checksum fits it",
     )  # fmt: skip
     TOTAL_BIT_FLIPPED = (
-        "bit flipped in the total", _bus.FLIPPED, _F.TOTAL, _P.FRAMES, "a bit of the total, not of its inverse",
+        "bit flipped in the total", _bus.FLIPPED, _F.TOTAL, _A.FRAMES, "a bit of the total, not of its inverse",
     )  # fmt: skip
-    REQUEST_STUCK = "request stuck", _bus.STUCK, _F.TOTAL, _P.FRAMES, "the same frame over and over"
-    BABBLING_NODE = "babbling node", _bus.BABBLING, _F.BUS, _P.FRAMES, "identifier 0 without a gap"
-    BUS_OFF = "bus off", _bus.OFF, _F.BUS, _P.FRAMES, "a node neither sends nor hears"
-    STALE_DATA_VALID = "stale data valid", _at.STALE_WORD, _F.WORD, _P.WORD, "an old position, said to be valid"
+    REQUEST_STUCK = "request stuck", _bus.STUCK, _F.TOTAL, _A.FRAMES, "the same frame over and over"
+    BABBLING_NODE = "babbling node", _bus.BABBLING, _F.BUS, _A.FRAMES, "identifier 0 without a gap"
+    BUS_OFF = "bus off", _bus.OFF, _F.BUS, _A.FRAMES, "a node neither sends nor hears"
+    STALE_DATA_VALID = "stale data valid", _at.STALE_WORD, _F.WORD, _A.WORD, "an old position, said to be valid"
     TORN_POSITION = (
-        "torn position word", _at.TORN_WORD, _F.WORD, _P.WORD, "the upper bytes are those of an earlier reading",
+        "torn position word", _at.TORN_WORD, _F.WORD, _A.WORD, "the upper bytes are those of an earlier reading",
     )  # fmt: skip
-    PC_KILLED = "PC killed", _at.PC_KILLED, _F.POWER, _P.BEGUN, "the PC takes no further turn"
-    BOX_RESTARTED = "box restarted", _at.BOX_RESTART, _F.POWER, _P.BEGUN, "its program begins anew"
-    POWER_LOST = "power lost", _at.POWER_OFF, _F.POWER, _P.BEGUN, "the box is dead; its gates pass A and B on"
+    PC_KILLED = "PC killed", _at.PC_KILLED, _F.POWER, _A.BEGUN, "the PC takes no further turn"
+    BOX_RESTARTED = "box restarted", _at.BOX_RESTART, _F.POWER, _A.BEGUN, "its program begins anew"
+    POWER_LOST = "power lost", _at.POWER_OFF, _F.POWER, _A.BEGUN, "the box is dead; its gates pass A and B on"
     CLOCK_JUMP_FORWARD = (
-        "PC clock jumps forward", _at.CLOCK_JUMP_FORWARD, _F.CLOCK, _P.BEGUN, "by `delay_s`",
+        "PC clock jumps forward", _at.CLOCK_JUMP_FORWARD, _F.CLOCK, _A.BEGUN, "by `delay_s`",
     )  # fmt: skip
-    CLOCK_JUMP_BACK = "PC clock jumps back", _at.CLOCK_JUMP_BACK, _F.CLOCK, _P.BEGUN, "by `delay_s`"
+    CLOCK_JUMP_BACK = "PC clock jumps back", _at.CLOCK_JUMP_BACK, _F.CLOCK, _A.BEGUN, "by `delay_s`"
     CABLE_OPEN = (
-        "encoder cable open", _at.CABLE, _F.ENCODER, _P.CABLE, "both inputs are pulled up",
+        "encoder cable open", _at.CABLE, _F.ENCODER, _A.CABLE, "both inputs are pulled up",
         lambda levels, before: 3, NO_GLITCHES,
-        "a watch over the differential pairs; an index; a speed check, if it lasts",
+        "a monitor of the differential pairs; an index; a speed check, if it lasts",
     )  # fmt: skip
     LINES_SWAPPED = (
-        "A and B swapped", _at.CABLE, _F.ENCODER, _P.CABLE, "counts go the other way",
+        "A and B swapped", _at.CABLE, _F.ENCODER, _A.CABLE, "counts go the other way",
         lambda levels, before: levels >> 1 | (levels & 1) << 1, NO_GLITCHES,
         "a speed check, at once: the counts go the other way; an index",
     )  # fmt: skip
     LINE_BROKEN = (
-        "one line of a pair broken", _at.CABLE, _F.ENCODER, _P.CABLE, "A rests, B goes on",
+        "one line of a pair broken", _at.CABLE, _F.ENCODER, _A.CABLE, "A rests, B goes on",
         lambda levels, before: levels & 2 | before & 1, NO_GLITCHES,
-        "a watch over the differential pair; a speed check, if it lasts; an index",
+        "a monitor of the differential pair; a speed check, if it lasts; an index",
     )  # fmt: skip
     GLITCHES = (
-        "glitches", _at.GLITCHES, _F.ENCODER, _P.GLITCHES, "one edge in eight is followed by one of 300 ns",
+        "glitches", _at.GLITCHES, _F.ENCODER, _A.GLITCHES, "one edge in eight is followed by one of 300 ns",
         None, (1 / 8, 300_000),  # wide enough for the controller's filter to see
         "a narrower filter; an index",
     )  # fmt: skip
-    SWITCH_THROWN = "disable switch thrown", _at.SWITCH_THROWN, _F.OPERATOR, _P.BEGUN, "corrections are forbidden"
-    PROBE_TRIPPED = "probe trip", _at.PROBE_TRIP, _F.OPERATOR, _P.BEGUN, "the position is latched"
+    SWITCH_THROWN = "disable switch thrown", _at.SWITCH_THROWN, _F.OPERATOR, _A.BEGUN, "corrections are forbidden"
+    PROBE_TRIPPED = "probe trip", _at.PROBE_TRIP, _F.OPERATOR, _A.BEGUN, "the position is latched"
 
 
 FAULTS_OF_WORDS = tuple(kind for kind in FaultKind if kind.among_words)

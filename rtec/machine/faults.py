@@ -1,4 +1,4 @@
-"""Faults of box, bus, PC and encoder: what, where, when, with which seed, and the proof that they took effect."""
+"""Faults of box, bus, PC and encoder: what, where, when, with which seed, and how often they took effect."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from rtec.machine.fault_kinds import FaultKind, FaultPlace, FaultRow
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 
-__all__ = ["PC_NODE", "Fault", "FaultKind", "FaultPlace", "FaultRow", "Fired", "Strikes", "fault_records"]
+__all__ = ["PC_NODE", "Fault", "FaultActivation", "FaultKind", "FaultPlace", "FaultRow", "Trigger", "fault_records"]
 
 
 PC_NODE = _fault_kernels.PC_PLACE
 """Node of the PC; the box of axis n is node n."""
 
 
-class Strikes(enum.Enum):
+class Trigger(enum.Enum):
     """When a fault at an axis begins."""
 
     AT_ONCE = "at once"
@@ -49,14 +49,14 @@ class Fault:
     from_ps, until_ps
         When it begins, and when it is over; None: it stays.
     identifier
-        Of the frames that it strikes; None: all.
+        Of the frames that it affects; None: all.
     most
-        Frames that it strikes.
+        Number of frames that it affects.
     delay_ps
         Delay of frames, or jump of the clock.
     seed
         Of the bits that it flips.
-    strikes
+    trigger
         At once, or during an insertion.
 
     Raises
@@ -78,7 +78,7 @@ class Fault:
     most: int = 1
     delay_ps: int = 0
     seed: int = 0
-    strikes: Strikes = Strikes.AT_ONCE
+    trigger: Trigger = Trigger.AT_ONCE
 
     def __post_init__(self) -> None:
         """Check what the class needs."""
@@ -99,20 +99,20 @@ class Fault:
             raise ArgumentError("delay_ps", 0, "at least 1 ps", f"say how far: {self.kind.words}")
         if self.kind.code == _bus.OFF and self.place is None:
             raise ArgumentError("place", "None", "a node: 0 is the PC, n the box of axis n")
-        if self.strikes is Strikes.WHILE_INSERTING and where is not FaultPlace.AXIS:
-            raise ArgumentError("strikes", self.strikes.value, "at once", f"{self.kind.words} is none of an axis")
+        if self.trigger is Trigger.WHILE_INSERTING and where is not FaultPlace.AXIS:
+            raise ArgumentError("trigger", self.trigger.value, "at once", f"{self.kind.words} is none of an axis")
 
     @property
     def over_ps(self) -> int:
         """Return when it is over: a restart and a trip of the probe are so at once, others may stay."""
-        if self.strikes is Strikes.AT_ONCE and self.kind.over_at_once:
+        if self.trigger is Trigger.AT_ONCE and self.kind.over_at_once:
             return self.from_ps
         return NEVER if self.until_ps is None else self.until_ps
 
     def __str__(self) -> str:
         """Return the fault in words."""
         ends = "" if self.until_ps is None else f" to {self.until_ps / PS_PER_S:g} s"
-        waits = f", {self.strikes.value}" if self.strikes is Strikes.WHILE_INSERTING else ""
+        waits = f", {self.trigger.value}" if self.trigger is Trigger.WHILE_INSERTING else ""
         return f"{self.kind.words} from {self.from_ps / PS_PER_S:g} s{ends}{waits}"
 
     def fill(self, record: Record) -> None:
@@ -127,11 +127,11 @@ class Fault:
         record.most = self.most
         record.delay_ps = self.delay_ps
         record.seed = self.seed
-        record.proof = self.kind.proved_by
+        record.activation = self.kind.activated_by
         record.cable = self.kind.cable
         share, record.glitch_ps = self.kind.glitches
         record.glitch_level = round(share * 2**16)
-        record.while_inserting = int(self.strikes is Strikes.WHILE_INSERTING)
+        record.while_inserting = int(self.trigger is Trigger.WHILE_INSERTING)
 
 
 def fault_records(faults: Sequence[Fault]) -> Record:
@@ -143,8 +143,8 @@ def fault_records(faults: Sequence[Fault]) -> Record:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fired:
-    """Proof of a fault: how often it took effect, and when that was first noted.
+class FaultActivation:
+    """Activation of a fault: how often it took effect, and when that was first noted.
 
     What a fault of cable, word or glitches has done is noted at its end.
     """
@@ -154,10 +154,10 @@ class Fired:
     first_ps: int | None
 
 
-def proofs_of(faults: Sequence[Fault], records: Record) -> tuple[Fired, ...]:
-    """Return the proof of each fault, as its kernel's record has it."""
+def activations_of(faults: Sequence[Fault], records: Record) -> tuple[FaultActivation, ...]:
+    """Return the activation of each fault, as its kernel's record has it."""
     return tuple(
-        Fired(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
+        FaultActivation(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
         for fault, record in zip(faults, records, strict=True)
     )
 
@@ -183,7 +183,7 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()
     """
     faults = [fault for fault in faults if fault.kind.place is FaultPlace.AXIS]  # a frame may suffer several
     spans = [((fault.kind.category.value, str(fault.place)), fault) for fault in faults]
-    spans += [(("waiting", str(fault.place)), fault) for fault in faults if fault.strikes is Strikes.WHILE_INSERTING]
+    spans += [(("waiting", str(fault.place)), fault) for fault in faults if fault.trigger is Trigger.WHILE_INSERTING]
     times = [(part, fault.from_ps, fault.over_ps, "faults", str(fault)) for part, fault in spans]
     times += [
         (("probing", ""), a, b, "probing", f"from {a / PS_PER_S:g} s to {b / PS_PER_S:g} s") for a, b in probing
@@ -201,10 +201,10 @@ def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool) -> None:
     ArgumentError
         The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion.
     """
-    if fault.strikes is Strikes.WHILE_INSERTING and firmware and design.in_path:
+    if fault.trigger is Trigger.WHILE_INSERTING and firmware and design.in_path:
         raise ArgumentError(
-            "strikes",
-            Strikes.WHILE_INSERTING.value,
+            "trigger",
+            Trigger.WHILE_INSERTING.value,
             "'at once' with the firmware of Design B, whose outputs do not tell an insertion",
             "let the fault begin at a time, or take the model of the box",
         )

@@ -14,7 +14,7 @@ from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
 from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, RealEdges
 from rtec.machine import _firmware_kernels
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 
 _WARM_UP_PS = 2_000_000_000
 """How long the box is on before the machine: Design B's lines are through by then."""
@@ -89,18 +89,18 @@ def side_by_side(boxes: Sequence[FirmwareBox], state: Record) -> Any:
     return (rows[0], (execute, words, codes), *stacked, queues[0], rows[1], np.stack(snapshots)), run
 
 
-def check_windows(conversation: Conversation) -> None:
-    """Check that a conversation has the windows that stand in the firmware's source.
+def check_windows(handshake: HandshakeSettings) -> None:
+    """Check that a handshake has the windows that stand in the firmware's source.
 
     Raises
     ------
     ArgumentError
         Other windows.
     """
-    if (conversation.window_steps, conversation.grace_readings) != (WINDOW_STEPS, GRACE_READINGS):
+    if (handshake.window_steps, handshake.grace_readings) != (WINDOW_STEPS, GRACE_READINGS):
         raise ArgumentError(
-            "conversation",
-            f"window {conversation.window_steps}, grace {conversation.grace_readings}",
+            "handshake",
+            f"window {handshake.window_steps}, grace {handshake.grace_readings}",
             f"window {WINDOW_STEPS} and grace {GRACE_READINGS} with the firmware",
             "they stand in its source (rtec.inc)",
         )

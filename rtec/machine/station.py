@@ -10,7 +10,7 @@ from rtec.errors import ArgumentError
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
-from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Strikes, fault_records
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
 from rtec.machine.moves import Move
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
@@ -49,7 +49,7 @@ class Station:
         self, settings: StationSettings, moves: Sequence[Move] = (), *, start_ps: int = 0, session: int = 1
     ) -> None:
         self.settings = settings
-        first_ps = start_ps + settings.conversation.box_period_ps
+        first_ps = start_ps + settings.handshake.box_period_ps
         session = whole_within("session", session, 0, 255)
         self._axes = Axes([settings], [moves], start_ps=start_ps, first_ps=[first_ps], sessions=[session])
         self._state = self._axes.records[0]
@@ -93,7 +93,7 @@ class Station:
         """Return the time of the next reading after which there may be something to send.
 
         While the box has nothing to judge and nothing to insert, that is the next of its cycle. What changes by
-        itself in between (a watch that runs out, a probe that trips) is told then.
+        itself in between (a watchdog that runs out, a probe that trips) is told then.
         """
         node = self._state.node
         next_ps, period_ps = self.due_ps, int(node.box.period_ps)
@@ -151,14 +151,14 @@ class Station:
         ArgumentError
             A fault that is none of an axis.
         """
-        record = self._record_of(kind, Strikes.WHILE_INSERTING if while_inserting else Strikes.AT_ONCE)
+        record = self._record_of(kind, Trigger.WHILE_INSERTING if while_inserting else Trigger.AT_ONCE)
         self._begun[kind] = record
         self.change(record, begins=True)
 
     def end(self, kind: FaultRow) -> None:
         """Let a fault of the axis end."""
         record = self._begun.pop(kind, None)
-        self.change(self._record_of(kind, Strikes.AT_ONCE) if record is None else record, begins=False)
+        self.change(self._record_of(kind, Trigger.AT_ONCE) if record is None else record, begins=False)
 
     def change(self, record: Record, *, begins: bool) -> None:
         """Let the fault that a kernel's record tells begin or end; the record then tells how often it took effect."""
@@ -198,11 +198,11 @@ class Station:
         """Return what happens."""
         return station_view(self._state, self.settings)
 
-    def _record_of(self, kind: FaultRow, strikes: Strikes) -> Record:
+    def _record_of(self, kind: FaultRow, trigger: Trigger) -> Record:
         if kind.place is not FaultPlace.AXIS:
             raise ArgumentError(
                 "kind", kind.words, "a fault of an axis", "faults of bus and PC have their place there"
             )
-        fault = Fault(kind=kind, place=self.settings.axis, from_ps=max(self._now_ps, 0), strikes=strikes)
+        fault = Fault(kind=kind, place=self.settings.axis, from_ps=max(self._now_ps, 0), trigger=trigger)
         self.settings.check_fault(fault)
         return fault_records([fault])[0]

@@ -15,7 +15,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
-from rtec.requester import Conversation, Precautions, Setup
+from rtec.requester import HandshakeSettings, Setup, SupervisionLimits
 
 
 def _hold_edges() -> InjectorSettings:
@@ -36,7 +36,7 @@ class StationSettings:
     microcontroller
         A processor that runs the design's firmware in the box, behind its node on the bus; its times and windows are
         the firmware's own. None: the injector models it.
-    encoder, servo, receiver, conversation, precautions
+    encoder, servo, receiver, handshake, supervision
         The other parts. The receiver stops the drive at an illegal transition by default, as a controller's encoder
         supervision does.
     acceleration_mm_s2
@@ -59,8 +59,8 @@ class StationSettings:
     encoder: Encoder = field(default_factory=Encoder)
     servo: Servo = field(default_factory=Servo)
     receiver: ReceiverSettings = field(default_factory=lambda: ReceiverSettings(policy=IllegalPolicy.FAULT))
-    conversation: Conversation = field(default_factory=Conversation)
-    precautions: Precautions = field(default_factory=Precautions)
+    handshake: HandshakeSettings = field(default_factory=HandshakeSettings)
+    supervision: SupervisionLimits = field(default_factory=SupervisionLimits)
     acceleration_mm_s2: float = 500.0
     hold_ramp_s: float = 0.05
     following_limit_mm: float = 1.0
@@ -75,7 +75,7 @@ class StationSettings:
         if self.receiver.multiplication is not Multiplication.X4:
             raise ArgumentError("multiplication", self.receiver.multiplication.value, "4 (x4) in a corrected machine")
         if self.microcontroller is not None:
-            check_windows(self.conversation)
+            check_windows(self.handshake)
 
     def firmware_box(self, start_ps: int = 0) -> FirmwareBox | None:
         """Return the box where it runs its firmware, switched on before ``start_ps``."""
@@ -92,7 +92,7 @@ class StationSettings:
         return Setup(
             design=design.key,
             step_mm=design.step_counts * self.encoder.count_mm,
-            cycle_ps=self.precautions.bus_cycle_ps,
+            cycle_ps=self.supervision.bus_cycle_ps,
         )
 
     def check_fault(self, fault: Fault) -> None:
@@ -106,9 +106,9 @@ class StationSettings:
         self.injector.fill(state.injector)
         self.receiver.fill(state.receiver)
         self.servo.fill(state.servo, count_mm=count_mm, counts_per_unit=1.0)
-        self.conversation.fill_box(state.node.box, switch_on=self.switch_on)
-        self.precautions.fill_box(state.node)
-        if self.precautions.limit_steps == 0:
+        self.handshake.fill_box(state.node.box, switch_on=self.switch_on)
+        self.supervision.fill_box(state.node)
+        if self.supervision.limit_steps == 0:
             state.node.limit_steps = self.injector.design.word_limit
         state.node.axis = self.axis
         state.node.setup = self.setup.word

@@ -13,7 +13,7 @@ from rtec.link.simulated import SimulatedBus
 from rtec.machine.fault_kinds import FaultPlace
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView
-from rtec.requester import BoxState, Conversation, Precautions, Status
+from rtec.requester import BoxState, HandshakeSettings, Status, SupervisionLimits
 from rtec.units import PS_PER_MS
 
 _MOST_AXES = 7
@@ -158,7 +158,7 @@ class BenchBox:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Proof:
+class BenchActivation:
     """A fault and how often it took effect."""
 
     fault: Fault
@@ -171,7 +171,7 @@ def bench_of(
     count_um: float = 1.0,
     window_steps: int = 3,
     grace_readings: int = 2,
-    watch_ms: int = 50,
+    watchdog_ms: int = 50,
     axes: int = 1,
     bitrate: int = 500_000,
 ) -> Workbench:
@@ -187,7 +187,7 @@ def bench_of(
         Largest change of the requested total that the box believes.
     grace_readings
         Unbelievable readings after the first one that it forgives.
-    watch_ms
+    watchdog_ms
         Longest silence of the PC, ms.
     axes
         Axes 1 to this number.
@@ -214,8 +214,10 @@ def bench_of(
     station = StationSettings(
         injector=InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD),
         encoder=Encoder(count_mm=number_within("count_um", count_um, 1e-6, 1e6, unit="µm") / 1000.0),
-        conversation=Conversation(window_steps=window_steps, grace_readings=grace_readings),
-        precautions=Precautions(watch_ps=whole_within("watch_ms", watch_ms, 1, 100_000, unit="ms") * PS_PER_MS),
+        handshake=HandshakeSettings(window_steps=window_steps, grace_readings=grace_readings),
+        supervision=SupervisionLimits(
+            watchdog_ps=whole_within("watchdog_ms", watchdog_ms, 1, 100_000, unit="ms") * PS_PER_MS
+        ),
     )
     return Workbench([replace(station, axis=axis) for axis in range(1, axes + 1)], bitrate=bitrate)
 
@@ -292,12 +294,13 @@ class Workbench:
             self.bus.at(fault.until_ps, lambda: self._end(armed))
 
     @property
-    def proofs(self) -> tuple[Proof, ...]:
+    def activations(self) -> tuple[BenchActivation, ...]:
         """Return every fault and how often it took effect so far."""
         on_bus = [
-            Proof(fault=fault, times=proof.times) for fault, proof in zip(self._on_bus, self.bus.fired, strict=True)
+            BenchActivation(fault=fault, times=activation.times)
+            for fault, activation in zip(self._on_bus, self.bus.fired, strict=True)
         ]
-        return (*on_bus, *(Proof(fault=armed.fault, times=self._times(armed)) for armed in self._armed))
+        return (*on_bus, *(BenchActivation(fault=armed.fault, times=self._times(armed)) for armed in self._armed))
 
     def _begin(self, armed: _Armed) -> None:
         armed.lasts = True

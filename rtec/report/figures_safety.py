@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 _ABOVE_INCH = 1.6
 """Legend, titles and names of the phases."""
-_UPSTREAM = "silent: before the box"
+_UPSTREAM = "undetected: before the box"
 _LOOKS = {
-    Outcome.RIGHT.value: (SAFE, "r", "right"),
-    Outcome.LATE.value: (DELAYED, "l", "late, then right"),
-    Outcome.HELD.value: (STOPPED, "h", "detected and held"),
-    _UPSTREAM: (UPSTREAM, "u", "silent, begins before the box"),
-    Outcome.SILENT.value: (ALARM, "S", "silent, begins at box, link or PC"),
-    Outcome.IMPOSSIBLE.value: (PAPER, "–", "cannot strike"),
+    Outcome.TOLERATED.value: (SAFE, "t", "tolerated"),
+    Outcome.DELAYED.value: (DELAYED, "d", "delayed"),
+    Outcome.SAFE_STOP.value: (STOPPED, "s", "safe stop"),
+    _UPSTREAM: (UPSTREAM, "u", "undetected, begins before the box"),
+    Outcome.UNDETECTED.value: (ALARM, "U", "undetected, begins at box, link or PC"),
+    Outcome.NOT_APPLICABLE.value: (PAPER, "–", "not applicable"),
 }
 """Colour, letter and words; the letters tell them apart in grey print, too."""
 
@@ -72,10 +72,10 @@ def _panel(axes: Axes, matrix: Matrix, designs: Sequence[Design]) -> None:
     for y, variant in enumerate(matrix.plan.variants):
         for x, phase in enumerate(matrix.plan.phases):
             outcome = matrix.worst(variant, phase, designs)
-            name = _UPSTREAM if outcome is Outcome.SILENT and variant.upstream else outcome.value
+            name = _UPSTREAM if outcome is Outcome.UNDETECTED and variant.upstream else outcome.value
             colour, letter, _ = _LOOKS[name]
             axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, facecolor=colour, edgecolor=PAPER))
-            ink = PAPER if name == Outcome.SILENT.value else INK
+            ink = PAPER if name == Outcome.UNDETECTED.value else INK
             axes.text(x, y, letter, ha="center", va="center", fontsize=7.0, color=ink)
     axes.set_xlim(-0.5, len(matrix.plan.phases) - 0.5)
     axes.set_ylim(len(matrix.plan.variants) - 0.5, -0.5)

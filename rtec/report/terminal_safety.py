@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from rtec.injector import Design
 
 _WORDS = {
-    Outcome.IMPOSSIBLE: "-",
-    Outcome.RIGHT: "right",
-    Outcome.LATE: "late",
-    Outcome.HELD: "held",
-    Outcome.SILENT: "SILENT",
+    Outcome.NOT_APPLICABLE: "-",
+    Outcome.TOLERATED: "tol.",
+    Outcome.DELAYED: "del.",
+    Outcome.SAFE_STOP: "stop",
+    Outcome.UNDETECTED: "UNDETECTED",
 }
 _UPSTREAM = "lost"
 _HEADS = {
@@ -49,8 +49,9 @@ def show(case: SafetyCase) -> None:
     for title, designs in matrix.plan.groups:
         console.print(_table(matrix, title, designs))
     heads = ", ".join(f"{_HEADS[phase]} = {phase.value}" for phase in matrix.plan.phases)
-    console.print(f"Columns: {heads}. -: cannot strike.")
-    console.print(f"{_UPSTREAM}: silent, but it begins before the box, whose lines the controller sees, too.")
+    console.print(f"Columns: {heads}.")
+    console.print("tol.: tolerated; del.: delayed; stop: safe stop; UNDETECTED; -: not applicable.")
+    console.print(f"{_UPSTREAM}: undetected, but it begins before the box, whose lines the controller sees, too.")
     fired = [trial for trial in matrix.trials if trial.fired]
     counted = Counter(trial.outcome.value for trial in fired)
     console.print(
@@ -83,7 +84,7 @@ def _table(matrix: Matrix, title: str, designs: Sequence[Design]) -> Table:
         cells = []
         for phase in matrix.plan.phases:
             outcome = matrix.worst(variant, phase, designs)
-            cells.append(_UPSTREAM if outcome is Outcome.SILENT and variant.upstream else _WORDS[outcome])
+            cells.append(_UPSTREAM if outcome is Outcome.UNDETECTED and variant.upstream else _WORDS[outcome])
         kind, _, how = variant.name.partition(", ")
         if how and kind != before:
             table.add_row(kind)
@@ -95,10 +96,10 @@ def _table(matrix: Matrix, title: str, designs: Sequence[Design]) -> Table:
 def _told(trial: Trial) -> str:
     """Return what came of one run, who stopped the machine, and after what time."""
     ended = trial.outcome.value
-    if trial.outcome is Outcome.HELD:
+    if trial.outcome is Outcome.SAFE_STOP:
         after = "" if trial.detected_s is None else f" after {trial.detected_s * 1e3:.0f} ms"
-        ended = f"held{after} ({trial.reason})"
-    elif trial.outcome is not Outcome.RIGHT:
+        ended = f"safe stop{after} ({trial.reason})"
+    elif trial.outcome is not Outcome.TOLERATED:
         ended += f", off by {trial.off_counts:.0f} counts"
     run = f"{trial.variant.name}; {trial.phase.value}, design {trial.design.value}, run {trial.seed}"
     return f"{run}: {ended}"
@@ -115,6 +116,7 @@ def _show_soak(console: Console, soak: Soak) -> None:
     fired, outcomes = soak.fired(), soak.outcomes()
     console.print(
         f"Soak: {soak.hours():.1f} h in {len(soak.episodes)} episodes, {sum(fired.values())} faults of {len(fired)} "
-        f"classes; right {outcomes[Outcome.RIGHT]}, held {outcomes[Outcome.HELD]}, "
-        f"lost before the box {len(soak.silent(upstream=True))}, silent {len(soak.silent(upstream=False))}"
+        f"classes; tolerated {outcomes[Outcome.TOLERATED]}, safe stop {outcomes[Outcome.SAFE_STOP]}, "
+        f"lost before the box {len(soak.undetected(upstream=True))}, "
+        f"undetected {len(soak.undetected(upstream=False))}"
     )

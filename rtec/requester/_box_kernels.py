@@ -1,4 +1,4 @@
-"""The box's side of the conversation: one state machine, sampled every millisecond.
+"""The box's side of the handshake: one state machine, sampled every millisecond.
 
 It reads the PC's "Correction Requested" and "Status" words, decides whether it believes them, and answers with its
 position, the total it has accepted, the corrections completed and a status (NISTIR 4832, General Considerations).

@@ -1,10 +1,10 @@
-"""The box as a node of the bus: frames around its state machine, and the precautions that frames make possible.
+"""The box as a node of the bus: frames around its state machine, and the supervision that frames make possible.
 
 What comes in is refused, and counted, where its checksum, its order, its session or its contents are wrong; only what
 is left reaches the state machine of ``_box_kernels``, each request once. What goes out is the box's four words as
 frames, every ``cycle_ps`` and at once when the job is done or the code changes.
 
-A box that is homed and hears no request that it can believe in for ``watch_ps`` stops for good and opens its hold
+A box that is homed and hears no request that it can believe in for ``watchdog_ps`` stops for good and opens its hold
 contact: without a PC the error of the axis is no longer known.
 """
 
@@ -57,7 +57,7 @@ BOX_NODE = np.dtype(
         # parameters
         ("axis", np.int64),
         ("cycle_ps", np.int64),  # between frames of one kind
-        ("watch_ps", np.int64),  # longest silence of the PC
+        ("watchdog_ps", np.int64),  # longest silence of the PC
         ("gap_ps", np.int64),  # least time between two requests that are judged
         ("limit_steps", np.int64),  # totals beyond this are never believed (0: no limit)
         ("setup", np.int64),  # word of its own setup (0: it says nothing of it)
@@ -95,7 +95,7 @@ BOX_NODE = np.dtype(
         # faults of the position word: 0 none, 1 it stands still, 2 its upper bytes do
         ("word_fault", np.int64),
         ("word_kept", np.int64),
-        ("word_struck", np.int64),  # frames whose word was wrong
+        ("word_effects", np.int64),  # frames whose word was wrong
         # observations
         ("requests", np.int64),  # believed to come from the PC, in order
         ("wrong_checksum", np.int64),
@@ -172,7 +172,7 @@ def frames_refused(n: Record) -> int:
 @step
 def setup_differs(n: Record, t_ps: int) -> bool:
     """Return whether the PC that was heard last expects another design, step or cycle than this box has."""
-    known = n.setup != 0 and n.expected != 0 and t_ps - n.expected_ps <= n.watch_ps
+    known = n.setup != 0 and n.expected != 0 and t_ps - n.expected_ps <= n.watchdog_ps
     return bool(known and n.expected != n.setup)
 
 
@@ -226,7 +226,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
             post(n.down, t_ps, 0, GO_HOME, 0, 0)
         return
     if flags & GO_HOME or not flags & ENABLE:
-        return  # who asks for nothing does not keep the watch alive: nobody knows the error of the axis
+        return  # a request for nothing does not reset the watchdog: nobody knows the error of the axis then
     n.heard_ps = t_ps
     if t_ps - n.judged_ps < n.gap_ps:
         n.hasty += 1  # one window in so short a time is enough, and no total escapes the judgement behind another

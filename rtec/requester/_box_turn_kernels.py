@@ -1,4 +1,4 @@
-"""The box's turn on the bus: it watches, takes its reading, and says what is due.
+"""The box's turn on the bus: it checks its watchdogs, takes its reading, and says what is due.
 
 What goes out is the box's words as frames, every ``cycle_ps`` and at once when the job is done or the code changes.
 """
@@ -81,7 +81,7 @@ def word_of(n: Record, right: int) -> int:
     elif n.word_fault == WORD_TORN:
         word = (n.word_kept & ~0xFF) | (right & 0xFF)  # the upper bytes are those of an earlier reading
     if word != right:
-        n.word_struck += 1
+        n.word_effects += 1
     return int(word)
 
 
@@ -106,14 +106,14 @@ def say_trip(n: Record) -> None:
 
 
 @step
-def box_watch(n: Record, t_ps: int, illegal: int, stopped: bool) -> None:
+def box_check_watchdog(n: Record, t_ps: int, illegal: int, stopped: bool) -> None:
     """Stop for good where the PC is silent, the encoder's lines are not those of an encoder, or the drive is stopped.
 
     ``illegal`` counts the changes of both lines at once that the box's own decoder saw; ``stopped`` is the contact by
     which the controller says that it has stopped the drive.
     """
     if n.box.state == RUNNING:
-        if t_ps - n.heard_ps > n.watch_ps:
+        if t_ps - n.heard_ps > n.watchdog_ps:
             box_fail(n, LINK_LOST)
         elif illegal > 0:
             box_fail(n, ENCODER_FAULT)

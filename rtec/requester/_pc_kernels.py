@@ -1,4 +1,4 @@
-"""The PC's side of the conversation: one state machine, run every 10 ms.
+"""The PC's side of the handshake: one state machine, run every 10 ms.
 
 It reads the box's words while Data Valid is high, follows the direction of motion with a hysteresis, turns the
 predicted error into a total of steps, and slews its request towards it, never by more than the window beyond what the

@@ -86,8 +86,8 @@ PC_NODE = np.dtype(
         # parameters
         ("axis", np.int64),
         ("requester", np.int64),  # number of this PC, 0 to 7
-        ("watch_ps", np.int64),  # longest silence of the box
-        ("patience_ps", np.int64),  # longest time that an accepted total may stay unfinished (0: for ever)
+        ("watchdog_ps", np.int64),  # longest silence of the box
+        ("completion_timeout_ps", np.int64),  # longest time that an accepted total may stay unfinished (0: for ever)
         ("most_counts_per_s", np.float64),  # fastest that the axis can move
         ("believed", np.int64),  # 1: the model has been asked
         ("low_mm", np.float64),  # where the predictor knows the axis

@@ -120,24 +120,29 @@ def check_before_turn(n: Record, t_ps: int) -> None:
     p = n.pc
     since_ps = t_ps - n.turn_ps
     if p.state == ACTIVE:
-        if since_ps < 0 or since_ps > n.watch_ps:
+        if since_ps < 0 or since_ps > n.watchdog_ps:
             pc_hold(n, t_ps, CLOCK_JUMP)  # also where this program stood still for so long
         oldest_ps = min(min(n.status_ps, n.corrections_ps), n.position_ps)
-        if t_ps - oldest_ps > n.watch_ps:
+        if t_ps - oldest_ps > n.watchdog_ps:
             pc_hold(n, t_ps, BOX_SILENT)
-        # a bus that delays everything alike breaks neither order nor watch
+        # a bus that delays all frames alike disturbs neither their order nor the watchdog
         behind_ps = ((n.sequence - n.judged) & 0xFF) * p.period_ps
-        if behind_ps > n.watch_ps + 2 * p.period_ps:
+        if behind_ps > n.watchdog_ps + 2 * p.period_ps:
             pc_hold(n, t_ps, ANSWER_LATE)
         reason = reason_in_status(n)
         if reason != NONE:
             pc_hold(n, t_ps, reason)
-        if n.patience_ps > 0 and n.open_ps != NEVER and t_ps - n.open_ps > n.patience_ps and p.probing == 0:
+        if (
+            n.completion_timeout_ps > 0
+            and n.open_ps != NEVER
+            and t_ps - n.open_ps > n.completion_timeout_ps
+            and p.probing == 0
+        ):
             pc_hold(n, t_ps, NOT_COMPLETED)
         position_mm = p.home_mm + n.position * p.count_mm
         if not n.low_mm <= position_mm <= n.high_mm:
             pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE)
-    elif p.state == WAITING and t_ps - n.status_ps > n.watch_ps:
+    elif p.state == WAITING and t_ps - n.status_ps > n.watchdog_ps:
         n.has_status = 0  # what was heard long ago is no box any more
     n.turn_ps = t_ps
 
@@ -162,7 +167,7 @@ def turn_waiting(n: Record, t_ps: int) -> None:
     """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position.
 
     A box that runs but was not sent home by this PC hears nothing: it corrects by totals that nobody knows any more,
-    and its watch is to stop it.
+    and its watchdog is to stop it.
     """
     state = n.box_flags & 7
     if state == FATAL and n.reset_meant == 1:
@@ -224,7 +229,7 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         pc_look(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
-    # where the box is not at home it hears nothing: the home position was missed, and its watch is to stop it
+    # where the box is not at home it hears nothing: the home position was missed, and its watchdog is to stop it
     return bool(pc_read(p, n.up, t_ps))
 
 

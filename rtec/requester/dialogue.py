@@ -1,4 +1,4 @@
-"""PC and box in conversation on their own, reading by reading, in simulated time."""
+"""The handshake of PC and box on its own, reading by reading, in simulated time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rtec._jit import new_record
 from rtec.checks import number_within, whole_within
 from rtec.link._kernels import MAILBOX
 from rtec.requester import _box_kernels, _pc_kernels
-from rtec.requester.settings import Conversation, PcState, Status
+from rtec.requester.settings import HandshakeSettings, PcState, Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +26,7 @@ class BoxSide:
 
     Parameters
     ----------
-    conversation
+    handshake
         Windows and times.
     switch_on
         False: the hardware switch forbids corrections.
@@ -35,18 +35,18 @@ class BoxSide:
     --------
     A request beyond the window is doubted three times, then the box stops for good:
 
-    >>> box = BoxSide(Conversation(latency_ps=0))
+    >>> box = BoxSide(HandshakeSettings(latency_ps=0))
     >>> box.home(count=0).status.name
     'OK'
     >>> [box.read(total=9, count=0).status.name for _ in range(3)]
     ['I_DONT_BELIEVE_YOU', 'I_DONT_BELIEVE_YOU', 'I_STILL_DONT_BELIEVE_YOU']
     """
 
-    def __init__(self, conversation: Conversation, *, switch_on: bool = True) -> None:
+    def __init__(self, handshake: HandshakeSettings, *, switch_on: bool = True) -> None:
         self._box = new_record(_box_kernels.BOX)
         self._down = new_record(MAILBOX)
         self._up = new_record(MAILBOX)
-        conversation.fill_box(self._box, switch_on=switch_on)
+        handshake.fill_box(self._box, switch_on=switch_on)
         _box_kernels.reset(self._box, 0)
         self._now_ps = 0
         self._completed = 0
@@ -92,7 +92,7 @@ class PcSide:
 
     Parameters
     ----------
-    conversation
+    handshake
         Windows and times.
     count_mm
         Travel of one count.
@@ -105,7 +105,7 @@ class PcSide:
     --------
     It slews by the window, once the box has sampled the last request:
 
-    >>> pc = PcSide(Conversation(), count_mm=0.001, step_counts=1, word_limit=127)
+    >>> pc = PcSide(HandshakeSettings(), count_mm=0.001, step_counts=1, word_limit=127)
     >>> words = Answer(position=0, completed=0, accepted=0, status=Status.OK)
     >>> pc.turn(words, deviation_mm=0.100), pc.turn(words, deviation_mm=0.100)
     (3, 3)
@@ -113,14 +113,14 @@ class PcSide:
     6
     """
 
-    def __init__(self, conversation: Conversation, *, count_mm: float, step_counts: int, word_limit: int) -> None:
+    def __init__(self, handshake: HandshakeSettings, *, count_mm: float, step_counts: int, word_limit: int) -> None:
         self._pc = new_record(_pc_kernels.PC)
         self._down = new_record(MAILBOX)
         self._up = new_record(MAILBOX)
         number_within("count_mm", count_mm, 1e-9, 1e3, unit="mm")
         whole_within("step_counts", step_counts, 1, 1 << 20)
         whole_within("word_limit", word_limit, 0, 1 << 30)
-        conversation.fill_pc(self._pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
+        handshake.fill_pc(self._pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
         _pc_kernels.reset(self._pc, 0)
         self._now_ps = 0
 

@@ -15,9 +15,9 @@ from rtec.predictors import Model
 from rtec.predictors._kernels import AXES, TEMPERATURES
 from rtec.predictors.binding import bound, check_axis, sees_axes, sensor_names
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
-from rtec.requester.precautions import HoldReason, Precautions
-from rtec.requester.settings import BoxState, Conversation, PcState, Status
+from rtec.requester.settings import BoxState, HandshakeSettings, PcState, Status
 from rtec.requester.setup import Setup
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 
@@ -71,10 +71,10 @@ class PcNode:
 
     Parameters
     ----------
-    conversation
+    handshake
         Windows and periods.
-    precautions
-        Watch and limits.
+    supervision
+        Watchdog timeout and limits.
     axis
         Number of the axis, 1 to 15.
     predictor
@@ -110,16 +110,16 @@ class PcNode:
     Before the box is heard, it has nothing to say:
 
     >>> from rtec.predictors import NoError
-    >>> pc = PcNode(Conversation(), Precautions(), axis=1, predictor=NoError(), count_mm=0.001, step_counts=4,
-    ...             word_limit=127)
+    >>> pc = PcNode(HandshakeSettings(), SupervisionLimits(), axis=1, predictor=NoError(), count_mm=0.001,
+    ...     step_counts=4, word_limit=127)
     >>> pc.turn(at_ps=0), pc.due_ps, pc.view.state.name
     ([], 10000000000, 'WAITING')
     """
 
     def __init__(
         self,
-        conversation: Conversation,
-        precautions: Precautions,
+        handshake: HandshakeSettings,
+        supervision: SupervisionLimits,
         *,
         axis: int,
         predictor: Model,
@@ -139,8 +139,8 @@ class PcNode:
         whole_within("step_counts", step_counts, 1, 1 << 20)
         whole_within("word_limit", word_limit, 0, 32767)
         self._node = node = new_record(_pc_node_kernels.PC_NODE)
-        conversation.fill_pc(node.pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
-        precautions.fill_pc(node, count_mm=count_mm)
+        handshake.fill_pc(node.pc, count_mm=count_mm, step_counts=step_counts, word_limit=word_limit)
+        supervision.fill_pc(node, count_mm=count_mm)
         node.axis = axis
         node.setup = 0 if setup is None else setup.word
         node.requester = whole_within("requester", requester, 0, 7)

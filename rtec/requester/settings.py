@@ -1,4 +1,4 @@
-"""Parameters of the conversation between PC and box."""
+"""Settings and states of the handshake between PC and box."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Status(enum.IntEnum):
     REFUSED_TOO_FAST = _box_kernels.REFUSED_TOO_FAST
     """The speed gate refuses: the axis is too fast for what is still to be inserted."""
     LINK_LOST = _box_kernels.LINK_LOST
-    """Nothing was heard from the PC for longer than the watch allows; fatal."""
+    """Nothing was heard from the PC for longer than the watchdog timeout; fatal."""
     HELD = _box_kernels.HELD
     """The PC holds the machine; fatal."""
     AXIS_TAKEN = _box_kernels.AXIS_TAKEN
@@ -53,32 +53,32 @@ class PcState(enum.IntEnum):
     """What the PC is doing."""
 
     WAITING = _pc_kernels.WAITING
-    """For the box to report the home position."""
+    """Waits for the box to report the home position."""
     ACTIVE = _pc_kernels.ACTIVE
     HOLD = _pc_kernels.HOLD
-    """The machine is held: the box still does not believe."""
+    """The machine is held."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Conversation:
-    """How PC and box talk (NISTIR 4832, General Considerations).
+class HandshakeSettings:
+    """Settings of the handshake between PC and box (Yee 1992, General Considerations).
 
     Parameters
     ----------
     window_steps
-        Largest change of the requested total that the box believes.
+        Largest change of the requested total that the box accepts from one reading to the next.
     grace_readings
-        Unbelievable readings after the first one that it forgives before it stops for good.
+        Further readings outside the window that the box tolerates before it stops for good.
     box_period_ps
-        The box samples the request this often.
+        Period with which the box samples the request.
     update_ps
-        Data Valid is low for so long while the box's words change.
+        Time for which Data Valid is low while the box's words change.
     pc_period_ps
-        The PC makes a request this often.
+        Period with which the PC makes a request.
     retry_ps
-        Until the PC's next look where Data Valid was low.
+        Time to the PC's next reading where Data Valid was low.
     latency_ps
-        Of a message either way.
+        Latency of a message, either way.
     reversal_mm
         Hysteresis of the direction that the PC follows: a correction at rest moves the axis, too.
     rounding_margin
@@ -91,7 +91,7 @@ class Conversation:
 
     Examples
     --------
-    >>> Conversation().window_steps
+    >>> HandshakeSettings().window_steps
     3
     """
 
@@ -122,7 +122,7 @@ class Conversation:
                 "retry_ps",
                 self.retry_ps,
                 f"less than {self.box_period_ps - self.update_ps} ps",
-                "else the PC's looks may meet Data Valid low every time",
+                "otherwise the PC may read while Data Valid is low every time",
             )
 
     def fill_box(self, box: Record, *, switch_on: bool = True) -> None:

@@ -17,10 +17,10 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.io import Section, brief, choice, parse_toml, read_toml
 from rtec.machine import Growth, Laser, Machine
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS
-from rtec.machine.faults import Fault, FaultPlace, Strikes, check_apart
+from rtec.machine.faults import Fault, FaultPlace, Trigger, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 from rtec.study.beliefs import LEARNED, axis_error_of, belief_of
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, PS_PER_S, RATE, SPEED, TIME
@@ -31,9 +31,9 @@ MOST_ROUNDS = 2
 """Of calibrations: what the targets of the first one hide, those of the second do not."""
 MAX_DRIVE_MM_S = 1e4
 """What the drive does at most, however fast the axis may be."""
-_FAULT_KEYS = ("kind", "from", "until", "strikes")
+_FAULT_KEYS = ("kind", "from", "until", "trigger")
 _SECTIONS = (
-    "axis", "encoder", "servo", "program", "laser", "calibration", "controller", "box", "conversation", "predictor",
+    "axis", "encoder", "servo", "program", "laser", "calibration", "controller", "box", "handshake", "predictor",
     "figures",
 )  # fmt: skip
 
@@ -71,7 +71,7 @@ class Study:
     real_edges: RealEdges
     gate_margin: float
     rest_ps: int
-    conversation: Conversation
+    handshake: HandshakeSettings
     predictor: str
     """What the PC's predictor is, as the file says it."""
     model: Predictor
@@ -181,7 +181,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             **_laser(parts["laser"]),
             **_controller(parts["controller"]),
             **_box(parts["box"]),
-            conversation=_conversation(parts["conversation"]),
+            handshake=_handshake(parts["handshake"]),
             **_figures(parts["figures"]),
             faults=tuple(_fault(section) for section in _happenings(top, path, "faults", _FAULT_KEYS)),
             probing=tuple(_probing(section) for section in _happenings(top, path, "probing", ("from", "until"))),
@@ -215,13 +215,13 @@ def _fault(section: Section) -> Fault:
     kind = section.choice("kind", FAULTS_OF_WORDS)
     if section.time_ps("from") < 0:
         raise ArgumentError(section.where("from"), section.text("from"), "a time of the run, from 0 s on")
-    with section.naming(from_ps="from", until_ps="until", strikes="strikes"):
+    with section.naming(from_ps="from", until_ps="until", trigger="trigger"):
         return Fault(
             kind=kind,
             place=1 if kind.place is FaultPlace.AXIS else None,
             from_ps=section.time_ps("from"),
             until_ps=section.time_ps("until") if section.has("until") else None,
-            strikes=section.choice("strikes", Strikes) if section.has("strikes") else Strikes.AT_ONCE,
+            trigger=section.choice("trigger", Trigger) if section.has("trigger") else Trigger.AT_ONCE,
         )
 
 
@@ -366,14 +366,14 @@ def _box(section: Section) -> dict[str, Any]:
     }
 
 
-def _conversation(section: Section) -> Conversation:
+def _handshake(section: Section) -> HandshakeSettings:
     times = {"box_period_ps": "box_period", "pc_period_ps": "pc_period", "latency_ps": "latency"}
     low = {"update_ps": "data_valid_low", "retry_ps": "data_valid_low", "reversal_mm": "direction_hysteresis"}
     box_ps, low_ps = section.time_ps("box_period"), section.time_ps("data_valid_low")
     # the PC looks again so soon that it meets valid words before the box's next sample
-    retry_ps = max(min(Conversation().retry_ps, section.time_ps("pc_period"), (box_ps - low_ps) // 2), 1_000_000)
+    retry_ps = max(min(HandshakeSettings().retry_ps, section.time_ps("pc_period"), (box_ps - low_ps) // 2), 1_000_000)
     with section.naming(**times, **low):
-        return Conversation(
+        return HandshakeSettings(
             retry_ps=retry_ps,
             window_steps=section.whole("window", 1, 32767),
             grace_readings=section.whole("grace", 0, 1000),

@@ -41,7 +41,7 @@ def limit_of(study: Study, design: Design) -> Limit:
     grid = np.linspace(start, end, 20_001)
     step_mm = design.step_counts * study.encoder.count_mm
     slope = steepest_slope(study.model, grid, over_mm=0.05)
-    rate_mm_s = study.conversation.window_steps * step_mm / (study.conversation.pc_period_ps / PS_PER_S)
+    rate_mm_s = study.handshake.window_steps * step_mm / (study.handshake.pc_period_ps / PS_PER_S)
     gate_ps = study.timing(design).gate_ps(design)
     # the firmware has a gate of its own, in its own cycles: what it refuses, `rtec envelope` measures
     gate_mm_s = math.nan if study.firmware is not None else math.inf

@@ -16,7 +16,7 @@ from rtec.injector import Design
 from rtec.jobs import Progress, Tell, Workers
 from rtec.machine import Ending, LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.machine.fault_kinds import FaultCategory
-from rtec.machine.faults import Strikes
+from rtec.machine.faults import Trigger
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
 from rtec.study.beliefs import LATHE, LEARNED, TRUTH
@@ -179,7 +179,7 @@ def _machine(study: Study) -> Machine:
         encoder=study.encoder,
         servo=study.servo,
         receiver=study.receiver,
-        conversation=study.conversation,
+        handshake=study.handshake,
         laser=study.laser,
     )
 
@@ -200,7 +200,7 @@ def _troubled(study: Study, machine: Machine) -> Machine:
     if machine.injector is not None:
         return replace(machine, faults=study.faults, probing=study.probing)
     of_lines = tuple(fault for fault in study.faults if fault.kind.category is FaultCategory.ENCODER)
-    return replace(machine, faults=tuple(fault for fault in of_lines if fault.strikes is Strikes.AT_ONCE))
+    return replace(machine, faults=tuple(fault for fault in of_lines if fault.trigger is Trigger.AT_ONCE))
 
 
 def _grid(study: Study) -> NDArray[np.float64]:
@@ -289,12 +289,12 @@ def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
 def _box_pace(study: Study) -> str:
     if study.firmware is not None:
         return "box at its firmware's pace"
-    return f"box every {study.conversation.box_period_ps / 1e9:g} ms"
+    return f"box every {study.handshake.box_period_ps / 1e9:g} ms"
 
 
 def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
     """Return the study in words."""
-    plan, talk = study.plan, study.conversation
+    plan, talk = study.plan, study.handshake
     noise = f"{study.repeatability_mm * 1000:g} µm standard deviation of a reading, seed {study.seed}"
     return (
         ("Predictor", _BELIEFS.get(study.predictor) or study.predictor),
@@ -307,7 +307,7 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
         ("Servo", f"Kv {study.servo.gain_per_s:.4g} 1/s, lag {study.servo.lag_s * 1000:g} ms"),
         ("Box", f"processor {study.box_processor}, real edges inside an insertion: {study.real_edges.value}"),
         (
-            "Conversation",
+            "Handshake",
             f"window ±{talk.window_steps} steps, {_box_pace(study)}, "
             f"PC every {talk.pc_period_ps / 1e9:g} ms, latency {talk.latency_ps / 1e6:g} µs",
         ),

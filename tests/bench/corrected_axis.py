@@ -107,8 +107,8 @@ class Lathe:
             Which program; None: the test.
         """
         s = self.study
-        parts = (s.encoder, s.servo, s.receiver, s.conversation, s.laser)
-        names = ("encoder", "servo", "receiver", "conversation", "laser")
+        parts = (s.encoder, s.servo, s.receiver, s.handshake, s.laser)
+        names = ("encoder", "servo", "receiver", "handshake", "laser")
         machine = Machine(axis_error=self.error, **dict(zip(names, parts, strict=True)))
         if design is not None:
             machine = replace(machine, model=belief or NoError(), injector=s.injector(design))

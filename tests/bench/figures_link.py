@@ -16,7 +16,7 @@ from rtec.machine import _exchange_kernels
 from rtec.machine.cell import Cell
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import NoError
-from rtec.requester import Conversation, Precautions, _box_node_kernels, _pc_node_kernels
+from rtec.requester import HandshakeSettings, SupervisionLimits, _box_node_kernels, _pc_node_kernels
 from rtec.signal import NEVER
 
 THIS = "python tests/bench/measure.py --only link"
@@ -27,7 +27,7 @@ _FIRST_PS = 300_000_000
 BAR = Bar(value=1e6, unit="exchanges/s")
 
 
-def exchange(exchanges: int, conversation: Conversation) -> float:
+def exchange(exchanges: int, handshake: HandshakeSettings) -> float:
     """Let box and PC make so many exchanges over the bus; return the seconds they took.
 
     Raises
@@ -42,11 +42,11 @@ def exchange(exchanges: int, conversation: Conversation) -> float:
         new_record(_box_node_kernels.BOX_NODE),
         new_record(_pc_node_kernels.PC_NODE),
     )
-    precautions = Precautions(cycle_ps=conversation.pc_period_ps)
-    conversation.fill_box(box.box)
-    conversation.fill_pc(pc.pc, count_mm=0.001, step_counts=4, word_limit=127)
-    precautions.fill_box(box)
-    precautions.fill_pc(pc, count_mm=0.001)
+    supervision = SupervisionLimits(cycle_ps=handshake.pc_period_ps)
+    handshake.fill_box(box.box)
+    handshake.fill_pc(pc.pc, count_mm=0.001, step_counts=4, word_limit=127)
+    supervision.fill_box(box)
+    supervision.fill_pc(pc, count_mm=0.001)
     box.axis = pc.axis = pc.requester = box.at_home = 1
     box.limit_steps = 127
     pc.low_mm, pc.high_mm = -1e9, 1e9
@@ -56,8 +56,8 @@ def exchange(exchanges: int, conversation: Conversation) -> float:
     last_ps = _exchange_kernels.exchange_frames(bus, faults, box, pc, exchanges, _TURN, NEVER - 1)
     wall_s = time.perf_counter() - begun
     phase = exchanges % (2 * _TURN)
-    turns = last_ps // conversation.pc_period_ps + 1
-    cycles = (last_ps - _FIRST_PS) // precautions.cycle_ps + 1
+    turns = last_ps // handshake.pc_period_ps + 1
+    cycles = (last_ps - _FIRST_PS) // supervision.cycle_ps + 1
     found = (int(pc.answered), int(box.box.accepted), int(pc.completed), int(pc.reason), int(box.box.refused))
     expected = (exchanges, min(phase, 2 * _TURN - phase), min(phase, 2 * _TURN - phase), 0, 0)
     least = turns - 2 + _ANSWERS * (cycles - 1)
@@ -90,14 +90,14 @@ def cut(axes: int, simulated_s: float, speed_mm_s: float) -> tuple[float, Cell]:
 
 def link(setting: Setting) -> Iterator[Figure]:
     """Measure exchanges over the simulated bus."""
-    usual = Conversation()
+    usual = HandshakeSettings()
     exchanges = setting.of(3_000_000, 300_001)
-    for how, conversation in (
+    for how, handshake in (
         ("two readings of the box a request", replace(usual, box_period_ps=5 * MS)),
         ("the box reads every 1 ms", usual),
     ):
-        exchange(1000, conversation)
-        spread = Spread(tuple(exchange(exchanges, conversation) for _ in range(setting.rounds)))
+        exchange(1000, handshake)
+        spread = Spread(tuple(exchange(exchanges, handshake) for _ in range(setting.rounds)))
         yield Figure(
             what=f"Box and PC: {how}",
             measured=spread.text(lambda s: number(exchanges / s)) + " exchanges/s, all completed",

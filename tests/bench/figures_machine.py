@@ -1,4 +1,4 @@
-"""Figures of the whole machine: the thesis's calibration in closed loop, and PC and box in conversation."""
+"""Figures of the whole machine: the thesis's calibration in closed loop, and PC and box exchanging requests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from open_path_job import WrongResultError, box
 
 from rtec.injector import Design
 from rtec.machine import LoopResult, Machine, _loop_kernels, measuring_run, run_machine
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 from rtec.study import Study, builtin_study
 
 THIS = "python tests/bench/measure.py --only"
@@ -30,7 +30,7 @@ def lathe(design: Design, study: Study | None = None) -> Machine:
         encoder=study.encoder,
         servo=study.servo,
         receiver=study.receiver,
-        conversation=study.conversation,
+        handshake=study.handshake,
         laser=study.laser,
     )
 
@@ -81,7 +81,7 @@ def calibration(setting: Setting) -> Iterator[Figure]:
         )
 
 
-def converse(exchanges: int, conversation: Conversation) -> float:
+def converse(exchanges: int, handshake: HandshakeSettings) -> float:
     """Let PC and box make so many exchanges; return the seconds they took.
 
     Raises
@@ -91,15 +91,15 @@ def converse(exchanges: int, conversation: Conversation) -> float:
         before, so as many steps are accepted as exchanges made, and where the total stands follows from their
         number; so does how often the box has looked, from the two periods.
     """
-    state = Machine(injector=box(Design.C), conversation=conversation).state()
+    state = Machine(injector=box(Design.C), handshake=handshake).state()
     box_first, pc_first = int(state.node.box.next_ps), int(state.pc.next_ps)
     begun = time.perf_counter()
     steps = _loop_kernels.exchange(state, exchanges, _TURN)
     wall_s = time.perf_counter() - begun
     phase = exchanges % (2 * _TURN)
     # the first look of the PC finds no home, the others make an exchange each; the last request is then sampled, too
-    last_ps = pc_first + exchanges * conversation.pc_period_ps + conversation.latency_ps
-    looks = -(-(last_ps - box_first) // conversation.box_period_ps) + 1
+    last_ps = pc_first + exchanges * handshake.pc_period_ps + handshake.latency_ps
+    looks = -(-(last_ps - box_first) // handshake.box_period_ps) + 1
     found = (
         steps,
         int(state.node.box.accepted),
@@ -114,15 +114,15 @@ def converse(exchanges: int, conversation: Conversation) -> float:
 
 
 def handshake(setting: Setting) -> Iterator[Figure]:
-    """Measure PC and box in conversation."""
+    """Measure PC and box exchanging requests."""
     exchanges = setting.of(3_000_000, 300_001)
-    usual = Conversation()
-    for how, conversation in (
+    usual = HandshakeSettings()
+    for how, handshake in (
         ("the box samples every 1 ms, the PC asks every 10 ms", usual),
         ("one sample of the box for each request", replace(usual, box_period_ps=usual.pc_period_ps)),
     ):
-        converse(1000, conversation)
-        spread = Spread(tuple(converse(exchanges, conversation) for _ in range(setting.rounds)))
+        converse(1000, handshake)
+        spread = Spread(tuple(converse(exchanges, handshake) for _ in range(setting.rounds)))
         yield Figure(
             what=how[:1].upper() + how[1:],
             measured=spread.text(lambda s: f"{number(exchanges / s)}") + " exchanges/s, all accepted",

@@ -3,11 +3,11 @@
 import pytest
 from figures_link import cut, exchange
 
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 
 
 def test_exchanges_over_the_bus(benchmark):
-    benchmark(exchange, 50_050, Conversation())  # ends half-way up, where a total too small would show
+    benchmark(exchange, 50_050, HandshakeSettings())  # ends half-way up, where a total too small would show
 
 
 @pytest.mark.parametrize("speed_mm_s", [0.0, 10.0], ids=["at rest", "moving"])

@@ -1,11 +1,11 @@
-"""Speed of the closed loop, of PC and box in conversation, and of a prediction."""
+"""Speed of the closed loop, of PC and box exchanging requests, and of a prediction."""
 
 import numpy as np
 import pytest
 from figures_machine import calibrate, converse
 
 from rtec.predictors import LatheNetwork
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 
 
 @pytest.mark.parametrize("skip_rest", [True, False], ids=["rest skipped", "every tick"])
@@ -15,7 +15,7 @@ def test_closed_loop_of_one_pass(benchmark, skip_rest):
 
 
 def test_handshake(benchmark):
-    benchmark(converse, 50_050, Conversation())  # ends half-way up, where a total too small would show
+    benchmark(converse, 50_050, HandshakeSettings())  # ends half-way up, where a total too small would show
 
 
 @pytest.mark.parametrize("direction", [1, -1])

@@ -71,7 +71,7 @@ def test_a_source_that_is_not_there_is_an_error(build, tmp_path, capsys):
     assert "none.asm: no such source" in capsys.readouterr().err
 
 
-# the conversation
+# the handshake
 
 
 @needs_s51

@@ -40,7 +40,7 @@ def is_legal(box):
     return (counts, illegal) == (wanted, 0) and least * 1000 >= LEAST_NS * box.tick / 500
 
 
-# the conversation
+# the handshake
 
 
 @pytest.mark.parametrize("mhz", CLOCKS_MHZ)

@@ -1,4 +1,4 @@
-"""Plain models of the two sides of the conversation, from the words of NISTIR 4832, "General Considerations".
+"""Plain models of the two sides of the handshake, from the words of NISTIR 4832, "General Considerations".
 
 Nothing here imports rtec.
 """

@@ -76,7 +76,7 @@ class BoxRules:
 
     axis: int
     session: int
-    watch_ps: int
+    watchdog_ps: int
     window: int = 3
     grace: int = 2
     limit: int = 127
@@ -138,7 +138,7 @@ class BoxRules:
         """Whether the PC has said a short while ago that it expects another box."""
         if not self.setup or self.expected is None or self.expected[1] == bytes(6):
             return False
-        return t_ps - self.expected[0] <= self.watch_ps and self.expected[1] != self.setup
+        return t_ps - self.expected[0] <= self.watchdog_ps and self.expected[1] != self.setup
 
     def take(self, t_ps: int, request: Request, *, at_home: bool) -> None:
         if request.session != self.session:
@@ -189,7 +189,7 @@ class BoxRules:
         """Judge what has come since the last reading: the last word only, and only once; home only at home."""
         if not self.powered:
             return
-        if self.state == "RUNNING" and t_ps - self.heard_ps > self.watch_ps:
+        if self.state == "RUNNING" and t_ps - self.heard_ps > self.watchdog_ps:
             self.fail("LINK_LOST")
         if self.state == "RUNNING" and stopped:
             self.fail("DRIVE_STOPPED")

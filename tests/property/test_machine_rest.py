@@ -9,7 +9,7 @@ from rtec.axis import Dwell, Encoder, Limits, Move, Program, Servo, plan
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Laser, Machine, MeasuringRun, run_machine
 from rtec.predictors import BidirectionalTable
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 
 LIMITS = Limits(max_speed_mm_s=60.0, max_acceleration_mm_s2=800.0, rapid_mm_s=60.0)
 MS = 1_000_000_000
@@ -74,7 +74,7 @@ def machines(draw):
             lag_s=draw(st.sampled_from([0.0, 0.01])),
             gain_per_s=draw(st.sampled_from([16.0, 60.0])),
         ),
-        conversation=Conversation(
+        handshake=HandshakeSettings(
             box_period_ps=round(box_ms * MS),
             pc_period_ps=round(pc_ms * MS),
             update_ps=draw(st.sampled_from([0, 20_000_000, 500_000_000])),

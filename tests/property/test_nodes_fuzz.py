@@ -39,20 +39,20 @@ from rtec.machine.station import Station, StationSettings
 from rtec.predictors import UnidirectionalTable
 from rtec.predictors.binding import bound
 from rtec.requester import (
-    Conversation,
+    HandshakeSettings,
     HoldReason,
     PcNode,
     PcState,
-    Precautions,
     Setup,
     Status,
+    SupervisionLimits,
     _pc_node_kernels,
     _pc_turn_kernels,
 )
 
 MS = 10**9
 AXIS = 1
-WINDOW, GRACE, WATCH_PS = 3, 2, 50 * MS
+WINDOW, GRACE, WATCHDOG_PS = 3, 2, 50 * MS
 KINDS = (SETUP, EXPECTED, STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
 CI, LONG = 50_000, 1_000_000
 
@@ -124,11 +124,13 @@ class BoxUnderFire:
     """A box that stands at home, and the model beside it."""
 
     def __init__(self, design, seed):
-        conversation = Conversation(window_steps=WINDOW, grace_readings=GRACE)
-        self.station = Station(StationSettings(axis=AXIS, conversation=conversation))
+        handshake = HandshakeSettings(window_steps=WINDOW, grace_readings=GRACE)
+        self.station = Station(StationSettings(axis=AXIS, handshake=handshake))
         self.state = self.station._state
         self.limit = Design.A.word_limit
-        self.rules = BoxRules(axis=AXIS, session=1, watch_ps=WATCH_PS, window=WINDOW, grace=GRACE, limit=self.limit)
+        self.rules = BoxRules(
+            axis=AXIS, session=1, watchdog_ps=WATCHDOG_PS, window=WINDOW, grace=GRACE, limit=self.limit
+        )
         self.rules.setup = SETUP_A
         box = ("node", "box")
         self.box_state = field(self.state, *box, "state")
@@ -265,8 +267,8 @@ class PcUnderFire:
         predictor = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[-0.4, 0.4], backlash_mm=0.012)
         self.model = bound(predictor)
         self.pc = PcNode(
-            Conversation(window_steps=WINDOW), Precautions(), axis=AXIS, predictor=predictor, count_mm=0.001,
-            step_counts=4, word_limit=100, setup=Setup(design="a", step_mm=0.004, cycle_ps=10 * MS),
+            HandshakeSettings(window_steps=WINDOW), SupervisionLimits(), axis=AXIS, predictor=predictor,
+            count_mm=0.001, step_counts=4, word_limit=100, setup=Setup(design="a", step_mm=0.004, cycle_ps=10 * MS),
         )  # fmt: skip
         self.node = self.pc._node
         self.state = field(self.node, "pc", "state")

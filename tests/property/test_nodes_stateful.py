@@ -25,7 +25,7 @@ from rtec.link.frame import Frame
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import BoxState, Conversation, HoldReason, PcNode, PcState, Precautions, Status
+from rtec.requester import BoxState, HandshakeSettings, HoldReason, PcNode, PcState, Status, SupervisionLimits
 
 US, MS = 10**6, 10**9
 FRAME_PS = 270 * US
@@ -78,14 +78,14 @@ CALM = Weather()
 class Arena:
     """A station and a PC on one clock, the frames between them, and the models beside them."""
 
-    def __init__(self, *, design, window, grace, patience_ms, limit_steps, slope, offset):
+    def __init__(self, *, design, window, grace, completion_timeout_ms, limit_steps, slope, offset):
         self.settings = StationSettings(
             axis=AXIS,
             injector=InjectorSettings(
                 design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD
             ),
-            conversation=Conversation(window_steps=window, grace_readings=grace),
-            precautions=Precautions(patience_ps=patience_ms * MS, limit_steps=limit_steps),
+            handshake=HandshakeSettings(window_steps=window, grace_readings=grace),
+            supervision=SupervisionLimits(completion_timeout_ps=completion_timeout_ms * MS, limit_steps=limit_steps),
         )
         self.station = Station(self.settings)
         self.station._state.keeps = 1
@@ -95,7 +95,7 @@ class Arena:
         self.heard = []  # every frame that was ever on the bus
         self.t_ps = 0
         limit = limit_steps or design.word_limit
-        self.rules = BoxRules(axis=AXIS, session=1, watch_ps=50 * MS, window=window, grace=grace, limit=limit)
+        self.rules = BoxRules(axis=AXIS, session=1, watchdog_ps=50 * MS, window=window, grace=grace, limit=limit)
         setup = list(Design).index(design) | 10_000 << 4 | design.step_counts * 10_000 << 24
         self.rules.setup = setup.to_bytes(6, "little")
         self.before = self.after = None
@@ -106,8 +106,8 @@ class Arena:
 
     def new_pc(self, first_sequence, *, acknowledge):
         self.pc = PcNode(
-            self.settings.conversation,
-            self.settings.precautions,
+            self.settings.handshake,
+            self.settings.supervision,
             axis=AXIS,
             predictor=self.predictor,
             count_mm=self.settings.encoder.count_mm,
@@ -147,7 +147,7 @@ class Arena:
         sent = station.advance(until_ps=until_ps)
         while due_ps < until_ps:
             was, state = self.rules.state, station._state
-            if 0 < state.struck_ps <= due_ps:  # a switch that waited for an insertion
+            if 0 < state.triggered_ps <= due_ps:  # a switch that waited for an insertion
                 self.rules.switch_on = bool(state.node.box.switch_on)
             # where it was at each of several readings is not kept: one that has homed was at home
             at_home = bool(state.node.at_home) or station.view.box_state is not BoxState.NOT_HOMED
@@ -180,7 +180,7 @@ class Arena:
         assert is_right(frame.identifier, frame.data)
         if request.flags & ENABLE:
             assert view.state is PcState.ACTIVE
-            assert request.flags & 1 or abs(request.total - view.accepted) <= self.settings.conversation.window_steps
+            assert request.flags & 1 or abs(request.total - view.accepted) <= self.settings.handshake.window_steps
 
     # ------------------------------------------------------------------ lines
 
@@ -207,7 +207,7 @@ class Nodes(RuleBasedStateMachine):
         design=st.sampled_from(list(Design)),
         window=st.integers(1, 4),
         grace=st.integers(0, 2),
-        patience_ms=st.sampled_from([0, 300]),
+        completion_timeout_ms=st.sampled_from([0, 300]),
         limit_steps=st.sampled_from([0, 0, 20]),
         slope=st.sampled_from([0.0, 2.0, -5.0]),
         offset=st.sampled_from([0, 3, -40]),
@@ -445,7 +445,7 @@ class Nodes(RuleBasedStateMachine):
             assert not at_home or arena.pc is None or arena.pc.view.state is PcState.HOLD
             return
         # the box runs
-        assert arena.pc is not None  # else the watch would have stopped it
+        assert arena.pc is not None  # else the watchdog would have stopped it
         pc = arena.pc.view
         assert pc.state is PcState.ACTIVE
         assert pc.requested == pc.accepted == box.requested
@@ -454,7 +454,7 @@ class Nodes(RuleBasedStateMachine):
             assert pc.position == box.position
             assert box.requested == pc.target
             wanted = float(arena.predictor.error_mm(pc.position / 1000, pc.direction)) * 1000 / box.step_counts
-            assert abs(pc.target - wanted) <= 0.5 + arena.settings.conversation.rounding_margin + 1e-9
+            assert abs(pc.target - wanted) <= 0.5 + arena.settings.handshake.rounding_margin + 1e-9
             original_waits = self.arena.settings.injector.design is Design.ORIGINAL and box.lines != 0
             assert box.completed == box.requested or original_waits
 

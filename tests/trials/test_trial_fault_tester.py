@@ -27,7 +27,7 @@ def test_a_part_of_the_safety_case_fails_for_a_reason_and_its_worst_run_is_playe
     *more, again = typed(*SWAPPED, "--seeds", "4").stdout.splitlines()
     assert max(map(len, more)) <= 80
     told = runs_told("\n".join(more))
-    assert len(told) == 2 and all("held" in outcome for outcome in told.values())
+    assert len(told) == 2 and all("safe stop" in outcome for outcome in told.values())
 
     command = shlex.split(again.removeprefix("play it again: "))
     number = int(command[command.index("--first") + 1])
@@ -42,9 +42,9 @@ def test_a_slip_of_the_pen_is_answered_with_the_right_name(typed):
 
 HER_TEST = """
 import can
-from rtec.machine.fault_kinds import CABLE, FaultCategory, FaultRow, ProvedBy
+from rtec.machine.fault_kinds import CABLE, FaultCategory, FaultRow, ActivatedBy
 
-AT_CABLE = CABLE, FaultCategory.ENCODER, ProvedBy.CABLE
+AT_CABLE = CABLE, FaultCategory.ENCODER, ActivatedBy.CABLE
 SHORTED = FaultRow("B shorted to A", *AT_CABLE, "B shows A", lambda levels, before: 3 * (levels & 1))
 
 

@@ -52,7 +52,7 @@ def user(pytester):
     return pytester
 
 
-def mend(pytester):
+def correct(pytester):
     path = pytester.path / "my_pc.py"
     text = path.read_text(encoding="utf-8")
     assert text.count("            total = wanted - accepted\n") == 1
@@ -81,7 +81,7 @@ def test_the_page_passes_once_mended(user):
     )
     assert len(others) == 3
     user.makepyfile(test_my_pc="\n\n".join(["import time", test, *others]))
-    mend(user)
+    correct(user)
     path = user.path / "my_pc.py"
     path.write_text("import time\n" + path.read_text())
     run(user).assert_outcomes(passed=7)
@@ -89,14 +89,14 @@ def test_the_page_passes_once_mended(user):
 
 def test_a_program_that_forgets_to_hold_is_caught(user):
     """NISTIR 4832: at "I Still Don't Believe You" the PC holds the machine; this program goes on asking."""
-    mend(user)
+    correct(user)
     user.makepyfile(
         """
         import my_pc
 
         def test_it_stops_asking(rtec_box, rtec_bus, rtec_faults):
             rtec_faults.arm("total_bit_flipped", at_s=0.3, most=3)
-            rtec_faults.arm("FRAME_FORGED", at_s=0.5, most=40, must_fire=False)
+            rtec_faults.arm("FRAME_MASQUERADE", at_s=0.5, most=40, must_fire=False)
             rtec_bus.play(my_pc.correct, 1.0, rtec_bus, lambda position_mm: 0.0)
             assert rtec_box.held
             assert rtec_bus.recv(0.1) is not None
@@ -150,7 +150,7 @@ def test_options_come_from_markers_and_parameters(user):
         @pytest.mark.rtec(design="b", window_steps=5, count_um=0.5)
         def test_nearest_wins(rtec_box, rtec_bench):
             settings = rtec_box.station.settings
-            assert (rtec_box.step_counts, settings.conversation.window_steps, len(rtec_bench.boxes)) == (1, 5, 2)
+            assert (rtec_box.step_counts, settings.handshake.window_steps, len(rtec_bench.boxes)) == (1, 5, 2)
             assert settings.encoder.count_mm == 0.0005
 
         @pytest.mark.parametrize("rtec_box", [{"design": "a"}, {"design": "original"}], indirect=True)
@@ -296,7 +296,7 @@ def test_the_seed_draws_the_time():
     faults = BenchFaults(bench, lambda by_ps, note: None)
     for seed in (1, 2, 1):
         faults.arm("frame lost", at_s=(0.2, 0.4), seed=seed)
-    first, second, third = (proof.fault.from_ps for proof in bench.proofs)
+    first, second, third = (activation.fault.from_ps for activation in bench.activations)
     assert first == third != second
     assert all(0.2 * PS_PER_S <= at_ps <= 0.4 * PS_PER_S for at_ps in (first, second))
 
@@ -317,7 +317,7 @@ def test_what_a_fault_cannot_be(kind, options, field):
         BenchFaults(bench_of(), lambda by_ps, note: None).arm(kind, **options)
 
 
-def test_proof_at_the_axis():
+def test_activation_at_the_axis():
     """Each fault of an axis proves itself by what it does there, and not by its time having come."""
     bench = bench_of(axes=2)
     faults = BenchFaults(bench, lambda by_ps, note: None)
@@ -327,7 +327,7 @@ def test_proof_at_the_axis():
     faults.arm("box restarted", at_s=0.4, place=2)
     faults.arm("disable switch thrown", at_s=0.4, while_inserting=True)  # no insertion
     bench.bus.run(until_ps=PS_PER_S)
-    fired = [proof.times > 0 for proof in bench.proofs]
+    fired = [activation.times > 0 for activation in bench.activations]
     assert fired == [True, False, False, True, False]
     assert len(faults.unfired) == 3
 

@@ -1,4 +1,4 @@
-"""The safety campaign: no avoidable silent error, and one that is built in is found."""
+"""The safety campaign: no avoidable undetected error, and one that is built in is found."""
 
 import dataclasses
 
@@ -17,7 +17,7 @@ from rtec.injector import Design
 from rtec.machine.faults import Fault, FaultKind
 from rtec.machine.station import Move
 from rtec.report.figures_safety import safety_figure
-from rtec.requester import Precautions
+from rtec.requester import SupervisionLimits
 
 MS, S = 10**9, 10**12
 MAIN = (Design.ORIGINAL, Design.A, Design.C)
@@ -27,12 +27,12 @@ def variant(name):
     return next(variant for variant in VARIANTS if variant.name == name)
 
 
-def outcome_of(faults, design=Design.C, phase=Phase.CUTTING, precautions=None, spoil=None):
+def outcome_of(faults, design=Design.C, phase=Phase.CUTTING, supervision=None, spoil=None):
     """Return how a run is judged beside its twin."""
-    twin = new_cell(phase, design, 0, precautions=precautions)
+    twin = new_cell(phase, design, 0, supervision=supervision)
     run_through(twin, phase)
     harmless = Fault(kind=FaultKind.PROBE_TRIPPED, place=1, from_ps=2 * S)
-    cell = new_cell(phase, design, 0, faults=faults or (harmless,), precautions=precautions)
+    cell = new_cell(phase, design, 0, faults=faults or (harmless,), supervision=supervision)
     if spoil is not None:
         cell.watch(until_ps=2 * S)
         spoil(cell)
@@ -45,7 +45,7 @@ def matrix():
     return run_matrix(MatrixPlan(designs=(Design.C,), seeds=1))
 
 
-def test_no_silent_error_is_avoidable_and_every_fault_takes_effect(matrix):
+def test_no_undetected_error_is_avoidable_and_every_fault_takes_effect(matrix):
     assert matrix.avoidable == ()
     fired = {trial.variant.name for trial in matrix.trials if trial.fired}
     assert fired == {variant.name for variant in VARIANTS}
@@ -53,62 +53,64 @@ def test_no_silent_error_is_avoidable_and_every_fault_takes_effect(matrix):
 
 
 def test_what_can_strike_does(matrix):
-    """One seed may meet an axis at rest whose lines a fault does not change; everything else strikes."""
+    """One seed may meet an axis at rest whose lines a fault does not change; everything else trigger."""
     cable = {FaultKind.CABLE_OPEN, FaultKind.LINES_SWAPPED}
     assert all(variant.kind in cable and variant.lasts_ps for variant, _ in matrix.unproven)
 
 
 def test_what_cannot_strike_does_not(matrix):
-    struck = [trial for trial in matrix.trials if impossible(trial.variant, trial.phase) and trial.fired]
-    assert [trial for trial in struck if trial.phase in (Phase.START_UP, Phase.AT_REST)] == []
+    activated = [trial for trial in matrix.trials if impossible(trial.variant, trial.phase) and trial.fired]
+    assert [trial for trial in activated if trial.phase in (Phase.START_UP, Phase.AT_REST)] == []
 
 
 @pytest.mark.parametrize("kind", [FaultKind.PC_KILLED, FaultKind.POWER_LOST])
 def test_a_dead_partner_is_always_detected(matrix, kind):
     trials = [trial for trial in matrix.trials if trial.variant.kind is kind]
-    assert {trial.outcome for trial in trials} == {Outcome.HELD}
-    # the watch of 50 ms, a turn of either side
+    assert {trial.outcome for trial in trials} == {Outcome.SAFE_STOP}
+    # the watchdog timeout of 50 ms, a turn of either side
     assert all(trial.detected_s is None or trial.detected_s <= 0.062 for trial in trials)
 
 
 def test_what_comes_twice_or_in_disorder_never_harms(matrix):
     harmless = (FaultKind.FRAME_DUPLICATED, FaultKind.FRAMES_REORDERED, FaultKind.FRAME_LATE, FaultKind.PROBE_TRIPPED)
     outcomes = {trial.outcome for trial in matrix.trials if trial.variant.kind in harmless}
-    assert outcomes <= {Outcome.RIGHT, Outcome.LATE}
+    assert outcomes <= {Outcome.TOLERATED, Outcome.DELAYED}
 
 
 # -------------------------------------------------------------- what is built in is found
 
 
-def test_a_count_lost_at_the_controller_is_silent():
+def test_a_count_lost_at_the_controller_is_undetected():
     def spoil(cell):
         cell._stations[0].receiver.count -= 1
 
-    assert outcome_of((), spoil=spoil).outcome is Outcome.SILENT
+    assert outcome_of((), spoil=spoil).outcome is Outcome.UNDETECTED
 
 
-def test_a_box_that_lies_about_its_insertions_is_silent():
+def test_a_box_that_lies_about_its_insertions_is_undetected():
     def spoil(cell):
         cell._stations[0].injector.completed += 1
 
-    assert outcome_of((), spoil=spoil).outcome is Outcome.SILENT
+    assert outcome_of((), spoil=spoil).outcome is Outcome.UNDETECTED
 
 
-def test_without_the_watch_a_killed_pc_is_silent():
+def test_without_the_watchdog_a_killed_pc_is_undetected():
     kill = Fault(kind=FaultKind.PC_KILLED, from_ps=2 * S)
-    assert outcome_of((kill,)).outcome is Outcome.HELD
-    broken = Precautions()
-    object.__setattr__(broken, "watch_ps", 100 * S)  # nobody can ask for this: here the watch itself is taken out
-    assert outcome_of((kill,), precautions=broken).outcome is Outcome.SILENT
+    assert outcome_of((kill,)).outcome is Outcome.SAFE_STOP
+    broken = SupervisionLimits()
+    object.__setattr__(
+        broken, "watchdog_ps", 100 * S
+    )  # nobody can ask for this: here the watchdog itself is taken out
+    assert outcome_of((kill,), supervision=broken).outcome is Outcome.UNDETECTED
 
 
 @pytest.mark.parametrize("design", Design)
 def test_only_a_limit_catches_a_pc_that_runs_away(design):
     none, steps, deviation = (job.run() for job in ramp_jobs(design))
-    assert none.outcome is Outcome.SILENT
+    assert none.outcome is Outcome.UNDETECTED
     assert none.off_mm == pytest.approx(0.180, abs=0.003)  # 60 um/s for 3 s
-    assert (steps.outcome, steps.reason) == (Outcome.HELD, "box: implausible")
-    assert (deviation.outcome, deviation.reason) == (Outcome.HELD, "PC: deviation limit")
+    assert (steps.outcome, steps.reason) == (Outcome.SAFE_STOP, "box: implausible")
+    assert (deviation.outcome, deviation.reason) == (Outcome.SAFE_STOP, "PC: deviation limit")
     # the healthy total was at least -20 um, the limit is 50 um
     assert max(steps.off_mm, deviation.off_mm) < 0.072
 
@@ -166,7 +168,7 @@ def new_total_before(phase, design, moment_ps):
 
 
 def test_the_same_seed_gives_the_same_trial():
-    lost = variant("frame forged, for good, PC to box")
+    lost = variant("masquerade, for good, PC to box")
     trials = []
     for _ in range(2):
         twin = twin_of(Phase.CUTTING, Design.A, 2)
@@ -185,19 +187,19 @@ def case():
 
 def test_the_page_says_what_was_found(case):
     page = document(case, command="rtec safety", picture="safety.png")
-    assert "| PC killed | held |" in page
-    assert "| one line of a pair broken, for 50 ms | **silent** |" in page
+    assert "| PC killed | safe stop |" in page
+    assert "| one line of a pair broken, for 50 ms | **undetected** |" in page
     assert "safety.png" in page
     assert case.good
 
 
-def test_an_avoidable_silent_error_is_told(case):
+def test_an_avoidable_undetected_error_is_told(case):
     trial = next(trial for trial in case.matrix.trials if trial.design is Design.C)
-    silent = dataclasses.replace(trial, outcome=Outcome.SILENT, variant=VARIANTS[0], fired=1)
-    bad = dataclasses.replace(case, matrix=dataclasses.replace(case.matrix, trials=(*case.matrix.trials, silent)))
+    undetected = dataclasses.replace(trial, outcome=Outcome.UNDETECTED, variant=VARIANTS[0], fired=1)
+    bad = dataclasses.replace(case, matrix=dataclasses.replace(case.matrix, trials=(*case.matrix.trials, undetected)))
     assert not bad.good
-    assert bad.matrix.avoidable == (silent,)
-    assert "Also silent" in document(bad, command="rtec safety", picture="safety.png")
+    assert bad.matrix.avoidable == (undetected,)
+    assert "Also undetected" in document(bad, command="rtec safety", picture="safety.png")
 
 
 def test_detection_is_measured_from_the_first_effect(case):

@@ -39,12 +39,12 @@ def test_the_table_says_what_happens(capsys, monkeypatch):
     lines = [" ".join(line.split()) for line in out.splitlines()]
     assert code == 0
     assert lines[1] == "fault cut rest"
-    assert "PC killed held held" in lines
+    assert "PC killed stop stop" in lines
     at = lines.index("frame duplicated")
-    assert lines[at + 1] == "once, PC to box right right"
+    assert lines[at + 1] == "once, PC to box tol. tol."
     at = lines.index("one line of a pair broken")
     assert lines[at + 1] == "for 50 ms lost -"
-    assert "PC killed; cutting, design c, run 0: held after" in out
+    assert "PC killed; cutting, design c, run 0: safe stop after" in out
     *lines, again = out.splitlines()
     assert max(map(len, lines)) <= 80
     assert again.startswith("play it again: rtec safety --fault 'one line of a pair broken, for 50 ms' --phase")
@@ -97,20 +97,20 @@ def test_the_page_and_its_picture(capsys, tmp_path):
     assert said(capsys, "-o", str(page))[0] == 2  # it exists
 
 
-def test_a_silent_error_is_an_exit_code_of_one(capsys, monkeypatch):
+def test_an_undetected_error_is_an_exit_code_of_one(capsys, monkeypatch):
     monkeypatch.setattr(safety_matrix, "is_wrong", lambda axis, twin: True)
     code, out, _ = said(capsys, "--seeds", "1", "--design", "c")
     assert code == 1
-    assert "silent error: frame duplicated, once, PC to box, cutting, design c, run 0" in " ".join(out.split())
+    assert "undetected error: frame duplicated, once, PC to box, cutting, design c, run 0" in " ".join(out.split())
     assert "FAILS:" in out
 
 
 def test_a_limit_that_catches_nothing_is_a_reason(capsys):
-    ramp = Ramp(design=Design.C, limit="limit_mm = 0.05", outcome=Outcome.SILENT, reason="", off_mm=0.1)
+    ramp = Ramp(design=Design.C, limit="limit_mm = 0.05", outcome=Outcome.UNDETECTED, reason="", off_mm=0.1)
     case = safety.SafetyCase(
         matrix=safety_matrix.Matrix(plan=MatrixPlan(variants=()), trials=()), ramps=(ramp,), soak=None
     )
-    assert case.reasons == ("a PC that runs away, design c, limit limit_mm = 0.05: silent",)
+    assert case.reasons == ("a PC that runs away, design c, limit limit_mm = 0.05: undetected",)
     assert not case.good
     show(case)
     assert case.reasons[0] in capsys.readouterr().out
@@ -120,7 +120,7 @@ def test_a_soak_beside_it(capsys):
     code, out, _ = said(capsys, "--seeds", "1", "--design", "c", "--soak", "2min", "--json")
     soak = json.loads(out)["soak"]
     assert soak["hours"] >= 2.0 / 60.0
-    assert soak["silent"] == []
+    assert soak["undetected"] == []
     assert (code == 0) == (soak["missing"] == [])  # so short a soak has not met every class
 
 

@@ -49,7 +49,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--timing", "firmware", "--window", "5"], "--window: window 5, grace 2"),
         (["--count", "1"], "--count: '1'"),
         (["--speed", "0"], "--speed: '0'"),
-        (["--watch", "20ms"], "--watch: "),
+        (["--watchdog", "20ms"], "--watchdog: "),
         (["--cycle", "100us"], "--cycle: "),
         (["--window", "0"], "--window: 0"),
         (["--limit", "-1"], "--limit: -1"),

@@ -25,10 +25,10 @@ def box(on_a_bus):
     """A box on a virtual bus, in a thread: its channel."""
     from rtec.cli.box import _warm_up
     from rtec.machine.station import Station, StationSettings
-    from rtec.requester import Precautions
+    from rtec.requester import SupervisionLimits
 
-    settings = StationSettings(precautions=Precautions(cycle_ps=50 * 10**9, watch_ps=300 * 10**9))
-    _warm_up(settings)  # as rtec box does: compiling with a PC on the bus would take longer than the watch allows
+    settings = StationSettings(supervision=SupervisionLimits(cycle_ps=50 * 10**9, watchdog_ps=300 * 10**9))
+    _warm_up(settings)  # as rtec box does: compiling with a PC on the bus would take longer than the watchdog timeout
     station = Station(settings)
     return on_a_bus(station), station
 
@@ -146,8 +146,8 @@ def test_a_pc_for_another_design_is_refused(capsys, box, table):
         (["--table", "a.csv", "--model", "b.toml"], "--model: b.toml"),
         (["--home", "0mm"], "--home: 0 mm is not allowed; allowed: 25.4 to 1016 mm, the range of the predictor"),
         (["--home", "1"], "--home: '1'"),
-        (["--watch", "10ms"], "--watch: "),
-        (["--patience", "2"], "--patience: '2'"),
+        (["--watchdog", "10ms"], "--watchdog: "),
+        (["--completion-timeout", "2"], "--completion-timeout: '2'"),
         (["--deviation-limit", "-1um"], "--deviation-limit: "),
         (["--start-up", "never"], "--start-up: 'never'"),
         (["--axes", "0"], "--axes: 0"),

@@ -12,28 +12,28 @@ from rtec.link.messages import MessageSet
 
 MS = 10**9
 CYCLE_PS = 200 * MS
-"""So slow that a machine which is busy for a second does no harm: the watch is six cycles."""
+"""So slow that a machine which is busy for a second does no harm: the watchdog timeout is six cycles."""
 
 
 def parts():
     from rtec.machine.station import Station, StationSettings
-    from rtec.requester import Precautions
+    from rtec.requester import SupervisionLimits
 
-    precautions = Precautions(cycle_ps=CYCLE_PS, watch_ps=6 * CYCLE_PS)
-    return Station(StationSettings(precautions=precautions), session=5), precautions
+    supervision = SupervisionLimits(cycle_ps=CYCLE_PS, watchdog_ps=6 * CYCLE_PS)
+    return Station(StationSettings(supervision=supervision), session=5), supervision
 
 
 @pytest.fixture
 def log(tmp_path):
     """A log of box and PC in simulated time: 2 s, three steps asked for and inserted."""
     from rtec.predictors import UnidirectionalTable
-    from rtec.requester import Conversation, PcNode
+    from rtec.requester import HandshakeSettings, PcNode
 
-    station, precautions = parts()
+    station, supervision = parts()
     table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.012, 0.012], backlash_mm=0.0)
-    conversation = Conversation(pc_period_ps=CYCLE_PS)
+    handshake = HandshakeSettings(pc_period_ps=CYCLE_PS)
     pc = PcNode(
-        conversation, precautions, axis=1, predictor=table, count_mm=0.001, step_counts=4, word_limit=127,
+        handshake, supervision, axis=1, predictor=table, count_mm=0.001, step_counts=4, word_limit=127,
         setup=station.settings.setup,
     )  # fmt: skip
     file = tmp_path / "run.log"

@@ -34,21 +34,21 @@ def drive(frames, *faults):
     """Submit frames in order of time; return those delivered, and the bus and the faults as they are then."""
     bus = new_record(BUS)
     reset(bus, BIT_PS)
-    struck = np.rec.array(np.zeros(len(faults), dtype=FAULT))
-    for record, values in zip(struck, faults, strict=True):
+    records = np.rec.array(np.zeros(len(faults), dtype=FAULT))
+    for record, values in zip(records, faults, strict=True):
         for name, value in values.items():
             record[name] = value
     found = []
 
     def collect(before_ps):
-        while (t_ps := next_delivery(bus, struck, before_ps)) != NEVER:
+        while (t_ps := next_delivery(bus, records, before_ps)) != NEVER:
             found.append((int(t_ps), int(bus.node), int(bus.identifier), int(bus.payload)))
 
     for t_ps, node, identifier, payload in frames:
         collect(t_ps + 1)
-        submit(bus, struck, node, t_ps, identifier, payload)
+        submit(bus, records, node, t_ps, identifier, payload)
     collect(LAST_PS)
-    return found, bus, struck
+    return found, bus, records
 
 
 def cycles(number, identifier=0x201, node=PC, first=0):
@@ -120,7 +120,7 @@ def test_bus_is_that_of_the_oracle(steps, drawn):
                 begin_ps=d["begin"], end_ps=where["end"], most=d["most"], delay_ps=d["delay"],
             )
         )  # fmt: skip
-    found, bus, struck = drive(frames, *faults)
+    found, bus, records = drive(frames, *faults)
     oracle = Bus(BIT_PS, plain)
     for frame in frames:
         oracle.submit(*frame)
@@ -128,16 +128,16 @@ def test_bus_is_that_of_the_oracle(steps, drawn):
     if bus.overrun:
         return  # the oracle's queues have no end
     assert found == oracle.delivered
-    assert [int(f.fired) for f in struck] == [f.fired for f in plain]
+    assert [int(f.fired) for f in records] == [f.fired for f in plain]
 
 
 # faults, one by one
 
 
 def test_no_fault_no_change():
-    found, _, struck = drive(cycles(10), fault("LOST", identifier=0x202), fault("LATE", node=3, delay=MS))
+    found, _, records = drive(cycles(10), fault("LOST", identifier=0x202), fault("LATE", node=3, delay=MS))
     assert payloads(found) == list(range(100, 110))
-    assert [int(f.fired) for f in struck] == [0, 0]
+    assert [int(f.fired) for f in records] == [0, 0]
 
 
 def test_lost():
@@ -157,12 +157,12 @@ def test_late_frames_arrive_when_each_is_due():
     delays = [
         fault("LATE", begin=k * 10 * MS, end=(k + 1) * 10 * MS, delay=d * MS) for k, d in enumerate((40, 15, 2))
     ]
-    found, _, struck = drive(cycles(5), *delays)
+    found, _, records = drive(cycles(5), *delays)
     # due at 40, 25 and 22 ms, and a frame's time later
     assert [(t_ps - FRAME_PS, payload) for t_ps, *_, payload in found] == [
         (22 * MS, 102), (25 * MS, 101), (30 * MS, 103), (40 * MS, 104), (40 * MS, 100)
     ]  # fmt: skip
-    assert [int(f.fired) for f in struck] == [1, 1, 1]
+    assert [int(f.fired) for f in records] == [1, 1, 1]
 
 
 def test_duplicated():
@@ -205,10 +205,10 @@ def test_babbling_node_takes_the_bus():
 
 
 def test_other_faults_do_not_prove_themselves_on_the_babbling_node():
-    _, _, struck = drive(
+    _, _, records = drive(
         cycles(1, first=MS), fault("BABBLING", end=5 * MS), fault("LOST", end=5 * MS), fault("CORRUPTED", end=5 * MS)
     )
-    assert [int(f.fired) > 0 for f in struck] == [True, False, False]
+    assert [int(f.fired) > 0 for f in records] == [True, False, False]
 
 
 def test_node_off_the_bus_is_silent_and_sends_nothing_old_afterwards():
@@ -234,7 +234,7 @@ def test_corrupted_frame_is_another_one_under_a_wrong_checksum():
     assert weights == {1, 2, 3}
 
 
-@pytest.mark.parametrize(("kind", "agrees"), [("FLIPPED", False), ("FORGED", True)])
+@pytest.mark.parametrize(("kind", "agrees"), [("FLIPPED", False), ("MASQUERADE", True)])
 def test_miscounted_request_has_a_right_checksum(kind, agrees):
     right = int(request_frame(1, 5, 100, 8, 0, 7))
     bits = set()
@@ -262,8 +262,8 @@ def test_only_requests_are_miscounted():
     assert f.fired == 0
 
 
-def test_a_forged_answer_has_one_wrong_bit_under_a_right_checksum():
-    found, _, (f,) = drive(ANSWERS, fault("FORGED", most=2))
+def test_a_masquerading_answer_has_one_wrong_bit_under_a_right_checksum():
+    found, _, (f,) = drive(ANSWERS, fault("MASQUERADE", most=2))
     assert f.fired == 2
     for payload, (_, _, identifier, sent) in zip(payloads(found), ANSWERS, strict=True):
         data = (payload & (2**64 - 1)).to_bytes(8, "little")

@@ -56,9 +56,9 @@ def test_bursts_up_to_a_byte_are_found():
     order = [8 * byte + place for byte in (1, 2, 3, 4, 5, 6, 7, 0) for place in range(7, -1, -1)]
     for first in range(64):
         for pattern in range(1, 256):
-            struck = [order[first + k] for k in range(8) if pattern >> k & 1 and first + k < 64]
-            if struck:
-                flips = sum(1 << place for place in struck)
+            flipped = [order[first + k] for k in range(8) if pattern >> k & 1 and first + k < 64]
+            if flipped:
+                flips = sum(1 << place for place in flipped)
                 payload = right ^ payload_of(flips.to_bytes(8, "little"))
                 assert int(seal(0x282, payload)) != payload, (first, pattern)
 

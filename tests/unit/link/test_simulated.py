@@ -135,7 +135,7 @@ def test_faults_strike_and_prove_it():
     assert arrivals(b, 2 * MS) == [(2 * FRAME_PS, 0x202)]
     a.send(frame(0x203))
     assert arrivals(b, 20 * MS) == [(2 * MS + FRAME_PS, 0x203), (7 * MS + FRAME_PS, 0x203)]
-    assert [(proof.fault, proof.times, proof.first_ps) for proof in bus.fired] == [
+    assert [(activation.fault, activation.times, activation.first_ps) for activation in bus.fired] == [
         (faults[0], 1, FRAME_PS), (faults[1], 1, 2 * MS + FRAME_PS), (faults[2], 0, None),
     ]  # fmt: skip
 

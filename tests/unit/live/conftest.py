@@ -109,7 +109,7 @@ def together(cable):
     """Return a maker of a box and a PC on a cable; the axis is off by 12 µm everywhere, 3 steps of 4 counts."""
     from rtec.machine.station import Station, StationSettings
     from rtec.predictors import BidirectionalTable
-    from rtec.requester import Conversation, PcNode, Precautions
+    from rtec.requester import HandshakeSettings, PcNode, SupervisionLimits
 
     def make(moves=(), axes=(1,), table=None, speed=1.0, temperatures=(), setup=None):
         table = table or BidirectionalTable(
@@ -121,8 +121,8 @@ def together(cable):
         stations = [Station(StationSettings(axis=axis), moves) for axis in axes]
         nodes = [
             PcNode(
-                Conversation(),
-                Precautions(),
+                HandshakeSettings(),
+                SupervisionLimits(),
                 axis=axis,
                 predictor=table,
                 count_mm=0.001,

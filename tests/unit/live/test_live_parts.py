@@ -74,7 +74,7 @@ def test_faults_of_an_axis_can_all_be_ordered():
 def test_mend_makes_the_cable_whole():
     station = Station(StationSettings())
     carry_out(parse_order("fault lines-swapped"), [station])
-    carry_out(parse_order("mend"), [station])
+    carry_out(parse_order("clear"), [station])
     carry_out(parse_order("power off"), [station])
     assert not station.view.powered
     carry_out(parse_order("power on"), [station])

@@ -17,7 +17,7 @@ from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
 from rtec.live.replayed_side import side_of
 from rtec.machine.station import Move, Station, StationSettings
-from rtec.requester import BoxState, Conversation, PcState, Setup
+from rtec.requester import BoxState, HandshakeSettings, PcState, Setup
 
 MS = 10**9
 MOVES = [Move(target_mm=8.0, speed_mm_s=20.0, rest_s=0.2)]
@@ -100,7 +100,7 @@ def test_a_box_answers_as_in_the_log(fresh, recorded):
 
 def test_a_box_with_a_smaller_window_does_not(fresh, recorded):
     """The log asks for three steps at once; this box believes one."""
-    settings = StationSettings(conversation=Conversation(window_steps=1))
+    settings = StationSettings(handshake=HandshakeSettings(window_steps=1))
     outcome, station = play_to_box(fresh(), recorded(), settings)
     assert not outcome.passed
     assert {("Corrections", "Accepted"), ("Status", "Code"), ("Status", "State")} <= fields(outcome)

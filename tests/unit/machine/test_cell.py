@@ -11,7 +11,7 @@ from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import Conversation, HoldReason, PcState, Precautions, Status
+from rtec.requester import HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
 
 MS, S = 10**9, 10**12
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
@@ -27,12 +27,14 @@ def run(*faults, axes=1, until_ps=4 * S, moves=None, **settings):
 
 
 def beyond_window(frames):
-    """Return a seed under which that many forged totals in a row change by 4 steps or more."""
+    """Return a seed under which that many masquerading totals in a row change by 4 steps or more."""
     return next(seed for seed in range(10_000) if all(bits_of(seed, k) % 8 >= 3 for k in range(frames)))
 
 
-def forged(frames, seed):
-    return Fault(kind=FaultKind.FRAME_FORGED, place=PC_NODE, identifier=0x201, from_ps=3 * S, most=frames, seed=seed)
+def masquerade(frames, seed):
+    return Fault(
+        kind=FaultKind.FRAME_MASQUERADE, place=PC_NODE, identifier=0x201, from_ps=3 * S, most=frames, seed=seed
+    )
 
 
 def test_without_a_fault_every_axis_counts_right():
@@ -49,14 +51,14 @@ def test_without_a_fault_every_axis_counts_right():
 
 def test_two_unbelievable_totals_are_forgiven():
     """NISTIR 4832: returns within the allowable range in the next two readings, they are accepted."""
-    cell = run(forged(2, beyond_window(2)))
+    cell = run(masquerade(2, beyond_window(2)))
     axis = cell.axes[0]
     assert cell.fired[0].times == axis.view.requests_refused == 2
     assert (axis.box_status, axis.off_counts, cell.held_ps) == (Status.OK, 0, None)
 
 
 def test_the_third_is_fatal():
-    cell = run(forged(3, beyond_window(3)))
+    cell = run(masquerade(3, beyond_window(3)))
     axis = cell.axes[0]
     assert axis.box_status is Status.I_STILL_DONT_BELIEVE_YOU
     assert axis.pc_reason is HoldReason.BOX_STILL_DOUBTS
@@ -67,7 +69,7 @@ def test_the_third_is_fatal():
 def test_a_total_within_the_window_that_nobody_asked_for_is_noticed():
     """The report's window cannot tell; the PC reads what the box has accepted."""
     seed = next(seed for seed in range(1000) if bits_of(seed, 0) % 8 < 2)
-    cell = run(forged(1, seed))
+    cell = run(masquerade(1, seed))
     assert cell.axes[0].pc_reason is HoldReason.COMPLETED_WRONG
     assert cell.held_ps - 3 * S < 25 * MS
 
@@ -81,14 +83,14 @@ def test_one_held_axis_holds_all():
 def test_a_silent_pc_is_noticed_within_the_watch():
     cell = run(Fault(kind=FaultKind.PC_KILLED, from_ps=500 * MS))
     assert cell.axes[0].box_status is Status.LINK_LOST
-    watch_ps = Precautions().watch_ps
-    assert watch_ps - 10 * MS <= cell.held_ps - 500 * MS <= watch_ps + 2 * MS
+    watchdog_ps = SupervisionLimits().watchdog_ps
+    assert watchdog_ps - 10 * MS <= cell.held_ps - 500 * MS <= watchdog_ps + 2 * MS
 
 
 def test_a_wider_window_lets_the_same_total_through():
-    """What the window is for: without it the forged total is carried out."""
+    """What the window is for: without it the masquerading total is carried out."""
     seed = beyond_window(1)
-    cell = run(forged(1, seed), conversation=Conversation(window_steps=32767))
+    cell = run(masquerade(1, seed), handshake=HandshakeSettings(window_steps=32767))
     assert cell.axes[0].view.requests_refused == 0
     assert cell.axes[0].view.requested != 10
 
@@ -174,6 +176,6 @@ def test_a_fault_counts_its_own_effects_only():
     torn = Fault(kind=FaultKind.STALE_DATA_VALID, place=1, from_ps=800 * MS, until_ps=815 * MS)
     at_rest = Fault(kind=FaultKind.STALE_DATA_VALID, place=1, from_ps=3 * S, until_ps=3 * S + 15 * MS)
     alone = [run(fault).fired[0].times for fault in (open_once, torn, at_rest)]
-    together = [proof.times for proof in run(open_once, torn, at_rest).fired]
+    together = [activation.times for activation in run(open_once, torn, at_rest).fired]
     assert together == alone
     assert alone[0] > 0 and alone[2] == 0

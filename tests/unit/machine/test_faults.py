@@ -11,8 +11,8 @@ from rtec.injector import Design, InjectorSettings, Processor, Timing
 from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.bench_faults import BenchFaults
 from rtec.machine.cell import Cell
-from rtec.machine.fault_kinds import CABLE, FaultCategory, ProvedBy, fault_table
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Strikes, fault_records
+from rtec.machine.fault_kinds import CABLE, ActivatedBy, FaultCategory, fault_table
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.machine.workbench import bench_of
 from rtec.predictors import UnidirectionalTable
@@ -45,15 +45,15 @@ def test_every_class_takes_effect_and_not_before_its_time(kind):
     cell.run(until_ps=S)
     assert cell.fired[0].times == 0
     cell.run(until_ps=3 * S)
-    proof = cell.fired[0]
-    assert proof.times >= 1
-    assert proof.first_ps is not None
-    assert proof.first_ps >= S
+    activation = cell.fired[0]
+    assert activation.times >= 1
+    assert activation.first_ps is not None
+    assert activation.first_ps >= S
 
 
 @pytest.mark.parametrize("kind", [kind for kind in FaultKind if kind.place is FaultPlace.AXIS])
 def test_at_a_box_it_can_wait_for_an_insertion(kind):
-    cell = cell_with(fault(kind, strikes=Strikes.WHILE_INSERTING))
+    cell = cell_with(fault(kind, trigger=Trigger.WHILE_INSERTING))
     cell.run(until_ps=3 * S)
     assert cell.fired[0].times >= 1
 
@@ -77,7 +77,7 @@ def test_it_strikes_as_many_frames_as_it_says():
         ({"kind": FaultKind.FRAME_LATE, "from_ps": 0}, "delay_ps"),
         ({"kind": FaultKind.CLOCK_JUMP_BACK, "from_ps": 0}, "delay_ps"),
         ({"kind": FaultKind.BUS_OFF, "from_ps": 0}, "place"),
-        ({"kind": FaultKind.PC_KILLED, "from_ps": 0, "strikes": Strikes.WHILE_INSERTING}, "strikes"),
+        ({"kind": FaultKind.PC_KILLED, "from_ps": 0, "trigger": Trigger.WHILE_INSERTING}, "trigger"),
     ],
 )
 def test_what_it_cannot_be_is_refused(words, said):
@@ -90,14 +90,14 @@ def test_every_class_is_one_row_and_all_else_follows_from_it():
     assert len(set(done)) == len(done)
     assert all(kind.meaning for kind in FaultKind)
     on_bus = {kind for kind in FaultKind if kind.place is FaultPlace.BUS}
-    # frames are counted where they are struck; what happens elsewhere is proved by what it does there
-    assert {kind for kind in FaultKind if kind.proved_by is ProvedBy.FRAMES} == on_bus
-    assert {kind.proved_by for kind in FaultKind if kind.category is FaultCategory.ENCODER} == {
-        ProvedBy.CABLE,
-        ProvedBy.GLITCHES,
+    # frames are counted where they are affected; elsewhere the effect itself shows the activation
+    assert {kind for kind in FaultKind if kind.activated_by is ActivatedBy.FRAMES} == on_bus
+    assert {kind.activated_by for kind in FaultKind if kind.category is FaultCategory.ENCODER} == {
+        ActivatedBy.CABLE,
+        ActivatedBy.GLITCHES,
     }
     record = fault_records([Fault(kind=FaultKind.GLITCHES, place=1, from_ps=0)])[0]
-    assert (int(record.kind), int(record.proof)) == (FaultKind.GLITCHES.code, ProvedBy.GLITCHES)
+    assert (int(record.kind), int(record.activation)) == (FaultKind.GLITCHES.code, ActivatedBy.GLITCHES)
 
 
 def test_the_table_for_users_is_that_of_the_rows():
@@ -105,7 +105,7 @@ def test_the_table_for_users_is_that_of_the_rows():
     assert fault_table() in page.read_text(encoding="utf-8")
 
 
-CABLES = CABLE, FaultCategory.ENCODER, ProvedBy.CABLE
+CABLES = CABLE, FaultCategory.ENCODER, ActivatedBy.CABLE
 A_LOW = FaultRow("A shorted to ground", *CABLES, "A is low", lambda levels, _: levels & 2)
 BOTH_A = FaultRow("B shorted to A", *CABLES, "B is A", lambda levels, _: 3 * (levels & 1))
 INVERTED = FaultRow("lines inverted", *CABLES, "both are wrong", lambda levels, _: 3 - levels)
@@ -147,7 +147,7 @@ def test_lines_that_are_no_levels_are_refused():
 
 
 def test_two_that_wait_at_one_axis_of_a_cell_are_refused():
-    waiting = {"from_ps": S, "strikes": Strikes.WHILE_INSERTING}
+    waiting = {"from_ps": S, "trigger": Trigger.WHILE_INSERTING}
     power, switch = (Fault(kind=kind, place=1, **waiting) for kind in (FaultKind.POWER_LOST, FaultKind.SWITCH_THROWN))
     with pytest.raises(ArgumentError, match="when this is over"):
         cell_with(power, switch)

@@ -10,10 +10,10 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._bus_kernels import bits_of
 from rtec.machine.cell import Cell
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, Strikes
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, Trigger
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import BoxState, Conversation, HoldReason, PcState, Precautions, Status
+from rtec.requester import BoxState, HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
 from rtec.requester.pc_node import PcNode
 
 US, MS, S = 10**6, 10**9, 10**12
@@ -37,8 +37,8 @@ def run(*faults, design=Design.C, axes=1, until_ps=4 * S, firmware=True):
 
 def requester(design, **others):
     return PcNode(
-        Conversation(), Precautions(), axis=1, predictor=SLOPE, count_mm=0.001, step_counts=design.step_counts,
-        word_limit=design.word_limit, **others,
+        HandshakeSettings(), SupervisionLimits(), axis=1, predictor=SLOPE, count_mm=0.001,
+        step_counts=design.step_counts, word_limit=design.word_limit, **others,
     )  # fmt: skip
 
 
@@ -111,7 +111,7 @@ def test_what_never_began_does_not_end():
 
 def test_a_total_that_nobody_asked_for_is_doubted_by_the_program():
     seed = next(seed for seed in range(10_000) if bits_of(seed, 0) % 8 >= 3)
-    fault = Fault(kind=FaultKind.FRAME_FORGED, place=PC_NODE, identifier=0x201, from_ps=3 * S, most=1, seed=seed)
+    fault = Fault(kind=FaultKind.FRAME_MASQUERADE, place=PC_NODE, identifier=0x201, from_ps=3 * S, most=1, seed=seed)
     axis = run(fault).axes[0]
     # the words stand until the next frame, and the program reads them every millisecond: three times is fatal
     assert axis.view.box_state is BoxState.FATAL
@@ -155,7 +155,7 @@ def test_the_open_switch_is_the_firmwares_message():
 
 @pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
 def test_a_fault_waits_for_an_insertion_of_the_program(design):
-    fault = Fault(kind=FaultKind.BOX_RESTARTED, place=1, from_ps=500 * MS, strikes=Strikes.WHILE_INSERTING)
+    fault = Fault(kind=FaultKind.BOX_RESTARTED, place=1, from_ps=500 * MS, trigger=Trigger.WHILE_INSERTING)
     cell = run(fault, design=design)
     (fired,) = cell.fired
     assert fired.times == 1
@@ -164,7 +164,7 @@ def test_a_fault_waits_for_an_insertion_of_the_program(design):
 
 
 def test_design_b_does_not_show_an_insertion():
-    fault = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=0, strikes=Strikes.WHILE_INSERTING)
+    fault = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=0, trigger=Trigger.WHILE_INSERTING)
     with pytest.raises(ArgumentError, match="do not tell an insertion"):
         run(fault, design=Design.B)
     with pytest.raises(ArgumentError, match="do not tell an insertion"):
@@ -193,4 +193,4 @@ def test_all_axes_of_a_cell_have_a_processor_or_none():
 
 def test_the_windows_are_those_of_the_source():
     with pytest.raises(ArgumentError, match="window 5"):
-        settings(Design.C, conversation=Conversation(window_steps=5))
+        settings(Design.C, handshake=HandshakeSettings(window_steps=5))

@@ -12,7 +12,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.closed_loop import Ending
 from rtec.predictors import BidirectionalTable
-from rtec.requester import Conversation, Status
+from rtec.requester import HandshakeSettings, Status
 
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 # 0.2 mm over 40 mm of travel, and 30 um of play
@@ -86,7 +86,7 @@ def test_the_pc_meets_data_valid_low_now_and_then():
 @pytest.mark.parametrize("other", [{"window_steps": 5}, {"grace_readings": 1}])
 def test_windows_other_than_the_firmwares_are_refused(other):
     with pytest.raises(ArgumentError, match=r"rtec\.inc"):
-        machine(Design.C, conversation=replace(Conversation(), **other))
+        machine(Design.C, handshake=replace(HandshakeSettings(), **other))
 
 
 def test_without_the_latch_the_lines_merge():

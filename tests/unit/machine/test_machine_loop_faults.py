@@ -7,7 +7,7 @@ from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Ending, Machine, run_machine, straight_pass
-from rtec.machine.faults import Fault, FaultKind, Strikes
+from rtec.machine.faults import Fault, FaultKind, Trigger
 from rtec.predictors import UnidirectionalTable
 from rtec.requester import Status
 
@@ -37,7 +37,7 @@ def at_axis(kind, **when):
 
 
 def fired(result):
-    return [proof.times for proof in result.fired]
+    return [activation.times for activation in result.fired]
 
 
 def test_a_box_that_starts_again_has_lost_its_home_and_the_pc_holds(firmware):
@@ -111,11 +111,11 @@ def test_probing_corrects_nothing_and_what_was_due_comes_after_it(firmware):
 
 def test_a_fault_waits_for_an_insertion(firmware):
     result = run(
-        at_axis(FaultKind.BOX_RESTARTED, strikes=Strikes.WHILE_INSERTING), design=Design.A, firmware=firmware
+        at_axis(FaultKind.BOX_RESTARTED, trigger=Trigger.WHILE_INSERTING), design=Design.A, firmware=firmware
     )
-    (proof,) = result.fired
-    assert proof.times == 1
-    assert 1.0 < proof.first_ps / S < 1.2
+    (activation,) = result.fired
+    assert activation.times == 1
+    assert 1.0 < activation.first_ps / S < 1.2
     assert result.ending is Ending.HELD
 
 
@@ -177,7 +177,7 @@ def test_away_from_home_nobody_takes_the_place_for_home(firmware):
     assert result.ending is Ending.FINISHED
 
 
-WAITING = {"strikes": Strikes.WHILE_INSERTING}
+WAITING = {"trigger": Trigger.WHILE_INSERTING}
 FOR_GOOD = {"until_ps": None}
 
 

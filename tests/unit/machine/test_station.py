@@ -11,7 +11,7 @@ from rtec.link._frame_kernels import CORRECTIONS, POSITION, STATUS
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import BoxState, Conversation, HoldReason, PcState, Precautions, Status
+from rtec.requester import BoxState, HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
 from rtec.requester.pc_node import PcNode
 
 US, MS, S = 10**6, 10**9, 10**12
@@ -48,8 +48,8 @@ def decoded(levels):
 
 def requester(design):
     return PcNode(
-        Conversation(), Precautions(), axis=1, predictor=SLOPE, count_mm=0.001, step_counts=design.step_counts,
-        word_limit=design.word_limit,
+        HandshakeSettings(), SupervisionLimits(), axis=1, predictor=SLOPE, count_mm=0.001,
+        step_counts=design.step_counts, word_limit=design.word_limit,
     )  # fmt: skip
 
 

@@ -123,7 +123,7 @@ def test_checks_come_in_the_order_of_the_macro():
         "feed_inch_min": 0,
         "overshoot_inch": 0,
     }
-    mended = {
+    corrected = {
         "axis": MachineAxis(),
         "start_inch": 1,
         "increment_inch": 1,
@@ -131,9 +131,9 @@ def test_checks_come_in_the_order_of_the_macro():
         "runs": 3,
         "feed_inch_min": 50,
     }
-    for key, expected in zip([None, *mended], ["axis.number", *list(wrong)[1:]], strict=True):
+    for key, expected in zip([None, *corrected], ["axis.number", *list(wrong)[1:]], strict=True):
         if key is not None:
-            wrong[key] = mended[key]
+            wrong[key] = corrected[key]
         with pytest.raises(ArgumentError) as caught:
             replace(FIGURE_4_3, **wrong)
         assert caught.value.name == expected

@@ -1,4 +1,4 @@
-"""The box as a node: what it says at home, what its switch keeps it from, and what keeps its watch alive."""
+"""The box as a node: what it says at home, what its switch forbids, and what resets its watchdog."""
 
 import pytest
 from node_oracle import (
@@ -23,7 +23,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.frame import Frame
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Move, Station, StationSettings
-from rtec.requester import BoxState, Precautions, Status
+from rtec.requester import BoxState, Status, SupervisionLimits
 
 MS = 10**9
 
@@ -207,7 +207,7 @@ def test_a_box_that_runs_stops_for_good_where_the_pc_expects_another(desk):
 
 def test_the_cycle_that_is_said_is_that_on_the_bus():
     """An axis that runs five times as fast as the clock: 50 ms of its time are 10 ms of the bus."""
-    settings = StationSettings(precautions=Precautions(cycle_ps=50 * MS, watch_ps=250 * MS, speed=5.0))
+    settings = StationSettings(supervision=SupervisionLimits(cycle_ps=50 * MS, watchdog_ps=250 * MS, speed=5.0))
     assert settings.setup.word.to_bytes(6, "little") == SETUP_A
 
 

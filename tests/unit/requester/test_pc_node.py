@@ -20,7 +20,7 @@ from node_oracle import (
 from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
 from rtec.predictors import LatheNetwork, StepModel, UnidirectionalTable
-from rtec.requester import Conversation, HoldReason, PcNode, PcState, Precautions, Setup, Status
+from rtec.requester import HandshakeSettings, HoldReason, PcNode, PcState, Setup, Status, SupervisionLimits
 
 MS = 10**9
 NOT_HOMED, RUNNING, FATAL = 0, 1, 2
@@ -33,7 +33,8 @@ class Desk:
     def __init__(self, setup=None):
         table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.004, 0.004], backlash_mm=0.0)
         self.pc = PcNode(
-            Conversation(), Precautions(), axis=1, predictor=table, count_mm=0.001, step_counts=4, word_limit=127,
+            HandshakeSettings(), SupervisionLimits(), axis=1, predictor=table, count_mm=0.001,
+            step_counts=4, word_limit=127,
             setup=setup,
         )  # fmt: skip
         self.sequence = 0
@@ -80,7 +81,8 @@ def active(desk):
 def node_at(home_mm, predictor, margin_mm=0.0):
     desk = Desk()
     desk.pc = PcNode(
-        Conversation(), Precautions(), axis=1, predictor=predictor, count_mm=0.001, step_counts=4, word_limit=127,
+        HandshakeSettings(), SupervisionLimits(), axis=1, predictor=predictor, count_mm=0.001,
+        step_counts=4, word_limit=127,
         home_mm=home_mm, margin_mm=margin_mm,
     )  # fmt: skip
     desk.cycle(NOT_HOMED, valid=0)

@@ -1,4 +1,4 @@
-"""The conversation word by word, as the report tells it."""
+"""The handshake word by word, as the report describes it."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from rtec.link import _kernels as link
 from rtec.requester import (
     Answer,
     BoxSide,
-    Conversation,
+    HandshakeSettings,
     PcSide,
     PcState,
     Status,
@@ -20,7 +20,7 @@ MS = 10**9
 
 
 def running_box(**settings):
-    box = BoxSide(Conversation(**settings))
+    box = BoxSide(HandshakeSettings(**settings))
     assert box.home(count=1000).status is Status.OK
     return box
 
@@ -30,7 +30,7 @@ def words(accepted=0, status=Status.OK, position=0):
 
 
 def make_pc(limit=127, step=1, **settings):
-    return PcSide(Conversation(**settings), count_mm=0.001, step_counts=step, word_limit=limit)
+    return PcSide(HandshakeSettings(**settings), count_mm=0.001, step_counts=step, word_limit=limit)
 
 
 # ---------------------------------------------------------------------- box
@@ -102,7 +102,7 @@ def test_probing_corrects_nothing_and_latches_the_trip():
 
 
 def test_before_home_nothing_is_believed():
-    box = BoxSide(Conversation())
+    box = BoxSide(HandshakeSettings())
     answer = box.read(total=1, count=55)
     assert (answer.accepted, answer.status) == (0, Status.NOT_HOMED)
     assert box.home(count=55).position == 0
@@ -221,9 +221,9 @@ def test_while_probing_the_request_stays():
 # --------------------------------------------------------- Data Valid, link
 
 
-def record_of_pc(conversation, first_ps=0):
+def record_of_pc(handshake, first_ps=0):
     pc, down, up = new_record(pc_kernels.PC), new_record(link.MAILBOX), new_record(link.MAILBOX)
-    conversation.fill_pc(pc, count_mm=0.001, step_counts=1, word_limit=127)
+    handshake.fill_pc(pc, count_mm=0.001, step_counts=1, word_limit=127)
     pc_kernels.reset(pc, first_ps)
     link.mailbox_reset(down)
     link.mailbox_reset(up)
@@ -231,7 +231,7 @@ def record_of_pc(conversation, first_ps=0):
 
 
 def test_words_are_not_read_while_they_change():
-    pc, _, up = record_of_pc(Conversation(update_ps=20_000_000, retry_ps=100_000_000))
+    pc, _, up = record_of_pc(HandshakeSettings(update_ps=20_000_000, retry_ps=100_000_000))
     link.post(up, 0, 0, 0, 0, Status.OK)
     assert not pc_kernels.pc_read(pc, up, 19_999_999)
     assert (pc.next_ps, pc.not_valid) == (119_999_999, 1)
@@ -240,7 +240,7 @@ def test_words_are_not_read_while_they_change():
 
 
 def test_the_large_correction_flag_stays_up_until_the_box_has_read_it():
-    pc, down, up = record_of_pc(Conversation())
+    pc, down, up = record_of_pc(HandshakeSettings())
     flags, t = [], 0
     for accepted in (0, 0, 0, 50, 50):
         t += 10 * MS
@@ -254,7 +254,7 @@ def test_the_large_correction_flag_stays_up_until_the_box_has_read_it():
 
 
 def test_after_a_long_wait_it_goes_on_from_now():
-    pc, _, up = record_of_pc(Conversation())
+    pc, _, up = record_of_pc(HandshakeSettings())
     t = 0
     while t < 35 * MS:
         assert not pc_kernels.pc_read(pc, up, t)
@@ -317,17 +317,17 @@ def test_more_messages_under_way_than_there_is_room_for_are_lost_and_counted():
 )
 def test_settings_outside_their_range_are_named(name, value):
     with pytest.raises(ArgumentError, match=name):
-        Conversation(**{name: value})
+        HandshakeSettings(**{name: value})
 
 
 def test_the_sides_refuse_what_they_cannot_take():
     with pytest.raises(ArgumentError, match="count_mm"):
-        PcSide(Conversation(), count_mm=0.0, step_counts=1, word_limit=127)
+        PcSide(HandshakeSettings(), count_mm=0.0, step_counts=1, word_limit=127)
     with pytest.raises(ArgumentError, match="step_counts"):
-        PcSide(Conversation(), count_mm=0.001, step_counts=0, word_limit=127)
+        PcSide(HandshakeSettings(), count_mm=0.001, step_counts=0, word_limit=127)
     with pytest.raises(ArgumentError, match="word_limit"):
-        PcSide(Conversation(), count_mm=0.001, step_counts=1, word_limit=-1)
+        PcSide(HandshakeSettings(), count_mm=0.001, step_counts=1, word_limit=-1)
     with pytest.raises(ArgumentError, match="deviation_mm"):
         make_pc().turn(words(), deviation_mm=float("nan"))
     with pytest.raises(ArgumentError, match="total"):
-        BoxSide(Conversation()).read(total=1 << 40, count=0)
+        BoxSide(HandshakeSettings()).read(total=1 << 40, count=0)

@@ -60,10 +60,10 @@ def test_the_builtin_study_is_that_of_the_issue():
     assert (study.encoder.count_mm, study.encoder.home_state) == (0.001, 1)
     assert study.laser.dwell_s == 4
     assert study.period_mm == 6.35
-    assert study.conversation.window_steps == 3
-    assert study.conversation.pc_period_ps == 10_000_000_000
-    assert study.conversation.box_period_ps == 1_000_000_000
-    assert study.conversation.reversal_mm == 0.020
+    assert study.handshake.window_steps == 3
+    assert study.handshake.pc_period_ps == 10_000_000_000
+    assert study.handshake.box_period_ps == 1_000_000_000
+    assert study.handshake.reversal_mm == 0.020
     assert study.designs == tuple(Design)
     assert isinstance(study.axis_error, LatheNetwork)
     assert study.learns
@@ -152,14 +152,14 @@ REFUSED = [
     ('[box]\nreal_edges = "mrege"', ["box.real_edges", "did you mean 'merge'?"]),
     ("[box]\ngate_margin = -0.1", ["box.gate_margin"]),
     ('[box]\nrest = "0 ms"', ["box.rest"]),
-    ("[conversation]\nwindow = 0", ["conversation.window"]),
-    ("[conversation]\ngrace = -1", ["conversation.grace"]),
-    ('[conversation]\nbox_period = "0 ms"', ["conversation.box_period"]),
-    ('[conversation]\npc_period = "1e5 s"', ["conversation.pc_period"]),
-    ('[conversation]\nlatency = "1 s"', ["conversation.latency"]),
-    ('[conversation]\ndata_valid_low = "1 ms"', ["conversation.data_valid_low"]),
+    ("[handshake]\nwindow = 0", ["handshake.window"]),
+    ("[handshake]\ngrace = -1", ["handshake.grace"]),
+    ('[handshake]\nbox_period = "0 ms"', ["handshake.box_period"]),
+    ('[handshake]\npc_period = "1e5 s"', ["handshake.pc_period"]),
+    ('[handshake]\nlatency = "1 s"', ["handshake.latency"]),
+    ('[handshake]\ndata_valid_low = "1 ms"', ["handshake.data_valid_low"]),
     ('[controller]\nfilter_clock = "50.0000005 MHz"', ["controller.filter_clock", "whole number of hertz"]),
-    ('[conversation]\ndirection_hysteresis = "-1 um"', ["conversation.direction_hysteresis"]),
+    ('[handshake]\ndirection_hysteresis = "-1 um"', ["handshake.direction_hysteresis"]),
     ('[predictor]\nmodel = "axes"', ["predictor.model", "axis"]),
     ('[predictor]\nmodel = "learnd"', ["predictor.model", "did you mean 'learned'?"]),
     ('[calibration]\nincrement = "0 inch"', ["calibration.increment", "above zero"]),
@@ -376,7 +376,7 @@ def test_faults_and_probing_are_tables_in_any_number(tmp_path):
 kind = "power lost"
 from = "600 s"
 until = "601 s"
-strikes = "while inserting"
+trigger = "while inserting"
 
 [[faults]]
 kind = "PC killed"
@@ -407,7 +407,7 @@ until = "3 s"
         ('[[faults]]\nkind = "power lost"\nfrom = "2 s"\nuntil = "1 s"', "faults[1].until"),
         ('[[faults]]\nkind = "frame lost"\nfrom = "1 s"', "faults[1].kind"),
         ('[[faults]]\nkind = "power lost"\nfrom = "1 s"\nplace = 1', "unknown key 'faults[1].place'"),
-        ('[[faults]]\nkind = "PC killed"\nfrom = "1 s"\nstrikes = "while inserting"', "faults[1].strikes"),
+        ('[[faults]]\nkind = "PC killed"\nfrom = "1 s"\ntrigger = "while inserting"', "faults[1].trigger"),
         ('[[probing]]\nfrom = "2 s"', "probing[1] has no 'until'"),
         ('[[probing]]\nfrom = "-1 s"\nuntil = "2 s"', "probing[1].from: -1 s"),
         ('[[faults]]\nkind = "glitches"\nfrom = "-1 s"', "faults[1].from: -1 s"),

@@ -11,12 +11,12 @@ from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, RealEdges
 from rtec.machine import Ending, Growth, Laser
-from rtec.machine.faults import Fault, FaultKind, Strikes
+from rtec.machine.faults import Fault, FaultKind, Trigger
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
 from rtec.report.document import study_document
 from rtec.report.folder import write_report
-from rtec.requester import Conversation
+from rtec.requester import HandshakeSettings
 from rtec.study import builtin_study, read_study, run_study
 from rtec.study.figures import feed_curve
 from rtec.study.limits import limit_of, steepest_slope
@@ -215,13 +215,13 @@ def test_an_error_beyond_the_word_is_pending_and_said(tmp_path):
 
 
 def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
-    fill = Conversation.fill_box
+    fill = HandshakeSettings.fill_box
 
     def narrow(self, box, *, switch_on=True):
         fill(self, box, switch_on=switch_on)
         box.window = 1
 
-    monkeypatch.setattr(Conversation, "fill_box", narrow)
+    monkeypatch.setattr(HandshakeSettings, "fill_box", narrow)
     # no error at the first targets, then more than the box believes at once
     (tmp_path / "step.csv").write_text("position_mm,forward_um,reverse_um\n0,0,0\n60,0,0\n64,80,80\n1100,80,80\n")
     path = tmp_path / "step.toml"
@@ -238,13 +238,13 @@ def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
 
 
 def test_a_row_without_any_reading_is_empty_with_its_reason(tmp_path, monkeypatch):
-    fill = Conversation.fill_box
+    fill = HandshakeSettings.fill_box
 
     def narrow(self, box, *, switch_on=True):
         fill(self, box, switch_on=switch_on)
         box.window = 1
 
-    monkeypatch.setattr(Conversation, "fill_box", narrow)
+    monkeypatch.setattr(HandshakeSettings, "fill_box", narrow)
     result = run_study(small(designs=(Design.B,)))
     row = result.rows[-1]
     assert row.readings is row.figures is None
@@ -322,7 +322,7 @@ def test_faults_of_a_study_happen_in_its_rows_and_say_what_they_did():
 
 
 def test_what_a_program_cannot_show_is_refused_before_anything_is_measured():
-    waits = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=0, strikes=Strikes.WHILE_INSERTING)
+    waits = Fault(kind=FaultKind.POWER_LOST, place=1, from_ps=0, trigger=Trigger.WHILE_INSERTING)
     study = replace(small(faults=(waits,)), firmware=Microcontroller.named("8051-12mhz"))
     told = []
     with pytest.raises(ArgumentError, match="do not tell an insertion"):

@@ -1,4 +1,4 @@
-"""Both sides of the conversation against plain models, and both together over links with any latency."""
+"""Both sides of the handshake against plain models, and both together over links with any latency."""
 
 from handshake_oracle import BoxWords, PcWords
 from hypothesis import Phase, given, settings, strategies as st
@@ -9,7 +9,7 @@ from rtec.link import _kernels as link
 from rtec.requester import (
     Answer,
     BoxSide,
-    Conversation,
+    HandshakeSettings,
     PcSide,
     Status,
     _box_kernels as box_kernels,
@@ -25,8 +25,8 @@ class BoxIsTheOracle(RuleBasedStateMachine):
 
     @initialize(window=st.integers(1, 5), grace=st.integers(0, 3), switch_on=st.booleans())
     def begin(self, window, grace, switch_on):
-        conversation = Conversation(window_steps=window, grace_readings=grace)
-        self.box = BoxSide(conversation, switch_on=switch_on)
+        handshake = HandshakeSettings(window_steps=window, grace_readings=grace)
+        self.box = BoxSide(handshake, switch_on=switch_on)
         self.words = BoxWords(window=window, grace=grace, switch_on=switch_on)
 
     @rule(count=st.integers(-500, 500))
@@ -75,8 +75,8 @@ class PcIsTheOracle(RuleBasedStateMachine):
         margin=st.sampled_from([0.0, 0.03, 0.25]),
     )
     def begin(self, window, limit, step, margin):
-        conversation = Conversation(window_steps=window, rounding_margin=margin, reversal_mm=0.0205)
-        self.pc = PcSide(conversation, count_mm=0.001, step_counts=step, word_limit=limit)
+        handshake = HandshakeSettings(window_steps=window, rounding_margin=margin, reversal_mm=0.0205)
+        self.pc = PcSide(handshake, count_mm=0.001, step_counts=step, word_limit=limit)
         self.words = PcWords(window, limit, 0.001 * step, 0.001, 0.0205, margin)
 
     @rule(
@@ -124,11 +124,11 @@ TestPcIsTheOracle.settings = settings(deadline=None, max_examples=100, stateful_
 
 
 @st.composite
-def conversations(draw):
+def handshakes(draw):
     box_period = draw(st.sampled_from([1, 2, 5])) * MS
     pc_period = draw(st.sampled_from([3, 10, 50])) * MS
     latency = draw(st.integers(0, 15 * min(box_period, pc_period)))
-    return Conversation(
+    return HandshakeSettings(
         window_steps=draw(st.integers(1, 4)),
         box_period_ps=box_period,
         pc_period_ps=pc_period,
@@ -141,15 +141,15 @@ def conversations(draw):
 class Pair:
     """Box and PC over two mailboxes, each at its own pace; the injector inserts at once."""
 
-    def __init__(self, conversation, limit, *, box_first_ps, pc_first_ps):
-        self.conversation = conversation
+    def __init__(self, handshake, limit, *, box_first_ps, pc_first_ps):
+        self.handshake = handshake
         self.box, self.pc = new_record(box_kernels.BOX), new_record(pc_kernels.PC)
         self.down, self.up = new_record(link.MAILBOX), new_record(link.MAILBOX)
         for mailbox in (self.down, self.up):
             link.mailbox_reset(mailbox)
-            mailbox.latency_ps = conversation.latency_ps
-        conversation.fill_box(self.box)
-        conversation.fill_pc(self.pc, count_mm=0.001, step_counts=1, word_limit=limit)
+            mailbox.latency_ps = handshake.latency_ps
+        handshake.fill_box(self.box)
+        handshake.fill_pc(self.pc, count_mm=0.001, step_counts=1, word_limit=limit)
         box_kernels.reset(self.box, box_first_ps)
         pc_kernels.reset(self.pc, pc_first_ps)
         self.log = []  # (time, who, what)
@@ -176,15 +176,15 @@ class Pair:
 
 @settings(deadline=None, max_examples=40, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
-    conversations(),
+    handshakes(),
     st.sampled_from([0, 3, 10, 127]),
     st.lists(st.tuples(st.integers(0, 600), st.integers(-30, 30)), min_size=1, max_size=5),
     st.lists(st.integers(0, 600), max_size=2),
     st.integers(0, 3 * 10**9),
 )
-def test_the_pair_always_gets_there_and_never_doubts(conversation, limit, wishes, large_at, pc_first_ps):
+def test_the_pair_always_gets_there_and_never_doubts(handshake, limit, wishes, large_at, pc_first_ps):
     """Over any latency: no request is doubted, none moves before the last was sampled, the goal is reached."""
-    pair = Pair(conversation, limit, box_first_ps=300_000_000, pc_first_ps=pc_first_ps)
+    pair = Pair(handshake, limit, box_first_ps=300_000_000, pc_first_ps=pc_first_ps)
     wishes = sorted(wishes)
 
     def deviation(t):
@@ -195,9 +195,9 @@ def test_the_pair_always_gets_there_and_never_doubts(conversation, limit, wishes
         pc.large_meant = 1
 
     last = 600 * MS
-    turns = 60 // conversation.window_steps + 10
-    slowest = conversation.pc_period_ps + 2 * conversation.latency_ps + 2 * conversation.box_period_ps
-    end = last + turns * (slowest // conversation.pc_period_ps + 1) * conversation.pc_period_ps
+    turns = 60 // handshake.window_steps + 10
+    slowest = handshake.pc_period_ps + 2 * handshake.latency_ps + 2 * handshake.box_period_ps
+    end = last + turns * (slowest // handshake.pc_period_ps + 1) * handshake.pc_period_ps
     pair.run(end, deviation, [(at * MS, mean_large) for at in sorted(large_at)])
     box, pc = pair.box, pair.pc
     assert (int(box.refused), int(box.state), int(pc.state)) == (0, box_kernels.RUNNING, pc_kernels.ACTIVE)
@@ -209,7 +209,7 @@ def test_the_pair_always_gets_there_and_never_doubts(conversation, limit, wishes
     for t, who, word, accepted, after, large in pair.log:
         if who == "read":
             read.append(word)
-            assert abs(after - accepted) <= conversation.window_steps or large
+            assert abs(after - accepted) <= handshake.window_steps or large
         else:
             assert word == sent or sent in read or sent == 0, t
             if word != sent:
@@ -221,7 +221,7 @@ def test_the_pair_always_gets_there_and_never_doubts(conversation, limit, wishes
 @compiles
 @given(st.integers(1, 3), st.integers(-40, 40).filter(lambda um: abs(um) > 4))
 def test_a_glitch_of_two_readings_is_forgiven_and_of_three_is_not(length, by):
-    box = BoxSide(Conversation())
+    box = BoxSide(HandshakeSettings())
     box.home(count=0)
     box.read(total=2, count=0)
     for k in range(length):

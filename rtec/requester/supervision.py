@@ -1,4 +1,4 @@
-"""What box and PC do beyond the report's windows, so that a bus between them can do no harm; and why the PC holds."""
+"""Supervision of the bus by box and PC, beyond the report's windows; and the reasons why the PC holds the machine."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class HoldReason(enum.IntEnum):
         Examples
         --------
         >>> HoldReason.BOX_SILENT.meaning
-        'nothing was heard from the box for longer than the watch allows: look at its power and the bus'
+        'nothing was heard from the box for longer than the watchdog timeout: look at its power and the bus'
         """
         return _MEANINGS[self]
 
@@ -57,16 +57,16 @@ _MEANINGS = {
     HoldReason.NONE: "the machine is not held",
     HoldReason.BOX_STILL_DOUBTS: "the box says I Still Don't Believe You: look at the predictor, then home again",
     HoldReason.BOX_SILENT: (
-        "nothing was heard from the box for longer than the watch allows: look at its power and the bus"
+        "nothing was heard from the box for longer than the watchdog timeout: look at its power and the bus"
     ),
     HoldReason.BOX_RESTARTED: "the box has started again and lost its totals: home again",
     HoldReason.CORRECTIONS_DISABLED: "the box's switch forbids corrections, and one was asked for: close the switch",
-    HoldReason.BOX_LOST_LINK: "the box has not heard this PC for longer than its watch allows: look at the bus",
+    HoldReason.BOX_LOST_LINK: "the box has not heard this PC for longer than the watchdog timeout: look at the bus",
     HoldReason.BOX_HELD: "the box was told to hold by a message on the bus",
     HoldReason.AXIS_TAKEN: "two boxes have the same axis number: give each axis its own",
     HoldReason.POSITION_IMPLAUSIBLE: "the box's position jumps, or does not agree with what the box has added up",
     HoldReason.PREDICTOR_OUT_OF_RANGE: "the axis has left the range that the predictor knows",
-    HoldReason.CLOCK_JUMP: "this PC stood still, or its clock jumped, for longer than the watch allows",
+    HoldReason.CLOCK_JUMP: "this PC stood still, or its clock jumped, for longer than the watchdog timeout",
     HoldReason.ANOTHER_PC: "another PC talks to this axis' box: only one may",
     HoldReason.BUS_OFF: "this PC is off the bus",
     HoldReason.OTHER_AXIS: "another axis of the machine is held",
@@ -75,58 +75,58 @@ _MEANINGS = {
     HoldReason.DEVIATION_LIMIT: "the predictor asks for more than the limit of the deviation",
     HoldReason.COMPLETED_WRONG: "the box has accepted a total that this PC never asked for",
     HoldReason.OPERATOR: "the operator held the machine",
-    HoldReason.NOT_COMPLETED: "the box has not inserted what it accepted for longer than the patience allows",
+    HoldReason.NOT_COMPLETED: "the box has not inserted what it accepted for longer than the completion timeout",
     HoldReason.ANSWER_LATE: "the box answers requests that are too old: the bus delays what it carries, or loses it",
     HoldReason.STATUS_WRONG: "the box says a state or a code that no box has, or that do not go together",
     HoldReason.BEYOND_WORD: "the predictor asks for more steps than the request's word of this design holds",
     HoldReason.SETUP_DIFFERS: "box and PC are set up for another design, step or cycle: start both with the same",
     HoldReason.DRIVE_STOPPED: (
-        "the controller has stopped the drive (following error or encoder fault): mend that, then home again"
+        "the controller has stopped the drive (following error or encoder fault): correct that, then home again"
     ),
 }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Precautions:
-    """Times and limits that box and PC keep on a bus.
+class SupervisionLimits:
+    """Timeouts and limits by which box and PC supervise each other and the bus.
 
     Parameters
     ----------
     cycle_ps
         The box sends position, corrections and status this often.
-    watch_ps
-        Longest silence of the other side, a few periods of either; beyond it the machine is held.
+    watchdog_ps
+        Watchdog timeout: longest silence of the other side, a few cycles; beyond it the machine is held.
     gap_ps
-        Requests that come sooner after the last one than this the box does not judge: whatever goes wrong on the bus,
-        a total moves by no more than the window in this time.
-    patience_ps
-        Longest time that an accepted total may stay unfinished; 0 for ever. A long rapid beyond the speed gate needs
-        patience: nothing is inserted then.
+        Least time between two requests that the box judges. Whatever goes wrong on the bus, a total moves by no more
+        than the window in this time.
+    completion_timeout_ps
+        Longest time that an accepted total may stay unfinished; 0 for no limit. A long rapid beyond the speed
+        gate needs a long one: nothing is inserted then.
     limit_steps
-        Totals beyond it the box never believes; 0 for what the request's word of the design holds.
+        Largest total that the box accepts; 0 for what the request's word of the design holds.
     limit_mm
-        Deviations beyond it the PC never asks for; 0 for no limit.
+        Largest deviation that the PC corrects; 0 for no limit.
     most_mm_s
-        Fastest that the axis can move: a position further away than that is not believed.
+        Largest speed of the axis: a position that implies a higher one is rejected as implausible.
     speed
-        Picoseconds of the node's own clock, on which the times above are, in a picosecond of the bus.
+        Picoseconds of the node's own clock per picosecond of the bus; the times above are on the node's clock.
 
     Raises
     ------
     ArgumentError
-        A value outside its range; a watch of fewer than three cycles, or of more than six: with more frames missing,
-        a sequence counter does not tell their order any more.
+        A value outside its range; a watchdog timeout of fewer than three or more than six cycles: with more frames
+        missing, a sequence counter no longer tells their order.
 
     Examples
     --------
-    >>> Precautions().watch_ps // 10**9
+    >>> SupervisionLimits().watchdog_ps // 10**9
     50
     """
 
     cycle_ps: int = 10 * PS_PER_MS
-    watch_ps: int = 50 * PS_PER_MS
+    watchdog_ps: int = 50 * PS_PER_MS
     gap_ps: int = 2 * PS_PER_MS
-    patience_ps: int = 0
+    completion_timeout_ps: int = 0
     limit_steps: int = 0
     limit_mm: float = 0.0
     most_mm_s: float = 1000.0
@@ -135,16 +135,16 @@ class Precautions:
     def __post_init__(self) -> None:
         """Check the ranges."""
         whole_within("cycle_ps", self.cycle_ps, PS_PER_MS, 1000 * PS_PER_MS, unit="ps")
-        whole_within("watch_ps", self.watch_ps, PS_PER_MS, 100_000 * PS_PER_MS, unit="ps")
-        whole_within("patience_ps", self.patience_ps, 0, 10**17, unit="ps")
+        whole_within("watchdog_ps", self.watchdog_ps, PS_PER_MS, 100_000 * PS_PER_MS, unit="ps")
+        whole_within("completion_timeout_ps", self.completion_timeout_ps, 0, 10**17, unit="ps")
         whole_within("limit_steps", self.limit_steps, 0, 32767)
         number_within("limit_mm", self.limit_mm, 0.0, 1e3, unit="mm")
         number_within("most_mm_s", self.most_mm_s, 1e-3, 1e5, unit="mm/s")
         number_within("speed", self.speed, 0.1, 100.0)
         whole_within("gap_ps", self.gap_ps, 0, self.cycle_ps // 2, unit="ps (at most half a cycle)")
-        if not 3 * self.cycle_ps <= self.watch_ps <= 6 * self.cycle_ps:
+        if not 3 * self.cycle_ps <= self.watchdog_ps <= 6 * self.cycle_ps:
             allowed = f"three to six cycles, {3 * self.cycle_ps} to {6 * self.cycle_ps} ps"
-            raise ArgumentError("watch_ps", self.watch_ps, allowed)
+            raise ArgumentError("watchdog_ps", self.watchdog_ps, allowed)
 
     @property
     def bus_cycle_ps(self) -> int:
@@ -154,13 +154,13 @@ class Precautions:
     def fill_box(self, node: Record) -> None:
         """Write the box's share into its node's state."""
         node.cycle_ps = self.cycle_ps
-        node.watch_ps = self.watch_ps
+        node.watchdog_ps = self.watchdog_ps
         node.gap_ps = self.gap_ps
         node.limit_steps = self.limit_steps
 
     def fill_pc(self, node: Record, *, count_mm: float) -> None:
         """Write the PC's share into its node's state."""
-        node.watch_ps = self.watch_ps
-        node.patience_ps = self.patience_ps
+        node.watchdog_ps = self.watchdog_ps
+        node.completion_timeout_ps = self.completion_timeout_ps
         node.limit_mm = self.limit_mm
         node.most_counts_per_s = self.most_mm_s / count_mm

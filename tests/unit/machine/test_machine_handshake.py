@@ -9,7 +9,7 @@ from rtec.machine import Ending, Machine, _loop_kernels, closed_loop, run_machin
 from rtec.machine.faults import fault_records
 from rtec.machine.measuring_run import end_ps
 from rtec.predictors import LatheNetwork, UnidirectionalTable
-from rtec.requester import Conversation, PcState, Status
+from rtec.requester import HandshakeSettings, PcState, Status
 
 MS = 1_000_000_000
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
@@ -94,13 +94,13 @@ def test_a_third_wrong_word_holds_the_machine():
 
 
 def test_a_box_that_believes_less_than_the_pc_holds_the_machine(monkeypatch):
-    fill = Conversation.fill_box
+    fill = HandshakeSettings.fill_box
 
     def narrow(self, box, *, switch_on=True):
         fill(self, box, switch_on=switch_on)
         box.window = 1
 
-    monkeypatch.setattr(Conversation, "fill_box", narrow)
+    monkeypatch.setattr(HandshakeSettings, "fill_box", narrow)
     result = run_machine(machine(), THERE_AND_BACK)
     assert result.ending is Ending.HELD
     assert result.status is Status.I_STILL_DONT_BELIEVE_YOU
@@ -132,7 +132,7 @@ def final(result):
 
 @pytest.mark.parametrize("latency_ms", [0, 0.1, 3, 9])
 def test_latency_changes_nothing_in_the_end(latency_ms):
-    parts = machine(conversation=Conversation(latency_ps=round(latency_ms * MS)))
+    parts = machine(handshake=HandshakeSettings(latency_ps=round(latency_ms * MS)))
     result = run_machine(parts, THERE_AND_BACK)
     assert final(result) == final(run_machine(machine(), THERE_AND_BACK))
     assert (result.refused, result.status, result.audit) == (0, Status.OK, True)
@@ -140,7 +140,7 @@ def test_latency_changes_nothing_in_the_end(latency_ms):
 
 def test_words_that_are_being_updated_are_read_again():
     # the words change 0.1 ms before each look, and are not valid for 0.3 ms
-    busy = run_machine(machine(conversation=Conversation(update_ps=300_000_000)), THERE_AND_BACK)
+    busy = run_machine(machine(handshake=HandshakeSettings(update_ps=300_000_000)), THERE_AND_BACK)
     plain = run_machine(machine(), THERE_AND_BACK)
     assert plain.not_valid == 0
     assert busy.not_valid == 2 * busy.exchanges + 2  # two looks in vain for each; the first one asks for home
@@ -184,5 +184,5 @@ def test_probing_stops_the_corrections():
 
 
 def test_a_wider_window_slews_faster():
-    wide = Paused(machine(conversation=Conversation(window_steps=20)), THERE_AND_BACK)
+    wide = Paused(machine(handshake=HandshakeSettings(window_steps=20)), THERE_AND_BACK)
     assert wide.run(20 * MS).node.box.accepted == round(float(LATHE.error_mm(25.4, 1)) / 0.001)
