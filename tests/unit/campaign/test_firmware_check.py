@@ -47,6 +47,12 @@ def with_mistake(design, old, new, *, every=False):
     return Image(code=bytes(code), used=image.used, source="with a mistake")
 
 
+@pytest.fixture
+def no_speeds(monkeypatch):
+    """Leave out how fast it goes, most of the runs: the shipped images are asked for that."""
+    monkeypatch.setattr("rtec.conformance.suite._Suite._speeds", lambda self, parts: None)
+
+
 def judged(image, design=Design.ORIGINAL, chip=CHIP, **settings):
     plan = FirmwareCheckPlan(image=image, design=design, microcontroller=chip, phases=1, tries=TRIES, **settings)
     verdict = check_firmware(plan)
@@ -81,6 +87,7 @@ def test_the_shipped_images_pass(design):
         assert 7_000 < speeds.frequencies.max_inserting_hz <= speeds.frequencies.max_passing_hz < 12_000
 
 
+@pytest.mark.usefixtures("no_speeds")
 @pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
 def test_gates_alone_let_an_axis_that_creeps_into_the_insertion(design):
     # NISTIR 4832 has no latch: an edge during the pulses merges with them, and nothing tells the controller so
@@ -91,6 +98,7 @@ def test_gates_alone_let_an_axis_that_creeps_into_the_insertion(design):
     assert verdict.trace.mark_ps is not None
 
 
+@pytest.mark.usefixtures("no_speeds")
 @pytest.mark.parametrize("name", ["one-clock-25mhz", pytest.param("one-clock-100mhz", marks=pytest.mark.sweep)])
 def test_an_image_of_the_one_clock_parts_passes(name):
     chip = Microcontroller.named(name)
@@ -138,6 +146,7 @@ IN_FULL = ("no release", "another pin", "large not asked", "never fatal", "not m
 """A whole check takes seconds; of mistakes that fail alike, one stands for the others."""
 
 
+@pytest.mark.usefixtures("no_speeds")
 @pytest.mark.parametrize(
     "mistake",
     [
@@ -159,6 +168,7 @@ def test_a_mistake_fails_where_it_belongs(mistake, monkeypatch):
     assert points[name].moment.time_ps == pytest.approx(points[name].moment.cycle * 1e6, abs=1e6)
 
 
+@pytest.mark.usefixtures("no_speeds")
 @pytest.mark.parametrize(
     ("design", "old", "new", "name"),
     [
@@ -174,6 +184,7 @@ def test_a_mistake_of_another_design_fails(design, old, new, name):
     assert verdict.trace.mark_ps is not None
 
 
+@pytest.mark.usefixtures("no_speeds")
 def test_a_board_with_a_hold_latch_needs_its_pin():
     image = with_mistake(Design.C, "C2 97", "00 00", every=True)  # clr P1.7
     _, without = judged(image, Design.C, hold_latch=False)
@@ -183,6 +194,7 @@ def test_a_board_with_a_hold_latch_needs_its_pin():
     assert "never drives P1.7" in points["pins"].detail
 
 
+@pytest.mark.usefixtures("no_speeds")
 def test_an_axis_faster_than_the_gate_gets_no_insertion():
     # Original: the gate lasts 42 us a cycle, which is 23.8 kHz
     _, points = judged(shipped(Design.ORIGINAL), frequencies_hz=(30_000.0,))
@@ -253,6 +265,7 @@ def test_words_that_are_never_valid_are_no_answer():
 # what is kept
 
 
+@pytest.mark.usefixtures("no_speeds")
 def test_a_failure_is_played_again_to_its_instruction():
     old, new, name, says = MISTAKES["swapped pulses"]
     image = with_mistake(Design.ORIGINAL, old, new)
