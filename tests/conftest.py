@@ -1,9 +1,48 @@
-"""One thread for each small matrix: several would wait for each other, above all where two test runs share a machine.
-
-Set before anything loads numpy, which reads it once.
-"""
+"""What holds for all tests: threads of numpy, which cases of a long table are tried, and in what order files run."""
 
 import os
+from collections import Counter
+from pathlib import Path
 
+import pytest
+
+# one thread for each small matrix: several would wait for each other, above all where two test runs share a machine;
+# numpy reads it once
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+import firmware_model._jit  # noqa: E402
+import rtec._jit  # noqa: E402
+
+HERE = Path(__file__).parent
+LONG = (
+    "unit/campaign/test_firmware_check.py", "unit/campaign/test_safety.py", "recovery", "unit/machine",
+    "unit/campaign", "differential", "unit/conformance", "unit/cli", "unit/inference",
+)  # fmt: skip
+"""Files and folders that take longest begin, so that no worker is left alone with one in the end.
+
+The first two need different kernels: where none is compiled yet, each worker compiles what the other does not.
+"""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Leave every n-th case of a table marked ``one_in(n)`` to the default selection, the others to the sweep."""
+    seen = Counter()
+    for item in items:
+        if mark := item.get_closest_marker("one_in"):
+            name = item.nodeid.partition("[")[0]
+            if seen[name] % mark.args[0]:
+                item.add_marker(pytest.mark.sweep)
+            seen[name] += 1
+    begin = [HERE / name for name in LONG]
+    items.sort(key=lambda item: next((k for k, one in enumerate(begin) if item.path.is_relative_to(one)), len(LONG)))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_word_of_compiling():
+    """Let no command say that it compiles first: whether it does depends on which tests have run before."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (rtec._jit, firmware_model._jit):
+            patch.setattr(module, "FIRST_RUN", False)
+        yield

@@ -21,8 +21,7 @@ COPY = ":0600000085B09002000033\n:00000001FF\n"  # MOV P1,P3; LJMP 0
 
 def said(capsys, *words):
     code = main(["envelope", *words])
-    out, err = capsys.readouterr()
-    return code, out, "".join(line for line in err.splitlines(keepends=True) if "compiling" not in line)
+    return code, *capsys.readouterr()
 
 
 @pytest.fixture

@@ -69,7 +69,7 @@ def test_answer_fails_is_1(capsys):
     words = ["simulate", "--design", "original", "--timing", "8051", "--frequency", "30kHz"]
     code, _, err = ended(capsys, [*words, "--cycles", "100", "--corrections", "10", "--json"])
     assert code == 1
-    assert all("compiling" in line for line in err.splitlines())
+    assert err == ""
 
 
 def raising(error):
@@ -105,7 +105,7 @@ def test_internal_error_is_a_bug_of_ours(capsys, monkeypatch):
     monkeypatch.delenv("RTEC_DEBUG", raising=False)
     code, out, err = ended(capsys, GOOD)
     assert (code, out) == (70, "")
-    lines = [line for line in err.splitlines() if "compiling" not in line]
+    lines = err.splitlines()
     assert len(lines) == 1
     assert "a bug in rtec" in lines[0]
     assert "ZeroDivisionError: nothing to divide by" in lines[0]
