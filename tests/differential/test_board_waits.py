@@ -50,6 +50,7 @@ def asked(cpu):
     cpu.xram[0xFF12] = 4
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", ["8051-12mhz", "one-clock-25mhz"])
 @pytest.mark.parametrize("design", list(Design))
 @pytest.mark.parametrize("gap", [3, 17, 150])

@@ -297,6 +297,7 @@ def on_core(session):
     return looks, int.from_bytes(bytes(cpu.xram[0xFF23:0xFF25]), "little", signed=True)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("simulator", [pytest.param("s51", marks=needs_s51), "Mcs51"])
 @pytest.mark.parametrize("total", [3, -3])
 @pytest.mark.parametrize("direction", [1, -1])
@@ -371,6 +372,7 @@ def test_too_fast_is_refused(name, quarter):
         assert words.refused > 10
 
 
+@pytest.mark.one_in(3)
 @needs_s51
 @pytest.mark.parametrize("name", DESIGNS)
 @pytest.mark.parametrize("state", range(4))

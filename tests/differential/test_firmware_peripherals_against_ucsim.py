@@ -126,6 +126,7 @@ def timers_on_ucsim(seed, part, steps=300):
     return image, looks, moved, compared
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("every", [1, 23])
 @pytest.mark.parametrize("part", ["8051", "8052"])
 @pytest.mark.parametrize("seed", range(12))
@@ -206,6 +207,7 @@ def nest_of_services(seed, part):
     return laid_out(main + b"".join(asking(draw.choice(names)) + note(0xFF) for _ in range(8)), routines(asked))
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("part", ["8051", "8052"])
 @pytest.mark.parametrize("seed", range(12))
 def test_services_nest_alike(seed, part):
@@ -245,6 +247,7 @@ HARDWARE = {
 """What lets each source ask by itself: code, or a change of pins after it."""
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("where", ["main", "low", "high"])
 @pytest.mark.parametrize("priority", [0, 1])
 @pytest.mark.parametrize("source", HARDWARE)

@@ -75,6 +75,7 @@ def states(cpu):
     return cpu.pc, cpu.cycles, cpu.instructions, cpu.iram.tobytes(), cpu.sfr.tobytes(), cpu.pins.tobytes()
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("timing", ["12-clock", "one-clock"])
 @pytest.mark.parametrize("seed", range(12))
 def test_going_over_turns_changes_nothing(seed, timing):

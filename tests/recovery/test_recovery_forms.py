@@ -14,6 +14,8 @@ from rtec.inference.results import Verdict
 
 TURN = PLANS["turn"]
 SURE = (Verdict.NAMED, Verdict.LIKELY)
+FEW, MANY = range(3), range(8)
+seeds = pytest.mark.parametrize("seeds", [FEW, pytest.param(MANY, marks=pytest.mark.sweep)], ids=["few", "many"])
 
 
 def games(names, plan, seeds, strength=3.0):
@@ -27,20 +29,23 @@ def right(results, *names):
     return sum(set(result.effects) == set(names) and result.verdict in SURE for result in results)
 
 
+@seeds
 @pytest.mark.parametrize("plan", [TURN, replace(TURN, name="one turn", runs=1)], ids=lambda plan: plan.name)
-def test_a_disc_off_centre_and_oval_is_named_from_a_turn(plan):
-    results = games(("eccentricity",), plan, range(8))
-    assert right(results, "eccentricity") == 8
+def test_a_disc_off_centre_and_oval_is_named_from_a_turn(plan, seeds):
+    results = games(("eccentricity",), plan, seeds)
+    assert right(results, "eccentricity") == len(seeds)
     assert all(result.model.terms[0].shape.harmonics >= 2 for result in results)
 
 
-def test_what_a_gear_does_in_a_turn_is_cyclic():
-    assert right(games(("cyclic",), TURN, range(8)), "cyclic") >= 7
+@seeds
+def test_what_a_gear_does_in_a_turn_is_cyclic(seeds):
+    assert right(games(("cyclic",), TURN, seeds), "cyclic") >= len(seeds) - 1
 
 
-def test_over_half_a_turn_a_disc_is_tied_with_a_smooth_error():
+@seeds
+def test_over_half_a_turn_a_disc_is_tied_with_a_smooth_error(seeds):
     half = replace(TURN, name="half a turn", span_mm=200.0)
-    for result in games(("eccentricity",), half, range(8)):
+    for result in games(("eccentricity",), half, seeds):
         assert result.verdict is Verdict.TIED
         tied = {name for one in result.candidates if one.accepted for name in (one.effect, *one.tied_with)}
         assert tied == {"eccentricity", "pitch_map"}
@@ -56,18 +61,20 @@ def test_play_in_motion_is_play():
         assert result.effects == ("backlash",)
 
 
-def test_friction_that_builds_up_over_a_distance_is_coulomb_with_that_distance():
-    results = games(("coulomb",), PLANS["soft_drive"], range(8))
-    assert right(results, "coulomb") == 8
+@seeds
+def test_friction_that_builds_up_over_a_distance_is_coulomb_with_that_distance(seeds):
+    results = games(("coulomb",), PLANS["soft_drive"], seeds)
+    assert right(results, "coulomb") == len(seeds)
     for result in results:
         (term,) = result.model.terms
         assert term.shape.carried
         assert term.shape.distance == pytest.approx(0.5, rel=0.25)
 
 
-def test_friction_that_falls_with_speed_builds_up_over_the_same_distance():
-    results = games(("coulomb", "stribeck"), PLANS["soft_drive"], range(8))
-    assert right(results, "coulomb", "stribeck") == 8
+@seeds
+def test_friction_that_falls_with_speed_builds_up_over_the_same_distance(seeds):
+    results = games(("coulomb", "stribeck"), PLANS["soft_drive"], seeds)
+    assert right(results, "coulomb", "stribeck") == len(seeds)
     for result in results:
         for term in result.model.terms:
             assert term.shape.carried
@@ -83,15 +90,17 @@ def test_at_one_speed_friction_that_builds_up_asks_for_several_and_has_its_name_
         assert game.told_apart
 
 
-def test_friction_that_is_there_at_once_has_no_distance():
-    results = games(("coulomb", "viscous"), PLANS["drive"], range(8))
-    assert right(results, "coulomb", "viscous") == 8
+@seeds
+def test_friction_that_is_there_at_once_has_no_distance(seeds):
+    results = games(("coulomb", "viscous"), PLANS["drive"], seeds)
+    assert right(results, "coulomb", "viscous") == len(seeds)
     assert all(term.shape.distance == 0.0 for r in results for term in r.model.terms if term.name == "coulomb")
 
 
-def test_the_weight_of_an_inclined_axis_is_listed_beside_the_constant_force_it_looks_like():
-    results = games(("force_offset",), PLANS["drive"], range(8), 5.0)
-    assert right(results, "force_offset") == 8
+@seeds
+def test_the_weight_of_an_inclined_axis_is_listed_beside_the_constant_force_it_looks_like(seeds):
+    results = games(("force_offset",), PLANS["drive"], seeds, 5.0)
+    assert right(results, "force_offset") == len(seeds)
     for result in results:
         assert result.verdict is Verdict.NAMED
         (constant,) = [one for one in result.candidates if one.accepted]

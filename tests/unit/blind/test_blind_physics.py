@@ -1,5 +1,6 @@
 """The physics of what is hidden, against closed forms and a plain integration of its own."""
 
+import functools
 import math
 
 import numpy as np
@@ -21,11 +22,15 @@ def columns(measurement):
     return {quantity: column.values for quantity, column in measurement.columns.items()}
 
 
+@functools.cache
+def nothing_hidden(plan, seed):
+    return columns(play(Scenario(plan=PLANS[plan]), seed)[0])
+
+
 def added(name, plan="base", seed=3, strength=3.0):
     """Return what an effect adds to the readings, the readings, and the effect's numbers."""
     with_it, secret = play(Scenario(names=(name,), strength_sigma=strength, plan=PLANS[plan]), seed)
-    without, _ = play(Scenario(plan=PLANS[plan]), seed)
-    read, bare = columns(with_it), columns(without)
+    read, bare = columns(with_it), nothing_hidden(plan, seed)
     numbers = {p.name: p.value for p in secret.effects[0].parameters}
     return (read["actual"] - read["target"]) - (bare["actual"] - bare["target"]), with_it, numbers
 

@@ -14,6 +14,7 @@ from rtec.signal import EdgeStream
 LEVELS = np.array([1, 3, 2, 0], dtype=np.uint8)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("share", [0.5, 1.0, 1.03])
 @pytest.mark.parametrize("microcontroller", MICROCONTROLLERS.values(), ids=list(MICROCONTROLLERS))
 @pytest.mark.parametrize("design", list(Design))

@@ -132,6 +132,7 @@ def test_the_watch_holds_against_the_table_by_hand():
     assert axis.checks > 1000
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("phase", Phase)
 @pytest.mark.parametrize("design", MAIN)
 def test_each_phase_is_what_it_says(phase, design):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rtec.campaign.safety_matrix import Outcome
+from rtec.campaign.safety_phases import Phase, twin_of
 from rtec.campaign.soak import EpisodeJob, SoakPlan, flaw, run_soak
 from rtec.campaign.soak_program import draw_programs
 from rtec.errors import ArgumentError
@@ -74,6 +75,11 @@ def test_programs_cut_at_the_feeds_that_are_meant():
     assert 0.2 < np.mean([move.rest_s > 0.0 for moves in programs.moves for move in moves]) < 0.8
 
 
+@pytest.fixture(scope="module")
+def healthy():
+    return twin_of(Phase.CUTTING, Design.C, 0).cell.watched[0]
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -86,10 +92,7 @@ def test_programs_cut_at_the_feeds_that_are_meant():
         ({"checks": 0}, "never seen at rest"),
     ],
 )
-def test_every_flaw_is_seen(changes, words):
-    from rtec.campaign.safety_phases import Phase, twin_of
-
-    healthy = twin_of(Phase.CUTTING, Design.C, 0).cell.watched[0]
+def test_every_flaw_is_seen(healthy, changes, words):
     assert words in flaw(dataclasses.replace(healthy, **changes), Design.C)
     assert (flaw(dataclasses.replace(healthy, **changes), Design.C) == "") == (words == "")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import product
 
 import pytest
 
@@ -96,11 +97,10 @@ def test_only_the_reserved_opcode_is_reserved():
 
 
 @pytest.mark.parametrize("timing", ["12-clock", "one-clock"])
-@pytest.mark.parametrize("opcode", sorted(set(range(256)) - JUMPS - {RESERVED_OPCODE}))
-def test_every_opcode_advances_and_takes_its_time(opcode, timing):
+def test_every_opcode_advances_and_takes_its_time(timing):
     # operands 30h, 00h name harmless bytes and bits, and a target behind the next instruction where taken
-    row = INSTRUCTIONS[opcode]
-    for setup in (0x00, 0xFF):
+    for opcode, setup in product(sorted(set(range(256)) - JUMPS - {RESERVED_OPCODE}), (0x00, 0xFF)):
+        row = INSTRUCTIONS[opcode]
         cpu = Mcs51(bytes([opcode, 0x30, 0x10, 0x10]).ljust(64, b"\x00"), timing=timing)
         cpu.iram[:128] = setup
         cpu.iram[0:2] = 0x40
@@ -108,21 +108,20 @@ def test_every_opcode_advances_and_takes_its_time(opcode, timing):
         cpu.sfr[0xD0 - 0x80] = setup & 0x80
         result = cpu.step()
         taken = cpu.pc != row.length
-        assert result.instructions == 1
-        assert taken <= (opcode in CONDITIONAL)
+        assert result.instructions == 1, row.text
+        assert taken <= (opcode in CONDITIONAL), row.text
         expected = row.cycles if timing == "12-clock" else row.clocks_taken if taken else row.clocks
-        assert result.cycles == cpu.cycles == expected
+        assert result.cycles == cpu.cycles == expected, row.text
         if taken:
             offset = [opcode, 0x30, 0x10][row.length - 1]
-            assert cpu.pc == row.length + offset
+            assert cpu.pc == row.length + offset, row.text
 
 
 @pytest.mark.parametrize("timing", ["12-clock", "one-clock"])
-@pytest.mark.parametrize("opcode", sorted(JUMPS))
-def test_every_jump_lands_and_takes_its_time(opcode, timing):
-    row = INSTRUCTIONS[opcode]
+def test_every_jump_lands_and_takes_its_time(timing):
     at = 0x0FFD  # the page of AJMP is that of the byte behind it: 0FFFh or 1000h
-    for start in (at, at + 1):
+    for opcode, start in product(sorted(JUMPS), (at, at + 1)):
+        row = INSTRUCTIONS[opcode]
         cpu = Mcs51(bytes(start) + bytes([opcode, 0x12, 0x34]) + bytes(0x8000), timing=timing)
         cpu.pc = start
         cpu.sfr[0x81 - 0x80] = 0x41
@@ -133,8 +132,8 @@ def test_every_jump_lands_and_takes_its_time(opcode, timing):
         expected = {
             0x02: 0x1234, 0x12: 0x1234, 0x22: 0x5678, 0x32: 0x5678, 0x73: 0x2101, 0x80: behind + 0x12,
         }.get(opcode, behind // 0x800 * 0x800 + opcode // 32 * 256 + 0x12)  # fmt: skip
-        assert cpu.pc == expected
-        assert result.cycles == (row.cycles if timing == "12-clock" else row.clocks_taken)
+        assert cpu.pc == expected, row.text
+        assert result.cycles == (row.cycles if timing == "12-clock" else row.clocks_taken), row.text
         pushed = {0x22: -2, 0x32: -2, 0x12: 2}.get(opcode, 2 if opcode & 0x1F == 0x11 else 0)
         assert cpu.sfr[1] == 0x41 + pushed
         if pushed > 0:

@@ -91,6 +91,7 @@ def test_jitter_moves_the_edges():
     assert 49_000_000 < plain.received.min_separation_ps <= 50_000_000
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("design", Design)
 def test_jitter_keeps_the_order_of_events(design, seed):
@@ -167,6 +168,7 @@ def test_coarser_decoders_only_without_a_box():
         run_machine(Machine(injector=box(Design.B), receiver=coarse), straight_pass([1.0], 10.0, LIMITS))
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("home_state", [0, 1, 2, 3])
 @pytest.mark.parametrize("target_mm", [10.0, 10.001, 10.002, -10.003])
 @pytest.mark.parametrize("multiplication", Multiplication)

@@ -49,6 +49,7 @@ def by_stages(path):
 FLAWED = Imperfections(phase_error_deg=10.0, duty_error_a=0.02, jitter_ps=20_000)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("design", "processor", "latch"), list(itertools.product(Design, Processor, RealEdges)), ids=str
 )

@@ -72,6 +72,7 @@ CASES = [
 ]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("design", "processor", "direction", "sign", "frequency", "flaws", "hold"), CASES)
 @pytest.mark.parametrize("gate", [True, False])
 def test_the_loop_is_its_stages(design, processor, direction, sign, frequency, flaws, hold, gate):
@@ -146,6 +147,7 @@ def steady_real_edges(path):
     return real
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("design", "direction", "sign"), list(itertools.product(Design, (1, -1), (1, -1))))
 def test_at_500_khz_every_correction_arrives(design, direction, sign):
     result = simulate(

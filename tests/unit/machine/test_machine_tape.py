@@ -45,6 +45,7 @@ def signed(waves, name):
     return [(t, v - (1 << width) if v >> width - 1 else v) for t, v in waves.changes[name]]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("timing", TIMINGS)
 @pytest.mark.parametrize("hold", [False, True])
 @pytest.mark.parametrize("design", list(Design))
@@ -181,6 +182,7 @@ def test_size_is_known_before_the_run(tmp_path, design, changes):
     assert estimated_bytes(path) == pytest.approx(file.stat().st_size, rel=0.2)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("timing", TIMINGS)
 @pytest.mark.parametrize("hold", [False, True])
 @pytest.mark.parametrize("sign", [1, -1])
