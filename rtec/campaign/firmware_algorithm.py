@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence, Sized
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,8 @@ class Firmware:
         self._broken: Break | None = None
         self._homes: dict[int, BenchState] = {}
         """By the level code at which a run begins."""
+        self._kept: tuple[NDArray[Any], ...] = ()
+        """Of board, memory and hidden state a row for each of them."""
         try:
             if not homed:
                 for step in START.values():
@@ -72,6 +75,12 @@ class Firmware:
                 self._homes[kept.level] = kept
                 bench.board.cpu.record()
                 bench.travel(1, 1_000.0)
+            boards = [home.board for home in self._homes.values()]
+            self._kept = (
+                np.stack([np.frombuffer(each[0], np.uint8) for each in boards]),
+                np.stack([each[1] for each in boards]),
+                np.stack([each[2] for each in boards]),
+            )
         except Failed as failed:
             self._broken = Break(time_ps=failed.time_ps, reason=failed.detail)
 
@@ -126,8 +135,7 @@ class Firmware:
 
     def _quickly(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Make runs in one go, up to one that stops the processor or says more than there is room for."""
-        board, homes = self.bench.board, list(self._homes.values())
-        kept = [home.board for home in homes]
+        board, homes = self.bench.board, list(self._homes)
         edges, requests = [each.edges for each in stimuli], [each.requests for each in stimuli]
         changes = sum(len(each) for each in edges)
         out_ps, out_levels = np.empty(2 * changes + _ROOM, np.int64), np.empty(2 * changes + _ROOM, np.uint8)
@@ -136,9 +144,7 @@ class Firmware:
         memory, hidden, log = board.cpu.arrays
         made = play_runs(
             board.state, np.asarray(board.state.base).view(np.uint8), board.cpu.loop, memory, hidden, log,
-            np.stack([np.frombuffer(each[0], np.uint8) for each in kept]), np.stack([each[1] for each in kept]),
-            np.stack([each[2] for each in kept]),
-            np.array([list(self._homes).index(each.initial) for each in edges], np.int64),
+            *self._kept, np.array([homes.index(each.initial) for each in edges], np.int64),
             np.concatenate([each.times_ps for each in edges]), np.concatenate([each.levels for each in edges]),
             _bounds(edges), np.concatenate([each.times_ps for each in requests]),
             np.concatenate([each.totals for each in requests]), _bounds(requests),
@@ -185,7 +191,7 @@ def _response(
     """Return what has come out; a completed total that stands there at the end counts, too, if it is valid."""
     if at_end is not None and (said.size == 0 or said[-1, 0] < stimulus.until_ps - 1):
         said = np.vstack([said, (stimulus.until_ps - 1, at_end, 0)])
-    changed = np.diff(said[:, 1], prepend=0) != 0
+    changed = said[:, 1] != np.concatenate([[0], said[:-1, 1]])
     completed = Totals(said[changed, 0], said[changed, 1])
     return Response(edges=edges, completed=completed, refusals=_refusals(said, stimulus.requests), broken=broken)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -139,14 +140,16 @@ def judge(
     >>> judge(asked, wires, Contract(step_counts=2)).violation.reason
     '+1 step asked for, 0 completed and no reason given'
     """
-    seen = new_record(SEEN)
+    record = new_record(SEEN)
     encoder, controller, requests = stimulus.edges, response.edges, stimulus.requests
     look(
-        seen, encoder.times_ps, encoder.levels, encoder.initial, controller.times_ps, controller.levels,
+        record, encoder.times_ps, encoder.levels, encoder.initial, controller.times_ps, controller.levels,
         controller.initial, response.completed.times_ps, response.completed.totals, requests.times_ps,
         requests.totals, contract.step_counts, contract.delay_ps, stimulus.until_ps,
         np.full(2 * (len(encoder) + _room(response, contract)) + 3, -1, np.int64),
     )  # fmt: skip
+    # plain numbers: each look at a field of a record takes as long as this
+    seen = SimpleNamespace(**dict(zip(SEEN.names or (), record.item(), strict=True)))
     asked, done = stimulus.requests.final, response.completed.final
     refused = any(t_ps >= _last_asked_ps(stimulus) for t_ps, _ in response.refusals)
     violation: Violation | None = None
@@ -157,17 +160,17 @@ def judge(
         violation = Violation(fault=Fault.POWER_UP, time_ps=0, reason=said)
     elif seen.illegal:
         reason = "A and B change at once at the controller"
-        violation = Violation(fault=Fault.ILLEGAL, time_ps=int(seen.illegal_ps), reason=reason)
+        violation = Violation(fault=Fault.ILLEGAL, time_ps=seen.illegal_ps, reason=reason)
     elif seen.separation_ps < contract.separation_ps:
-        apart, least = time_text(int(seen.separation_ps)), time_text(contract.separation_ps)
+        apart, least = time_text(seen.separation_ps), time_text(contract.separation_ps)
         reason = f"A and B change within {apart} of each other at the controller; {least} at least"
-        violation = Violation(fault=Fault.SEPARATION, time_ps=int(seen.separation_at_ps), reason=reason)
+        violation = Violation(fault=Fault.SEPARATION, time_ps=seen.separation_at_ps, reason=reason)
     elif seen.off_counts:
-        counted, right = int(seen.controller_counts), int(seen.encoder_counts) + contract.step_counts * done
+        counted, right = seen.controller_counts, seen.encoder_counts + contract.step_counts * done
         reason = (
             f"the controller counts {counted:+d} where {right:+d} is right, with no illegal transition to tell it"
         )
-        violation = Violation(fault=Fault.COUNT, time_ps=int(seen.off_since_ps), reason=reason)
+        violation = Violation(fault=Fault.COUNT, time_ps=seen.off_since_ps, reason=reason)
     else:
         violation = _unasked(stimulus, response)
         if violation is None and must_finish and done != asked and not (refused and may_refuse):
@@ -175,21 +178,19 @@ def judge(
             reason = f"{_steps(asked)} asked for, {done:+d} completed and {why}".replace("+0 ", "0 ")
             violation = Violation(fault=Fault.UNFINISHED, time_ps=_last_asked_ps(stimulus), reason=reason)
         elif violation is None and seen.delay_ps > contract.delay_ps:
-            late, most = time_text(int(seen.delay_ps)), time_text(contract.delay_ps)
+            late, most = time_text(seen.delay_ps), time_text(contract.delay_ps)
             reason = f"the controller's count is {late} behind; {most} at most"
-            violation = Violation(fault=Fault.DELAY, time_ps=int(seen.delay_at_ps), reason=reason)
+            violation = Violation(fault=Fault.DELAY, time_ps=seen.delay_at_ps, reason=reason)
         elif violation is None and seen.beyond_counts:
-            reason = (
-                f"the controller's count goes {int(seen.beyond_counts):+d} beyond all that was sent and asked for"
-            )
-            violation = Violation(fault=Fault.UNASKED, time_ps=int(seen.beyond_ps), reason=reason)
+            reason = f"the controller's count goes {seen.beyond_counts:+d} beyond all that was sent and asked for"
+            violation = Violation(fault=Fault.UNASKED, time_ps=seen.beyond_ps, reason=reason)
     return Judgement(
         violation=violation,
         completed=done,
         refused=refused,
-        separation_ps=None if seen.separation_ps >= NEVER else int(seen.separation_ps),
-        pulse_ps=None if seen.pulse_ps >= NEVER else int(seen.pulse_ps),
-        delay_ps=int(seen.delay_ps),
+        separation_ps=None if seen.separation_ps >= NEVER else seen.separation_ps,
+        pulse_ps=None if seen.pulse_ps >= NEVER else seen.pulse_ps,
+        delay_ps=seen.delay_ps,
     )
 
 

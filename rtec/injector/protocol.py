@@ -54,8 +54,9 @@ class Totals:
         times.flags.writeable = values.flags.writeable = False
         if times.ndim != 1 or times.shape != values.shape:
             raise ArgumentError("totals", f"{values.shape}", f"one for each of {times.size} times")
-        if np.any(np.diff(times) <= 0):
-            raise ArgumentError("times_ps", times[:-1][np.diff(times) <= 0][0], "strictly increasing times")
+        late = times[1:] <= times[:-1]
+        if late.any():
+            raise ArgumentError("times_ps", times[:-1][late][0], "strictly increasing times")
         if values.size and np.abs(values).max() >= LARGEST_TOTAL:
             raise ArgumentError("totals", np.abs(values).max(), f"totals below {LARGEST_TOTAL}")
         object.__setattr__(self, "times_ps", times)

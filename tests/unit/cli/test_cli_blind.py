@@ -1,6 +1,7 @@
 """rtec blind: a game is played, opened and scored."""
 
 import json
+import shutil
 
 import pytest
 
@@ -156,11 +157,22 @@ def test_a_missed_bar_is_1(here, capsys, monkeypatch):
     assert json.loads(out)["lines"][0]["reached"] is False
 
 
-POOR = ("new", "--seed", "5", "--hide", "thermal_growth", "--plan", "one_heating", "-o", "data.csv")
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    data = tmp_path_factory.mktemp("played") / "data.csv"
+    words = ["--seed", "5", "--hide", "thermal_growth", "--plan", "one_heating", "-o", str(data)]
+    assert main(["blind", "new", *words]) == 0
+    return data.parent
 
 
+@pytest.fixture
+def poor(here, played):
+    """A game of a poor plan lies here as data.csv, with its seal."""
+    shutil.copytree(played, here, dirs_exist_ok=True)
+
+
+@pytest.mark.usefixtures("poor")
 def test_twice_round_the_loop_from_the_command_line(here, capsys):
-    assert said(capsys, *POOR)[0] == 0
     code, out, _ = run_diagnose(capsys, "data.csv", "--suggest", "plan.toml", "--json")
     document = json.loads(out)
     assert (code, document["verdict"], document["plan"]) == (0, "TIED", "plan.toml")
@@ -187,8 +199,8 @@ def run_diagnose(capsys, *words):
     return code, out, err
 
 
+@pytest.mark.usefixtures("poor")
 def test_the_seed_decides_a_measurement(here, capsys):
-    said(capsys, *POOR)
     (here / "plan.toml").write_text("[runs]\nnumber = 2\n")
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
         assert said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", f"{name}.csv", "--seed", seed)[0] == 0
@@ -196,6 +208,7 @@ def test_the_seed_decides_a_measurement(here, capsys):
     assert texts[0] == texts[1] != texts[2]
 
 
+@pytest.mark.usefixtures("poor")
 @pytest.mark.parametrize(
     ("plan", "says"),
     [
@@ -210,7 +223,6 @@ def test_the_seed_decides_a_measurement(here, capsys):
     ],
 )
 def test_a_plan_that_cannot_be_carried_out_is_one_line_and_2(here, capsys, plan, says):
-    said(capsys, *POOR)
     (here / "plan.toml").write_text(plan)
     code, out, err = said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
     assert (code, out, err.count("\n")) == (2, "", 1)
@@ -218,8 +230,8 @@ def test_a_plan_that_cannot_be_carried_out_is_one_line_and_2(here, capsys, plan,
     assert not list(here.glob("second*"))
 
 
+@pytest.mark.usefixtures("poor")
 def test_a_measurement_writes_over_nothing_and_needs_its_seal(here, capsys):
-    said(capsys, *POOR)
     (here / "plan.toml").write_text("[runs]\nnumber = 2\n")
     (here / "second.csv").write_text("mine")
     words = ("measure", "data.csv", "--plan", "plan.toml", "-o")
@@ -236,8 +248,8 @@ def test_a_measurement_writes_over_nothing_and_needs_its_seal(here, capsys):
     assert "data.csv.sealed" in err
 
 
+@pytest.mark.usefixtures("poor")
 def test_an_answer_is_scored(here, capsys):
-    said(capsys, *POOR)
     code, out, err = said(capsys, "guess", "data.csv", "thermal_growth")
     assert (code, err) == (0, "")
     assert out.startswith("Solved.\nRight: thermal_growth\nPoints: 2 of 3\n")
@@ -308,9 +320,8 @@ def test_the_answers_of_a_class_are_kept_and_shown(here, capsys, monkeypatch):
     assert "was changed" in err
 
 
+@pytest.mark.usefixtures("poor")
 def test_an_answer_that_cannot_be_kept_is_scored(here, capsys, monkeypatch):
-    said(capsys, *POOR)
-
     def refused(data, answer):
         raise OutputError("data.csv.answers: cannot be written: Read-only file system")
 

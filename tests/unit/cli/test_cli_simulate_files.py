@@ -34,6 +34,7 @@ def test_picture_of_each_kind(capsys, tmp_path, ending):
     assert (code, out.splitlines()[-1]) == (0, f"figure: {file}")
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("timing", ["fast", "8051", "firmware"])
 @pytest.mark.parametrize("edges", ["merge", "hold"])
 @pytest.mark.parametrize("design", ["original", "a", "b", "c"])

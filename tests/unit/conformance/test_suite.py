@@ -19,6 +19,7 @@ ORDER = [
 
 
 SHARES: list[float] = []
+NO_SPEEDS = lambda self, parts: None  # noqa: E731 - most of the runs, of which the right design has all
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +29,9 @@ def right():
 
 @pytest.fixture(scope="module")
 def wrong():
-    return check_algorithm(InProcess(mutants.CRawPins), Contract(step_counts=2), tries=160)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rtec.conformance.suite._Suite._speeds", NO_SPEEDS)
+        return check_algorithm(InProcess(mutants.CRawPins), Contract(step_counts=2), tries=160)
 
 
 def test_a_right_design_passes_every_check_in_order(right):
@@ -97,7 +100,8 @@ def test_what_breaks_ends_the_trials():
     assert verdict.runs < 40
 
 
-def test_cases_of_ones_own_are_one_more_check():
+def test_cases_of_ones_own_are_one_more_check(monkeypatch):
+    monkeypatch.setattr("rtec.conformance.suite._Suite._speeds", NO_SPEEDS)
     own = [Case(title="mine", stream=Stream.read("00 500ns:r1 600ns:+ 20us:end"))]
     verdict = check_algorithm(InProcess(mutants.CRawPins), Contract(step_counts=2), tries=16, more=lambda _: own)
     (check,) = [check for check in verdict.checks if check.name == "motion"]
