@@ -1,5 +1,6 @@
 """Terminals that know ASCII only, and narrow ones."""
 
+import io
 import json
 import os
 import subprocess
@@ -7,23 +8,32 @@ import sys
 
 import pytest
 
+from rtec.cli import main
+
 DATA = """# axis: z, 20 °C
 run,direction,target_mm,deviation_um
 """
 
 
-def said(*words, columns=60, **env):
-    done = subprocess.run(
-        [sys.executable, "-m", "rtec", *words],
-        capture_output=True,
-        env=os.environ | {"COLUMNS": str(columns), "PYTHONPATH": os.pathsep.join(sys.path)} | env,
-        check=False,
-    )
-    notes = done.stderr.decode("ascii").splitlines()
-    return done.returncode, done.stdout.decode("ascii"), [line for line in notes if "compiling" not in line]
-
-
 ASCII = [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}]
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """Run a command on a terminal of 60 columns that knows ASCII only."""
+
+    def run(*words):
+        out, err = (io.TextIOWrapper(io.BytesIO(), encoding="ascii") for _ in range(2))
+        with monkeypatch.context() as patch:
+            patch.setenv("COLUMNS", "60")
+            patch.setattr(sys, "stdout", out)
+            patch.setattr(sys, "stderr", err)
+            code = main(list(words))
+            out.flush()
+            err.flush()
+        return code, *(stream.buffer.getvalue().decode("ascii") for stream in (out, err))
+
+    return run
 
 
 @pytest.fixture(scope="module")
@@ -39,22 +49,30 @@ def data(tmp_path_factory):
     return str(file)
 
 
-@pytest.mark.parametrize("env", ASCII, ids=["io", "locale"])
-def test_nothing_is_unprintable_and_no_escape_is_left(env, data):
+def test_nothing_is_unprintable_and_no_escape_is_left(said, data):
     for words in (["--help"], ["simulate", "--help"], ["tables"], ["effects", "backlash"], ["iso230", data]):
-        code, out, err = said(*words, **env)
+        code, out, err = said(*words)
         assert code == 0, words
-        assert "\\x" not in "".join([out, *err]), words
-        assert "\\u" not in "".join([out, *err]), words
+        assert "\\x" not in out + err, words
+        assert "\\u" not in out + err, words
 
 
-@pytest.mark.parametrize("env", ASCII, ids=["io", "locale"])
-def test_a_json_document_is_one_on_every_terminal(env, data):
-    code, out, _ = said("compare", data, "--json", **env)
+def test_a_json_document_is_one_on_every_terminal(said, data):
+    code, out, _ = said("compare", data, "--json")
     assert code == 0
     json.loads(out)
-    code, out, _ = said("effects", "thermal_growth", "--json", **env)
-    assert (code, json.loads(out)["name"]) == (0, "thermal_growth")
+
+
+@pytest.mark.parametrize("env", ASCII, ids=["io", "locale"])
+def test_a_program_of_its_own_sees_what_the_terminal_knows(env):
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)} | env
+    words = [sys.executable, "-m", "rtec", "effects", "thermal_growth"]
+    text, document = (
+        subprocess.run(words + more, capture_output=True, env=env, check=True).stdout.decode("ascii")
+        for more in ([], ["--json"])
+    )
+    assert "um" in text and "\\" not in text
+    assert json.loads(document)["name"] == "thermal_growth"
 
 
 def test_signs_of_the_field_are_spelled():
@@ -67,13 +85,13 @@ def test_signs_of_the_field_are_spelled():
     assert done.stdout == b"3 um +- 1 <= 2 x 4 -> \\u2713\n"
 
 
-def test_tables_keep_their_words_at_60_columns(data):
+def test_tables_keep_their_words_at_60_columns(said, data):
     for words, wanted in (
         (["tables", "--design", "c"], ["encoder", "changes", "1 (00)"]),
         (["effects"], ["thermal_growth", "asymmetric_friction", "needs"]),
         (["iso230", data], ["repeatability", "forward", "backward"]),
         (["compare", data], ["noise floor"]),
     ):
-        code, out, _ = said(*words, columns=60, PYTHONIOENCODING="ascii")
+        code, out, _ = said(*words)
         assert code == 0
         assert all(word in out for word in wanted), (words, out)
