@@ -136,6 +136,7 @@ def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
     assert (floor["right"], floor["confusion"][0]["answered"]) == (2, "at the floor")
     assert (document["trials"], document["seed"], document["table"]) == (2, 1, "score.md")
     assert "plain to see" in (here / "score.md").read_text()
+    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines_for(0.5)[:1])
     code, out, _ = said(capsys, "score", "--trials", "1")
     assert code == 0
     assert out == out.rstrip("\n") + "\n"

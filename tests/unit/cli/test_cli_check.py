@@ -42,12 +42,6 @@ def plainly(monkeypatch):
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
 
 
-@pytest.fixture
-def no_speeds(monkeypatch):
-    """Leave out how fast it goes, most of the runs of a check."""
-    monkeypatch.setattr("rtec.conformance.suite._Suite._speeds", lambda self, parts: None)
-
-
 def said(capfd, *words):
     code = main(["check", *(str(word) for word in words)])
     return code, *capfd.readouterr()

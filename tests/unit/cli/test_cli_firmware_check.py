@@ -92,6 +92,7 @@ def test_a_good_image_passes(image, capsys, tmp_path, judged_once):
     assert "Data sheet" in out
 
 
+@pytest.mark.usefixtures("no_speeds")
 def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path, judged_once):
     file = image(*SWAPPED)
     (tmp_path / "mine.sym").write_text("0x0000 reset\n0x0290 pulses\n")
@@ -266,6 +267,7 @@ def test_list_names_each_image_with_its_processor(capsys):
 
 
 @NEEDS_SDCC
+@pytest.mark.usefixtures("no_speeds")
 def test_the_how_to_page_shows_what_happens(tmp_path, capsys, monkeypatch):
     page = (Path(__file__).parents[3] / "docs" / "how-to-firmware.md").read_text()
     mistake = re.search(r"```asm\n(.*?)```", page, re.DOTALL)[1]

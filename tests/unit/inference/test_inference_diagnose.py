@@ -92,7 +92,7 @@ def test_likely_without_repeats():
 
 
 def test_a_slope_and_a_reversal_error_of_a_single_run_are_no_windup():
-    for seed in range(6):
+    for seed in range(3):
         error = lambda x, way, t, run: 0.005 * way + 5e-5 * x
         result = diagnose(measured(error, runs=1, targets=41, timed=False, seed=seed))
         assert "windup" not in result.effects
@@ -158,19 +158,20 @@ def test_unknown_errors_of_single_targets():
     assert result.unknown.depends_on[0] == "position"
 
 
+@pytest.mark.parametrize("games", [4, pytest.param(8, marks=pytest.mark.sweep)])
 @pytest.mark.parametrize("rho", [0.0, 0.9])
-def test_none(rho):
+def test_none(rho, games):
     verdicts = []
-    for seed in range(8):
+    for seed in range(games):
         result = diagnose(measured(seed=seed, rho=rho, runs=6))
         verdicts.append(result.verdict)
         if not result.effects:
             assert result.steps == ()
             # but for zeros of runs and the datum, which count as noise
             assert (0.9 - 0.3 * rho) * result.rms_before < result.rms_after <= result.rms_before
-    # a name at most 5 % of the time: two of eight would be 1 in 20
+    # a name at most 5 % of the time: two of eight would be 1 in 20, of four 1 in 70
     assert sum(v in (Verdict.NAMED, Verdict.TIED) for v in verdicts) < 2
-    assert verdicts.count(Verdict.NONE) >= 4
+    assert verdicts.count(Verdict.NONE) >= games / 2
 
 
 def test_inconclusive_without_repeats():
@@ -446,6 +447,7 @@ def test_one_place_only(tmp_path):
     assert diagnose(load_dataset(written(tmp_path, HEADER, *columns, noise + 8 * way))).effects == ("backlash",)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("rows", range(3, 10))
 def test_a_handful_of_readings_names_nothing_for_certain(tmp_path, rows):
     for seed in range(4):

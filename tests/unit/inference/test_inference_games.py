@@ -77,7 +77,7 @@ def keeps_the_rules(data):
     return result
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(5))
 def test_no_accepted_effect_fails_its_own_test(seed):
     keeps_the_rules(game(seed)[0])
 
@@ -113,8 +113,8 @@ def wrongly_named(seed):
 
 
 def test_noise_of_many_kinds_gets_no_name():
-    named = [wrongly_named(seed) for seed in range(12)]
-    # at most 2 % of games: of 12 two or more would be 1 in 40
+    named = [wrongly_named(seed) for seed in range(6)]
+    # at most 2 % of games: of 6 two or more would be 1 in 160
     assert sum(named) <= 1
 
 
@@ -132,6 +132,7 @@ def periods(result):
     return sorted(term.shape.period for term in result.model.terms if term.name == "cyclic")
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("cycles", [1.3, 4.0, 4.7, 4.9])
 def test_a_wave_of_few_cycles_that_nobody_stated_is_not_accepted(cycles):
     period = 300.0 / cycles
@@ -154,20 +155,18 @@ def test_a_wave_at_two_readings_a_cycle_is_not_accepted():
 @pytest.mark.parametrize(("first", "second"), [(41.0, 23.0), (50.0, 17.3)])
 def test_two_pitches_stay_two(first, second):
     error = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / first) + 0.005 * np.cos(2 * np.pi * x / second)
-    for seed in (1, 2):
-        result = diagnose(measured(error, targets=61, runs=2, seed=seed))
-        assert result.verdict is Verdict.NAMED
-        assert periods(result) == pytest.approx([second, first], rel=0.01)
-        assert all(term.shape.harmonics == 1 for term in result.model.terms)
+    result = diagnose(measured(error, targets=61, runs=2, seed=1))
+    assert result.verdict is Verdict.NAMED
+    assert periods(result) == pytest.approx([second, first], rel=0.01)
+    assert all(term.shape.harmonics == 1 for term in result.model.terms)
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0, 1.5])
 def test_a_wave_with_two_harmonics_keeps_its_period(share):
     error = lambda x, way, t, run: 0.005 * np.sin(2 * np.pi * x / 47.0) + 0.005 * share * np.cos(4 * np.pi * x / 47.0)
-    for seed in range(2):
-        result = diagnose(measured(error, targets=51, runs=2, seed=seed))
-        assert periods(result) == pytest.approx([47.0], rel=0.005)
-        assert result.model.terms[0].shape.harmonics == 2
+    result = diagnose(measured(error, targets=51, runs=2, seed=0))
+    assert periods(result) == pytest.approx([47.0], rel=0.005)
+    assert result.model.terms[0].shape.harmonics == 2
 
 
 @pytest.mark.sweep
