@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence, Sized
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +61,7 @@ class Firmware:
         self._broken: Break | None = None
         self._homes: dict[int, BenchState] = {}
         """By the level code at which a run begins."""
-        self._kept: tuple[NDArray[Any], ...] = ()
+        self._kept: tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]
         """Of board, memory and hidden state a row for each of them."""
         try:
             if not homed:
