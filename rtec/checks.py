@@ -3,13 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from numbers import Integral, Real
+from typing import Any
 
 from rtec.errors import ArgumentError
+from rtec.readable import hertz_text, time_text
+
+_UNITS = {
+    "ps": "ps", "s": "s", "hz": "Hz", "hz_s": "Hz/s", "mm": "mm", "um": "um", "mm_s": "mm/s", "mm_s2": "mm/s^2",
+    "mm_s3": "mm/s^3", "inch": "inch", "deg": "deg", "counts": "counts", "steps": "steps", "sigma": "sigma",
+}  # fmt: skip
+"""The unit that is meant by the last words of a name."""
+_SCALED: dict[str, Callable[[Any], str]] = {"Hz": hertz_text, "ps": time_text}
+"""Units in which numbers are large: how people read them."""
 
 
 def number_within(name: str, value: object, low: float, high: float, *, unit: str = "") -> float:
     """Return ``value`` as a float if it is a number from ``low`` to ``high``.
+
+    Parameters
+    ----------
+    name
+        Of the argument, for the message.
+    value
+        What the caller gave.
+    low, high
+        Both are allowed.
+    unit
+        Of the three, for the message; the one that ends the name, as in ``feed_mm_s``, where nothing is said.
 
     Raises
     ------
@@ -18,23 +40,32 @@ def number_within(name: str, value: object, low: float, high: float, *, unit: st
 
     Examples
     --------
-    >>> number_within("target_mm", 12, -100.0, 100.0, unit="mm")
+    >>> number_within("target_mm", 12, -100.0, 100.0)
     12.0
+    >>> number_within("clock_hz", 2e9, 1.0, 1e9)
+    Traceback (most recent call last):
+        ...
+    rtec.errors.ArgumentError: clock_hz: 2 GHz is too large; use 1 Hz to 1 GHz
     """
-    allowed = f"a number from {low:g} to {high:g}{' ' + unit if unit else ''}"
     if isinstance(value, bool) or not isinstance(value, Real):
+        allowed = f"a number from {_interval(low, high, unit or _unit_of(name))}"
         raise ArgumentError(name, repr(value)[:60], allowed)
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not low <= number <= high:
-        raise ArgumentError(name, number, allowed)
+        raise outside(name, number, low, high, unit=unit)
     return number
 
 
 def whole_within(name: str, value: object, low: int, high: int, *, unit: str = "") -> int:
     """Return ``value`` as an int if it is a whole number from ``low`` to ``high``.
+
+    Parameters
+    ----------
+    name, value, low, high, unit
+        As of `number_within`.
 
     Raises
     ------
@@ -46,9 +77,47 @@ def whole_within(name: str, value: object, low: int, high: int, *, unit: str = "
     >>> whole_within("samples", 3, 0, 1000)
     3
     """
-    allowed = f"a whole number from {low} to {high}{' ' + unit if unit else ''}"
     if isinstance(value, bool) or not isinstance(value, Integral):
+        allowed = f"a whole number from {_interval(low, high, unit or _unit_of(name))}"
         raise ArgumentError(name, repr(value)[:60], allowed)
     if not low <= int(value) <= high:
-        raise ArgumentError(name, int(value), allowed)
+        raise outside(name, int(value), low, high, unit=unit)
     return int(value)
+
+
+def outside(name: str, value: float, low: float, high: float, *, unit: str = "") -> ArgumentError:
+    """Return the error of a number that is not between two others.
+
+    Parameters
+    ----------
+    name, value, low, high, unit
+        As of `number_within`.
+
+    Examples
+    --------
+    >>> str(outside("--axis", 16, 1, 15)), str(outside("start_mm", -5.0, 0.0, 100.0))
+    ('--axis: 16 is too large; use 1 to 15', 'start_mm: -5 mm is too small; use 0 to 100 mm')
+    """
+    unit = unit or _unit_of(name)
+    problem = "is too small" if value < low else "is too large" if value > high else "is no number"
+    return ArgumentError(name, _with_unit(value, unit), _interval(low, high, unit), problem=problem)
+
+
+def _interval(low: float, high: float, unit: str) -> str:
+    name, _, remark = unit.partition(" ")
+    first = _with_unit(low, name if name in _SCALED else "")
+    return f"{first} to {_with_unit(high, name)} {remark}".rstrip()
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """Return a number for people; a frequency or a time of the signal path in a unit that suits its size."""
+    name = unit.partition(" ")[0]
+    if name in _SCALED and math.isfinite(value):
+        return _SCALED[name](value)
+    return f"{value if isinstance(value, int) else format(value, '.10g')} {name}".rstrip()
+
+
+def _unit_of(name: str) -> str:
+    words = name.split(" ", maxsplit=1)[0].split("_")
+    ends = ("_".join(words[at:]) for at in range(1, len(words)))
+    return next((_UNITS[end] for end in ends if end in _UNITS), "")

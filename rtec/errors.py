@@ -15,11 +15,14 @@ What a simulated machine does wrong (an illegal transition, a refused request) i
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 _KNOWN = "known: "
+_IN_WORDS = re.compile(r"[A-Za-z]+ \w|\d[\d.]* [a-z]{2,}s\b")
+"""A value that is told in words, "no reading" or "12 averages", and not quoted."""
 
 
 class RtecError(Exception):
@@ -45,25 +48,79 @@ class ArgumentError(RtecError, ValueError):
     name
         Name of the argument or key, as the user wrote it.
     value
-        The value found; None where nothing was given.
+        The value found, or in words what was found; None where nothing was given.
     allowed
-        What would have been accepted.
+        What would have been accepted: it completes a sentence that begins with "use".
     hint
-        What to do about it (optional).
+        Why, or what to do about it (optional).
+    problem
+        What is wrong with the value, as a verb and what follows it: "is too small". Where nothing better is known, a
+        value is "not valid"; one that is told in words stands alone.
 
     Examples
     --------
     >>> str(ArgumentError("feed", -3, "a speed above 0 mm/s"))
-    'feed: -3 is not allowed; allowed: a speed above 0 mm/s'
+    'feed: -3 is not valid; use a speed above 0 mm/s'
+    >>> str(ArgumentError("--axis", 16, "1 to 15", problem="is too large"))
+    '--axis: 16 is too large; use 1 to 15'
+    >>> str(ArgumentError("totals", "an array of 3 numbers", "one for each of 5 times"))
+    'totals: an array of 3 numbers; use one for each of 5 times'
     >>> str(ArgumentError("--clock", None, "the frequency of the module's clock, such as 50MHz"))
-    "--clock is missing; allowed: the frequency of the module's clock, such as 50MHz"
+    "--clock is missing; give the frequency of the module's clock, such as 50MHz"
     """
 
-    def __init__(self, name: str, value: object, allowed: str, hint: str = "") -> None:
+    def __init__(self, name: str, value: object, allowed: str, hint: str = "", *, problem: str = "") -> None:
         hint = "" if hint.startswith(_KNOWN) and hint.removeprefix(_KNOWN) in allowed else hint  # no list twice
-        self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
-        found = f"{name} is missing" if value is None else f"{name}: {value} is not allowed"
-        super().__init__(f"{found}; allowed: {allowed}{'; ' + hint if hint else ''}")
+        self.name, self.value, self.allowed, self.hint, self.problem = name, value, allowed, hint, problem
+        if value is None:
+            said = f"{name} is missing; give {allowed}"
+        elif problem or not (isinstance(value, str) and _IN_WORDS.match(value)):
+            said = f"{name}: {value} {problem or 'is not valid'}; use {allowed}"
+        else:
+            said = f"{name}: {value}; use {allowed}"
+        super().__init__(f"{said}{'; ' + hint if hint else ''}")
+
+    def of(self, name: str) -> ArgumentError:
+        """Return the same error under the name by which the user knows the argument.
+
+        Examples
+        --------
+        >>> ArgumentError("count_mm", 0, "a length above 0 mm").of("--count").name
+        '--count'
+        """
+        return ArgumentError(name, self.value, self.allowed, self.hint, problem=self.problem)
+
+
+def unknown(name: str, word: str, known: Iterable[str], *, noun: str = "") -> ArgumentError:
+    """Return the error of a word that is none of those that are known; the nearest of them is suggested.
+
+    Parameters
+    ----------
+    name
+        Name of the argument or key, as the user wrote it.
+    word
+        What was found.
+    known
+        What could have been said.
+    noun
+        What the known words are, in the singular.
+
+    Examples
+    --------
+    >>> str(unknown("--design", "z", ("original", "a", "b", "c"), noun="design"))
+    "--design: 'z' is not a design; use one of original, a, b, c"
+    >>> str(unknown("--unit", "in", ("mm", "inch")))
+    "--unit: 'in' is not valid; use mm or inch; did you mean 'inch'?"
+    """
+    words = [str(each) for each in known]
+    near = nearest(word[:60].lower(), words)
+    return ArgumentError(
+        name,
+        repr(word[:60]),
+        f"one of {', '.join(words)}" if len(words) > 2 else " or ".join(words),
+        "" if near.startswith(_KNOWN) else near,
+        problem=f"is not {'an' if noun[0] in 'aeiou' else 'a'} {noun}" if noun else "",
+    )
 
 
 class FileFormatError(RtecError, ValueError):
@@ -78,18 +135,18 @@ class FileFormatError(RtecError, ValueError):
     problem
         What was found.
     allowed
-        What the format asks for, or what to do.
+        What the format asks for, or what to do: it completes a sentence that begins with "use".
 
     Examples
     --------
     >>> str(FileFormatError("z.csv", 7, "'abc' is not a number", "a decimal number"))
-    "z.csv, line 7: 'abc' is not a number; allowed: a decimal number"
+    "z.csv, line 7: 'abc' is not a number; use a decimal number"
     """
 
     def __init__(self, path: str | Path, line: int | None, problem: str, allowed: str) -> None:
         self.path, self.line, self.problem, self.allowed = str(path), line, problem, allowed
         where = f"{path}" if line is None else f"{path}, line {line}"
-        super().__init__(f"{where}: {problem}; allowed: {allowed}")
+        super().__init__(f"{where}: {problem}; use {allowed}")
 
 
 class LinkError(RtecError, OSError):

@@ -93,7 +93,7 @@ def assemble(source: Path, processor: str = PROCESSORS[0]) -> dict[str, str]:
         The source is not there, SDCC is not installed, or it refuses the source.
     """
     if source.suffix != ".asm" or not source.is_file():
-        raise BuildError(f"{source}: no such source; allowed: the path of an .asm file")
+        raise BuildError(f"{source}: no such source; use the path of an .asm file")
     with tempfile.TemporaryDirectory(prefix="rtec-image-") as name:
         folder = Path(name)
         beside = [path for path in source.parent.iterdir() if path.suffix in (".asm", ".inc")]

@@ -77,10 +77,11 @@ class Imperfections:
             spacing = 1.0 + shifts[(kind + 1) % 4] - shifts[kind]
             if spacing < MIN_LINE_SPACING_COUNTS:
                 raise ArgumentError(
-                    "phase_error_deg with duty errors",
-                    f"{self.phase_error_deg} deg, {self.duty_error_a}, {self.duty_error_b}",
+                    "phase_error_deg",
+                    f"{self.phase_error_deg:g} deg with duties {self.duty_error_a:g} and {self.duty_error_b:g}",
                     f"lines at least {MIN_LINE_SPACING_COUNTS} counts apart",
                     "make one of them smaller",
+                    problem="brings lines too close together",
                 )
 
     def shifts_counts(self) -> tuple[float, float, float, float]:
@@ -185,7 +186,7 @@ class Encoder:
         ArgumentError
             A frequency outside 1 mHz to 100 MHz, or jitter that would make neighbouring edges change places.
         """
-        number_within("frequency", frequency_hz, 1e-3, 1e8, unit="Hz")
+        number_within("frequency_hz", frequency_hz, 1e-3, 1e8, unit="Hz")
         self.fill(state)
         # a float64 is a ratio of whole numbers, so the quarter of its period is one, too, and nothing drifts
         num, den = (4.0 * frequency_hz).as_integer_ratio()
@@ -207,7 +208,7 @@ class Encoder:
         closest = min(1.0 + shifts[(kind + 1) % 4] - shifts[kind] for kind in range(4)) * quarter_ps
         if 2 * self.imperfections.jitter_ps >= closest:
             raise ArgumentError(
-                "jitter",
+                "jitter_ps",
                 f"{self.imperfections.jitter_ps} ps",
                 f"less than {closest / 2:.0f} ps at this frequency",
                 "edges must keep their order",

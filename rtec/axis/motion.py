@@ -129,7 +129,7 @@ def motion_named(text: str) -> MotionKind | Path:
     (<MotionKind.DITHER: 'dither'>, 'part.nc')
     >>> motion_named("revresal")
     Traceback (most recent call last):
-    rtec.errors.ArgumentError: --motion: 'revresal' is not allowed; allowed: steady, ramp, reversal, dither, \
+    rtec.errors.ArgumentError: --motion: 'revresal' is not a motion; use steady, ramp, reversal, dither, \
 adversary, or a G-code file (.nc, .ngc, .gcode, .tap, .txt); did you mean 'reversal'?
     """
     word = text.strip().lower()
@@ -139,7 +139,8 @@ adversary, or a G-code file (.nc, .ngc, .gcode, .tap, .txt); did you mean 'rever
         return Path(text)
     allowed = f"{', '.join(NAMES)}, or a G-code file ({', '.join(PROGRAMME_ENDINGS)})"
     near = nearest(word[:60], NAMES)
-    raise ArgumentError("--motion", repr(text[:60]), allowed, near if near.startswith("did") else "")
+    hint = near if near.startswith("did") else ""
+    raise ArgumentError("--motion", repr(text[:60]), allowed, hint, problem="is not a motion")
 
 
 def motion_of(
@@ -196,9 +197,9 @@ def motion_of(
     (316228, 4000.0, [1581138830, 4743416490])
     """
     counts = whole_within("cycles", counts, 1, _MOST_COUNTS)
-    number_within("frequency", frequency_hz, 1e-3, 1e8, unit="Hz")
-    number_within("acceleration", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
-    whole_within("corrections", asks, 0, MOST_ASKED, unit="with a motion")
+    number_within("frequency_hz", frequency_hz, 1e-3, 1e8, unit="Hz")
+    number_within("acceleration_hz_s", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
+    whole_within("corrections", asks, 0, MOST_ASKED, unit="steps")
     speed, gain = 4.0 * frequency_hz, 4.0 * acceleration_hz_s
     sign = 1 if direction > 0 else -1
     if kind is MotionKind.STEADY:
@@ -250,9 +251,9 @@ def programme_motion(
     >>> round(motion.top_hz), round(motion.segments.extremes().max_mm)
     (100000, 200000)
     """
-    number_within("frequency", frequency_hz, 1e-3, 1e8, unit="Hz")
-    number_within("acceleration", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
-    whole_within("corrections", asks, 0, MOST_ASKED, unit="with a motion")
+    number_within("frequency_hz", frequency_hz, 1e-3, 1e8, unit="Hz")
+    number_within("acceleration_hz_s", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
+    whole_within("corrections", asks, 0, MOST_ASKED, unit="steps")
     fastest = _fastest(program)
     per_mm = 4.0 * frequency_hz / fastest
     gain = 4.0 * acceleration_hz_s / per_mm

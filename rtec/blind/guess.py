@@ -194,7 +194,8 @@ def _check(answer: Sequence[str]) -> None:
         if name not in ANSWERS:
             hint = nearest(name, ANSWERS)
             allowed = f"effects of 'rtec effects', '{UNKNOWN}' or '{NOTHING}'"
-            raise ArgumentError("EFFECT", repr(name)[:60], allowed, "" if hint.startswith("known") else hint)
+            hint = "" if hint.startswith("known") else hint
+            raise ArgumentError("EFFECT", repr(name)[:60], allowed, hint, problem="is not an effect")
     if len(set(answer)) != len(answer):
         raise ArgumentError("EFFECT", " ".join(answer)[:60], "each name once")
     if NOTHING in answer and len(answer) > 1:

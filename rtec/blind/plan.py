@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.checks import number_within
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import unknown
 from rtec.metrology import ExperimentPlan, Heating, Passes, Reading, Spacing, Weather
 from rtec.metrology.experiment_plan import COLUMNS
 
@@ -86,8 +86,9 @@ class Plan(ExperimentPlan):
         number_within("dwell_s", self.dwell_s, 2.0, 100.0, unit="s")
         for dwell in self.turn_dwells_s:
             number_within("turn_dwells_s", dwell, 1.0, 1000.0, unit="s")
-        if unknown := [name for name in self.columns if name not in RECORDED]:
-            raise ArgumentError("columns", ", ".join(unknown), ", ".join(RECORDED))
+        for name in self.columns:
+            if name not in RECORDED:
+                raise unknown("columns", name, RECORDED, noun="column")
         number_within("sigma_um", self.sigma_um, 0.1, 100.0, unit="um")
         number_within("sigma_n", self.sigma_n, 0.1, 100.0, unit="N")
         for share in self.wave_shares:
@@ -203,7 +204,7 @@ def plan_named(name: str) -> Plan:
     1
     """
     if name not in PLANS:
-        raise ArgumentError("plan", repr(name)[:60], ", ".join(PLANS), nearest(name, PLANS))
+        raise unknown("plan", name, PLANS, noun="plan")
     return PLANS[name]
 
 

@@ -111,7 +111,8 @@ class Scenario:
         object.__setattr__(self, "names", tuple(self.names))
         for name in self.names:
             if name not in _KNOWN:
-                raise ArgumentError("names", repr(name)[:60], "effects of the game", nearest(name, _KNOWN))
+                hint = nearest(name, _KNOWN)
+                raise ArgumentError("names", repr(name)[:60], "effects of the game", hint, problem="is not an effect")
             if (why := unfit(name, self.plan)) is not None:
                 raise ArgumentError("names", name, f"effects that the plan {self.plan.name} can show", why)
         if len(set(self.names)) != len(self.names):

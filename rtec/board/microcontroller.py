@@ -12,7 +12,7 @@ from typing import Literal
 
 from firmware_model import TIMINGS
 from rtec.checks import whole_within
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, unknown
 from rtec.injector import DesignRow
 from rtec.units import PS_PER_S
 
@@ -52,7 +52,7 @@ class Microcontroller:
     def __post_init__(self) -> None:
         """Check the ranges."""
         if self.timing not in TIMINGS:
-            raise ArgumentError("timing", repr(self.timing), ", ".join(TIMINGS))
+            raise unknown("timing", self.timing, TIMINGS, noun="timing")
         whole_within("clock_hz", self.clock_hz, 10_000, 1_000_000_000, unit="Hz")
         num, den = self.cycle_ps
         if num * den >= _MOST_RATIO:
@@ -81,6 +81,7 @@ class Microcontroller:
                 "processor",
                 repr(name),
                 f"{', '.join(MICROCONTROLLERS)}, or a timing and a clock as in '12-clock 16MHz'",
+                problem="is not a processor",
             )
         timing: Literal["12-clock", "one-clock"] = "12-clock" if said[1].lower() == "12-clock" else "one-clock"
         return cls(

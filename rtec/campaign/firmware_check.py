@@ -99,7 +99,7 @@ class FirmwareCheckPlan:
     def __post_init__(self) -> None:
         """Check the ranges."""
         for frequency in self.frequencies_hz:
-            number_within("frequency", frequency, SLOWEST_HZ, FASTEST_HZ, unit="Hz")
+            number_within("frequency_hz", frequency, SLOWEST_HZ, FASTEST_HZ, unit="Hz")
         whole_within("phases", self.phases, 1, 10_000)
         whole_within("tries", self.tries, 0, 10_000_000)
         whole_within("seed", self.seed, 0, 2**32 - 1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.campaign.safety_watch import SLICE_PS, WatchedCell, station_settings, wavy_table
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import unknown
 from rtec.injector import Design
 from rtec.machine.faults import Fault
 from rtec.machine.station import Move
@@ -56,7 +56,7 @@ class Phase(enum.Enum):
         """
         known = {hyphened(phase.value): phase for phase in cls}
         if (word := hyphened(text)) not in known:
-            raise ArgumentError("phase", repr(text[:60]), ", ".join(known), nearest(word, known))
+            raise unknown("phase", text, known, noun="phase")
         return known[word]
 
 

@@ -189,7 +189,8 @@ def variants_named(text: str) -> tuple[Variant, ...]:
         classes = dict.fromkeys(name.split(",")[0] for name in names)
         near = nearest(word, [*classes, *names])
         hint = near if near.startswith("did") else ""
-        raise ArgumentError("fault", repr(text[:60]), f"a class ({', '.join(classes)}) or one of it", hint)
+        allowed = f"a class ({', '.join(classes)}) or one of it"
+        raise ArgumentError("fault", repr(text[:60]), allowed, hint, problem="is not a fault")
     return found
 
 

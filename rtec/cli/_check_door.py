@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rtec.cli._arguments import member, share
-from rtec.conformance.contract import Contract, states_of
+from rtec.cli._parameters import apart
+from rtec.conformance.contract import Contract
 from rtec.errors import ArgumentError, nearest
 from rtec.injector import Algorithm, Design
-from rtec.units import FREQUENCY, SWEEP, parse_quantity, parse_time_ps
 
 if TYPE_CHECKING:
     from rtec.cli.check import Options
@@ -19,12 +18,13 @@ if TYPE_CHECKING:
 _DESIGNS = tuple(design.value for design in Design)
 _FORMS = "file.py:Name, top.v, image.ihx, or a design of rtec: " + ", ".join(_DESIGNS)
 _OF_KIND = {
-    "Python": ("clock",),
-    "Verilog": ("clock", "pins", "simulator"),
+    "Python": ("clock_ps",),
+    "Verilog": ("clock_ps", "pins", "simulator"),
     "machine code": ("processor", "part", "hold_latch"),
     "a design of rtec": ("timing", "real_edges"),
 }
 """Options that mean something for each kind of algorithm."""
+_LIMITS = ("frequency_hz", "acceleration_hz_s", "jitter", "separation_ps", "delay_ps")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +33,8 @@ class Chosen:
 
     Parameters
     ----------
+    word
+        What the user calls it.
     algorithm
         Ready to be played.
     contract
@@ -41,6 +43,7 @@ class Chosen:
         Called when it was played: what there is to say about how it runs, or "".
     """
 
+    word: str
     algorithm: Algorithm
     contract: Contract
     note: Callable[[], str]
@@ -60,7 +63,8 @@ def choose(options: Options) -> Chosen:
         return _python(options, Path(file), name)
     suffix = Path(word).suffix.lower()
     if suffix == ".py":
-        raise ArgumentError("ALGORITHM", word, f"{word}:Name, the class in the file", "Name is the class with a step")
+        allowed = f"{word}:Name, the name of the class with a step"
+        raise ArgumentError("ALGORITHM", word, allowed, problem="does not say which class")
     if suffix in (".v", ".sv"):
         return _verilog(options)
     if suffix in (".ihx", ".hex"):
@@ -68,63 +72,58 @@ def choose(options: Options) -> Chosen:
     if word.lower() in _DESIGNS:
         return _built_in(options)
     near = nearest(word[:60].lower(), _DESIGNS)
-    raise ArgumentError("ALGORITHM", repr(word[:80]), _FORMS, near if near.startswith("did") else "")
+    hint = near if near.startswith("did") else ""
+    raise ArgumentError("ALGORITHM", repr(word[:80]), _FORMS, hint, problem="is not an algorithm")
 
 
 def _python(options: Options, file: Path, name: str) -> Chosen:
     from rtec.conformance.python_class import PythonClass
-    from rtec.conformance.verilog import clock_of
 
     _refuse_others(options, "Python")
     contract = _contract(options)
-    clock = None if options.clock is None else _named("--clock", clock_of, options.clock)
-    algorithm = PythonClass(file, name, clock_ps=clock)
+    algorithm = PythonClass(file, name, clock_ps=options.clock_ps)
 
     def note() -> str:
         return f"runs as plain Python, slower: {algorithm.note}" if algorithm.note else ""
 
-    return Chosen(algorithm=algorithm, contract=contract, note=note)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=note)
 
 
 def _verilog(options: Options) -> Chosen:
-    from rtec.conformance.verilog import VerilogAlgorithm, clock_of
+    from rtec.conformance.verilog import VerilogAlgorithm
     from rtec.conformance.verilog_pins import Pins
 
     _refuse_others(options, "Verilog")
-    if options.clock is None:
+    if options.clock_ps is None:
         raise ArgumentError("--clock", None, "the frequency of the module's clock, such as 50MHz")
     if options.pins is None:
         raise ArgumentError("--pins", None, "a TOML file that names the module's ports (docs/algorithm.md)")
-    contract, clock = _contract(options), _named("--clock", clock_of, options.clock)
-    file, pins = Path(options.algorithm), Pins.read(options.pins)
-    algorithm = VerilogAlgorithm(file, pins=pins, clock_ps=clock, simulator=options.simulator)
-    return Chosen(algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
+    contract, pins = _contract(options), Pins.read(options.pins)
+    algorithm = VerilogAlgorithm(
+        Path(options.algorithm), pins=pins, clock_ps=options.clock_ps, simulator=options.simulator
+    )
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
 
 
 def _machine_code(options: Options) -> Chosen:
     from firmware_model import read_hex
-    from firmware_model.isa.parts import PARTS
     from rtec.board import Microcontroller
     from rtec.campaign.firmware_algorithm import Firmware
     from rtec.campaign.firmware_check_bench import Bench
-    from rtec.cli._arguments import choice
-    from rtec.cli.firmware import as_bad_input
+    from rtec.cli.firmware import as_bad_input, with_part
 
     _refuse_others(options, "machine code")
     if options.design is None:
         raise ArgumentError("--design", None, ", ".join(_DESIGNS), "whose circuits stand around the processor?")
     contract = _contract(options)
+    chip = with_part(options.processor or Microcontroller.named("8051-12mhz"), options.part)
     with as_bad_input():
-        chip = _named("--processor", Microcontroller.named, options.processor or "8051-12mhz")
-        known = "8051" if chip.timing == "12-clock" else "8052"
-        part: Any = known if options.part is None else choice(options.part, PARTS, name="--part")
-        latch = options.hold_latch is not False
         image = read_hex(Path(options.algorithm))
-        bench = Bench(Design.named(options.design), replace(chip, part=part), image, hold_latch=latch)
+        bench = Bench(options.design, chip, image, hold_latch=options.hold_latch is not False)
         algorithm = Firmware(bench)
-    if options.delay is None:
+    if options.delay_ps is None:
         contract = replace(contract, delay_ps=max(contract.delay_ps, algorithm.delay_ps))
-    return Chosen(algorithm=algorithm, contract=contract, note=_nothing)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=_nothing)
 
 
 def _built_in(options: Options) -> Chosen:
@@ -132,15 +131,17 @@ def _built_in(options: Options) -> Chosen:
     from rtec.injector import InjectorSettings, Processor, RealEdges, Timing
 
     _refuse_others(options, "a design of rtec")
-    for name in ("design", "step", "states"):
-        if (said := getattr(options, name)) is not None:
-            raise ArgumentError(f"--{name}", said, f"nothing beside {options.algorithm}, which has its own contract")
+    for name in ("design", "step_counts", "states"):
+        if getattr(options, name) is not None:
+            raise apart(name, "it", options.algorithm, "a design of rtec has its own contract")
     design = Design.named(options.algorithm)
-    processor = member(options.timing or "fast", Processor, name="--timing")
-    edges = member(options.real_edges or "hold", RealEdges, name="--real-edges")
-    settings = InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=edges)
-    contract = _contract(replace(options, design=options.algorithm))
-    return Chosen(algorithm=BuiltIn(settings), contract=contract, note=_nothing)
+    settings = InjectorSettings(
+        design=design,
+        timing=Timing.of(design, options.timing or Processor.FAST),
+        real_edges=options.real_edges or RealEdges.HOLD,
+    )
+    contract = _contract(replace(options, design=design))
+    return Chosen(word=options.algorithm, algorithm=BuiltIn(settings), contract=contract, note=_nothing)
 
 
 def _nothing() -> str:
@@ -152,43 +153,19 @@ def _refuse_others(options: Options, kind: str) -> None:
     for other, names in _OF_KIND.items():
         for name in names:
             if name not in _OF_KIND[kind] and getattr(options, name) is not None:
-                said = getattr(options, name)
-                raise ArgumentError("--" + name.replace("_", "-"), said, f"nothing here; it is for {other}")
+                raise ArgumentError(name, "it", f"it for {other}", problem=f"means nothing for {kind}")
 
 
 def _contract(options: Options) -> Contract:
     """Return what is asked of the algorithm."""
-    limits: dict[str, Any] = {}
-    if options.frequency is not None:
-        limits["frequency_hz"] = parse_quantity(options.frequency, FREQUENCY, name="--frequency")
-    if options.acceleration is not None:
-        limits["acceleration_hz_s"] = parse_quantity(options.acceleration, SWEEP, name="--acceleration")
-    if options.jitter is not None:
-        limits["jitter"] = share(options.jitter, name="--jitter")
-    if options.separation is not None:
-        limits["separation_ps"] = parse_time_ps(options.separation, name="--separation")
-    if options.delay is not None:
-        limits["delay_ps"] = parse_time_ps(options.delay, name="--delay")
-    try:
-        if options.design is not None:
-            if options.step is not None or options.states is not None:
-                raise ArgumentError("--step", "given beside --design", "one of the two")
-            return Contract.of(_named("--design", Design.named, options.design), **limits)
-        if options.step is None:
-            allowed = "--design original|a|b|c, or --step N and --states 00"
-            raise ArgumentError("--design", None, allowed, "how many counts is one step, and where is it made?")
-        states = (0, 1, 2, 3) if options.states is None else _named("--states", states_of, options.states)
-        return Contract(step_counts=options.step, states=states, **limits)
-    except ArgumentError as error:
-        name = {"step_counts": "--step", "separation_ps": "--separation", "delay_ps": "--delay"}.get(error.name)
-        if name is None and not error.name.startswith("--"):
-            name = f"--{error.name}"
-        raise ArgumentError(name or error.name, error.value, error.allowed, error.hint) from error
-
-
-def _named(option: str, read: Callable[[str], Any], text: str) -> Any:
-    """Read a text, naming the option where it is wrong."""
-    try:
-        return read(text)
-    except ArgumentError as error:
-        raise ArgumentError(option, error.value, error.allowed, error.hint) from error
+    said = {name: getattr(options, name) for name in _LIMITS}
+    limits: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
+    if options.design is not None:
+        if options.step_counts is not None or options.states is not None:
+            raise apart("--step", "it", "--design")
+        return Contract.of(options.design, **limits)
+    if options.step_counts is None:
+        allowed = "--design original|a|b|c, or --step N and --states 00"
+        raise ArgumentError("--design", None, allowed, "how many counts is one step, and where is it made?")
+    limits |= {} if options.states is None else {"states": options.states}
+    return Contract(step_counts=options.step_counts, **limits)

@@ -12,14 +12,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
-import typer
-
-from rtec.cli._arguments import whole
+from rtec.checks import whole_within
 from rtec.cli._console import note
-from rtec.cli._words import among
+from rtec.cli._kinds import Design
+from rtec.cli._parameters import apart, design, flag, force, needs, option, quantity, time_ps, whole, written
 from rtec.errors import ArgumentError, LinkError
-from rtec.io import check_file
-from rtec.units import LENGTH, TIME, parse_quantity, parse_time_ps
+from rtec.units import LENGTH, TIME, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.link.transport import Transport
@@ -39,16 +37,52 @@ LINE = "rtec"
 BUS, MACHINE, TIMES, OUTPUT = "The bus", "The machine", "Times and limits", "Output"
 
 
-def option(name: str, panel: str, metavar: str, text: str) -> Any:
-    """Return an option of a panel."""
-    return typer.Option(name, help=text, metavar=metavar, rich_help_panel=panel, autocompletion=among(metavar, name))
+def seconds(name: str, metavar: str, text: str, *, panel: str = TIMES) -> Any:
+    """Return an option that takes a time above zero, in s."""
+
+    def read(said: str) -> float:
+        value = parse_quantity(said, TIME, name=name)
+        if not 0.0 < value <= 8.64e6:
+            raise ArgumentError(name, said, "more than 0 s, up to 100 days")
+        return value
+
+    return option(name, metavar, text, panel=panel, read=read)
 
 
-OfInterface = Annotated[
-    str | None, option("--interface", BUS, "NAME", "As python-can names it; without it, the line of 'rtec box'.")
+def interface(text: str) -> Any:
+    """Return the option that takes the name of an interface."""
+    return option("--interface", "NAME", f"As python-can names it; without it, {text}", panel=BUS)
+
+
+OfChannel = Annotated[
+    str | None, option("--channel", "NAME", "Of the interface; without one, the line's name.", panel=BUS)
 ]
-OfChannel = Annotated[str | None, option("--channel", BUS, "NAME", "Of the interface; without one, the line's name.")]
-OfBitrate = Annotated[str | None, option("--bitrate", BUS, "500000", "Of the interface, bit/s.")]
+OfBitrate = Annotated[int | None, whole("--bitrate", "Of the interface, bit/s.", metavar="500000", panel=BUS)]
+OfDbc = Annotated[
+    Path | None, option("--dbc", "FILE.dbc", "A DBC of yours that must describe the same messages.", panel=BUS)
+]
+OfAxis = Annotated[int | None, whole("--axis", "Number of the one axis.", metavar="1", panel=MACHINE)]
+OfAxes = Annotated[int | None, whole("--axes", "Axes 1 to N.", metavar="3", panel=MACHINE)]
+OfDesign = Annotated[Design, design("Insertion design of the box.", panel=MACHINE)]
+OfCount = Annotated[float, quantity("--count", LENGTH, "1um", "Travel of one count of the encoder.", panel=MACHINE)]
+OfWindow = Annotated[
+    int, whole("--window", "Largest change of the request that is believed.", metavar="STEPS", panel=TIMES)
+]
+OfCycle = Annotated[
+    int, time_ps("--cycle", "10ms", "Between the frames of one kind; of box and PC alike.", panel=TIMES)
+]
+OfWatchdog = Annotated[
+    int | None,
+    time_ps("--watchdog", "50ms", "Longest silence of the other side, 3 to 6 cycles; 5 without it.", panel=TIMES),
+]
+OfDuration = Annotated[float | None, seconds("--duration", "10s", "End by itself after this time.")]
+OfLog = Annotated[
+    Path | None,
+    written("--log", "FILE", "Frames to a .log, .asc or .blf file.", endings=(".log", ".asc", ".blf"), panel=OUTPUT),
+]
+Force = Annotated[bool, force("Overwrite the log.", panel=OUTPUT)]
+Plain = Annotated[bool, flag("--plain", "Lines of events, no view.", panel=OUTPUT)]
+Json = Annotated[bool, flag("--json", "One JSON document on stdout at the end.", panel=OUTPUT)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,14 +91,12 @@ class BusWords:
 
     interface: str | None
     channel: str | None
-    bitrate: str | None
+    bitrate: int | None
 
     def __post_init__(self) -> None:
         """Refuse what only an interface has."""
         if self.interface is None and self.bitrate is not None:
-            raise ArgumentError(
-                "--bitrate", self.bitrate, "it together with --interface", "the built-in line has none"
-            )
+            raise needs("--bitrate", self.bitrate, "--interface", "the built-in line has none")
         if self.interface is not None and self.channel is None:
             raise ArgumentError("--channel", None, "the channel of the interface, such as --channel can0")
 
@@ -73,20 +105,13 @@ class BusWords:
         """Return the name of the built-in line."""
         return self.channel or LINE
 
-    @property
-    def rate(self) -> int | None:
-        """Return the bitrate in bit/s."""
-        if self.bitrate is None:
-            return None
-        return whole(self.bitrate, name="--bitrate")
-
     def open(self, channel: str | None = None) -> Transport:
         """Open the bus; on the built-in line, its end ``channel``."""
         from rtec.link.python_can import open_transport
 
         if channel is not None:
             return open_transport(interface="slcan", channel=channel)
-        return open_transport(interface=self.interface or "", channel=self.channel or "", bitrate=self.rate)
+        return open_transport(interface=self.interface or "", channel=self.channel or "", bitrate=self.bitrate)
 
     def ways_in(self, command: str) -> list[str]:
         """Return what to say of how a PC joins: ``command``, the line for python-can, and the messages as a DBC.
@@ -105,7 +130,7 @@ class BusWords:
         if self.interface is None:
             channel = str(well_known(self.line))
         where = "with the other side's own adapter as CHANNEL" if channel == _OTHER_ADAPTER else "in another terminal"
-        rate = "" if self.rate is None else f", bitrate={self.rate}"
+        rate = "" if self.bitrate is None else f", bitrate={self.bitrate}"
         bus = f"can.Bus(interface={json.dumps(interface)}, channel={json.dumps(channel)}{rate})"
         dbc = files("rtec.link").joinpath("rtec.dbc")
         return [f"{where}: {command}", f"or in Python: {bus}", f"messages: {dbc}"]
@@ -153,7 +178,7 @@ class BusWords:
             ("--bitrate", self.bitrate),
         ):
             if value is not None and not (name == "--channel" and self.interface is None and value == LINE):
-                found += [name, value]
+                found += [name, str(value)]
         return found
 
 
@@ -163,12 +188,6 @@ def check_dbc(file: Path | None) -> None:
         from rtec.link.messages import MessageSet
 
         MessageSet.load(file)
-
-
-def check_log(file: Path | None, *, force: bool) -> None:
-    """Refuse a log that cannot be written."""
-    if file is not None:
-        check_file("--log", file, force=force, endings=(".log", ".asc", ".blf"))
 
 
 @contextmanager
@@ -187,40 +206,15 @@ def logged(transport: Transport, file: Path | None, force: bool) -> Iterator[Tra
         yield Recorded(transport, log)
 
 
-def axes_of(axis: str | None, axes: str | None) -> list[int]:
+def axes_of(axis: int | None, axes: int | None) -> list[int]:
     """Return the numbers of the axes: ``--axis 2`` is axis 2, ``--axes 3`` are axes 1, 2 and 3."""
     from rtec.link._frame_kernels import MOST_AXES
 
     if axis is not None and axes is not None:
-        raise ArgumentError("--axes", axes, "--axis or --axes", "leave one of them out")
-    name = "--axis" if axes is None else "--axes"
-    number = whole(axes or axis or "1", name=name)
-    if not 1 <= number <= MOST_AXES:
-        raise ArgumentError(name, number, f"1 to {MOST_AXES}")
-    return [number] if axes is None else list(range(1, number + 1))
-
-
-def length(text: str, name: str) -> float:
-    """Read a length in mm."""
-    return parse_quantity(text, LENGTH, name=name)
-
-
-def seconds(text: str, name: str) -> float:
-    """Read a time above zero, in s."""
-    value = parse_quantity(text, TIME, name=name)
-    if not 0.0 < value <= 8.64e6:
-        raise ArgumentError(name, text, "above 0 s, up to 100 days")
-    return value
-
-
-def picoseconds(text: str, name: str) -> int:
-    """Read a time in ps."""
-    return parse_time_ps(text, name=name)
-
-
-def watchdog_of(watchdog: str | None, cycle_ps: int) -> int:
-    """Return the longest silence in ps: five cycles where nothing else is said."""
-    return 5 * cycle_ps if watchdog is None else picoseconds(watchdog, "--watchdog")
+        raise apart("--axes", axes, "--axis")
+    if axes is not None:
+        return list(range(1, whole_within("axes", axes, 1, MOST_AXES) + 1))
+    return [1 if axis is None else whole_within("axis", axis, 1, MOST_AXES)]
 
 
 def stream_of(as_json: bool) -> TextIO:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rtec.cli._arguments import option, whole_option
+from rtec.cli._parameters import apart, flag, option, whole
 from rtec.errors import ArgumentError
 from rtec.units import NUMBER
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from rtec.inference.model import Model
     from rtec.metrology import ColumnChoices
 
-_FACTS = {
-    "screw_pitch": "--screw-pitch",
-    "scale_signal_period": "--signal-period",
-    "counts_per_rev": "--counts-per-rev",
-    "reference_temperature": "--reference-temperature",
-}
-"""The option behind each fact of an axis."""
 _COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
 _AXIS = "Facts of the axis, where the file does not state them"
 _READ = "How the file is read, where rtec asks or takes a column for the wrong thing"
+
+
+def _counts_per_rev(said: str) -> str:
+    if _COUNTS.fullmatch(said.strip()) is None:
+        raise ArgumentError("--counts-per-rev", repr(said[:60]), "a number above 0, such as 8192")
+    return said
+
 
 Data = Annotated[
     Path, typer.Argument(help="Measurement: CSV or other text, .xlsx, file of a laser system.", show_default=False)
@@ -43,53 +43,40 @@ DataFiles = Annotated[
         show_default=False,
     ),
 ]
-ModelFile = Annotated[
-    Path | None, option("--model", metavar="M.toml", help="Effects that are known; none without it.")
-]
+ModelFile = Annotated[Path | None, option("--model", "M.toml", "Effects that are known; none without it.")]
 HeldOut = Annotated[
-    Path | None,
-    option("--heldout", metavar="FILE", help="Another measurement to judge on, instead of held-out blocks."),
+    Path | None, option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
 ]
-Lock = Annotated[
-    bool,
-    typer.Option("--lock", help="Lock a fifth away (the last runs, if there are three), and score on it."),
-]
+Lock = Annotated[bool, flag("--lock", "Lock a fifth away (the last runs, if there are three), and score on it.")]
 Observe = Annotated[
-    str | None,
-    option("--observe", metavar="QUANTITY", help="What is explained: deviation without it; force, current, ..."),
+    str | None, option("--observe", "QUANTITY", "What is explained: deviation without it; force, current, ...")
 ]
-ScrewPitch = Annotated[str | None, option(metavar="'6.35 mm'", help="Travel of a turn.", rich_help_panel=_AXIS)]
-SignalPeriod = Annotated[
-    str | None, option(metavar="'20 um'", help="Signal period of the scale.", rich_help_panel=_AXIS)
+ScrewPitch = Annotated[str | None, option("--screw-pitch", "'6.35 mm'", "Travel of a turn.", panel=_AXIS)]
+SignalPeriod = Annotated[str | None, option("--signal-period", "'20 um'", "Signal period of the scale.", panel=_AXIS)]
+CountsPerRev = Annotated[
+    str | None, option("--counts-per-rev", "8192", "Counts of a turn.", panel=_AXIS, read=_counts_per_rev)
 ]
-CountsPerRev = Annotated[str | None, option(metavar="8192", help="Counts of a turn.", rich_help_panel=_AXIS)]
 ReferenceTemperature = Annotated[
-    str | None, option(metavar="'20 degC'", help="At which lengths are nominal.", rich_help_panel=_AXIS)
+    str | None, option("--reference-temperature", "'20 degC'", "At which lengths are nominal.", panel=_AXIS)
 ]
 Maps = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
         "--map",
-        metavar="'HEADING=MEANING'",
-        help="What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
-        rich_help_panel=_READ,
+        "'HEADING=MEANING'",
+        "What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
+        panel=_READ,
     ),
 ]
-Sheet = Annotated[
-    str | None, option(metavar="NAME", help="Sheet of a workbook that has several.", rich_help_panel=_READ)
-]
+Sheet = Annotated[str | None, option("--sheet", "NAME", "Sheet of a workbook that has several.", panel=_READ)]
 TableNumber = Annotated[
-    int | None,
-    whole_option(
-        "--table", low=1, help="Number of the table, where a file or sheet has several.", rich_help_panel=_READ
-    ),
+    int | None, whole("--table", "Number of the table, where a file or sheet has several.", low=1, panel=_READ)
 ]
 Decimal = Annotated[
-    str | None,
-    option(metavar="MARK", help="point or comma, where the numbers do not tell which it is.", rich_help_panel=_READ),
+    str | None, option("--decimal", "MARK", "point or comma, where the numbers do not tell which it is.", panel=_READ)
 ]
-Seed = Annotated[int, whole_option(low=0, help="Draws the readings that are looked at of a very long file.")]
-Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
+Seed = Annotated[int, whole("--seed", "Draws the readings that are looked at of a very long file.", low=0)]
+Json = Annotated[bool, flag("--json", "One JSON document on stdout, nothing else.")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,25 +89,15 @@ class Inputs:
     locked: bool
 
 
-def facts_of(
-    screw_pitch: str | None, signal_period: str | None, counts_per_rev: str | None, reference_temperature: str | None
-) -> dict[str, str]:
-    """Return the facts that options state.
-
-    Raises
-    ------
-    ArgumentError
-        No number of counts; the others are judged with the measurement, which decides on their unit.
+def facts_of(**given: str | None) -> dict[str, str]:
+    """Return the facts that options state; they are judged with the measurement, which decides on their unit.
 
     Examples
     --------
-    >>> facts_of("6.35 mm", None, None, None)
+    >>> facts_of(screw_pitch="6.35 mm", counts_per_rev=None)
     {'screw_pitch': '6.35 mm'}
     """
-    if counts_per_rev is not None and _COUNTS.fullmatch(counts_per_rev.strip()) is None:
-        raise ArgumentError("--counts-per-rev", repr(counts_per_rev[:60]), "a number above 0, such as 8192")
-    given = (screw_pitch, signal_period, counts_per_rev, reference_temperature)
-    return {fact: text for fact, text in zip(_FACTS, given, strict=True) if text is not None}
+    return {fact: text for fact, text in given.items() if text is not None}
 
 
 def choices_of(
@@ -180,15 +157,15 @@ def read_inputs(
     from rtec.inference.model_file import read_model, read_observe
 
     if lock and heldout is not None:
-        raise ArgumentError("--lock", "given beside --heldout", "one of the two", "either judges instead of blocks")
+        raise apart("--lock", "it", "--heldout", "either judges instead of blocks")
     if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
         raise ArgumentError("--heldout", heldout, "another measurement", "--lock holds back a part of a single one")
     if heldout is not None:
         choices = dataclasses.replace(choices, of_several=True)
     wanted = observe if observe is not None or model is None else read_observe(model)
-    with _named_as_options("--observe" if observe is not None else f"{model}: observe"):
+    with _naming("--observe", "--observe" if observe is not None else f"{model}: observe"):
         dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices)
-    with _named_as_options(f"{heldout}: column"):
+    with _naming("--observe", f"{heldout}: column"):
         other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts, choices=choices)
     known = None if model is None else read_model(model, dataset.units)
     if known is not None:
@@ -200,10 +177,9 @@ def read_inputs(
 
 
 @contextmanager
-def _named_as_options(observe: str) -> Iterator[None]:
-    """Name a refused fact as the option that the user wrote, and a refused quantity as what asked for it."""
+def _naming(name: str, as_said: str) -> Iterator[None]:
+    """Name what is refused under ``name`` as what the user said it with."""
     try:
         yield
     except ArgumentError as error:
-        name = {**_FACTS, "--observe": observe}.get(error.name, error.name)
-        raise ArgumentError(name, error.value, error.allowed, error.hint) from error
+        raise error.of(as_said if error.name == name else error.name) from error

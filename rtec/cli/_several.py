@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from rtec.cli._console import note, print_json
 from rtec.cli._measured import Inputs, read_inputs
+from rtec.cli._parameters import apart
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def names_of(files: Sequence[Path]) -> list[str]:
     """
     for number, file in enumerate(files):
         if file in files[:number]:
-            raise ArgumentError("DATA", f"{file}, given twice,", "different files")
+            raise ArgumentError("DATA", file, "different files", problem="is given twice")
     plain = [file.name for file in files]
     return [name if plain.count(name) == 1 else str(file) for name, file in zip(plain, files, strict=True)]
 
@@ -53,7 +54,7 @@ def refuse_with_several(files: Sequence[Path], **options: object) -> None:
     """
     for name, value in options.items():
         if len(files) > 1 and value not in (None, False):
-            raise ArgumentError(f"--{name}", "given with several measurements", "a single one")
+            raise apart(f"--{name}", "it", "several measurements")
 
 
 def read_each(files: Sequence[Path], names: Sequence[str], **how: Any) -> Iterator[tuple[str, Inputs]]:
@@ -89,7 +90,8 @@ def _refuse_another_quantity(first: Dataset, other: Dataset) -> None:
     """
     seen = [f"{one.observe} in {one.units.observed} over {one.units.position}" for one in (first, other)]
     if seen[0] != seen[1]:
-        raise ArgumentError("DATA", f"{other.source}, {seen[1]},", f"{seen[0]}, as in {first.source}")
+        problem = f"is of {seen[1]}"
+        raise ArgumentError("DATA", other.source, f"{seen[0]}, as in {first.source}", problem=problem)
 
 
 def show_several(

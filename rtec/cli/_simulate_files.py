@@ -12,7 +12,6 @@ import typer
 
 from rtec.cli import _console
 from rtec.errors import OutputError
-from rtec.io import FIGURES, check_file
 
 if TYPE_CHECKING:
     from rtec.machine import OpenPath
@@ -44,21 +43,19 @@ class Seen:
     stretch: Stretch | None = field(init=False, default=None)
 
     def check(self, path: OpenPath) -> None:
-        """Refuse what cannot be written, ask about what is large, and get ready to look.
+        """Ask about what is large, and get ready to look.
 
         Raises
         ------
-        RtecError
-            A file that exists, a name that says no kind of picture, a large file that nobody has agreed to.
+        OutputError
+            A large file that nobody has agreed to.
         """
         if self.figure is not None:
             from rtec.machine.stretch import Stretch
 
-            check_file("--figure", self.figure, force=self.force, endings=FIGURES)
             self.stretch = Stretch(self.state)
         if self.vcd is None:
             return
-        check_file("--vcd", self.vcd, force=self.force)
         if not self.force and (self.vcd.is_file() or not self.vcd.exists()):  # a pipe fills no disk
             _agree_to_size(self.vcd, path)
 

@@ -12,7 +12,8 @@ from typer.core import TyperGroup
 
 from rtec import __version__
 from rtec.cli._help import help_of, markup_mode
-from rtec.errors import ArgumentError, RtecError, nearest
+from rtec.cli._parameters import Verb
+from rtec.errors import RtecError, nearest
 
 VERBS = tuple(
     "run compare diagnose add train export effects simulate tables check envelope safety iso230 box pc replay"
@@ -21,8 +22,6 @@ VERBS = tuple(
 """In the order in which help lists them; each in the module of its name."""
 _GROUPS = ("blind", "firmware")
 """Verbs that have verbs of their own."""
-_UNITS = frozenset("hz hz_s ps s mm mm_s mm_s2 um deg counts steps sigma degc".split())
-"""With which the name of a parameter ends."""
 
 
 class Verbs(TyperGroup):
@@ -73,7 +72,7 @@ def application(verbs: Iterable[str] = VERBS) -> typer.Typer:
             app.add_typer(module.application(Verbs), name=name)
         else:
             verb = getattr(module, name)
-            app.command(name, help=help_of(verb))(verb)
+            app.command(name, cls=Verb, help=help_of(verb))(verb)
     return app
 
 
@@ -107,32 +106,5 @@ def call(words: list[str]) -> None:
         return
     verb = next((word for word in words if not word.startswith("-")), None)  # no option before it takes a value
     group = typer.main.get_command(application([verb]) if verb in VERBS else _listing())
-    try:
-        with group.make_context("rtec", words or ["--help"]) as context:
-            group.invoke(context)
-    except ArgumentError as error:
-        name = option_behind(error.name, _verb_of(group, words))
-        raise ArgumentError(name, error.value, error.allowed, error.hint) from error
-
-
-def _verb_of(command: Any, words: list[str]) -> Any:
-    """Return the command that words call."""
-    for word in words:
-        command = getattr(command, "commands", {}).get(word, command)
-    return command
-
-
-def option_behind(name: str, verb: Any) -> str:
-    """Return the option of a verb behind the name of a parameter that a face refuses; the name where there is none.
-
-    >>> verb = _verb_of(typer.main.get_command(application()), ["envelope"])
-    >>> option_behind("design", verb), option_behind("jitter_ps", verb), option_behind("x.toml: design", verb)
-    ('--design', '--jitter', 'x.toml: design')
-    """
-    options = {option for parameter in verb.params for option in parameter.opts}
-    words = name.split("_")
-    for length in range(len(words), 0, -1):  # the last words may be a unit
-        option = "--" + "-".join(words[:length])
-        if option in options and (length == len(words) or "_".join(words[length:]) in _UNITS):
-            return option
-    return name
+    with group.make_context("rtec", words or ["--help"]) as context:
+        group.invoke(context)

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import whole
 from rtec.cli._console import announce_compilation, progress
+from rtec.cli._parameters import flag, force, option, whole, whole_number, written
 from rtec.cli._words import EFFECTS, completing
 from rtec.cli.diagnose import show_diagnosis
 from rtec.errors import ArgumentError
-from rtec.io import check_file
 from rtec.units import NUMBER
 
 if TYPE_CHECKING:
@@ -29,8 +28,12 @@ _FEWEST_NODES, _MOST_NODES = 2, 1000
 _Text = str | None
 
 
-def _option(metavar: str, text: str) -> Any:
-    return typer.Option(metavar=metavar, help=text, rich_help_panel=_SHAPE)
+def _shape(name: str, metavar: str, text: str) -> Any:
+    return option(name, metavar, text, panel=_SHAPE)
+
+
+def _wanted(name: str, text: str) -> Any:
+    return flag(name, text, panel=_SHAPE)
 
 
 def add(
@@ -43,59 +46,50 @@ def add(
         ),
     ],
     data: _measured.Data,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="M2.toml", help="The model with the effect.", show_default=False)
-    ],
+    output: Annotated[Path, written("-o --output", "M2.toml", "The model with the effect.")],
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
     lock: _measured.Lock = False,
     observe: _measured.Observe = None,
     screw_pitch: _measured.ScrewPitch = None,
-    signal_period: _measured.SignalPeriod = None,
+    scale_signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
     table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
-    period: Annotated[_Text, _option("'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")] = None,
-    harmonics: Annotated[_Text, _option("N", "Of a period.")] = None,
-    by_direction: Annotated[
-        bool, typer.Option("--by-direction", help="A cyclic error for each direction.", rich_help_panel=_SHAPE)
-    ] = False,
-    step_at: Annotated[_Text, _option("'2 mm'", "Where in its period a cyclic error steps.")] = None,
-    nodes: Annotated[_Text, _option("N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")] = None,
-    forward_right: Annotated[
-        bool,
-        typer.Option(
-            "--forward-right", help="A reversal map leaves forward approaches right.", rich_help_panel=_SHAPE
-        ),
-    ] = False,
-    backward_right: Annotated[
-        bool, typer.Option("--backward-right", help="The same of backward ones.", rich_help_panel=_SHAPE)
-    ] = False,
-    runs: Annotated[_Text, _option("'1, 2, 3'", "With a zero of their own, from that of the first.")] = None,
-    distance: Annotated[
-        _Text, _option("'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
+    period: Annotated[
+        _Text, _shape("--period", "'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")
     ] = None,
-    carried: Annotated[
-        bool, typer.Option("--carried", help="Wind-up carries over the reversal.", rich_help_panel=_SHAPE)
+    harmonics: Annotated[int | None, whole("--harmonics", "Of a period.", panel=_SHAPE)] = None,
+    by_direction: Annotated[bool, _wanted("--by-direction", "A cyclic error for each direction.")] = False,
+    step_at: Annotated[_Text, _shape("--step-at", "'2 mm'", "Where in its period a cyclic error steps.")] = None,
+    nodes: Annotated[
+        _Text, _shape("--nodes", "N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")
+    ] = None,
+    forward_right: Annotated[
+        bool, _wanted("--forward-right", "A reversal map leaves forward approaches right.")
     ] = False,
-    settled: Annotated[
-        bool, typer.Option("--settled", help="A log begins wound up by the motion before it.", rich_help_panel=_SHAPE)
-    ] = False,
-    overshoot: Annotated[_Text, _option("'1 mm'", "From the last reading to the reversal, of wind-up.")] = None,
-    sensor: Annotated[_Text, _option("COLUMN", "Temperature column of what heat does.")] = None,
-    lag: Annotated[_Text, _option("'10 min'", "By which what grows lags behind its sensor.")] = None,
-    elsewhere: Annotated[
-        bool, typer.Option("--elsewhere", help="Growth is fixed elsewhere than at zero.", rich_help_panel=_SHAPE)
-    ] = False,
-    time_constant: Annotated[_Text, _option("'30 min'", "Of the warm-up.")] = None,
-    moment: Annotated[_Text, _option("'90 s'", "At which counts were lost.")] = None,
-    over: Annotated[_Text, _option("'1 s'", "Time that the loss of counts took.")] = None,
-    step: Annotated[_Text, _option("'1 um'", "Of the quantisation.")] = None,
-    speed: Annotated[_Text, _option("'10 mm/s'", "Stribeck speed.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
+    backward_right: Annotated[bool, _wanted("--backward-right", "The same of backward ones.")] = False,
+    runs: Annotated[_Text, _shape("--runs", "'1, 2, 3'", "With a zero of their own, from that of the first.")] = None,
+    distance: Annotated[
+        _Text, _shape("--distance", "'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
+    ] = None,
+    carried: Annotated[bool, _wanted("--carried", "Wind-up carries over the reversal.")] = False,
+    settled: Annotated[bool, _wanted("--settled", "A log begins wound up by the motion before it.")] = False,
+    overshoot: Annotated[
+        _Text, _shape("--overshoot", "'1 mm'", "From the last reading to the reversal, of wind-up.")
+    ] = None,
+    sensor: Annotated[_Text, _shape("--sensor", "COLUMN", "Temperature column of what heat does.")] = None,
+    lag: Annotated[_Text, _shape("--lag", "'10 min'", "By which what grows lags behind its sensor.")] = None,
+    elsewhere: Annotated[bool, _wanted("--elsewhere", "Growth is fixed elsewhere than at zero.")] = False,
+    time_constant: Annotated[_Text, _shape("--time-constant", "'30 min'", "Of the warm-up.")] = None,
+    moment: Annotated[_Text, _shape("--moment", "'90 s'", "At which counts were lost.")] = None,
+    over: Annotated[_Text, _shape("--over", "'1 s'", "Time that the loss of counts took.")] = None,
+    step: Annotated[_Text, _shape("--step", "'1 um'", "Of the quantisation.")] = None,
+    speed: Annotated[_Text, _shape("--speed", "'10 mm/s'", "Stribeck speed.")] = None,
+    force: Annotated[bool, force("Write over a file that exists.")] = False,
     seed: _measured.Seed = 0,
     json: _measured.Json = False,
 ) -> None:
@@ -110,10 +104,9 @@ def add(
     from rtec.inference.model_file import write_model
 
     what = effect_named(effect)
-    check_file("-o", output, force=force)
     texts = {
         "period": period,
-        "harmonics": None if harmonics is None else whole(harmonics, name="--harmonics"),
+        "harmonics": harmonics,
         "by_direction": by_direction or None,
         "step_at": step_at,
         "nodes": nodes,
@@ -133,7 +126,12 @@ def add(
         "step": step,
         "speed": speed,
     }
-    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    facts = _measured.facts_of(
+        screw_pitch=screw_pitch,
+        scale_signal_period=scale_signal_period,
+        counts_per_rev=counts_per_rev,
+        reference_temperature=reference_temperature,
+    )
     choices = _measured.choices_of(maps, sheet, table, decimal)
     with progress(f"adding {effect}") as show:
         given = _measured.read_inputs(
@@ -164,9 +162,9 @@ def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dat
     for key in given:
         if key not in known:
             allowed = ", ".join(map(_dashed, known)) or "none of these options"
-            raise ArgumentError(_dashed(key), f"an option for {effect.name}", allowed)
+            raise ArgumentError(_dashed(key), "it", allowed, problem=f"is no option for {effect.name}")
     if isinstance(values.get("runs"), str):
-        values["runs"] = [whole(part.strip(), name="--runs") for part in str(values["runs"]).split(",")]
+        values["runs"] = [whole_number(part.strip(), name="--runs") for part in str(values["runs"]).split(",")]
     if isinstance(values.get("nodes"), str):
         values["nodes"] = _nodes(str(values["nodes"]), dataset)
     return read_shape(effect, values, dataset.units, name=_dashed)
@@ -180,7 +178,7 @@ def _nodes(text: str, dataset: Dataset) -> list[str]:
     """Return positions of nodes: as they are listed, or so many over the positions of the measurement."""
     if re.fullmatch(NUMBER, text.strip()) is None:
         return [part.strip() for part in text.split(",")]
-    number = whole(text, name="--nodes")
+    number = whole_number(text, name="--nodes")
     if not _FEWEST_NODES <= number <= _MOST_NODES:
         raise ArgumentError("--nodes", number, f"{_FEWEST_NODES} to {_MOST_NODES} nodes, or a list of positions")
     import numpy as np

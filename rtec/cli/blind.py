@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, print_json
 from rtec.cli._help import help_of, markup_mode
+from rtec.cli._parameters import Verb, force, needs, option, whole, written
 from rtec.cli._words import EFFECTS, PLANS, completing
 from rtec.errors import ArgumentError
-from rtec.io import check_file
 
 if TYPE_CHECKING:
     from rtec.blind import Scenario, Secret
@@ -29,32 +28,25 @@ def frame() -> None:
 
 
 def new(
-    output: Annotated[
-        Path, option("-o", "--output", metavar="data.csv", help="The measurement.", show_default=False)
-    ],
+    output: Annotated[Path, written("-o --output", "data.csv", "The measurement.")],
     seed: Annotated[
-        int | None, whole_option(low=0, high=1 << 62, help="Decides everything; another one each time without it.")
+        int | None, whole("--seed", "Decides everything; another one each time without it.", low=0, high=1 << 62)
     ] = None,
     hide: Annotated[
         list[str] | None,
         option(
             "--hide",
-            metavar="EFFECT[=SIZE]",
-            help="What to hide, and how much of it, as backlash='3 um'; may be given again. Five times the noise "
+            "EFFECT[=SIZE]",
+            "What to hide, and how much of it, as backlash='3 um'; may be given again. Five times the noise "
             "without a size; the seed decides without --hide.",
             complete=completing(EFFECTS),
         ),
     ] = None,
     plan: Annotated[
         str | None,
-        option(
-            "--plan",
-            metavar="NAME",
-            help="Of the measurement, with --hide; base without it.",
-            complete=completing(PLANS),
-        ),
+        option("--plan", "NAME", "Of the measurement, with --hide; base without it.", complete=completing(PLANS)),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    force: Annotated[bool, force("Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Hide none to three effects in the emulated axis, measure it, and seal the secret beside the data.
@@ -70,7 +62,6 @@ def new(
 
     from rtec.blind import new as played
 
-    check_file("-o", output, force=force)
     drawn = seed is None
     number = randbelow(1 << 31) if seed is None else seed
     announce_compilation()
@@ -91,7 +82,7 @@ def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
 
     if not hide:
         if plan is not None:
-            raise ArgumentError("--plan", plan, "a plan beside --hide", "the seed decides on both")
+            raise needs("--plan", plan, "--hide", "the seed decides on both")
         return None
     pairs = [(name.strip(), equals, text) for name, equals, text in (word.partition("=") for word in hide)]
     names = tuple(name for name, _, _ in pairs)
@@ -104,25 +95,17 @@ def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
         name = {"names": "--hide", "plan": "--plan"}.get(error.name, error.name)
         others = plans_showing(str(error.value)) if error.value in names else ()
         hint = f"{error.hint}; it shows in the plans {', '.join(others)}" if others else error.hint
-        raise ArgumentError(name, error.value, error.allowed, hint) from None
+        raise ArgumentError(name, error.value, error.allowed, hint, problem=error.problem) from None
 
 
 def measure(
     data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
-    plan: Annotated[
-        Path,
-        option(
-            "--plan", metavar="P.toml", help="The experiment, as 'diagnose --suggest' writes it.", show_default=False
-        ),
-    ],
-    output: Annotated[
-        Path, option("-o", "--output", metavar="SECOND.csv", help="The measurement.", show_default=False)
-    ],
+    plan: Annotated[Path, option("--plan", "P.toml", "The experiment, as 'diagnose --suggest' writes it.")],
+    output: Annotated[Path, written("-o --output", "SECOND.csv", "The measurement.")],
     seed: Annotated[
-        int | None,
-        whole_option(low=1, high=1 << 62, help="Of noise and surroundings; one seed, one set of readings."),
+        int | None, whole("--seed", "Of noise and surroundings; one seed, one set of readings.", low=1, high=1 << 62)
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    force: Annotated[bool, force("Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Carry out an experiment on the same axis, with the same effects in it, and seal the secret beside the new data.
@@ -133,7 +116,6 @@ def measure(
     """
     from rtec.blind import measure as measured
 
-    check_file("-o", output, force=force)
     announce_compilation()
     seal = measured(data, plan, output, seed=seed, force=force)
     if json:
@@ -169,7 +151,7 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     from rtec.cli.blind_answers import guess, score
 
     for verb in (new, measure, guess, reveal, score):
-        app.command(verb.__name__, help=help_of(verb))(verb)
+        app.command(verb.__name__, cls=Verb, help=help_of(verb))(verb)
     return app
 
 

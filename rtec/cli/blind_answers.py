@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._parameters import apart, force, option, whole, written
 from rtec.cli._words import EFFECTS, completing
 from rtec.errors import ArgumentError, OutputError
-from rtec.io import check_file
 
 if TYPE_CHECKING:
     from rtec.blind import Confusion, LineScore, Points
@@ -36,7 +35,7 @@ def guess(
             autocompletion=completing(("nothing", "unknown", *EFFECTS)),
         ),
     ],
-    by: Annotated[str, option("--by", metavar="NAME", help="Whose answer it is, for a class.")] = "",
+    by: Annotated[str, option("--by", "NAME", "Whose answer it is, for a class.")] = "",
     json: _measured.Json = False,
 ) -> None:
     """Score an answer against the seal, and keep it with the game: which effects are right, missed and wrong.
@@ -93,16 +92,14 @@ def score(
         typer.Argument(metavar="[DATA]...", help="Games whose answers to show; the diagnosis plays without."),
     ] = None,
     trials: Annotated[
-        int | None, whole_option(low=1, high=100_000, help=f"Games on each line; {_TRIALS} without it.")
+        int | None, whole("--trials", f"Games on each line; {_TRIALS} without it.", low=1, high=100_000)
     ] = None,
-    output: Annotated[
-        Path | None, option("-o", "--output", metavar="FILE.md", help="Write the table, with all matrices.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
-    seed: Annotated[int | None, whole_option(low=0, high=1 << 32, help="Of all games; 0 without it.")] = None,
+    output: Annotated[Path | None, written("-o --output", "FILE.md", "Write the table, with all matrices.")] = None,
+    force: Annotated[bool, force("Write over a file that exists.")] = False,
+    seed: Annotated[int | None, whole("--seed", "Of all games; 0 without it.", low=0, high=1 << 32)] = None,
     jobs: Annotated[
         int | None,
-        whole_option(low=1, high=64, help="Games played at the same time, 1 without it; the result is the same."),
+        whole("--jobs", "Games played at the same time, 1 without it; the result is the same.", low=1, high=64),
     ] = None,
     json: _measured.Json = False,
 ) -> None:
@@ -118,15 +115,13 @@ def score(
     if data:
         for name, value in (("--trials", trials), ("-o", output), ("--seed", seed), ("--jobs", jobs)):
             if value is not None:
-                raise ArgumentError(name, value, "nothing beside the data of a game", "it is for the diagnosis")
+                raise apart(name, value, "the data of a game", "it is for the diagnosis")
         _show_answers(data, json)
         return
     from rtec.blind import confusion, the_lines
     from rtec.blind.judged import judged, refitted
     from rtec.io import write_lines
 
-    if output is not None:
-        check_file("-o", output, force=force)
     announce_compilation()
     with progress("games") as show:
         result = confusion(

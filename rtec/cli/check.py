@@ -3,19 +3,36 @@
 from __future__ import annotations
 
 import shlex
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import option, whole_option
-from rtec.cli._motion import MOTION_NAMES, read_motion
+from rtec.cli._kinds import Clock, Design, Microcontroller, Processor, RealEdges, States, Stream
+from rtec.cli._motion import AskedMotion, motion
+from rtec.cli._parameters import (
+    apart,
+    design,
+    flag,
+    force,
+    member,
+    named,
+    option,
+    processor,
+    quantity,
+    said,
+    share,
+    time_ps,
+    whole,
+    word,
+    written,
+)
 from rtec.cli._words import PROCESSORS, completing, files_ending
-from rtec.errors import ArgumentError
-from rtec.io import FIGURES, check_file
+from rtec.io import FIGURES
+from rtec.units import FREQUENCY, SWEEP
 
 if TYPE_CHECKING:
     from rtec.cli._check_door import Chosen
@@ -23,10 +40,6 @@ if TYPE_CHECKING:
     from rtec.conformance.trials import Run
 
 _CONTRACT, _DOOR, _OUTPUT = "The contract", "What runs it", "Output"
-
-
-def _option(name: str, panel: str | None, metavar: str, text: str) -> Any:
-    return option(name, metavar=metavar, help=text, rich_help_panel=panel, show_default=False)
 
 
 def _algorithms(incomplete: str) -> list[str]:
@@ -37,43 +50,42 @@ def _algorithms(incomplete: str) -> list[str]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """What the user said about an algorithm and its contract, as text; None where nothing was said."""
+    """What the user said about an algorithm and its contract; None where nothing was said."""
 
     algorithm: str
-    design: str | None
-    step: int | None
-    states: str | None
-    frequency: str | None
-    acceleration: str | None
-    jitter: str | None
-    separation: str | None
-    delay: str | None
-    clock: str | None
+    design: Design | None
+    step_counts: int | None
+    states: States | None
+    frequency_hz: float | None
+    acceleration_hz_s: float | None
+    jitter: float | None
+    separation_ps: int | None
+    delay_ps: int | None
+    clock_ps: Clock | None
     pins: Path | None
     simulator: str | None
-    processor: str | None
+    processor: Microcontroller | None
     part: str | None
     hold_latch: bool | None
-    timing: str | None
-    real_edges: str | None
+    timing: Processor | None
+    real_edges: RealEdges | None
 
-    def command(self, stream: str) -> str:
-        """Return the command that plays a stream to the same algorithm under the same contract."""
-        # a name that begins with a dash would be read as an option
-        words = ["rtec", "check", f"./{self.algorithm}" if self.algorithm.startswith("-") else self.algorithm]
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            option = "--" + name.replace("_", "-")
-            if name == "algorithm" or value is None:
-                continue
-            if isinstance(value, bool):
-                words.append(option if value else f"--no-{option[2:]}")
-            else:
-                words += [option, str(value)]
-        return shlex.join([*words, "--stream", stream])
+
+def again(algorithm: str, words: list[str], stream: object) -> str:
+    """Return the command that plays a stream to an algorithm under the contract that ``words`` say.
+
+    Examples
+    --------
+    >>> again("mine.py:Mine", ["--design", "c"], "00 3us:end")
+    "rtec check mine.py:Mine --design c --stream '00 3us:end'"
+    """
+    # a name that begins with a dash would be read as an option
+    name = f"./{algorithm}" if algorithm.startswith("-") else algorithm
+    return shlex.join(["rtec", "check", name, *words, "--stream", str(stream)])
 
 
 def check(
+    context: typer.Context,
     algorithm: Annotated[
         str,
         typer.Argument(
@@ -83,76 +95,112 @@ def check(
             show_default=False,
         ),
     ],
-    design: Annotated[
-        str | None, _option("--design", _CONTRACT, "original|a|b|c", "Takes step and states from a known design.")
-    ] = None,
-    step: Annotated[
-        int | None, whole_option("--step", low=1, help="Counts of one step.", rich_help_panel=_CONTRACT)
-    ] = None,
+    design: Annotated[Design | None, design("Takes step and states from a known design.", panel=_CONTRACT)] = None,
+    step_counts: Annotated[int | None, whole("--step", "Counts of one step.", low=1, panel=_CONTRACT)] = None,
     states: Annotated[
-        str | None,
-        _option("--states", _CONTRACT, "00|00,11|all", "Levels of A and B in which it inserts at rest; all."),
+        States | None,
+        named(
+            "--states",
+            "rtec.conformance.contract:states_of",
+            "00|00,11|all",
+            "Levels of A and B in which it inserts at rest; all.",
+            panel=_CONTRACT,
+        ),
     ] = None,
-    frequency: Annotated[
-        str | None, _option("--frequency", _CONTRACT, "500kHz", "Up to here every count is right; 500 kHz.")
+    frequency_hz: Annotated[
+        float | None,
+        quantity("--frequency", FREQUENCY, "500kHz", "Up to here every count is right; 500 kHz.", panel=_CONTRACT),
     ] = None,
-    acceleration: Annotated[
-        str | None, _option("--acceleration", _CONTRACT, "'100 MHz/s'", "Of that frequency; 100 MHz/s.")
+    acceleration_hz_s: Annotated[
+        float | None,
+        quantity("--acceleration", SWEEP, "'100 MHz/s'", "Of that frequency; 100 MHz/s.", panel=_CONTRACT),
     ] = None,
     jitter: Annotated[
-        str | None, _option("--jitter", _CONTRACT, "10%", "Of the distance of two edges there; 10%.")
+        float | None, share("--jitter", "10%", "Of the distance of two edges there; 10%.", panel=_CONTRACT)
     ] = None,
-    separation: Annotated[
-        str | None, _option("--separation", _CONTRACT, "60ns", "Between changes at the controller; 60 ns.")
+    separation_ps: Annotated[
+        int | None, time_ps("--separation", "60ns", "Between changes at the controller; 60 ns.", panel=_CONTRACT)
     ] = None,
-    delay: Annotated[
-        str | None,
-        _option("--delay", _CONTRACT, "50us", "For so long a count may be wrong; 50 us, of firmware five readings."),
+    delay_ps: Annotated[
+        int | None,
+        time_ps(
+            "--delay", "50us", "For so long a count may be wrong; 50 us, of firmware five readings.", panel=_CONTRACT
+        ),
     ] = None,
-    clock: Annotated[
-        str | None, _option("--clock", _DOOR, "50MHz", "Verilog's clock; a Python class then sees ticks only.")
+    clock_ps: Annotated[
+        Clock | None,
+        named(
+            "--clock",
+            "rtec.conformance.verilog:clock_of",
+            "50MHz",
+            "Verilog's clock; a Python class then sees ticks only.",
+            panel=_DOOR,
+        ),
     ] = None,
-    pins: Annotated[Path | None, _option("--pins", _DOOR, "P.toml", "Which port of the module is what.")] = None,
+    pins: Annotated[Path | None, option("--pins", "P.toml", "Which port of the module is what.", panel=_DOOR)] = None,
     simulator: Annotated[
-        str | None, _option("--simulator", _DOOR, "verilator|icarus", "For Verilog; the first that is installed.")
+        str | None,
+        option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.", panel=_DOOR),
     ] = None,
     processor: Annotated[
-        str | None, _option("--processor", _DOOR, "NAME", "For machine code: " + ", ".join(PROCESSORS) + ".")
+        Microcontroller | None, processor(f"For machine code: {', '.join(PROCESSORS)}.", panel=_DOOR)
     ] = None,
-    part: Annotated[str | None, _option("--part", _DOOR, "8051|8052", "For machine code.")] = None,
+    part: Annotated[str | None, word("--part", "8051|8052", "For machine code.", panel=_DOOR)] = None,
     hold_latch: Annotated[
         bool | None,
-        typer.Option(
+        flag(
             "--hold-latch/--no-hold-latch",
-            help="Machine code: P1.7 works a latch that holds real edges back; it does if not said.",
-            rich_help_panel=_DOOR,
+            "Machine code: P1.7 works a latch that holds real edges back; it does if not said.",
+            panel=_DOOR,
             show_default=False,
         ),
     ] = None,
     timing: Annotated[
-        str | None, _option("--timing", _DOOR, "8051|fast", "What works in a design of rtec; fast.")
+        Processor | None,
+        member(
+            "--timing", "rtec.injector:Processor", "8051|fast", "What works in a design of rtec; fast.", panel=_DOOR
+        ),
     ] = None,
     real_edges: Annotated[
-        str | None, _option("--real-edges", _DOOR, "hold|merge", "What a design of rtec does with them; hold.")
+        RealEdges | None,
+        member(
+            "--real-edges",
+            "rtec.injector:RealEdges",
+            "hold|merge",
+            "What a design of rtec does with them; hold.",
+            panel=_DOOR,
+        ),
     ] = None,
-    motion: Annotated[
-        str | None, _option("--motion", None, "MOTION", f"One more check, a step at each phase: {MOTION_NAMES}.")
-    ] = None,
-    tries: Annotated[int, whole_option(low=16, high=10_000_000, help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, whole_option(low=0, help="Of the hunt and the adversary.")] = 0,
+    motion: Annotated[AskedMotion | None, motion("One more check, a step at each phase")] = None,
+    tries: Annotated[int, whole("--tries", "Streams of the hunt.", low=16, high=10_000_000)] = 3000,
+    seed: Annotated[int, whole("--seed", "Of the hunt and the adversary.", low=0)] = 0,
     stream: Annotated[
-        str | None, _option("--stream", None, "TEXT", "Play one stream only, as a failed check prints it.")
+        Stream | None,
+        named(
+            "--stream",
+            "rtec.conformance.streams:Stream.read",
+            "TEXT",
+            "Play one stream only, as a failed check prints it.",
+        ),
     ] = None,
     figure: Annotated[
-        Path | None, _option("--figure", _OUTPUT, "FILE.png", "Draw the worst case, or the stream that was played.")
+        Path | None,
+        written(
+            "--figure",
+            "FILE.png",
+            "Draw the worst case, or the stream that was played.",
+            endings=FIGURES,
+            panel=_OUTPUT,
+        ),
     ] = None,
     margin_figure: Annotated[
-        Path | None, _option("--margin-figure", _OUTPUT, "FILE.png", "Draw what it does at which frequency.")
+        Path | None,
+        written(
+            "--margin-figure", "FILE.png", "Draw what it does at which frequency.", endings=FIGURES, panel=_OUTPUT
+        ),
     ] = None,
-    vcd: Annotated[Path | None, _option("--vcd", _OUTPUT, "FILE.vcd", "The same as waveforms.")] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Write over files that exist.", rich_help_panel=_OUTPUT)
-    ] = False,
+    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "The same as waveforms.", panel=_OUTPUT)] = None,
+    force: Annotated[bool, force("Write over files that exist.", panel=_OUTPUT)] = False,
     json: _measured.Json = False,
 ) -> None:
     """Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.
@@ -166,79 +214,57 @@ def check(
     """
     from rtec.cli._check_door import choose
 
-    for name, picture in (("--figure", figure), ("--margin-figure", margin_figure)):
-        if picture is not None:
-            check_file(name, picture, force=force, endings=FIGURES)
-    if vcd is not None:
-        check_file("--vcd", vcd, force=force)
     options = Options(
-        algorithm=algorithm, design=design, step=step, states=states, frequency=frequency, acceleration=acceleration,
-        jitter=jitter, separation=separation, delay=delay, clock=clock, pins=pins, simulator=simulator,
-        processor=processor, part=part, hold_latch=hold_latch, timing=timing, real_edges=real_edges,
+        algorithm=algorithm, design=design, step_counts=step_counts, states=states, frequency_hz=frequency_hz,
+        acceleration_hz_s=acceleration_hz_s, jitter=jitter, separation_ps=separation_ps, delay_ps=delay_ps,
+        clock_ps=clock_ps, pins=pins, simulator=simulator, processor=processor, part=part, hold_latch=hold_latch,
+        timing=timing, real_edges=real_edges,
     )  # fmt: skip
-    if margin_figure is not None and stream is not None:
-        raise ArgumentError(
-            "--margin-figure", str(margin_figure), "nothing with --stream", "one stream has no margin"
-        )
-    more = None if motion is None else _more(motion, stream, seed)
-    with ExitStack() as stack:
-        played = None if stream is None else _read(stream)
-        chosen = choose(options)
-        stack.enter_context(closing(chosen.algorithm))
-        if played is not None:
-            passed = _play(options, chosen, played, figure, vcd, json)
+    words = said(context, *(name for name in Options.__dataclass_fields__ if name != "algorithm"))
+    files = _Files(figure=figure, vcd=vcd, margin=margin_figure, json=json)
+    if stream is not None and margin_figure is not None:
+        raise apart("--margin-figure", margin_figure, "--stream", "one stream has no margin")
+    if stream is not None and motion is not None:
+        raise apart("--motion", motion.kind.value, "--stream", "a stream has its own motion")
+    chosen = choose(options)
+    with closing(chosen.algorithm):
+        if stream is not None:
+            passed = _play(words, chosen, stream, files)
         else:
-            passed = _hold(options, chosen, more, tries, seed, figure, vcd, json, margin_figure)
+            passed = _hold(words, chosen, motion, tries, seed, files)
     if not passed:
         raise typer.Exit(1)
 
 
-def _more(motion: str, stream: str | None, seed: int) -> Any:
-    """Return what makes the cases of a motion."""
-    from rtec.conformance.motions import motion_cases
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Files:
+    """What is to be written, and whether the result is a JSON document."""
 
-    if stream is not None:
-        raise ArgumentError("--motion", motion, "nothing with --stream", "a stream has its own motion")
-    kind, program, _ = read_motion(motion)
-    return motion_cases(kind, program=program, seed=seed)
-
-
-def _read(text: str) -> Any:
-    from rtec.conformance.streams import Stream
-
-    try:
-        return Stream.read(text)
-    except ArgumentError as error:
-        raise ArgumentError("--stream", error.value, error.allowed, error.hint) from error
+    figure: Path | None
+    vcd: Path | None
+    margin: Path | None
+    json: bool
 
 
-def _hold(
-    options: Options,
-    chosen: Chosen,
-    more: Any,
-    tries: int,
-    seed: int,
-    figure: Path | None,
-    vcd: Path | None,
-    json: bool,
-    margin_figure: Path | None = None,
-) -> bool:
+def _hold(words: list[str], chosen: Chosen, motion: AskedMotion | None, tries: int, seed: int, files: _Files) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
+    from rtec.conformance.motions import motion_cases
     from rtec.conformance.suite import check_algorithm
     from rtec.report.terminal_check import show
 
+    more = None if motion is None else motion_cases(motion.kind, program=motion.program, seed=seed)
     _console.announce_compilation()
     with _console.progress("check") as progress:
         verdict = check_algorithm(
             chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress
         )
-    worst = None if verdict.worst is None else options.command(str(verdict.worst.case.stream))
-    written = _write(verdict.worst, verdict.algorithm, figure, vcd) | _write_margin(verdict, margin_figure)
-    if json:
-        _console.print_json(verdict.to_dict() | {"worst_case": worst, "note": chosen.note()} | written)
+    worst = None if verdict.worst is None else again(chosen.word, words, verdict.worst.case.stream)
+    made = _write(verdict.worst, verdict.algorithm, files) | _write_margin(verdict, files.margin)
+    if files.json:
+        _console.print_json(verdict.to_dict() | {"worst_case": worst, "note": chosen.note()} | made)
     else:
         show(verdict, worst, chosen.note())
-        for name, file in written.items():
+        for name, file in made.items():
             typer.echo(f"{name}: {file}")
     return verdict.passed
 
@@ -256,7 +282,7 @@ def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
     return {"margin_figure": str(file)}
 
 
-def _play(options: Options, chosen: Chosen, stream: Any, figure: Path | None, vcd: Path | None, json: bool) -> bool:
+def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files) -> bool:
     """Play one stream; return whether every count is right."""
     from rtec.conformance.trials import Case, Trials
 
@@ -266,8 +292,8 @@ def _play(options: Options, chosen: Chosen, stream: Any, figure: Path | None, vc
     )
     violation = run.judgement.violation
     reason = "every count right" if violation is None else str(violation)
-    written = _write(run, chosen.algorithm.name, figure, vcd)
-    if json:
+    made = _write(run, chosen.algorithm.name, files)
+    if files.json:
         seen = {
             "algorithm": chosen.algorithm.name,
             "passed": run.right,
@@ -275,20 +301,20 @@ def _play(options: Options, chosen: Chosen, stream: Any, figure: Path | None, vc
             "completed": run.judgement.completed,
             "min_separation_ps": run.judgement.separation_ps,
             "max_delay_ps": run.judgement.delay_ps,
-            "worst_case": options.command(str(stream)),
+            "worst_case": again(chosen.word, words, stream),
         }
-        _console.print_json(seen | written)
+        _console.print_json(seen | made)
     else:
         typer.echo(f"{chosen.algorithm.name}: {'passed' if run.right else 'FAILED'}: {reason}")
-        for name, file in written.items():
+        for name, file in made.items():
             typer.echo(f"{name}: {file}")
     return run.right
 
 
-def _write(run: Run | None, name: str, figure: Path | None, vcd: Path | None) -> dict[str, str]:
+def _write(run: Run | None, name: str, files: _Files) -> dict[str, str]:
     """Write the files that were asked for; return them by their names."""
-    written: dict[str, str] = {}
-    for kind, file in (("figure", figure), ("vcd", vcd)):
+    made: dict[str, str] = {}
+    for kind, file in (("figure", files.figure), ("vcd", files.vcd)):
         if file is None:
             continue
         if run is None:
@@ -302,5 +328,5 @@ def _write(run: Run | None, name: str, figure: Path | None, vcd: Path | None) ->
             from rtec.conformance.waves import write_run
 
             write_run(run, file)
-        written[kind] = str(file)
-    return written
+        made[kind] = str(file)
+    return made

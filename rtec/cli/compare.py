@@ -9,8 +9,8 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._parameters import folder, force
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
-from rtec.io import check_folder
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -23,17 +23,15 @@ def compare(
     lock: _measured.Lock = False,
     observe: _measured.Observe = None,
     screw_pitch: _measured.ScrewPitch = None,
-    signal_period: _measured.SignalPeriod = None,
+    scale_signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
     table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")] = False,
+    output: Annotated[Path | None, folder("-o --output", "Folder of a report with figures.")] = None,
+    force: Annotated[bool, force("Write into a folder that is not empty.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Compare a measurement with a model: what is left, against the noise floor, and where it lives.
@@ -50,11 +48,14 @@ def compare(
     from rtec.io import report_folder
     from rtec.report.diagnosis import comparison_document, comparison_sentence, write_comparison, write_several
 
-    if output is not None:
-        check_folder("-o", output, force=force)
     names = names_of(data)
     refuse_with_several(data, heldout=heldout, lock=lock)
-    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    facts = _measured.facts_of(
+        screw_pitch=screw_pitch,
+        scale_signal_period=scale_signal_period,
+        counts_per_rev=counts_per_rev,
+        reference_temperature=reference_temperature,
+    )
     choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
     results: dict[str, Comparison] = {}
     with progress(f"comparing {', '.join(names)}"[:60]) as show:

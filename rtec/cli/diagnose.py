@@ -9,11 +9,14 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._parameters import folder, force, written
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.errors import ArgumentError
-from rtec.io import check_file, check_folder
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rtec.inference.changes import Change
     from rtec.inference.results import Diagnosis
 
 
@@ -24,24 +27,19 @@ def diagnose(
     lock: _measured.Lock = False,
     observe: _measured.Observe = None,
     screw_pitch: _measured.ScrewPitch = None,
-    signal_period: _measured.SignalPeriod = None,
+    scale_signal_period: _measured.SignalPeriod = None,
     counts_per_rev: _measured.CountsPerRev = None,
     reference_temperature: _measured.ReferenceTemperature = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
     table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report with figures.")
-    ] = None,
-    save: Annotated[
-        Path | None, typer.Option("--save", metavar="MODEL.toml", help="Write the model with all effects found.")
-    ] = None,
+    output: Annotated[Path | None, folder("-o --output", "Folder of a report with figures.")] = None,
+    save: Annotated[Path | None, written("--save", "MODEL.toml", "Write the model with all effects found.")] = None,
     suggest: Annotated[
-        Path | None,
-        typer.Option("--suggest", metavar="PLAN.toml", help="Write what to measure next as a plan to carry out."),
+        Path | None, written("--suggest", "PLAN.toml", "Write what to measure next as a plan to carry out.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
+    force: Annotated[bool, force("Write over what is there.")] = False,
     seed: _measured.Seed = 0,
     json: _measured.Json = False,
 ) -> None:
@@ -56,23 +54,19 @@ def diagnose(
     """
     from rtec.inference.changes import changes_from_first
     from rtec.inference.diagnose import diagnose as diagnosed
-    from rtec.inference.model_file import write_model
-    from rtec.io import report_folder
-    from rtec.report.diagnosis import changes_sentence, verdict_sentence, write_diagnosis, write_several
+    from rtec.report.diagnosis import changes_sentence, verdict_sentence
 
     names = names_of(data)
     refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
-    if output is not None:
-        check_folder("-o", output, force=force)
-    if save is not None:
-        check_file("--save", save, force=force)
-    if suggest is not None:
-        check_file("--suggest", suggest, force=force)
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file than that of --save")
-    facts = _measured.facts_of(screw_pitch, signal_period, counts_per_rev, reference_temperature)
+    facts = _measured.facts_of(
+        screw_pitch=screw_pitch,
+        scale_signal_period=scale_signal_period,
+        counts_per_rev=counts_per_rev,
+        reference_temperature=reference_temperature,
+    )
     choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
-    written = {}
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:
         how = {
@@ -86,30 +80,43 @@ def diagnose(
             announce_compilation()
             told(0.0)
             results[name] = diagnosed(
-                given.dataset,
-                given.model,
-                given.heldout,
-                locked=given.locked,
-                seed=seed,
-                progress=told,
+                given.dataset, given.model, given.heldout, locked=given.locked, seed=seed, progress=told
             )
         result, found = next(iter(results.values())), changes_from_first(results)
-        if output is not None:
-            with report_folder(output, "diagnosis") as folder:
-                page = write_several(results, found, folder) if found else write_diagnosis(result, folder)
-                written["report"] = str(page)
-        if save is not None:
-            write_model(save, result.model)
-            written["model"] = str(save)
-        if suggest is not None and _write_plan(suggest, result):
-            written["plan"] = str(suggest)
+        made = _write(results, found, output, save, suggest)
     if found:
-        show_several(results, found, verdict_sentence, {"seed": seed, **written}, as_json=json)
+        show_several(results, found, verdict_sentence, {"seed": seed, **made}, as_json=json)
         if not json:
             typer.echo(changes_sentence(names[0], found))
-            _tell(written)
+            _tell(made)
     else:
-        show_diagnosis(result, written, as_json=json, seed=seed)
+        show_diagnosis(result, made, as_json=json, seed=seed)
+
+
+def _write(
+    results: Mapping[str, Diagnosis],
+    found: Mapping[str, Sequence[Change]],
+    output: Path | None,
+    save: Path | None,
+    suggest: Path | None,
+) -> dict[str, str]:
+    """Write report, model and plan where they are asked for; return them by their names."""
+    from rtec.inference.model_file import write_model
+    from rtec.io import report_folder
+    from rtec.report.diagnosis import write_diagnosis, write_several
+
+    made = {}
+    result = next(iter(results.values()))
+    if output is not None:
+        with report_folder(output, "diagnosis") as place:
+            page = write_several(results, found, place) if found else write_diagnosis(result, place)
+            made["report"] = str(page)
+    if save is not None:
+        write_model(save, result.model)
+        made["model"] = str(save)
+    if suggest is not None and _write_plan(suggest, result):
+        made["plan"] = str(suggest)
+    return made
 
 
 def _tell(written: dict[str, str]) -> None:
@@ -132,11 +139,7 @@ def _write_plan(path: Path, result: Diagnosis) -> bool:
 
 def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool, seed: int) -> None:
     """Print a diagnosis and what was written: one JSON document, or the verdict in a sentence and tables."""
-    from rtec.report.diagnosis import (
-        diagnosis_document,
-        diagnosis_table,
-        verdict_sentence,
-    )
+    from rtec.report.diagnosis import diagnosis_document, diagnosis_table, verdict_sentence
 
     if as_json:
         print_json({**diagnosis_document(result), "seed": seed, **written})

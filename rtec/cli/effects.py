@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rtec.cli import _measured
 from rtec.cli._console import print_json
 from rtec.cli._words import EFFECTS, completing
 
@@ -28,7 +29,7 @@ def effects(
         str | None,
         typer.Argument(metavar="[NAME]", help="Show the card of one effect.", autocompletion=completing(EFFECTS)),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
+    json: _measured.Json = False,
 ) -> None:
     """List the physical effects that are known, or show the card of one.
 

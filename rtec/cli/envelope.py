@@ -2,69 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import option, whole_option
-from rtec.cli._motion import DEFAULT_ACCELERATION, MOTION_NAMES, read_motion
+from rtec.cli._kinds import Design, Microcontroller
+from rtec.cli._motion import AskedMotion, acceleration, motion
+from rtec.cli._parameters import (
+    apart,
+    default,
+    design,
+    flag,
+    force,
+    needs,
+    option,
+    processor,
+    time_ps,
+    whole,
+    written,
+)
 from rtec.cli._words import PROCESSORS, files_ending
 from rtec.errors import ArgumentError
-from rtec.io import FIGURES, check_file
-from rtec.units import parse_time_ps
+from rtec.io import FIGURES
 
 if TYPE_CHECKING:
-    from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow
+    from rtec.campaign.envelope import EnvelopeRow
     from rtec.campaign.envelope_motion import InMotion
 
 
 def envelope(
-    design: Annotated[
-        list[str] | None, option(metavar="original|a|b|c", help="Only this design; may be given again.")
-    ] = None,
+    design: Annotated[list[Design] | None, design("Only this design; may be given again.")] = None,
     processor: Annotated[
-        list[str] | None,
-        option(
-            "--processor",
-            metavar="NAME",
-            help=f"Only this: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'; may be given again.",
-        ),
+        list[Microcontroller] | None,
+        processor(f"Only this: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'; may be given again."),
     ] = None,
     image: Annotated[
         Path | None,
         option(
-            metavar="MINE.hex",
-            help="Your program for the one --design, as Intel HEX.",
+            "--image",
+            "MINE.hex",
+            "Your program for the one --design, as Intel HEX.",
             complete=files_ending(".hex", ".ihx"),
         ),
     ] = None,
-    jitter: Annotated[
-        str, option(metavar="5ns", help="Bound of the encoder's jitter; its worst within that is tried.")
-    ] = "0ns",
+    jitter_ps: Annotated[
+        int, time_ps("--jitter", "5ns", "Bound of the encoder's jitter; its worst within that is tried.")
+    ] = default("0ns"),
     hold_latch: Annotated[
-        bool,
-        typer.Option("--hold-latch", help="Hold real transitions back during an insertion, unlike the report."),
+        bool, flag("--hold-latch", "Hold real transitions back during an insertion, unlike the report.")
     ] = False,
     nothing_owed: Annotated[
-        bool, typer.Option("--nothing-owed", help="Ask for nothing: how fast --design b passes the lines on alone.")
+        bool, flag("--nothing-owed", "Ask for nothing: how fast --design b passes the lines on alone.")
     ] = False,
     exhaustive: Annotated[
-        bool, typer.Option("--exhaustive", help="Sweep the limits found over a whole reading, clock by clock.")
+        bool, flag("--exhaustive", "Sweep the limits found over a whole reading, clock by clock.")
     ] = False,
-    motion: Annotated[
-        str | None,
-        option("--motion", metavar="MOTION", help=f"Search its top speed: {MOTION_NAMES}."),
-    ] = None,
-    acceleration: Annotated[
-        str | None, option(metavar="'100 MHz/s'", help="Of the frequency, with --motion; 100 MHz/s.")
-    ] = None,
-    seed: Annotated[int | None, whole_option(low=0, help="Of --motion adversary; 0.")] = None,
+    motion: Annotated[AskedMotion | None, motion("Search its top speed")] = None,
+    acceleration_hz_s: Annotated[float | None, acceleration("Of the frequency, with --motion; 100 MHz/s.")] = None,
+    seed: Annotated[int | None, whole("--seed", "Of --motion adversary; 0.", low=0)] = None,
     figure: Annotated[
-        Path | None, option(metavar="FILE.png", help="Draw what each does at which frequency: .png, .svg, .pdf.")
+        Path | None,
+        written("--figure", "FILE.png", "Draw what each does at which frequency: .png, .svg, .pdf.", endings=FIGURES),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a figure that exists.")] = False,
+    force: Annotated[bool, force("Write over a figure that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Find the largest safe encoder frequency of each design on each processor, and what breaks first.
@@ -76,12 +79,38 @@ def envelope(
     Example: rtec envelope --design b --nothing-owed --figure envelope.png
     Example: rtec envelope --design a --image mine.hex --jitter 5ns --json
     """
-    if figure is not None:
-        check_file("--figure", figure, force=force, endings=FIGURES)
-    moved = _motion(motion, acceleration, seed, jitter, exhaustive, nothing_owed)
-    plan = _plan(design, processor, image, jitter, hold_latch, nothing_owed, exhaustive, moved)
-    from rtec.campaign.envelope import find_envelope
+    from firmware_model import read_hex
+    from rtec.board import MICROCONTROLLERS
+    from rtec.campaign.envelope import EnvelopePlan, find_envelope
+    from rtec.cli.firmware import as_bad_input
+    from rtec.injector.design import IN_PATH, Design
 
+    if motion is None:
+        _refuse("needs --motion", {"--acceleration": acceleration_hz_s, "--seed": seed})
+    else:
+        own = {
+            "--jitter": jitter_ps or None,
+            "--exhaustive": exhaustive or None,
+            "--nothing-owed": nothing_owed or None,
+        }
+        _refuse("does not go with --motion", own)
+    designs = tuple(dict.fromkeys(design or Design))
+    if image is not None and (design is None or len(designs) != 1):
+        raise needs("--image", image, "exactly one --design", "say which one it is for")
+    if nothing_owed and designs != IN_PATH:
+        raise needs("--nothing-owed", "it", "--design b alone", "the others' lines pass the gates")
+    moved = None if motion is None else _in_motion(motion, acceleration_hz_s, seed)
+    with as_bad_input():
+        plan = EnvelopePlan(
+            designs=designs,
+            processors=tuple(dict.fromkeys(processor or MICROCONTROLLERS.values())),
+            image=None if image is None else read_hex(image),
+            hold_latch=hold_latch,
+            jitter_ps=jitter_ps,
+            exhaustive=exhaustive,
+            nothing_owed=nothing_owed,
+            motion=moved,
+        )
     _console.announce_compilation()
     with _console.progress("envelope") as progress:
         rows = find_envelope(plan, progress)
@@ -99,69 +128,28 @@ def envelope(
         typer.echo(f"Figure: {figure}")
 
 
-def _motion(
-    motion: str | None, acceleration: str | None, seed: int | None, jitter: str, exhaustive: bool, nothing_owed: bool
-) -> InMotion | None:
-    """Return what the options say of the motion."""
-    if motion is None:
-        for option, value in (("--acceleration", acceleration), ("--seed", seed)):
-            if value is not None:
-                raise ArgumentError(option, value, "nothing without --motion")
-        return None
-    for option, given in (
-        ("--jitter", jitter != "0ns"),
-        ("--exhaustive", exhaustive),
-        ("--nothing-owed", nothing_owed),
-    ):
-        if given:
-            raise ArgumentError(option, "given", "nothing with --motion", "it belongs to the envelope's own trials")
-    from rtec.axis.motion import MotionKind
+def _refuse(problem: str, options: Mapping[str, object]) -> None:
+    """Refuse the options that have a value."""
+    for name, value in options.items():
+        if value is not None:
+            raise ArgumentError(
+                name, "it", "both" if problem.startswith("needs") else "one of the two", problem=problem
+            )
+
+
+def _in_motion(motion: AskedMotion, acceleration_hz_s: float | None, seed: int | None) -> InMotion:
+    """Return what is to be searched."""
+    from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
     from rtec.campaign.envelope_motion import InMotion
 
-    kind, program, gain = read_motion(motion, acceleration or DEFAULT_ACCELERATION)
-    if seed is not None and kind is not MotionKind.ADVERSARY:
-        raise ArgumentError("--seed", seed, "nothing with this motion", "nothing in it is random")
-    try:
-        return InMotion(kind=kind, program=program, acceleration_hz_s=gain, seed=seed or 0)
-    except ArgumentError as error:
-        raise ArgumentError(f"--{error.name}", error.value, error.allowed, error.hint) from error
-
-
-def _plan(
-    design: list[str] | None, processor: list[str] | None, image: Path | None, jitter: str, hold_latch: bool,
-    nothing_owed: bool, exhaustive: bool, motion: InMotion | None,
-) -> EnvelopePlan:  # fmt: skip
-    """Return what the options say.
-
-    Raises
-    ------
-    RtecError
-        Options that are wrong, or an image that cannot be read.
-    """
-    jitter_ps = parse_time_ps(jitter, name="--jitter")
-    from firmware_model import FirmwareError, read_hex
-    from rtec.board import MICROCONTROLLERS, Microcontroller
-    from rtec.campaign.envelope import EnvelopePlan
-    from rtec.errors import RtecError
-    from rtec.injector import Design
-    from rtec.injector.design import IN_PATH
-
-    designs = tuple(dict.fromkeys(Design.named(name) for name in design)) if design else tuple(Design)
-    processors = tuple(dict.fromkeys(Microcontroller.named(name) for name in processor or MICROCONTROLLERS))
-    if image is not None and (design is None or len(designs) != 1):
-        raise ArgumentError("--image", str(image), "a program beside exactly one --design", "say which one it is for")
-    if nothing_owed and designs != IN_PATH:
-        raise ArgumentError("--nothing-owed", "given", "beside --design b alone", "the others' lines pass the gates")
-    try:
-        program = None if image is None else read_hex(image)
-        return EnvelopePlan(
-            designs=designs, processors=processors, image=program, hold_latch=hold_latch, jitter_ps=jitter_ps,
-            exhaustive=exhaustive, nothing_owed=nothing_owed, motion=motion,
-        )  # fmt: skip
-    except FirmwareError as error:
-        raise RtecError(str(error)) from error
-    except ArgumentError as error:
-        raise ArgumentError("--jitter", jitter, "a time from 0 to 1 ms") from error
+    if seed is not None and motion.kind is not MotionKind.ADVERSARY:
+        raise apart("--seed", seed, f"--motion {motion.kind.value}", "nothing in it is random")
+    return InMotion(
+        kind=motion.kind,
+        program=motion.program,
+        acceleration_hz_s=ACCELERATION_HZ_S if acceleration_hz_s is None else acceleration_hz_s,
+        seed=seed or 0,
+    )
 
 
 def row_as_json(row: EnvelopeRow) -> dict[str, object]:

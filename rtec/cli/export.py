@@ -10,26 +10,31 @@ import typer
 
 from rtec.checks import number_within
 from rtec.cli import _measured
-from rtec.cli._arguments import option
 from rtec.cli._console import note, print_json
+from rtec.cli._kinds import Precision
+from rtec.cli._parameters import default, force, member, option, quantity, word, written
 from rtec.errors import ArgumentError
-from rtec.io import check_file
+from rtec.units import LENGTH, UNITS, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rtec.inference.model import Model
-    from rtec.predictors import Predictor
-    from rtec.study.c_source import Precision
-    from rtec.study.compensation import Compensation
+    from rtec.predictors import KnownPredictor, Predictor
 
-_MACHINE_UNITS = ("mm", "inch")
 _SHORTEST_MM = 1e-3
 _FARTHEST_MM = 1e6
 
 
-def _file(metavar: str, text: str) -> Any:
-    return option(metavar=metavar, help=text)
+def _length(names: str, metavar: str, text: str) -> Any:
+    return quantity(names, LENGTH, metavar, text)
+
+
+def _tolerance(said: str) -> float:
+    tolerance_mm = parse_quantity(said, LENGTH, name="--within")
+    if tolerance_mm < 0.0:
+        raise ArgumentError("--within", said, "a length of 0 or more")
+    return tolerance_mm
 
 
 def export(
@@ -37,22 +42,28 @@ def export(
         Path, typer.Argument(metavar="MODEL.toml", help="Model of an axis or trained predictor.", show_default=False)
     ],
     linuxcnc: Annotated[
-        Path | None, _file("F.comp", "For LinuxCNC: nominal, forward and reverse position (COMP_FILE_TYPE = 0).")
+        Path | None,
+        written("--linuxcnc", "F.comp", "For LinuxCNC: nominal, forward and reverse position (COMP_FILE_TYPE = 0)."),
     ] = None,
-    csv: Annotated[Path | None, _file("F.csv", "Position, error forward and reverse.")] = None,
-    c: Annotated[Path | None, _file("F.c", "A function in C99: a trained predictor itself, else the table.")] = None,
-    precision: Annotated[str, option(metavar="double|single", help="Of the numbers in C.")] = "double",
-    start: Annotated[
-        str | None, option("--from", metavar="'0 mm'", help="Begin of the table; where the measurement began.")
+    csv: Annotated[Path | None, written("--csv", "F.csv", "Position, error forward and reverse.")] = None,
+    c: Annotated[
+        Path | None, written("--c", "F.c", "A function in C99: a trained predictor itself, else the table.")
     ] = None,
-    end: Annotated[
-        str | None, option("--to", metavar="'300 mm'", help="Its end; where the measurement ended.")
+    precision: Annotated[
+        Precision, member("--precision", "rtec.study.c_source:Precision", "double|single", "Of the numbers in C.")
+    ] = default("double"),
+    start_mm: Annotated[
+        float | None, _length("--from", "'0 mm'", "Begin of the table; where the measurement began.")
     ] = None,
-    within: Annotated[
-        str, option(metavar="'0.1 um'", help="Difference that straight lines between its nodes may leave.")
-    ] = "0.1 um",
-    unit: Annotated[str, option(metavar="mm|inch", help="Machine unit of LinuxCNC.")] = "mm",
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
+    end_mm: Annotated[float | None, _length("--to", "'300 mm'", "Its end; where the measurement ended.")] = None,
+    within_mm: Annotated[
+        float,
+        option(
+            "--within", "'0.1 um'", "Difference that straight lines between its nodes may leave.", read=_tolerance
+        ),
+    ] = default("0.1 um"),
+    unit: Annotated[str, word("--unit", "mm|inch", "Machine unit of LinuxCNC.")] = "mm",
+    force: Annotated[bool, force("Write over a file that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Write what a model or a trained predictor says of position and direction, for another program.
@@ -67,43 +78,28 @@ def export(
     given = {"linuxcnc": linuxcnc, "csv": csv, "c": c}
     files = {name: file for name, file in given.items() if file is not None}
     if not files:
-        raise ArgumentError("output", "none", "--linuxcnc F.comp, --csv F.csv or --c F.c")
-    if unit not in _MACHINE_UNITS:
-        raise ArgumentError("--unit", repr(unit[:20]), "mm or inch")
-    for name, file in files.items():
-        check_file(f"--{name}", file, force=force)
-    from rtec.io import choice, write_lines
+        raise ArgumentError("a file to write", None, "--linuxcnc F.comp, --csv F.csv or --c F.c")
+    from rtec.io import write_lines
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
-    from rtec.study.c_source import Precision, name_in_c, predictor_lines
-    from rtec.units import LENGTH, UNITS, parse_quantity
+    from rtec.study.c_source import name_in_c
 
-    digits = choice("--precision", precision, Precision)
     trained = read_predictor(model) if is_predictor_file(model) else None
     known = _error_model(model) if trained is None else trained.predictor
-    low_mm, high_mm = _range(known, start, end)
-    tolerance_mm = parse_quantity(within, LENGTH, name="--within")
-    if tolerance_mm < 0.0:
-        raise ArgumentError("--within", within, "a length from 0")
+    low_mm, high_mm = _range(known, start_mm, end_mm)
     documents: list[dict[str, Any]] = []
     for name, file in files.items():
-        document: dict[str, Any] = {"format": name, "file": str(file)}
         if name == "c" and trained is not None:  # of its own ends, which the directions may have at different places
-            held_mm = -math.inf if start is None else low_mm, math.inf if end is None else high_mm
-            lines = predictor_lines(trained, name_in_c(file), held_mm=held_mm, precision=digits)
-            document |= {"nodes": None, "interpolation_error_um": 0.0, "left_out": []}
+            held_mm = -math.inf if start_mm is None else low_mm, math.inf if end_mm is None else high_mm
+            lines, document = _predictor(trained, file, held_mm, precision)
         else:
-            table = _table(name, known, (low_mm, high_mm), tolerance_mm)
-            lines = _lines(name, file, table, UNITS[unit].factor, digits)
-            document |= {
-                "nodes": int(table.position_mm.size),
-                "interpolation_error_um": 1e3 * table.interpolation_mm,
-                "left_out": [{"effect": one.effect, "why": one.why} for one in table.left_out],
-            }
+            lines, document = _compensation(
+                name, file, known, (low_mm, high_mm), within_mm, UNITS[unit].factor, precision
+            )
         document |= {"from_mm": low_mm, "to_mm": high_mm}
         if name == "c":
-            document |= {"function": f"{name_in_c(file)}_error_mm", "precision": precision}
+            document |= {"function": f"{name_in_c(file)}_error_mm", "precision": precision.value}
         write_lines(file, lines)
-        documents.append(document)
+        documents.append({"format": name, "file": str(file)} | document)
     if json:
         print_json({"model": str(model), "tables": documents})
         return
@@ -113,20 +109,42 @@ def export(
         note(f"{left['effect']} is not in the table: {left['why']}")
 
 
-def _table(name: str, known: Model | Predictor, range_mm: tuple[float, float], within_mm: float) -> Compensation:
-    from rtec.study.compensation import LINUXCNC_TRIPLETS, MOST_NODES, compensation_of
+def _predictor(
+    trained: KnownPredictor, file: Path, held_mm: tuple[float, float], precision: Precision
+) -> tuple[Iterator[str], dict[str, Any]]:
+    """Return the lines of a trained predictor in C, and what is said of them."""
+    from rtec.study.c_source import name_in_c, predictor_lines
+
+    lines = predictor_lines(trained, name_in_c(file), held_mm=held_mm, precision=precision)
+    return lines, {"nodes": None, "interpolation_error_um": 0.0, "left_out": []}
+
+
+def _compensation(
+    name: str,
+    file: Path,
+    known: Model | Predictor,
+    range_mm: tuple[float, float],
+    within_mm: float,
+    per_unit_mm: float,
+    precision: Precision,
+) -> tuple[Iterator[str], dict[str, Any]]:
+    """Return the lines of a table, and what is said of them."""
+    from rtec.study.c_source import compensation_lines, name_in_c
+    from rtec.study.compensation import LINUXCNC_TRIPLETS, MOST_NODES, compensation_of, csv_lines, linuxcnc_lines
 
     most = LINUXCNC_TRIPLETS if name == "linuxcnc" else MOST_NODES
-    return compensation_of(known, *range_mm, within_mm=within_mm, most=most)
-
-
-def _lines(name: str, file: Path, table: Compensation, per_unit_mm: float, precision: Precision) -> Iterator[str]:
-    from rtec.study.c_source import compensation_lines, name_in_c
-    from rtec.study.compensation import csv_lines, linuxcnc_lines
-
+    table = compensation_of(known, *range_mm, within_mm=within_mm, most=most)
     if name == "linuxcnc":
-        return linuxcnc_lines(table, per_unit_mm=per_unit_mm)
-    return csv_lines(table) if name == "csv" else compensation_lines(table, name_in_c(file), precision=precision)
+        lines = linuxcnc_lines(table, per_unit_mm=per_unit_mm)
+    elif name == "csv":
+        lines = csv_lines(table)
+    else:
+        lines = compensation_lines(table, name_in_c(file), precision=precision)
+    return lines, {
+        "nodes": int(table.position_mm.size),
+        "interpolation_error_um": 1e3 * table.interpolation_mm,
+        "left_out": [{"effect": one.effect, "why": one.why} for one in table.left_out],
+    }
 
 
 def _sentence(document: dict[str, Any]) -> str:
@@ -153,8 +171,8 @@ def _error_model(path: Path) -> Model:
 
     observe = read_observe(path)
     if observe != "deviation":
-        allowed = "a model of a deviation: a table corrects positions, and no force, torque or current"
-        raise ArgumentError(f"{path}: observe", repr(observe)[:60], allowed)
+        why = "a table corrects positions, and no force, torque or current"
+        raise ArgumentError(f"{path}: observe", repr(observe)[:60], "a model of a deviation", why)
     try:
         model = read_model(path)  # one that was written by rtec states its units
     except FileFormatError:
@@ -163,10 +181,9 @@ def _error_model(path: Path) -> Model:
     return model
 
 
-def _range(known: Model | Predictor, start: str | None, end: str | None) -> tuple[float, float]:
+def _range(known: Model | Predictor, start_mm: float | None, end_mm: float | None) -> tuple[float, float]:
     """Return the range of the table in mm: as given, else where the model was measured, else that of its maps."""
     from rtec.inference.model import Model
-    from rtec.units import LENGTH, parse_quantity
 
     low: float | None
     high: float | None
@@ -175,17 +192,15 @@ def _range(known: Model | Predictor, start: str | None, end: str | None) -> tupl
         low, high = known.range or ((min(nodes), max(nodes)) if nodes else (None, None))
     else:
         low, high = known.range_mm
-    low = low if start is None else parse_quantity(start, LENGTH, name="--from")
-    high = high if end is None else parse_quantity(end, LENGTH, name="--to")
+    low = low if start_mm is None else start_mm
+    high = high if end_mm is None else end_mm
     if low is None or high is None:
         what = "--from" if low is None else "--to"
-        raise ArgumentError(
-            what, "nothing", "a position such as '0 mm'", "the model does not say where it was measured"
-        )
+        raise ArgumentError(what, None, "a position such as '0 mm'", "the model does not say where it was measured")
     for name, place_mm in (("--from", low), ("--to", high)):
         number_within(name, place_mm, -_FARTHEST_MM, _FARTHEST_MM, unit="mm")
     if not high >= low + _SHORTEST_MM:
-        if end is None:
-            raise ArgumentError("--from", f"{low:g} mm", f"a position before {high:g} mm, by a micrometre or more")
-        raise ArgumentError("--to", f"{high:g} mm", f"a position beyond {low:g} mm, by a micrometre or more")
+        if end_mm is None:
+            raise ArgumentError("--from", f"{low:g} mm", f"a position at least a micrometre before {high:g} mm")
+        raise ArgumentError("--to", f"{high:g} mm", f"a position at least a micrometre beyond {low:g} mm")
     return low, high

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import choice, option, whole_option
 from rtec.cli._console import note, print_json, progress
 from rtec.cli._help import help_of, markup_mode
+from rtec.cli._kinds import Microcontroller
+from rtec.cli._parameters import Verb, default, force, quantity, whole, word, written
 from rtec.cli._words import files_ending
 from rtec.errors import RtecError
-from rtec.io import check_file
-from rtec.units import PS_PER_S
+from rtec.units import FREQUENCY, PS_PER_S
 
 if TYPE_CHECKING:
     from firmware_model import Mcs51
@@ -49,12 +50,11 @@ def frame() -> None:
 def run(
     image: Hex,
     cycles: Annotated[
-        int, whole_option(low=1, high=10**15, help="Machine cycles of twelve clocks, or single clocks.")
+        int, whole("--cycles", "Machine cycles of twelve clocks, or single clocks.", low=1, high=10**15)
     ] = 1_000_000,
-    part: Annotated[str, option(metavar="8051|8052", help="128 bytes of RAM, or 256 and a third timer.")] = "8052",
+    part: Annotated[str, word("--part", "8051|8052", "128 bytes of RAM, or 256 and a third timer.")] = "8052",
     timing: Annotated[
-        str,
-        option(metavar="12-clock|one-clock", help="The original, or a derivative; decides what a cycle is."),
+        str, word("--timing", "12-clock|one-clock", "The original, or a derivative; decides what a cycle is.")
     ] = "12-clock",
     json: _measured.Json = False,
 ) -> None:
@@ -84,17 +84,21 @@ def run(
 
 def trace(
     image: Hex,
-    instructions: Annotated[int, whole_option(low=1, high=10**6, help="How many instructions are listed.")] = 40,
+    instructions: Annotated[
+        int, whole("--instructions", "How many instructions are listed.", low=1, high=10**6)
+    ] = 40,
     start: Annotated[
-        int, whole_option("--from", low=0, high=10**12, metavar="CYCLE", help="Run to this cycle first, unlisted.")
+        int, whole("--from", "Run to this cycle first, unlisted.", low=0, high=10**12, metavar="CYCLE")
     ] = 0,
-    clock: Annotated[str, option(metavar="12MHz", help="Of the processor: what a cycle is in the VCD.")] = "12MHz",
+    clock_hz: Annotated[
+        float, quantity("--clock", FREQUENCY, "12MHz", "Of the processor: what a cycle is in the VCD.")
+    ] = default("12MHz"),
     vcd: Annotated[
-        Path | None, option(metavar="FILE.vcd", help="Write the ports' latches meanwhile as waveforms.")
+        Path | None, written("--vcd", "FILE.vcd", "Write the ports' latches meanwhile as waveforms.")
     ] = None,
-    part: Annotated[str, option(metavar="8051|8052", help="As of run.")] = "8052",
-    timing: Annotated[str, option(metavar="12-clock|one-clock", help="As of run.")] = "12-clock",
-    force: Annotated[bool, typer.Option("--force", help="Write over a VCD that exists.")] = False,
+    part: Annotated[str, word("--part", "8051|8052", "As of run.")] = "8052",
+    timing: Annotated[str, word("--timing", "12-clock|one-clock", "As of run.")] = "12-clock",
+    force: Annotated[bool, force("Write over a VCD that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """List instructions as they are executed, each with the cycle in which it begins and the ports that it changes.
@@ -104,11 +108,7 @@ def trace(
     Example: rtec firmware trace mine.ihx --timing one-clock --clock 25MHz --json
     """
     from firmware_model.isa import disassemble as disassembled
-    from rtec.units import FREQUENCY, parse_quantity
 
-    clock_hz = parse_quantity(clock, FREQUENCY, name="--clock")
-    if vcd is not None:
-        check_file("--vcd", vcd, force=force)
     cpu = _processor(image, part, timing)
     cpu.run(cycles=start)
     cpu.record()
@@ -234,7 +234,7 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
         "check": check,
     }
     for name, verb in verbs.items():
-        app.command(name, help=help_of(verb))(verb)
+        app.command(name, cls=Verb, help=help_of(verb))(verb)
     return app
 
 
@@ -249,16 +249,21 @@ def as_bad_input() -> Iterator[None]:
         raise RtecError(str(error)) from error
 
 
+def with_part(chip: Microcontroller, part: str | None) -> Microcontroller:
+    """Return a processor with the memory of a part; without one the smaller on a 12-clock processor."""
+    known = "8051" if chip.timing == "12-clock" else "8052"
+    return dataclasses.replace(chip, part=cast("Literal['8051', '8052']", part or known))
+
+
 def _processor(image: Path, part: str, timing: str) -> Mcs51:
     """Return a processor with an image, compiled."""
     from firmware_model import Mcs51, _jit, read_hex
-    from firmware_model.isa.parts import PARTS, TIMINGS
 
-    kind = cast("Literal['8051', '8052']", choice(part, PARTS, name="--part"))
-    pace = cast("Literal['12-clock', 'one-clock']", choice(timing, TIMINGS, name="--timing"))
     with as_bad_input():
         memory = read_hex(image)
-    cpu = Mcs51(memory, part=kind, timing=pace)
+    cpu = Mcs51(
+        memory, part=cast("Literal['8051', '8052']", part), timing=cast("Literal['12-clock', 'one-clock']", timing)
+    )
     if _jit.FIRST_RUN and not _jit.config.DISABLE_JIT:
         note(_COMPILING)
     cpu.run(cycles=0)  # loads or compiles the loop, executes nothing

@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import choice, option
 from rtec.cli._console import print_json
+from rtec.cli._parameters import choice, force, option
 from rtec.cli._words import among
 from rtec.errors import OutputError, RtecError
 from rtec.io import check_file
@@ -36,7 +36,7 @@ def copy(
         ),
     ],
     file: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that exists.")] = False,
+    force: Annotated[bool, force("Write over a file that exists.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Copy the source of a design that comes with this package, as a beginning of your own.
@@ -63,7 +63,13 @@ def copy(
 def build(
     source: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
     processor: Annotated[
-        str, option("--processor", metavar="NAME", help=f"What processor.inc stands for: {', '.join(_INCLUDES)}.")
+        str,
+        option(
+            "--processor",
+            "NAME",
+            f"What processor.inc stands for: {', '.join(_INCLUDES)}.",
+            read=lambda said: choice(said, _INCLUDES, name="--processor"),
+        ),
     ] = "8051-12mhz",
     json: _measured.Json = False,
 ) -> None:
@@ -79,7 +85,7 @@ def build(
     from firmware_model.images.build import BuildError, assemble
     from rtec.io import write_text
 
-    include = _INCLUDES[choice(processor, _INCLUDES, name="--processor")]
+    include = _INCLUDES[processor]
     for suffix in _OUTPUTS if source.is_file() else ():
         check_file("MINE.asm", source.with_suffix(suffix), force=True)
     try:

@@ -5,76 +5,65 @@ from __future__ import annotations
 import bisect
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import choice, option, whole_option
-from rtec.cli._words import PROCESSORS, files_ending
-from rtec.errors import ArgumentError
-from rtec.io import FIGURES, check_file, read_any_text
+from rtec.cli._kinds import Design, Microcontroller
+from rtec.cli._parameters import default, design, flag, force, processor, quantity, said, whole, word, written
+from rtec.cli._words import PROCESSORS
+from rtec.cli.firmware import Hex, as_bad_input, with_part
+from rtec.io import FIGURES, read_any_text
+from rtec.units import FREQUENCY
 
 if TYPE_CHECKING:
     from rtec.campaign import Check, FirmwareCheckPlan, FirmwareVerdict
 
-_OPTIONS = {name: f"--{name}" for name in ("design", "processor", "frequency", "phases", "tries", "seed")}
-_PROCESSOR = "8051-12mhz"
 _LISTED = 12
 """Instructions shown before a failure; --json holds more."""
 
 
 def check(
-    image: Annotated[
-        Path,
-        typer.Argument(
-            metavar="IMAGE.hex",
-            help="Machine code as Intel HEX.",
-            show_default=False,
-            autocompletion=files_ending(".hex", ".ihx"),
-        ),
-    ],
-    design: Annotated[
-        str,
-        option(metavar="original|a|b|c", help="Whose circuits stand around the processor.", show_default=False),
-    ],
-    processor: Annotated[
-        str, option("--processor", metavar="NAME", help=f"{', '.join(PROCESSORS)}, or as '12-clock 16MHz'.")
-    ] = _PROCESSOR,
+    context: typer.Context,
+    image: Hex,
+    design: Annotated[Design, design("Whose circuits stand around the processor.")],
+    processor: Annotated[Microcontroller, processor(f"{', '.join(PROCESSORS)}, or as '12-clock 16MHz'.")] = default(
+        "8051-12mhz"
+    ),
     part: Annotated[
         str | None,
-        option(
-            metavar="8051|8052",
-            help="128 bytes of RAM, or 256 and timer 2; without it the smaller one on a 12-clock processor.",
+        word(
+            "--part",
+            "8051|8052",
+            "128 bytes of RAM, or 256 and timer 2; without it the smaller one on a 12-clock processor.",
         ),
     ] = None,
     hold_latch: Annotated[
-        bool,
-        typer.Option(
-            "--hold-latch/--no-hold-latch",
-            help="P1.7 holds real edges back; the report's circuits have no latch.",
-        ),
+        bool, flag("--hold-latch/--no-hold-latch", "P1.7 holds real edges back; the report's circuits have no latch.")
     ] = True,
-    frequency: Annotated[
-        list[str] | None,
-        option(
-            metavar="5kHz",
-            help="Here a step has to be inserted during motion, as often as wanted; two that suit the processor if "
-            "not given. Every count has to be right up to 500 kHz; of design b, whose lines pass through the "
-            "processor, up to the highest of these.",
+    frequency_hz: Annotated[
+        list[float] | None,
+        quantity(
+            "--frequency",
+            FREQUENCY,
+            "5kHz",
+            "Here a step has to be inserted during motion, as often as wanted; two that suit the processor if not "
+            "given. Every count has to be right up to 500 kHz; of design b, whose lines pass through the processor, "
+            "up to the highest of these.",
         ),
     ] = None,
     phases: Annotated[
-        int, whole_option(low=1, high=10_000, help="Phases between edge and program, at each speed.")
+        int, whole("--phases", "Phases between edge and program, at each speed.", low=1, high=10_000)
     ] = 24,
-    tries: Annotated[int, whole_option(low=16, high=10_000_000, help="Streams of the hunt.")] = 3000,
-    seed: Annotated[int, whole_option(low=0, help="Of the hunt for the worst case.")] = 0,
+    tries: Annotated[int, whole("--tries", "Streams of the hunt.", low=16, high=10_000_000)] = 3000,
+    seed: Annotated[int, whole("--seed", "Of the hunt for the worst case.", low=0)] = 0,
     figure: Annotated[
         Path | None,
-        option(metavar="FILE.png", help="Draw the slowest insertion, or the shortest failing run."),
+        written("--figure", "FILE.png", "Draw the slowest insertion, or the shortest failing run.", endings=FIGURES),
     ] = None,
-    vcd: Annotated[Path | None, option(metavar="FILE.vcd", help="The same as waveforms.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "The same as waveforms.")] = None,
+    force: Annotated[bool, force("Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Hold an image to a design's contract by experiment: all that rtec check tries, and pins, messages, reset.
@@ -86,21 +75,25 @@ def check(
     Example: rtec firmware check mine.ihx --design c --processor one-clock-25mhz --frequency 50kHz
     Example: rtec firmware check mine.ihx --design original --no-hold-latch --figure mine.png
     """
-    from rtec.cli.firmware import as_bad_input
+    from firmware_model import read_hex
+    from rtec.campaign import FirmwareCheckPlan, check_firmware
 
-    if figure is not None:
-        check_file("--figure", figure, force=force, endings=FIGURES)
-    if vcd is not None:
-        check_file("--vcd", vcd, force=force)
     with as_bad_input():
-        plan = _plan(image, design, processor, part, hold_latch, frequency or [], phases, tries, seed)
+        plan = FirmwareCheckPlan(
+            image=read_hex(image),
+            design=design,
+            microcontroller=with_part(processor, part),
+            hold_latch=hold_latch,
+            frequencies_hz=tuple(frequency_hz or ()),
+            phases=phases,
+            tries=tries,
+            seed=seed,
+        )
     _console.announce_compilation()
-    from rtec.campaign import check_firmware
-
     with _console.progress("check") as show:
         verdict = check_firmware(plan, show)
     written = _write(verdict, figure, vcd)
-    worst = _again(image, plan, processor, part, verdict)
+    worst = _again(image, plan, said(context, "processor", "part"), verdict)
     if json:
         _console.print_json(verdict.to_dict() | {"worst_case": worst} | written)
     else:
@@ -109,44 +102,6 @@ def check(
             typer.echo(f"{name}: {file_name}")
     if not verdict.passed:
         raise typer.Exit(1)
-
-
-def _plan(
-    image: Path,
-    design: str,
-    processor: str,
-    part: str | None,
-    hold_latch: bool,
-    frequencies: list[str],
-    phases: int,
-    tries: int,
-    seed: int,
-) -> FirmwareCheckPlan:
-    """Read everything that the user said."""
-    from firmware_model import read_hex
-    from firmware_model.isa.parts import PARTS
-    from rtec.board import Microcontroller
-    from rtec.campaign import FirmwareCheckPlan
-    from rtec.injector import Design
-    from rtec.units import FREQUENCY, parse_quantity
-
-    try:
-        chip = Microcontroller.named(processor)
-        known = "8051" if chip.timing == "12-clock" else "8052"
-        kind = known if part is None else choice(part, PARTS, name="--part")
-        return FirmwareCheckPlan(
-            image=read_hex(image),
-            design=Design.named(design),
-            microcontroller=dataclasses.replace(chip, part=cast("Literal['8051', '8052']", kind)),
-            hold_latch=hold_latch,
-            frequencies_hz=tuple(parse_quantity(text, FREQUENCY, name="--frequency") for text in frequencies),
-            phases=phases,
-            tries=tries,
-            seed=seed,
-        )
-    except ArgumentError as error:
-        name = _OPTIONS.get(error.name, error.name)
-        raise ArgumentError(name, error.value, error.allowed, error.hint) from error
 
 
 def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> dict[str, str]:
@@ -170,27 +125,18 @@ def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> d
     return written
 
 
-def _again(
-    image: Path, plan: FirmwareCheckPlan, processor: str, part: str | None, verdict: FirmwareVerdict
-) -> str | None:
+def _again(image: Path, plan: FirmwareCheckPlan, words: list[str], verdict: FirmwareVerdict) -> str | None:
     """Return the command that plays the worst case again."""
-    from rtec.cli.check import Options
+    from rtec.cli.check import again
     from rtec.conformance.contract import Contract
 
     suite = verdict.suite
     if suite is None or suite.worst is None:
         return None
     hertz = suite.contract.frequency_hz
-    said = {
-        "algorithm": str(image),
-        "design": plan.design.value,
-        "processor": None if processor == _PROCESSOR else processor,
-        "part": part,
-        "frequency": None if hertz == Contract.of(plan.design).frequency_hz else f"{hertz:g}Hz",
-        "hold_latch": None if plan.hold_latch else False,
-    }
-    nothing = dict.fromkeys(Options.__dataclass_fields__)
-    return Options(**(nothing | said)).command(str(suite.worst.case.stream))  # type: ignore[arg-type]  # by name
+    usual = hertz == Contract.of(plan.design).frequency_hz
+    words = ["--design", plan.design.value, *([] if usual else ["--frequency", f"{hertz:g}Hz"]), *words]
+    return again(str(image), words + ([] if plan.hold_latch else ["--no-hold-latch"]), suite.worst.case.stream)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,8 +10,9 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json
+from rtec.cli._parameters import flag, folder, force, option
 from rtec.cli._several import names_of
-from rtec.errors import ArgumentError, FileFormatError, RtecError
+from rtec.errors import ArgumentError, RtecError
 from rtec.io import check_folder
 
 if TYPE_CHECKING:
@@ -20,49 +21,54 @@ if TYPE_CHECKING:
 _KNOWN = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
 
 
-def _stated(example: str, text: str) -> Any:
-    return typer.Option(metavar=f"'{example}'", help=text, rich_help_panel=_KNOWN)
+def _stated(name: str, example: str, text: str) -> Any:
+    return option(name, f"'{example}'", text, panel=_KNOWN)
 
 
 def iso230(
     data: _measured.DataFiles,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of a report: plot, page, PDF.")
-    ] = None,
+    output: Annotated[Path | None, folder("-o --output", "Folder of a report: plot, page, PDF.")] = None,
     period: Annotated[
-        str | None, typer.Option(help="Period of the cyclic error, such as '0.25 inch'; else the file's screw_pitch.")
+        str | None, option("--period", "'0.25 inch'", "Period of the cyclic error; else the file's screw_pitch.")
     ] = None,
     unit: Annotated[
-        str | None, typer.Option(help="um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad.")
+        str | None,
+        option("--unit", "UNIT", "um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad."),
     ] = None,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with 2, and no figures, where there is a warning.")
-    ] = False,
+    strict: Annotated[bool, flag("--strict", "Exit with 2, and no figures, where there is a warning.")] = False,
     device_uncertainty: Annotated[
-        str | None, _stated("0.5 um/m", "Of the laser or scale, k = 2, from its certificate; rotary: an angle.")
+        str | None,
+        _stated(
+            "--device-uncertainty",
+            "0.5 um/m",
+            "Of the laser or scale, k = 2, from its certificate; rotary: an angle.",
+        ),
     ] = None,
     misalignment: Annotated[
-        str | None, _stated("1 mm", "Sideways distance of beam and axis over the travel.")
+        str | None, _stated("--misalignment", "1 mm", "Sideways distance of beam and axis over the travel.")
     ] = None,
     temperature_uncertainty: Annotated[
-        str | None, _stated("0.5 K", "Limits ± of the machine's measured temperature.")
+        str | None, _stated("--temperature-uncertainty", "0.5 K", "Limits ± of the machine's measured temperature.")
     ] = None,
     expansion: Annotated[
-        str | None, _stated("11.7 um/m/K", "Coefficient that readings were compensated with.")
+        str | None, _stated("--expansion", "11.7 um/m/K", "Coefficient that readings were compensated with.")
     ] = None,
-    expansion_uncertainty: Annotated[str | None, _stated("2 um/m/K", "Limits ± of that coefficient.")] = None,
+    expansion_uncertainty: Annotated[
+        str | None, _stated("--expansion-uncertainty", "2 um/m/K", "Limits ± of that coefficient.")
+    ] = None,
     off_reference: Annotated[
-        str | None, _stated("3 K", "Largest difference of the machine from 20 degC in the test.")
+        str | None, _stated("--off-reference", "3 K", "Largest difference of the machine from 20 degC in the test.")
     ] = None,
     eve: Annotated[
-        str | None, _stated("1.2 um", "Range of the readings of the axis at rest, over as long as the test took.")
+        str | None,
+        _stated("--eve", "1.2 um", "Range of the readings of the axis at rest, over as long as the test took."),
     ] = None,
     maps: _measured.Maps = None,
     sheet: _measured.Sheet = None,
     table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
-    force: Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
+    force: Annotated[bool, force("Write into a folder that is not empty.")] = False,
+    json: _measured.Json = False,
 ) -> None:
     """Judge positioning tests: figures of ISO 230-2 and VDI/DGQ 3441, their uncertainty, what speaks against them.
 
@@ -72,8 +78,6 @@ def iso230(
     """
     from rtec.metrology.judged_test import document_of_tests
 
-    if output is not None:
-        check_folder("-o", output, force=force)
     options = {
         "device_uncertainty": device_uncertainty,
         "misalignment": misalignment,
@@ -111,13 +115,7 @@ def _judged(
     """Return a file's figures, their uncertainty, and what speaks against them."""
     from rtec.dataset.load import measurement_of
     from rtec.inference.plausibility import implausible
-    from rtec.metrology import (
-        JudgedTest,
-        positioning_figures,
-        positioning_test,
-        positioning_uncertainty,
-        vdi_figures,
-    )
+    from rtec.metrology import JudgedTest, positioning_figures, positioning_test, positioning_uncertainty, vdi_figures
 
     measurement = measurement_of(path, choices)
     test = positioning_test(measurement)
@@ -143,11 +141,7 @@ def _inputs(test: PositioningTest, coordinate: Coordinate, given: Mapping[str, s
     try:
         return UncertaintyInputs.read({**stated, **given}, coordinate)
     except ArgumentError as error:
-        if error.name in given:
-            option = f"--{error.name.replace('_', '-')}"
-            raise ArgumentError(option, error.value, error.allowed, error.hint) from error
-        problem = f"{error.name}: {error.value} is not allowed"
-        raise FileFormatError(test.source, None, problem, error.allowed) from error
+        raise error if error.name in given else error.of(f"{test.source}: {error.name}") from error
 
 
 def _check_alike(tests: Sequence[JudgedTest]) -> None:

@@ -5,41 +5,23 @@ from __future__ import annotations
 import secrets
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rtec.cli._arguments import choice, whole
+from rtec.cli import _live
 from rtec.cli._console import announce_compilation, note, print_json
-from rtec.cli._live import (
-    BUS,
-    MACHINE,
-    OUTPUT,
-    TIMES,
-    BusWords,
-    OfBitrate,
-    OfChannel,
-    OfInterface,
-    axes_of,
-    check_dbc,
-    check_log,
-    length,
-    logged,
-    option,
-    picoseconds,
-    screen,
-    seconds,
-    stream_of,
-    teller,
-    watchdog_of,
-)
+from rtec.cli._kinds import Design
+from rtec.cli._live import MACHINE, TIMES
+from rtec.cli._parameters import apart, default, flag, needs, option, quantity, time_ps, word
 from rtec.errors import ArgumentError
-from rtec.units import PS_PER_S
+from rtec.units import LENGTH, PS_PER_S
 
 if TYPE_CHECKING:
     from rtec.predictors import Predictor
-    from rtec.requester import PcNode
+    from rtec.requester import HandshakeSettings, PcNode, SupervisionLimits
 
 _FAILS = 1
 MARGIN_MM = 1.0
@@ -47,63 +29,64 @@ MARGIN_MM = 1.0
 
 
 def pc(
-    interface: OfInterface = None,
-    channel: OfChannel = None,
-    bitrate: OfBitrate = None,
-    dbc: Annotated[
-        Path | None, option("--dbc", BUS, "FILE.dbc", "A DBC of yours that must describe the same messages.")
-    ] = None,
-    axis: Annotated[str | None, option("--axis", MACHINE, "1", "Number of the one axis.")] = None,
-    axes: Annotated[str | None, option("--axes", MACHINE, "3", "Axes 1 to N.")] = None,
+    interface: Annotated[str | None, _live.interface("the line of 'rtec box'.")] = None,
+    channel: _live.OfChannel = None,
+    bitrate: _live.OfBitrate = None,
+    dbc: _live.OfDbc = None,
+    axis: _live.OfAxis = None,
+    axes: _live.OfAxes = None,
     table: Annotated[
-        Path | None, option("--table", MACHINE, "FILE", "Errors by position: .csv, or .comp of LinuxCNC.")
+        Path | None, option("--table", "FILE", "Errors by position: .csv, or .comp of LinuxCNC.", panel=MACHINE)
     ] = None,
     table_unit: Annotated[
-        str | None, option("--table-unit", MACHINE, "mm|inch", "Unit of a LinuxCNC table; the file does not say it.")
+        str | None,
+        word("--table-unit", "mm|inch", "Unit of a LinuxCNC table; the file does not say it.", panel=MACHINE),
     ] = None,
     models: Annotated[
         list[Path] | None,
-        option("--model", MACHINE, "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis."),
+        option(
+            "--model", "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis.", panel=MACHINE
+        ),
     ] = None,
     cautious: Annotated[
-        bool,
-        typer.Option("--cautious", help="Ask for no more than its interval supports.", rich_help_panel=MACHINE),
+        bool, flag("--cautious", "Ask for no more than its interval supports.", panel=MACHINE)
     ] = False,
-    travel: Annotated[str, option("--travel", MACHINE, "1000mm", "From home on, for a --model.")] = "1000mm",
-    home: Annotated[
-        str | None, option("--home", MACHINE, "1inch", "Where home is in the predictor's positions.")
+    travel_mm: Annotated[
+        float, quantity("--travel", LENGTH, "1000mm", "From home on, for a --model.", panel=MACHINE)
+    ] = default("1000mm"),
+    home_mm: Annotated[
+        float | None,
+        quantity("--home", LENGTH, "1inch", "Where home is in the predictor's positions.", panel=MACHINE),
     ] = None,
-    design: Annotated[str, option("--design", MACHINE, "original|a|b|c", "Of the box: counts of a step.")] = "a",
-    count: Annotated[str, option("--count", MACHINE, "1um", "Travel of one count of the encoder.")] = "1um",
-    large: Annotated[
-        bool, typer.Option("--large", help="The first request may exceed the window.", rich_help_panel=MACHINE)
-    ] = False,
-    probe: Annotated[
-        bool, typer.Option("--probe", help="Probing mode: nothing is corrected.", rich_help_panel=MACHINE)
-    ] = False,
-    reset: Annotated[
-        bool,
-        typer.Option("--reset", help="Acknowledge a box that has stopped for good.", rich_help_panel=MACHINE),
-    ] = False,
-    window: Annotated[str, option("--window", TIMES, "STEPS", "Largest change of the request at a time.")] = "3",
-    cycle: Annotated[str, option("--cycle", TIMES, "10ms", "Between two requests; the box's, too.")] = "10ms",
-    watchdog: Annotated[
-        str | None, option("--watchdog", TIMES, "50ms", "Longest silence of the box, 3 to 6 cycles; 5 without it.")
-    ] = None,
-    deviation_limit: Annotated[str | None, option("--deviation-limit", TIMES, "0.3mm", "Never ask for more.")] = None,
-    completion_timeout: Annotated[
-        str | None, option("--completion-timeout", TIMES, "2s", "Longest time that an accepted total may take.")
-    ] = None,
-    start_up: Annotated[
-        str, option("--start-up", TIMES, "60s", "Longest wait until the boxes are there and ready.")
-    ] = "60s",
-    duration: Annotated[str | None, option("--duration", TIMES, "10s", "End by itself after this time.")] = None,
-    log: Annotated[Path | None, option("--log", OUTPUT, "FILE", "Frames to a .log, .asc or .blf file.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite the log.", rich_help_panel=OUTPUT)] = False,
-    plain: Annotated[bool, typer.Option("--plain", help="Lines of events, no view.", rich_help_panel=OUTPUT)] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON document on stdout at the end.", rich_help_panel=OUTPUT)
-    ] = False,
+    design: _live.OfDesign = default("a"),
+    count_mm: _live.OfCount = default("1um"),
+    large: Annotated[bool, flag("--large", "The first request may exceed the window.", panel=MACHINE)] = False,
+    probe: Annotated[bool, flag("--probe", "Probing mode: nothing is corrected.", panel=MACHINE)] = False,
+    reset: Annotated[bool, flag("--reset", "Acknowledge a box that has stopped for good.", panel=MACHINE)] = False,
+    window_steps: _live.OfWindow = 3,
+    cycle_ps: _live.OfCycle = default("10ms"),
+    watchdog_ps: _live.OfWatchdog = None,
+    limit_mm: Annotated[
+        float, quantity("--deviation-limit", LENGTH, "0.3mm", "Never ask for more.", panel=TIMES, show_default=False)
+    ] = 0.0,
+    completion_timeout_ps: Annotated[
+        int,
+        time_ps(
+            "--completion-timeout",
+            "2s",
+            "Longest time that an accepted total may take.",
+            panel=TIMES,
+            show_default=False,
+        ),
+    ] = 0,
+    start_up_s: Annotated[
+        float, _live.seconds("--start-up", "60s", "Longest wait until the boxes are there and ready.")
+    ] = default("60s"),
+    duration_s: _live.OfDuration = None,
+    log: _live.OfLog = None,
+    force: _live.Force = False,
+    plain: _live.Plain = False,
+    as_json: _live.Json = False,
 ) -> None:
     """Correct axes on a live bus by what a predictor says, and hold the machine where it must be held.
 
@@ -120,68 +103,67 @@ def pc(
     from rtec.live.quiet import quiet_collector
     from rtec.live.shown import pc_screen
     from rtec.live.stopping import StopWish
+    from rtec.requester import HandshakeSettings, SupervisionLimits
 
-    bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
-    check_dbc(dbc)
-    check_log(log, force=force)
-    numbers = axes_of(axis, axes)
-    predictors, home_mm = _predictors(
-        numbers, table, table_unit, models or [], home, length(travel, "--travel"), cautious
+    bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
+    _live.check_dbc(dbc)
+    numbers = _live.axes_of(axis, axes)
+    predictors, home_mm = _predictors(numbers, table, table_unit, models or [], home_mm, travel_mm, cautious)
+    supervision = SupervisionLimits(
+        cycle_ps=cycle_ps,
+        watchdog_ps=5 * cycle_ps if watchdog_ps is None else watchdog_ps,
+        completion_timeout_ps=completion_timeout_ps,
+        limit_mm=limit_mm,
     )
-    until_s = None if duration is None else seconds(duration, "--duration")
-    limit_s = seconds(start_up, "--start-up")
-    words = _NodeWords(
+    node = _NodeOptions(
         design=design,
-        count=count,
-        window=window,
-        cycle=cycle,
-        watchdog=watchdog,
-        completion_timeout=completion_timeout,
-        limit=deviation_limit,
+        count_mm=count_mm,
+        home_mm=home_mm,
+        handshake=HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps),
+        supervision=supervision,
     )
     announce_compilation()
-    for node in _nodes(predictors, home_mm, words, at_ps=0):
-        _warm_up(node)
-    events = Events(teller(as_json))
+    for each in _nodes(predictors, node, at_ps=0):
+        _warm_up(each)
+    events = Events(_live.teller(as_json))
     with ExitStack() as stack:
         begun_s = time.monotonic()
-        far = bus.line_of_box(limit_s) if interface is None else None
+        far = bus.line_of_box(start_up_s) if interface is None else None
         waited_s = time.monotonic() - begun_s
-        transport = stack.enter_context(logged(bus.open(far), log, force))
+        transport = stack.enter_context(_live.logged(bus.open(far), log, force))
         stop = stack.enter_context(StopWish())
-        view = stack.enter_context(screen(events, stream_of(as_json), draws=not (plain or as_json)))
+        view = stack.enter_context(_live.screen(events, _live.stream_of(as_json), draws=not (plain or as_json)))
         stack.enter_context(quiet_collector())
-        nodes = _nodes(predictors, home_mm, words, at_ps=transport.now_ps())
-        for node in nodes:
-            node.probe(probe)
+        nodes = _nodes(predictors, node, at_ps=transport.now_ps())
+        for each in nodes:
+            each.probe(probe)
             if large:
-                node.mean_large()
+                each.mean_large()
             if reset:
-                node.acknowledge()
+                each.acknowledge()
         loop = PcLoop(nodes, transport)
 
         def show(at_s: float) -> None:
             if view is not None and view.wants(at_s):
-                view.show(at_s, pc_screen(loop, events, count_mm=words.count_mm, title="rtec pc", at_s=at_s))
+                view.show(at_s, pc_screen(loop, events, count_mm=count_mm, title="rtec pc", at_s=at_s))
 
         run = PcRun(
             loop,
             events=events,
             stop=stop,
-            until_s=until_s,
-            start_up_s=limit_s,
+            until_s=duration_s,
+            start_up_s=start_up_s,
             waited_s=waited_s,
             acknowledged=reset,
             line_of_box=interface is None,
-            turn_s=words.handshake.pc_period_ps / PS_PER_S,
+            turn_s=cycle_ps / PS_PER_S,
             show=show,
         )
         ending = run.run()
         events.happen(run.at_s, f"ended: {ending.why}")
         if view is not None:
             view.show(
-                run.at_s,
-                pc_screen(loop, events, count_mm=words.count_mm, title=f"rtec pc, {ending.why}", at_s=run.at_s),
+                run.at_s, pc_screen(loop, events, count_mm=count_mm, title=f"rtec pc, {ending.why}", at_s=run.at_s)
             )
         report = pc_document(loop, events, ending=ending, run_s=run.at_s)
     if as_json:
@@ -196,7 +178,7 @@ def _predictors(
     table: Path | None,
     table_unit: str | None,
     models: list[Path],
-    home: str | None,
+    home_mm: float | None,
     travel_mm: float,
     cautious: bool,
 ) -> tuple[dict[int, Predictor], float]:
@@ -204,26 +186,24 @@ def _predictors(
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
     if cautious and not models:
-        raise ArgumentError("--cautious", "given without --model", "a predictor of rtec train: it has an interval")
+        raise needs("--cautious", "it", "--model", "a predictor of rtec train has an interval")
     if table is not None and models:
-        raise ArgumentError("--model", models[0], "--table or --model", "leave one of them out")
+        raise apart("--model", models[0], "--table")
     if table_unit is not None and (table is None or table.suffix.lower() == ".csv"):
-        raise ArgumentError("--table-unit", table_unit, "it with a table of LinuxCNC", "a .csv says its units itself")
-    home_mm = 0.0 if home is None else length(home, "--home")
+        raise needs("--table-unit", table_unit, "a table of LinuxCNC", "a .csv says its units itself")
     known: Predictor
     if table is not None and table.suffix.lower() != ".csv":
         if table_unit is None:
-            raise ArgumentError("--table", table, "it together with --table-unit mm or inch", "or a table in a .csv")
-        units = {"mm": LengthUnit.MM, "inch": LengthUnit.INCH}
-        known = read_linuxcnc_table(table, unit=units[choice(table_unit, units, name="--table-unit")])
+            raise needs("--table", table, "--table-unit mm or --table-unit inch", "or give a table in a .csv")
+        known = read_linuxcnc_table(table, unit=LengthUnit.MM if table_unit == "mm" else LengthUnit.INCH)
     elif table is not None:
         known = read_table(table)
     elif models:
-        return _of_models(numbers, models, home_mm, travel_mm, cautious), home_mm
+        return _of_models(numbers, models, home_mm or 0.0, travel_mm, cautious), home_mm or 0.0
     else:
         known = LatheNetwork()
-        home_mm = known.range_mm[0] if home is None else home_mm
-    return dict.fromkeys(numbers, known), home_mm
+        home_mm = known.range_mm[0] if home_mm is None else home_mm
+    return dict.fromkeys(numbers, known), home_mm or 0.0
 
 
 def _of_models(
@@ -264,77 +244,41 @@ def _listed(numbers: list[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-class _NodeWords:
-    """The options of a node, read."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _NodeOptions:
+    """What all nodes of the PC have in common."""
 
-    def __init__(
-        self,
-        *,
-        design: str,
-        count: str,
-        window: str,
-        cycle: str,
-        watchdog: str | None,
-        completion_timeout: str | None,
-        limit: str | None,
-    ) -> None:
-        from rtec.injector import Design
-        from rtec.requester import HandshakeSettings, Setup, SupervisionLimits
-
-        self.design = Design.named(design)
-        self.count_mm = length(count, "--count")
-        cycle_ps = picoseconds(cycle, "--cycle")
-        step_mm = self.design.step_counts * self.count_mm
-        try:
-            self.handshake = HandshakeSettings(window_steps=whole(window, name="--window"), pc_period_ps=cycle_ps)
-            self.supervision = SupervisionLimits(
-                cycle_ps=cycle_ps,
-                watchdog_ps=watchdog_of(watchdog, cycle_ps),
-                completion_timeout_ps=0
-                if completion_timeout is None
-                else picoseconds(completion_timeout, "--completion-timeout"),
-                limit_mm=0.0 if limit is None else length(limit, "--deviation-limit"),
-            )
-            self.setup = Setup(design=self.design.key, step_mm=step_mm, cycle_ps=cycle_ps)
-        except ArgumentError as error:
-            names = {
-                "window_steps": "--window",
-                "cycle_ps": "--cycle",
-                "pc_period_ps": "--cycle",
-                "watchdog_ps": "--watchdog",
-                "completion_timeout_ps": "--completion-timeout",
-                "limit_mm": "--deviation-limit",
-            }
-            raise ArgumentError(names.get(error.name, error.name), error.value, error.allowed, error.hint) from None
+    design: Design
+    count_mm: float
+    home_mm: float
+    handshake: HandshakeSettings
+    supervision: SupervisionLimits
 
 
-def _nodes(predictors: dict[int, Predictor], home_mm: float, words: _NodeWords, *, at_ps: int) -> list[PcNode]:
-    from rtec.requester import PcNode
+def _nodes(predictors: dict[int, Predictor], options: _NodeOptions, *, at_ps: int) -> list[PcNode]:
+    from rtec.requester import PcNode, Setup
 
-    period_ps = words.handshake.pc_period_ps
-    try:
-        return [
-            PcNode(
-                words.handshake,
-                words.supervision,
-                axis=number,
-                predictor=predictor,
-                count_mm=words.count_mm,
-                step_counts=words.design.step_counts,
-                word_limit=words.design.word_limit,
-                # one after the other, so that their frames do not queue
-                start_ps=at_ps + period_ps + k * period_ps // (4 * len(predictors)),
-                # a PC started again must not repeat what it said
-                first_sequence=secrets.randbelow(256),
-                home_mm=home_mm,
-                margin_mm=MARGIN_MM,
-                setup=words.setup,
-            )
-            for k, (number, predictor) in enumerate(predictors.items())
-        ]
-    except ArgumentError as error:
-        name = "--home" if error.name == "home_mm" else error.name
-        raise ArgumentError(name, error.value, error.allowed, error.hint) from None
+    period_ps, step_counts = options.handshake.pc_period_ps, options.design.step_counts
+    setup = Setup(design=options.design.key, step_mm=step_counts * options.count_mm, cycle_ps=period_ps)
+    return [
+        PcNode(
+            options.handshake,
+            options.supervision,
+            axis=number,
+            predictor=predictor,
+            count_mm=options.count_mm,
+            step_counts=step_counts,
+            word_limit=options.design.word_limit,
+            # one after the other, so that their frames do not queue
+            start_ps=at_ps + period_ps + k * period_ps // (4 * len(predictors)),
+            # a PC started again must not repeat what it said
+            first_sequence=secrets.randbelow(256),
+            home_mm=options.home_mm,
+            margin_mm=MARGIN_MM,
+            setup=setup,
+        )
+        for k, (number, predictor) in enumerate(predictors.items())
+    ]
 
 
 def _warm_up(node: PcNode) -> None:

@@ -8,21 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rtec.cli._arguments import member
 from rtec.cli._console import note, print_json, progress
-from rtec.cli._live import (
-    BUS,
-    OUTPUT,
-    TIMES,
-    BusWords,
-    OfBitrate,
-    OfChannel,
-    OfInterface,
-    option,
-    picoseconds,
-    seconds,
-)
-from rtec.errors import ArgumentError
+from rtec.cli._kinds import Role
+from rtec.cli._live import BUS, OUTPUT, TIMES, BusWords, OfBitrate, OfChannel, interface, seconds
+from rtec.cli._parameters import default, flag, member, pure, time_ps
 
 if TYPE_CHECKING:
     from rtec.live.compared import Difference
@@ -31,7 +20,6 @@ if TYPE_CHECKING:
 
 _FAILS = 1
 _SHOWN = 20
-SLOWEST, FASTEST = 0.1, 10.0
 
 
 def replay(
@@ -39,21 +27,27 @@ def replay(
         Path, typer.Argument(metavar="LOG", help="A .log (candump), .asc or .blf file.", show_default=False)
     ],
     role: Annotated[
-        str,
-        option("--as", BUS, "pc|box", "Whose frames are played: those of the PC to a box, or of the box to a PC."),
-    ] = "pc",
-    interface: OfInterface = None,
+        Role,
+        member(
+            "--as",
+            "rtec.live.played:Role",
+            "pc|box",
+            "Whose frames are played: those of the PC to a box, or of the box to a PC.",
+            panel=BUS,
+        ),
+    ] = default("pc"),
+    interface: Annotated[str | None, interface("the line of 'rtec box'.")] = None,
     channel: OfChannel = None,
     bitrate: OfBitrate = None,
-    speed: Annotated[str, option("--speed", TIMES, "N", "Play N times as fast as it was recorded.")] = "1",
-    tolerance: Annotated[
-        str | None,
-        option("--tolerance", TIMES, "50ms", "Answers may come so much sooner or later; 5 cycles without."),
+    speed: Annotated[
+        float, pure("--speed", "N", "Play N times as fast as it was recorded.", low=0.1, high=10.0, panel=TIMES)
+    ] = default("1"),
+    tolerance_ps: Annotated[
+        int | None,
+        time_ps("--tolerance", "50ms", "Answers may come so much sooner or later; 5 cycles without.", panel=TIMES),
     ] = None,
-    start_up: Annotated[str, option("--start-up", TIMES, "60s", "Longest wait for the node.")] = "60s",
-    as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON document on stdout.", rich_help_panel=OUTPUT)
-    ] = False,
+    start_up_s: Annotated[float, seconds("--start-up", "60s", "Longest wait for the node.")] = default("60s"),
+    as_json: Annotated[bool, flag("--json", "One JSON document on stdout.", panel=OUTPUT)] = False,
 ) -> None:
     """Play a bus log into a live node, at the log's own times, and compare its answers with those of the log.
 
@@ -70,48 +64,37 @@ def replay(
     from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
 
     bus = BusWords(interface=interface, channel=channel, bitrate=bitrate)
-    side = member(role, Role, name="--as")
-    pace = _speed(speed)
-    limit_s = seconds(start_up, "--start-up")
-    found = survey(log, side)
-    tolerance_ps = tolerance_of(found) if tolerance is None else picoseconds(tolerance, "--tolerance")
+    found = survey(log, role)
+    tolerance_ps = tolerance_of(found) if tolerance_ps is None else tolerance_ps
     if found.cut_off is not None:
         note(f"warning: {found.cut_off}")
     with ExitStack() as stack:
         end = None
-        if interface is None and side is Role.PC:
-            end = bus.line_of_box(limit_s)
+        if interface is None and role is Role.PC:
+            end = bus.line_of_box(start_up_s)
         elif interface is None:
             from rtec.link.pseudo_terminal import Line
 
             end = stack.enter_context(Line(name=bus.line)).near
         transport = stack.enter_context(bus.open(end))
-        if side is Role.BOX:
+        if role is Role.BOX:
             for line in bus.ways_in(" ".join(["rtec", "pc", *bus.words()])):
                 note(line)
-        note(f"waiting up to {limit_s:g} s for the {side.other.words}")
+        note(f"waiting up to {start_up_s:g} s for the {role.other.words}")
         stack.enter_context(quiet_collector())
         show = stack.enter_context(progress(f"playing {log.name}"))
-        run = ReplayRun(log, transport, found, speed=pace, tolerance_ps=tolerance_ps, start_up_s=limit_s, show=show)
+        run = ReplayRun(
+            log, transport, found, speed=speed, tolerance_ps=tolerance_ps, start_up_s=start_up_s, show=show
+        )
         outcome = run.run()
     if as_json:
-        print_json({"log": str(log)} | replay_document(outcome, found, speed=pace, tolerance_ps=tolerance_ps))
+        print_json({"log": str(log)} | replay_document(outcome, found, speed=speed, tolerance_ps=tolerance_ps))
     else:
         _tell(outcome, found, tolerance_ps)
     for words in outcome.notes:
         note(words)
     if not outcome.passed:
         raise typer.Exit(_FAILS)
-
-
-def _speed(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not SLOWEST <= value <= FASTEST:
-        raise ArgumentError("--speed", repr(text[:40]), f"a pure number from {SLOWEST:g} to {FASTEST:g}")
-    return value
 
 
 def _tell(outcome: ReplayOutcome, found: Survey, tolerance_ps: int) -> None:

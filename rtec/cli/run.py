@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._kinds import Microcontroller
+from rtec.cli._parameters import flag, folder, force, needs, processor, quantity, whole, written
 from rtec.cli._words import PROCESSORS
-from rtec.errors import ArgumentError
-from rtec.io import check_file, check_folder
+from rtec.units import LENGTH
 
 if TYPE_CHECKING:
     from rtec.report.illustrations import Illustration
@@ -25,28 +25,25 @@ def run(
     study: Annotated[
         Path | None, typer.Argument(metavar="[STUDY.toml]", help="Study to run; the built-in one without it.")
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the report; a new one without it.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write into a folder or over a file that exists.")] = False,
-    repeatability: Annotated[
-        str | None, typer.Option(help="Standard deviation of a reading, such as 1um; 0um for readings without noise.")
-    ] = None,
-    seed: Annotated[int | None, whole_option(low=0, help="Seed of the readings' noise.")] = None,
-    firmware: Annotated[
-        bool, typer.Option("--firmware", help="Run the box's real machine code in place of the behavioural model.")
-    ] = False,
-    processor: Annotated[
-        str | None,
-        option(
-            "--processor", metavar="NAME", help=f"Of --firmware: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'."
+    output: Annotated[Path | None, folder("-o --output", "Folder of the report; a new one without it.")] = None,
+    force: Annotated[bool, force("Write into a folder or over a file that exists.")] = False,
+    repeatability_mm: Annotated[
+        float | None,
+        quantity(
+            "--repeatability", LENGTH, "1um", "Standard deviation of a reading; 0um for readings without noise."
         ),
     ] = None,
-    write_study: Annotated[
-        Path | None,
-        option(metavar="FILE", help="Write the built-in study to FILE for you to change, and stop."),
+    seed: Annotated[int | None, whole("--seed", "Seed of the readings' noise.", low=0)] = None,
+    firmware: Annotated[
+        bool, flag("--firmware", "Run the box's real machine code in place of the behavioural model.")
+    ] = False,
+    processor: Annotated[
+        Microcontroller | None, processor(f"Of --firmware: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'.")
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+    write_study: Annotated[
+        Path | None, written("--write-study", "FILE", "Write the built-in study to FILE for you to change, and stop.")
+    ] = None,
+    json: Annotated[bool, flag("--json", "One JSON document on stdout.")] = False,
 ) -> None:
     """Calibrate an axis, find what is wrong with it, correct it with each insertion design, and report it all.
 
@@ -59,7 +56,7 @@ def run(
     Example: rtec run mine.toml --firmware --processor one-clock-100mhz --json
     """
     if write_study is not None:
-        _write_builtin(write_study, force)
+        _write_builtin(write_study)
         return
     from dataclasses import replace
 
@@ -70,21 +67,17 @@ def run(
     from rtec.report.search import search_figures
     from rtec.study import builtin_study, read_study, run_study
     from rtec.study.definition import check_repeatability
-    from rtec.units import LENGTH, parse_quantity
 
     what = builtin_study() if study is None else read_study(study)
-    if repeatability is not None:
-        spread = parse_quantity(repeatability, LENGTH, name="--repeatability")
-        check_repeatability("--repeatability", spread)
-        what = replace(what, repeatability_mm=spread)
+    if repeatability_mm is not None:
+        check_repeatability("--repeatability", repeatability_mm)
+        what = replace(what, repeatability_mm=repeatability_mm)
     if seed is not None:
         what = replace(what, seed=seed)
     if firmware:
-        what = replace(what, firmware=Microcontroller.named(processor or "8051-12mhz"))
+        what = replace(what, firmware=processor or Microcontroller.named("8051-12mhz"))
     elif processor is not None:
-        raise ArgumentError("--processor", processor, "it together with --firmware", "add --firmware")
-    if output is not None:
-        check_folder("-o", output, force=force)
+        raise needs("--processor", processor.name, "--firmware")
     announce_compilation()
     found: list[Illustration] = []
     with progress(f"study {what.name}") as show:
@@ -124,11 +117,9 @@ def _show(result: StudyResult) -> None:
         note(f"warning: {warning}")
 
 
-def _write_builtin(file: Path, force: bool) -> None:
+def _write_builtin(file: Path) -> None:
     """Write the built-in study to a file of the user's."""
-    from rtec.io import write_text
     from rtec.study import builtin_text
 
-    check_file("--write-study", file, force=force)
     write_text(file, builtin_text())
     typer.echo(f"Wrote {file}; change it and run: rtec run {file}")

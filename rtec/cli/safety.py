@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import option, whole_option
+from rtec.cli._kinds import Design
+from rtec.cli._parameters import design, force, option, said, time_ps, whole, written
 from rtec.cli._words import FAULTS, PHASES, completing
 from rtec.errors import ArgumentError
 from rtec.io import check_file, write_text
@@ -24,38 +25,34 @@ _PS_PER_H = 3600 * PS_PER_S
 
 
 def safety(
+    context: typer.Context,
     output: Annotated[
         Path | None,
-        option("-o", "--output", metavar="FILE.md", help="Write the page here, and its picture beside it."),
+        written("-o --output", "FILE.md", "Write the page here, and its picture beside it.", endings=(".md",)),
     ] = None,
     fault: Annotated[
         list[str] | None,
         option(
             "--fault",
-            metavar="FAULT",
-            help="Only this class of faults, or this fault; may be given again.",
+            "FAULT",
+            "Only this class of faults, or this fault; may be given again.",
             complete=completing(FAULTS),
         ),
     ] = None,
     phase: Annotated[
         list[str] | None,
         option(
-            "--phase",
-            metavar="PHASE",
-            help=f"Only in this: {', '.join(PHASES)}; may be given again.",
-            complete=completing(PHASES),
+            "--phase", "PHASE", f"Only in this: {', '.join(PHASES)}; may be given again.", complete=completing(PHASES)
         ),
     ] = None,
-    design: Annotated[
-        list[str] | None, option("--design", metavar="original|a|b|c", help="Only this design; may be given again.")
+    design: Annotated[list[Design] | None, design("Only this design; may be given again.")] = None,
+    seeds: Annotated[int, whole("--seeds", "Runs of each fault in each phase.", low=1, high=1000)] = 3,
+    first: Annotated[int, whole("--first", "Number of the first of these runs.", low=0, high=999)] = 0,
+    seed: Annotated[int, whole("--seed", "Of everything that is random.", low=0, high=(1 << 32) - 1)] = 1,
+    soak_ps: Annotated[
+        int | None, time_ps("--soak", "100h", "Also run so many hours of cutting with random faults.")
     ] = None,
-    seeds: Annotated[int, whole_option(low=1, high=1000, help="Runs of each fault in each phase.")] = 3,
-    first: Annotated[int, whole_option(low=0, high=999, help="Number of the first of these runs.")] = 0,
-    seed: Annotated[int, whole_option(low=0, high=(1 << 32) - 1, help="Of everything that is random.")] = 1,
-    soak: Annotated[
-        str | None, option("--soak", metavar="100h", help="Also run so many hours of cutting with random faults.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    force: Annotated[bool, force("Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Inject every fault in every phase of operation, and compare what the controller counts in the end.
@@ -70,19 +67,19 @@ def safety(
     Example: rtec safety --design b --seeds 1 --json
     """
     picture = None if output is None else output.with_suffix(".png")
-    if output is not None and picture is not None:
-        check_file("-o", output, force=force, endings=(".md",))
+    if picture is not None:
         check_file("-o", picture, force=force)
-    hours = None if soak is None else _soak_plan(soak, seed)
     from rtec.campaign.safety import make_case
 
-    options = {"fault": fault or [], "phase": phase or [], "design": design or []}
-    plan = _plan(options, seeds, first, seed)
+    hours = None if soak_ps is None else _soak_plan(soak_ps, seed)
+    plan = _plan(fault or [], phase or [], design or [], seeds=seeds, first=first, seed=seed)
     _console.announce_compilation()
     with _console.progress("safety") as progress:
         case = make_case(plan, hours, progress, ramps=not (fault or phase))
     if output is not None and picture is not None:
-        _write(case, output, picture, _command(output, soak, options, seeds, first, seed))
+        words = said(context, "soak_ps", "fault", "phase", "design", "seeds", "first", "seed")
+        name = output.name if output.is_absolute() else output.as_posix()
+        _write(case, output, picture, shlex.join(["rtec", "safety", "-o", name, *words]))
     if json:
         _console.print_json(case.to_dict() | {"page": output and str(output), "figure": picture and str(picture)})
     else:
@@ -95,7 +92,7 @@ def safety(
         raise typer.Exit(1)
 
 
-def _plan(options: dict[str, list[str]], seeds: int, first: int, seed: int) -> MatrixPlan:
+def _plan(faults: list[str], phases: list[str], designs: list[Design], **numbers: int) -> MatrixPlan:
     """Return what is tried; everything of what no option names.
 
     Raises
@@ -108,46 +105,28 @@ def _plan(options: dict[str, list[str]], seeds: int, first: int, seed: int) -> M
     from rtec.campaign.safety_variants import variants_named
     from rtec.injector import Design
 
-    designs = tuple(dict.fromkeys(Design.named(name) for name in options["design"])) or tuple(Design)
-    chosen: dict[str, Any] = {}
-    if options["phase"]:
-        chosen["phases"] = tuple(dict.fromkeys(Phase.named(name) for name in options["phase"]))
-    if options["fault"]:
-        found = dict.fromkeys(variant for name in options["fault"] for variant in variants_named(name))
-        chosen["variants"] = tuple(found)
-    return MatrixPlan(designs=designs, seeds=seeds, first=first, seed=seed, **chosen)
+    chosen: dict[str, Any] = dict(numbers)
+    if phases:
+        chosen["phases"] = tuple(dict.fromkeys(Phase.named(name) for name in phases))
+    if faults:
+        chosen["variants"] = tuple(dict.fromkeys(one for name in faults for one in variants_named(name)))
+    return MatrixPlan(designs=tuple(dict.fromkeys(designs)) or tuple(Design), **chosen)
 
 
-def _soak_plan(text: str, seed: int) -> SoakPlan:
+def _soak_plan(soak_ps: int, seed: int) -> SoakPlan:
     """Return what ``--soak`` says.
 
     Raises
     ------
     ArgumentError
-        No time, or one that is out of range.
+        A time that is out of range.
     """
-    from rtec.units import parse_time_ps
-
-    hours = parse_time_ps(text, name="--soak") / _PS_PER_H
     from rtec.campaign.soak import SoakPlan
 
     try:
-        return SoakPlan(hours=hours, seed=seed)
+        return SoakPlan(hours=soak_ps / _PS_PER_H, seed=seed)
     except ArgumentError as error:
-        raise ArgumentError("--soak", text, "a time from 4 s to 100000 h") from error
-
-
-def _command(output: Path, soak: str | None, options: dict[str, list[str]], seeds: int, first: int, seed: int) -> str:
-    """Return the command line that makes the page again."""
-    words = ["rtec", "safety", "-o", output.name if output.is_absolute() else output.as_posix()]
-    words += [] if soak is None else ["--soak", soak]
-    for option_name, values in options.items():
-        for value in values:
-            words += [f"--{option_name}", value]
-    words += [] if seeds == 3 else ["--seeds", str(seeds)]
-    words += [] if first == 0 else ["--first", str(first)]
-    words += [] if seed == 1 else ["--seed", str(seed)]
-    return shlex.join(words)
+        raise error.of("--soak") from error
 
 
 def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:

@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from rtec.cli import _console, _measured
-from rtec.cli._arguments import option
+from rtec.cli._kinds import Design
+from rtec.cli._parameters import design
 
 if TYPE_CHECKING:
-    from rtec.injector import Design
     from rtec.injector.walk import Walk
 
 
 def tables(
-    design: Annotated[
-        str | None,
-        option(metavar="original|a|b|c", help="Insertion design; all four without it.", show_default=False),
-    ] = None,
+    design: Annotated[Design | None, design("Insertion design; all four without it.")] = None,
     json: _measured.Json = False,
 ) -> None:
     """Show what each design does to A and B, from every state and for both signs, by letting it insert.
@@ -30,7 +27,7 @@ def tables(
     from rtec.injector import Design
     from rtec.injector.walk import walks
 
-    designs = list(Design) if design is None else [Design.named(design)]
+    designs = list(Design) if design is None else [design]
     _console.announce_compilation()
     made = [(known, walks(known)) for known in designs]
     if json:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._arguments import option, whole_option
 from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._parameters import default, flag, force, needs, option, whole, written
 from rtec.cli._words import PREDICTORS, completing
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
+from rtec.units import TIME, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.predictors.fitting.training import Effort
@@ -24,29 +25,47 @@ _INTERRUPTED = 130
 _WHOLE_LINES = 1000
 
 
+def _row(said: str) -> str:
+    """Read the name of a row of the table."""
+    from rtec.training import all_methods
+
+    names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
+    as_one_word = {name.replace(" ", "-"): name for name in names}
+    if (word := said.replace(" ", "-")) not in as_one_word:
+        raise unknown("--pick", said, names, noun="predictor")
+    return as_one_word[word]
+
+
+def _budget(said: str) -> float:
+    budget_s = parse_quantity(said, TIME, name="--budget")
+    if not 0.0 < budget_s <= 1e6:
+        raise ArgumentError("--budget", said, "a time above 0 s, up to 1e6 s")
+    return budget_s
+
+
 def train(
     data: _measured.Data,
     heldout: Annotated[
-        Path | None,
-        option("--heldout", metavar="FILE", help="Another measurement that judges, best at other targets."),
+        Path | None, option("--heldout", "FILE", "Another measurement that judges, best at other targets.")
     ] = None,
     output: Annotated[
-        Path | None, option("-o", "--output", metavar="MODEL.toml", help="Write the best predictor.")
+        Path | None, written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",))
     ] = None,
     pick: Annotated[
         str | None,
         option(
-            "--pick", metavar="NAME", help="Write the predictor of this row instead.", complete=completing(PREDICTORS)
+            "--pick", "NAME", "Write the predictor of this row instead.", complete=completing(PREDICTORS), read=_row
         ),
     ] = None,
     figure: Annotated[
-        Path | None, option("--figure", metavar="F.png", help="Errors, sizes and learning curves as a picture.")
+        Path | None, written("--figure", "F.png", "Errors, sizes and learning curves as a picture.", endings=FIGURES)
     ] = None,
-    budget: Annotated[str, option(metavar="'2 min'", help="Time that all networks share.")] = "40 s",
-    starts: Annotated[int, whole_option(low=1, high=1000, help="Trainings of a network, from other weights.")] = 10,
+    budget_s: Annotated[
+        float, option("--budget", "'2 min'", "Time that all networks share.", read=_budget)
+    ] = default("40 s"),
+    starts: Annotated[int, whole("--starts", "Trainings of a network, from other weights.", low=1, high=1000)] = 10,
     thesis: Annotated[
-        bool,
-        typer.Option("--thesis", help="Up to 10 000 epochs a training, no budget and no early end: hours."),
+        bool, flag("--thesis", "Up to 10 000 epochs a training, no budget and no early end: hours.")
     ] = False,
     screw_pitch: _measured.ScrewPitch = None,
     counts_per_rev: _measured.CountsPerRev = None,
@@ -54,8 +73,8 @@ def train(
     sheet: _measured.Sheet = None,
     table: _measured.TableNumber = None,
     decimal: _measured.Decimal = None,
-    seed: Annotated[int, whole_option(low=0, help="Draws what is held out, and the first weights.")] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Write over files that exist.")] = False,
+    seed: Annotated[int, whole("--seed", "Draws what is held out, and the first weights.", low=0)] = 0,
+    force: Annotated[bool, force("Write over files that exist.")] = False,
     json: _measured.Json = False,
 ) -> None:
     """Fit tables, physical effects and networks to one measurement, and compare them by readings that none has seen.
@@ -68,24 +87,10 @@ def train(
     Example: rtec train z_axis.csv --pick effects -o effects.toml --json
     """
     if pick is not None and output is None:
-        raise ArgumentError("--pick", pick, "it together with -o MODEL.toml")
-    if output is not None:
-        check_file("-o", output, force=force, endings=(".toml",))
-    if figure is not None:
-        check_file("--figure", figure, force=force, endings=FIGURES)
-    from rtec.training import all_methods, compare_predictors
-    from rtec.units import TIME, parse_quantity
+        raise needs("--pick", pick, "-o MODEL.toml")
+    from rtec.training import compare_predictors
 
-    names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
-    if pick is not None:
-        as_one_word = {name.replace(" ", "-"): name for name in names}
-        if (word := pick.replace(" ", "-")) not in as_one_word:
-            raise ArgumentError("--pick", repr(pick)[:60], ", ".join(names), nearest(pick, names))
-        pick = as_one_word[word]
-    budget_s = parse_quantity(budget, TIME, name="--budget")
-    if not 0.0 < budget_s <= 1e6:
-        raise ArgumentError("--budget", budget, "a time above 0 s, up to 1e6 s")
-    facts = _measured.facts_of(screw_pitch, None, counts_per_rev, None)
+    facts = _measured.facts_of(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)
     choices = _measured.choices_of(maps, sheet, table, decimal)
     with progress(f"training on {data.name}") as show:
         given = _measured.read_inputs(
@@ -102,22 +107,15 @@ def train(
         )
     if not json:  # before anything is written: a full disk shall not take the figures with it
         _show(result, given.dataset.notes)
-    chosen = _chosen(result, pick) if output is not None else None
-    if output is not None and chosen is not None:
-        check_file("-o", output, force=force)  # somebody may have written it in the meantime
-        _write(output, result, chosen)
+    made = {} if output is None else _write(output, result, _chosen(result, pick), force=force)
     if figure is not None:
-        check_file("--figure", figure, force=force, endings=FIGURES)
-        from rtec.report.figures_training import write_training_figure
-
-        write_training_figure(figure, result)
+        _draw(figure, result, force=force)
     if json:
         from rtec.report.training import training_document
 
-        written = {} if output is None or chosen is None else {"model": str(output), "written": chosen.name}
-        print_json(training_document(result) | written)
-    elif output is not None and chosen is not None:
-        typer.echo(f"{output}: {chosen.name}")
+        print_json(training_document(result) | made)
+    elif output is not None:
+        typer.echo(f"{output}: {made['written']}")
     if result.interrupted:
         raise typer.Exit(_INTERRUPTED)
 
@@ -135,12 +133,20 @@ def _chosen(result: PredictorComparison, pick: str | None) -> Row:
         why = "no predictor has a figure" if row is None or row.reason is None else row.reason
         if row is None and pick is not None:
             why = "it needs a measurement that tells where other axes stood, in columns such as position_2_mm"
-        raise ArgumentError("-o" if pick is None else "--pick", pick or "the best", "a row with a figure", why)
+        raise ArgumentError("-o" if pick is None else "--pick", pick or "the best row", "a row with a figure", why)
     return row
 
 
-def _write(path: Path, result: PredictorComparison, row: Row) -> None:
+def _draw(path: Path, result: PredictorComparison, *, force: bool) -> None:
+    from rtec.report.figures_training import write_training_figure
+
+    check_file("--figure", path, force=force)  # somebody may have written it in the meantime
+    write_training_figure(path, result)
+
+
+def _write(path: Path, result: PredictorComparison, row: Row, *, force: bool) -> dict[str, str]:
     """Write a predictor: effects as a model that ``rtec compare`` reads, too, all others with their numbers."""
+    check_file("-o", path, force=force)  # somebody may have written it in the meantime
     from rtec.inference.model_file import write_model
     from rtec.predictors import KnownPredictor, write_predictor
 
@@ -153,6 +159,7 @@ def _write(path: Path, result: PredictorComparison, row: Row) -> None:
             predictor=row.predictor, name=row.name, source=source, interval_mm=interval_mm, axis=result.axis
         )
         write_predictor(path, known)
+    return {"model": str(path), "written": row.name}
 
 
 def _show(result: PredictorComparison, notes: tuple[str, ...]) -> None:

@@ -12,7 +12,7 @@ from rtec.conformance._verilator import Verilator
 from rtec.conformance._verilog_runs import response_of
 from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Pins
-from rtec.errors import ArgumentError, RtecError
+from rtec.errors import ArgumentError, RtecError, unknown
 from rtec.injector import Response, Stimulus
 from rtec.io import read_bytes
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
@@ -158,7 +158,7 @@ class VerilogAlgorithm:
 
 def _chosen(simulator: str | None) -> str:
     if simulator is not None and simulator not in SIMULATORS:
-        raise ArgumentError("simulator", repr(simulator)[:60], " or ".join(SIMULATORS))
+        raise unknown("simulator", simulator, SIMULATORS, noun="simulator")
     for name, (installed, _) in SIMULATORS.items():
         if simulator in {None, name} and installed() is not None:
             return name

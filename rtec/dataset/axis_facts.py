@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
+from rtec.errors import ArgumentError, FileFormatError, RtecError, unknown
 from rtec.metrology import Measurement
 from rtec.metrology.plain_numbers import shown
 from rtec.units import ANGLE, LENGTH, NUMBER, TIME, Kind, parse_quantity
@@ -42,7 +42,7 @@ class AxisFacts:
         """Refuse options that are none."""
         for key in self.given:
             if key not in _FACTS:
-                raise ArgumentError("facts", repr(key), ", ".join(_FACTS), nearest(key, _FACTS))
+                raise unknown("facts", key, _FACTS, noun="fact of an axis")
 
     def text(self, key: str) -> str | None:
         """Return what is said of one fact, or None."""
@@ -53,7 +53,7 @@ class AxisFacts:
         text = self.text(key) or ""
         if key in self.given:
             return ArgumentError(key, shown(text), allowed)
-        return FileFormatError(self.measurement.source, None, f"{key}: {shown(text)} is not allowed", allowed)
+        return FileFormatError(self.measurement.source, None, f"{key}: {shown(text)} is not valid", allowed)
 
     def counts_per_rev(self) -> tuple[float, str] | None:
         """Return the counts of a turn and the fact that states them, or None.

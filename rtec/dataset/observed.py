@@ -11,7 +11,7 @@ from rtec.dataset.axis_facts import AxisFacts
 from rtec.dataset.moving_log import unwrapped
 from rtec.effects import Observable
 from rtec.effects.conditions import Floats
-from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.errors import FileFormatError, unknown
 from rtec.metrology import Measurement
 from rtec.metrology.columns import quantity_of_heading
 
@@ -77,7 +77,7 @@ def observed_quantity(measurement: Measurement, observe: str | None) -> str:
         if not possible:
             problem = f"nothing to explain in the columns {every}"
             raise FileFormatError(measurement.source, None, problem, "a column of a deviation, force or current")
-        raise ArgumentError("--observe", repr(observe[:60]), ", ".join(possible), nearest(quantity, possible))
+        raise unknown("--observe", observe, possible)
     drive = [name for name in possible if name in DRIVE]
     if possible[:1] == ["deviation"] or len(drive) == 1:
         return "deviation" if possible[0] == "deviation" else drive[0]

@@ -100,11 +100,12 @@ def effect_named(name: str) -> Effect:
     >>> effect_named("viscos")
     Traceback (most recent call last):
     ...
-    rtec.errors.ArgumentError: effect: viscos is not allowed; allowed: a name of the library; did you mean 'viscous'?
+    rtec.errors.ArgumentError: effect: 'viscos' is not an effect; use a name of the library; did you mean 'viscous'?
     """
     if name in _BY_NAME:
         return _BY_NAME[name]
     if name in CAPTURE_EFFECTS:
         hint = f"{name} belongs to captures of A/B signals, which hold edges and no positions"
         raise ArgumentError("effect", name, "an effect of an axis or of a drive", hint)
-    raise ArgumentError("effect", name[:60], "a name of the library", nearest(name[:60], _BY_NAME))
+    hint = nearest(name[:60], _BY_NAME)
+    raise ArgumentError("effect", repr(name[:60]), "a name of the library", hint, problem="is not an effect")

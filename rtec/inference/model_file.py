@@ -244,7 +244,7 @@ def _interval(path: str | Path, top: Mapping[str, Any], units: Units) -> float |
     unit, factor = units.shown
     half = parse_in(top["interval"], unit, name=f"{path}: interval", inside=factor)
     if half < 0.0:
-        raise ArgumentError(f"{path}: interval", brief(repr(top["interval"])), "from 0")
+        raise ArgumentError(f"{path}: interval", brief(repr(top["interval"])), "0 or more")
     return half
 
 
@@ -301,11 +301,11 @@ class _Entry:
         if shape is None and amplitudes is not None:
             raise self._wrong(f"amplitudes without {', '.join(item.name for item in items)}", "both")
         if amplitudes is not None and self.effect.not_negative and min(amplitudes) < 0.0:
-            raise ArgumentError(self._name(keys[0]), min(amplitudes), "from 0")
+            raise ArgumentError(self._name(keys[0]), min(amplitudes), "0 or more")
         if errors is not None and amplitudes is None:
             raise self._wrong("errors without amplitudes", "both")
         if errors is not None and min(errors) < 0.0:
-            raise ArgumentError(self._name(keys[1]), min(errors), "from 0")
+            raise ArgumentError(self._name(keys[1]), min(errors), "0 or more")
         shape_errors = []
         for item in items:
             key = f"{item.name}_error"

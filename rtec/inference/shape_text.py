@@ -116,13 +116,14 @@ def read_shape(
     for key in wanted:
         if key not in given:
             allowed = f"a value beside {', '.join(given)}, or none of them: then a scan finds all"
-            raise ArgumentError(name(key), "nothing", allowed)
+            raise ArgumentError(name(key), None, allowed)
     try:
         return effect.shape_type(**values)
     except ArgumentError as error:  # a shape knows no units: its range ends with a number in that of the parameter
         unit = {item.name: parameter_unit(item, units) for item in items}[error.name]
         found = repr(given.get(error.name, error.value))[:60]
-        raise ArgumentError(name(error.name), found, f"{error.allowed} {unit}".rstrip(), error.hint) from None
+        allowed = f"{error.allowed} {unit}".rstrip()
+        raise ArgumentError(name(error.name), found, allowed, error.hint, problem=error.problem) from None
 
 
 def _value(item: Parameter, value: object, units: Units, name: Callable[[str], str]) -> object:

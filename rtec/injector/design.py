@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass, fields
 
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, unknown
 
 ONE_BYTE, TWO_BYTES = 127, 32767
 """Largest totals of steps that the request's word holds: one signed byte, as the report has it; two for Design B,
@@ -135,7 +135,7 @@ class Design(DesignRow, enum.Enum):
         """
         known = {design.value: design for design in cls}
         if name.lower() not in known:
-            raise ArgumentError("design", repr(name), ", ".join(known), nearest(name.lower(), known))
+            raise unknown("design", name, known, noun="design")
         return known[name.lower()]
 
 

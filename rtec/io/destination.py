@@ -41,7 +41,7 @@ def check_file(option: str, file: Path, *, force: bool, endings: Sequence[str] =
     >>> check_file("--figure", Path("z.bmp"), force=False, endings=FIGURES)
     Traceback (most recent call last):
         ...
-    rtec.errors.ArgumentError: --figure: z.bmp is not allowed; allowed: a name that ends in .png, .svg or .pdf
+    rtec.errors.ArgumentError: --figure: z.bmp is not valid; use a name that ends in .png, .svg or .pdf
     """
     if endings and file.suffix.lower() not in endings:
         *others, last = endings

@@ -69,7 +69,7 @@ def read_text(
     >>> read_text("z.csv")
     Traceback (most recent call last):
         ...
-    rtec.errors.FileFormatError: z.csv: cannot be read (No such file or directory); allowed: a text file
+    rtec.errors.FileFormatError: z.csv: cannot be read (No such file or directory); use a text file
     """
     data = read_bytes(path, what, most_bytes=most_bytes)
     _refuse_nul(path, data)

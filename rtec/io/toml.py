@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rtec.checks import number_within, whole_within
-from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
 from rtec.io.text import brief, read_text
 from rtec.units import SHARE, TIME, Kind, parse_quantity, seconds_to_ps
 
@@ -102,7 +102,7 @@ class Section:
             key = keys.get(name)
             if key is None:
                 raise
-            raise ArgumentError(f"{self.where(key)}{comma}{row}", error.value, error.allowed, error.hint) from None
+            raise error.of(f"{self.where(key)}{comma}{row}") from None
 
     def has(self, key: str) -> bool:
         """Return whether a key has a value."""
@@ -174,4 +174,4 @@ def choice(where: str, value: object, kind: Iterable[_E]) -> _E:
         if member.value == value:
             return member
     known = [str(member.value) for member in kind]
-    raise ArgumentError(where, repr(value)[:80], ", ".join(known), nearest(str(value).lower(), known))
+    raise unknown(where, str(value), known)

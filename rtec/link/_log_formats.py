@@ -77,7 +77,7 @@ def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
             number += 1
             if not line.endswith(b"\n"):
                 if len(line) == LONGEST_LINE_BYTES:
-                    raise FileFormatError(path, number, "the line is too long", f"below {LONGEST_LINE_BYTES} bytes")
+                    raise FileFormatError(path, number, "the line is too long", f"{LONGEST_LINE_BYTES} bytes at most")
                 raise FileFormatError(
                     path, number, f"the log is cut off: {line[:60].decode(errors='replace')!r} has no end",
                     "whole lines; if this one is whole, add a line end",
@@ -241,7 +241,10 @@ def _unpack(path: Path, begun: int, body: bytes) -> bytes:
         raise FileFormatError(path, None, f"at byte {begun}: a container is damaged ({error})", "a BLF log") from None
     if unpacker.unconsumed_tail:
         raise FileFormatError(
-            path, None, f"at byte {begun}: a container unpacks to more than {LONGEST_CONTAINER_BYTES} bytes", "less"
+            path,
+            None,
+            f"at byte {begun}: a container unpacks to more than {LONGEST_CONTAINER_BYTES} bytes",
+            "less",
         )
     return data
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.checks import whole_within
-from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
 from rtec.io import read_any_text
 from rtec.link import _frame_kernels
 from rtec.link._crc_kernels import seal
@@ -140,7 +140,7 @@ class MessageSet:
         --------
         >>> MessageSet.load("/nowhere/z.dbc")
         Traceback (most recent call last):
-        rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read (No such file or directory); allowed: a DBC file
+        rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read (No such file or directory); use a DBC file
         """
         ours = _packaged()
         if path is not None:
@@ -212,10 +212,10 @@ class MessageSet:
         --------
         >>> MessageSet.load().encode("Request", 1, {"Total": 40000})
         Traceback (most recent call last):
-        rtec.errors.ArgumentError: Total: 40000 is not allowed; allowed: a whole number from -32768 to 32767
+        rtec.errors.ArgumentError: Total: 40000 is too large; use -32768 to 32767
         """
         if name not in KINDS:
-            raise ArgumentError("message", name, "a message of box or PC", nearest(name, KINDS))
+            raise unknown("message", name, KINDS, noun="message")
         kind = KINDS[name]
         whole_within("axis", axis, 0 if kind == Kind.HOLD else 1, MOST_AXES)
         identifier = int(kind) + (axis if kind != Kind.HOLD else 0)
@@ -225,7 +225,7 @@ class MessageSet:
         for field, value in values.items():
             if field not in signals or (kind == Kind.HOLD and field == "Axis"):
                 known = [known for known in signals if kind != Kind.HOLD or known != "Axis"]
-                raise ArgumentError("field", field, f"a field of {name}", nearest(field, known))
+                raise unknown("field", field, known, noun=f"field of {name}")
             numbers[field] = _number(signals[field], value)
         if kind == Kind.REQUEST and "TotalInverted" not in values:
             numbers["TotalInverted"] = ~numbers["Total"] & 0xFFFF

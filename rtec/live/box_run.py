@@ -35,8 +35,8 @@ class RefusedOrder:
 
     Examples
     --------
-    >>> str(RefusedOrder(line=2, order="hone", why="order: 'hone' is not allowed; allowed: home"))
-    "line 2 of the orders, 'hone', was not done: order: 'hone' is not allowed; allowed: home"
+    >>> str(RefusedOrder(line=2, order="hone", why="order: 'hone' is not an order; use home"))
+    "line 2 of the orders, 'hone', was not done: order: 'hone' is not an order; use home"
     """
 
     line: int

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rtec.checks import number_within
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, unknown
 from rtec.machine.faults import FaultKind, FaultPlace
 from rtec.machine.station import Station
 from rtec.units import LENGTH, SPEED, TIME, parse_quantity
@@ -105,8 +105,7 @@ def parse_order(text: str) -> Order:
     words = {word.value: word for word in Word}
     word = words.get(first.lower())
     if word is None:
-        near = nearest(first[:40].lower(), words)
-        raise ArgumentError("order", repr(text[:60]), ", ".join(words), near if near.startswith("did") else "")
+        raise unknown("order", text, words, noun="order")
     return _with_rest(word, axis, rest)
 
 
@@ -124,10 +123,10 @@ def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
     if word is Word.FAULT or (word is Word.CLEAR and rest):
         name = _WHILE.sub("", rest).lower()
         if name not in FAULTS:
-            raise ArgumentError(word.value, repr(name[:40]), ", ".join(FAULTS), nearest(name[:40], FAULTS))
+            raise unknown(word.value, name, FAULTS, noun="fault")
         return Order(word=word, axis=axis, fault=FAULTS[name], while_inserting=bool(_WHILE.search(rest)))
     if rest:
-        raise ArgumentError(word.value, repr(rest[:40]), "nothing behind it")
+        raise ArgumentError(word.value, repr(rest[:40]), "the word alone", problem="means nothing here")
     return Order(word=word, axis=axis)
 
 

@@ -37,7 +37,8 @@ def kind_of(name: FaultRow | str) -> FaultRow:
     for spelling in (wanted, wanted.replace(" ", "_").replace("-", "_")):
         if spelling in known:
             return known[spelling]
-    raise ArgumentError("fault", repr(name)[:60], "a class of faults", nearest(wanted, known))
+    hint = nearest(wanted, known)
+    raise ArgumentError("fault", repr(name)[:60], "a class of faults", hint, problem="is not a fault")
 
 
 class BenchFaults:

@@ -154,7 +154,7 @@ class Machine:
         if kind.place is FaultPlace.AXIS and fault.place != 1:
             raise ArgumentError("faults", f"{kind.words} at axis {fault.place}", "axis 1, the only one")
         if kind is FaultKind.SWITCH_THROWN and not self.switch_on:
-            raise ArgumentError("faults", kind.words, "with a switch that is closed", "leave switch_on as it is")
+            raise ArgumentError("faults", kind.words, "a switch that is closed", "leave switch_on as it is")
         if self.injector is None:
             if kind.category is not FaultCategory.ENCODER:
                 raise ArgumentError("faults", kind.words, "faults of the lines, where there is no box")

@@ -99,7 +99,7 @@ def check_windows(handshake: HandshakeSettings) -> None:
     """
     if (handshake.window_steps, handshake.grace_readings) != (WINDOW_STEPS, GRACE_READINGS):
         raise ArgumentError(
-            "handshake",
+            "window_steps",
             f"window {handshake.window_steps}, grace {handshake.grace_readings}",
             f"window {WINDOW_STEPS} and grace {GRACE_READINGS} with the firmware",
             "they stand in its source (rtec.inc)",

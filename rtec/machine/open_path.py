@@ -75,7 +75,7 @@ class OpenPath:
     def __post_init__(self) -> None:
         """Check the ranges."""
         cycles = whole_within("cycles", self.cycles, 1, MAX_EDGES // 4)
-        frequency_hz = number_within("frequency", self.frequency_hz, 1e-3, 1e8, unit="Hz")
+        frequency_hz = number_within("frequency_hz", self.frequency_hz, 1e-3, 1e8, unit="Hz")
         if cycles / frequency_hz * PS_PER_S > LONGEST_RUN_PS:
             most = int(LONGEST_RUN_PS / PS_PER_S * frequency_hz)
             raise ArgumentError("cycles", cycles, f"at most {most}, 50 days at this frequency")
@@ -87,7 +87,7 @@ class OpenPath:
             most, why = word, "(the total that the firmware's word holds)"
         whole_within("corrections", self.corrections, -most, most, unit=why)
         if self.motion is not None and self.motion.asks_ps.size != abs(self.corrections):
-            raise ArgumentError("corrections", self.corrections, f"those of the motion, {self.motion.asks_ps.size}")
+            raise ArgumentError("corrections", self.corrections, f"{self.motion.asks_ps.size}, as the motion asks")
 
     def state(self) -> Record:
         """Return the kernel's state at the start."""

@@ -50,7 +50,7 @@ class Thermometer:
         try:
             sensor_names([self.name])
         except ArgumentError as error:
-            raise ArgumentError("name", error.value, error.allowed) from None
+            raise error.of("name") from None
         number_within("start_degc", self.start_degc, -273.15, 1000.0, unit="degC")
         number_within("rise_k", self.rise_k, -1000.0, 1000.0, unit="K")
         number_within("time_constant_s", self.time_constant_s, 1e-3, 1e6, unit="s")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from rtec.axis.encoder import Encoder
 from rtec.checks import number_within, whole_within
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, unknown
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
 from rtec.machine.fault_kinds import FaultPlace
@@ -207,7 +207,7 @@ def bench_of(
     if not isinstance(design, Design):
         names = {known.value: known for known in Design}
         if design not in names:
-            raise ArgumentError("design", repr(design)[:60], ", ".join(names))
+            raise unknown("design", str(design), names, noun="design")
         design = names[design]
     whole_within("axes", axes, 1, _MOST_AXES)
     timing = Timing.of(design, Processor.MCS51)

@@ -93,7 +93,7 @@ def naming_keys(path: str | Path) -> Iterator[None]:
         field = error.name.removeprefix("number of ")
         if field not in KEYS:
             raise
-        raise ArgumentError(f"{path}: {KEYS[field]}", error.value, error.allowed, error.hint) from None
+        raise error.of(f"{path}: {KEYS[field]}") from None
 
 
 def read_experiment(path: str | Path) -> ExperimentPlan:
@@ -155,7 +155,9 @@ def experiment_of(tables: dict[str, Any], path: str | Path) -> ExperimentPlan:
 
     start, end = quantity(targets, "start", length), quantity(targets, "end", length)
     if end <= start:
-        raise ArgumentError(f"{path}: targets.end", f"{end:g} {length}", f"beyond targets.start, {start:g} {length}")
+        raise ArgumentError(
+            f"{path}: targets.end", f"{end:g} {length}", f"more than targets.start, {start:g} {length}"
+        )
     rests = quantities(runs, "rests_before_reversals", "s")
     with naming_keys(path):
         if len(rests) != 2:

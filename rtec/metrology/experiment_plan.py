@@ -11,7 +11,7 @@ import enum
 from dataclasses import dataclass
 
 from rtec.checks import number_within, whole_within
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, unknown
 
 COLUMNS = (
     "direction", "time", "feed", "velocity", "dwell", "temperature", "pressure", "humidity", "load", "force",
@@ -176,7 +176,7 @@ class ExperimentPlan:
     def _check_columns(self) -> None:
         for name in self.columns:
             if name not in COLUMNS:
-                raise ArgumentError("columns", repr(name)[:60], ", ".join(COLUMNS), nearest(str(name), COLUMNS))
+                raise unknown("columns", str(name), COLUMNS, noun="column")
         if len(set(self.columns)) != len(self.columns):
             raise ArgumentError("columns", ", ".join(self.columns), "each once")
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import unknown
 from rtec.metrology.cyclic import CyclicError
 from rtec.metrology.readings import Floats, Integers
 from rtec.units import UNITS as TABLE
@@ -216,8 +216,7 @@ class PositioningFigures:
         units = UNITS[self.coordinate]
         name = next(iter(units)) if unit is None else unit.strip().replace("µ", "u").replace("μ", "u")
         if name not in units:
-            close = nearest(name, units)
-            raise ArgumentError("unit", repr(unit), ", ".join(units), close if close.startswith("did") else "")
+            raise unknown("unit", name, units, noun="unit of results")
         return name, units[name]
 
     def _targets(self, factor: float) -> list[dict[str, float | int | None]]:

@@ -67,7 +67,7 @@ class PositioningTest:
         except ArgumentError as error:
             if given is not None:
                 raise
-            problem = f"screw_pitch: {error.value} is not allowed"
+            problem = f"screw_pitch: {error.value} {error.problem or 'is not valid'}"
             raise FileFormatError(self.source, None, problem, error.allowed) from None
         return period
 

@@ -212,7 +212,7 @@ class Measurement:
         if text is None:
             return None
         if PLAIN_NUMBER.fullmatch(text.strip()) is None or not 0 < float(text) < math.inf:
-            raise FileFormatError(self.source, None, f"{key}: {shown(text)} is not allowed", "a number above 0")
+            raise FileFormatError(self.source, None, f"{key}: {shown(text)} is not valid", "a number above 0")
         return float(text)
 
     def _direction_of_motion(self, target: Floats, run: Floats) -> Floats:

@@ -76,14 +76,18 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
     if is_workbook(path):
         return _of_table(one_table(tables_of_workbook(path, choices.sheet), choices), choices, ())
     if choices.sheet is not None:
-        raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"no sheet: {path} is no workbook")
+        raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"it for a workbook; {path} is none")
     text, encoding = read_any_text(path)
     notes = () if encoding == "utf-8" else (f"read as {encoding}",)
     if choices.table is not None and (is_laser_file(text) or is_renishaw_file(text)):
-        raise ArgumentError("--table", choices.table, f"no table: {path} is a file of a laser system")
+        raise ArgumentError("--table", choices.table, f"it for other files; {path} is one of a laser system")
     if is_laser_file(text):
         if choices.columns:
-            raise ArgumentError("--map", next(iter(choices.columns)), "nothing for a file of the laser system")
+            raise ArgumentError(
+                "--map",
+                next(iter(choices.columns)),
+                "it for other files, not for one of a laser system",
+            )
         readings = measurement_of_readings(readings_of_text(path, text), {})
         return Measurement(source=str(path), facts={}, columns=readings.columns, unknown={})
     if is_renishaw_file(text):

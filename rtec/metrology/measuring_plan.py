@@ -76,7 +76,7 @@ class MachineAxis:
             if abs(getattr(self, name)) > 10_000:
                 raise ArgumentError(name, getattr(self, name), "-10000 to 10000 inch")
         if self.minimum_inch >= self.maximum_inch:
-            raise ArgumentError("maximum_inch", self.maximum_inch, f"above minimum_inch ({self.minimum_inch})")
+            raise ArgumentError("maximum_inch", self.maximum_inch, f"more than minimum_inch ({self.minimum_inch})")
 
     @property
     def letter(self) -> str:
@@ -156,7 +156,7 @@ class MeasuringPlan:
         if axis.letter not in axis.letters:
             raise ArgumentError("axis.number", axis.number, f"an axis of this machine, which has {axis.letters}")
         if self.start_inch >= self.end_inch:
-            raise ArgumentError("start_inch", self.start_inch, f"below end_inch ({self.end_inch:g})")
+            raise ArgumentError("start_inch", self.start_inch, f"a position below end_inch ({self.end_inch:g})")
         if not axis.minimum_inch <= self.start_inch <= axis.maximum_inch:
             raise ArgumentError("start_inch", self.start_inch, f"{axis.minimum_inch:g} to end_inch")
         if not axis.minimum_inch <= self.end_inch <= axis.maximum_inch:
@@ -181,7 +181,7 @@ class MeasuringPlan:
 
     def _check_overshoot(self) -> None:
         if not 0 < self.overshoot_inch <= 1:
-            raise ArgumentError("overshoot_inch", self.overshoot_inch, "above 0 to 1 inch")
+            raise ArgumentError("overshoot_inch", self.overshoot_inch, "more than 0, up to 1 inch")
         if self.start_inch - self.overshoot_inch < self.axis.minimum_inch:
             room = f"at most {self.start_inch - self.axis.minimum_inch:g}, the room before start_inch"
             raise ArgumentError("overshoot_inch", self.overshoot_inch, room)

@@ -201,14 +201,14 @@ def _parse_line(source: str, number: int, text: str, feed: float | None) -> Bloc
     if (match := _DWELL_WORDS.fullmatch(words)) is not None:
         duration = float(match["duration"])
         if duration <= 0:
-            raise FileFormatError(source, number, f"dwell of {duration:g} s", "above 0 s")
+            raise FileFormatError(source, number, f"dwell of {duration:g} s", "more than 0 s")
         return Dwell(number, duration)
     if (match := _MOVE.fullmatch(words)) is not None:
         rate = float(match["feed"]) if match["feed"] else feed
         if rate is None:
             raise FileFormatError(source, number, "a move before any feed", "F behind the position, such as F50.")
         if rate <= 0:
-            raise FileFormatError(source, number, f"feed of {rate:g} inch/min", "above 0 inch/min")
+            raise FileFormatError(source, number, f"feed of {rate:g} inch/min", "more than 0 inch/min")
         return Move(number, match["axis"], float(match["position"]), rate)
     codes = tuple(words[start : start + 3] for start in range(0, len(words), 3)) if len(words) <= 12 else ()
     if (codes and all(code in _MODALS for code in codes)) or words in ("G07", *(mode.name for mode in InchMode)):

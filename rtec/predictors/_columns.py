@@ -35,7 +35,7 @@ def column(name: str, values: npt.ArrayLike, *, rows: int | None = None) -> Floa
     --------
     >>> column("errors_mm", [0.001, float("nan")])
     Traceback (most recent call last):
-    rtec.errors.ArgumentError: errors_mm, row 2: nan is not allowed; allowed: a finite number within ±1e+06
+    rtec.errors.ArgumentError: errors_mm, row 2: nan is not valid; use a finite number within ±1e+06
     """
     try:
         array = np.array(values, dtype=np.float64)
@@ -129,7 +129,7 @@ def ascending(name: str, values: npt.ArrayLike) -> Floats:
     --------
     >>> ascending("positions_mm", [0.0, 2.0, 1.0])
     Traceback (most recent call last):
-    rtec.errors.ArgumentError: positions_mm, row 3: 1 after 2 is not allowed; allowed: strictly ascending positions
+    rtec.errors.ArgumentError: positions_mm, row 3: 1 after 2 is not valid; use strictly ascending positions
     """
     positions = column(name, values)
     if positions.size < 2:

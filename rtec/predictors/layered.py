@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, unknown
 from rtec.predictors import _kernels
 from rtec.predictors._columns import column, length, span
 from rtec.predictors.axis_tables import beside, reach_of
@@ -72,7 +72,7 @@ class LayeredNetwork:
     def __post_init__(self) -> None:
         for name in self.inputs:
             if name not in tuple(INPUTS) and not is_other_axis(name):
-                raise ArgumentError("inputs", repr(name)[:60], ", ".join([*INPUTS, "position_2"]))
+                raise unknown("inputs", name, [*INPUTS, "position_2"], noun="input")
         if not 1 <= len(self.inputs) <= _kernels.MOST_NEURONS:
             raise ArgumentError("inputs", len(self.inputs), "one or more")
         if not self.hidden or not all(1 <= n <= _kernels.MOST_NEURONS for n in self.hidden):

@@ -44,7 +44,7 @@ class LatheNetwork(Curve):
     >>> from rtec.predictors import Outside
     >>> lathe.error_mm(1018.54, +1, outside=Outside.REFUSE)
     Traceback (most recent call last):
-    rtec.errors.ArgumentError: position_mm: 1018.54 mm is not allowed; allowed: 25.4 to 1016 mm, the range of the \
+    rtec.errors.ArgumentError: position_mm: 1018.54 mm is not valid; use 25.4 to 1016 mm, the range of the \
 predictor; stay inside, or hold the error at the ends
     """
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rtec import readable
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import unknown
 from rtec.report import palette
 from rtec.units import MM_PER_INCH
 
@@ -136,7 +136,7 @@ def scale_of(unit: str) -> Scale:
         A unit other than ``um``, ``mm`` and ``inch``.
     """
     if unit not in _SCALES:
-        raise ArgumentError("unit", repr(unit)[:60], ", ".join(_SCALES), nearest(unit[:60], _SCALES))
+        raise unknown("unit", unit, _SCALES, noun="unit of results")
     symbol, per_mm, decimals, position_unit, position_per_mm, feed_unit, feed_per_mm_s = _SCALES[unit]
     return Scale(
         unit=unit,

@@ -60,7 +60,7 @@ def times_ps(name: str, values: ArrayLike) -> NDArray[np.int64]:
 
 def codes(name: str, values: ArrayLike, highest: int) -> NDArray[np.uint8]:
     """Return whole numbers 0..``highest`` as uint8, read-only and in one block of memory."""
-    allowed = f"a whole number 0..{highest}"
+    allowed = f"a whole number from 0 to {highest}"
     array = whole_numbers(name, values, allowed)
     outside = (array < 0) | (array > highest)
     if outside.any():
@@ -73,9 +73,9 @@ def codes(name: str, values: ArrayLike, highest: int) -> NDArray[np.uint8]:
 
 def code(name: str, value: object, highest: int) -> int:
     """Return ``value`` as a whole number 0..``highest``."""
-    number = whole_number(name, value, f"a whole number 0..{highest}")
+    number = whole_number(name, value, f"a whole number from 0 to {highest}")
     if not 0 <= number <= highest:
-        raise ArgumentError(name, shown(number), f"a whole number 0..{highest}")
+        raise ArgumentError(name, shown(number), f"a whole number from 0 to {highest}")
     return number
 
 

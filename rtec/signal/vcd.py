@@ -21,7 +21,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rtec.errors import ArgumentError, RtecError
+from rtec.errors import ArgumentError, RtecError, unknown
 from rtec.io import WholeFile
 from rtec.signal import _checks
 from rtec.signal._vcd_kernels import DIGITS, format_changes
@@ -89,9 +89,9 @@ class VcdSignal:
         for key, text in (("scope", self.scope), ("name", self.name), ("also", self.also or self.name)):
             if not isinstance(text, str) or _NAME.fullmatch(text) is None:
                 raise ArgumentError(key, repr(text)[:80], "letters, digits, _ and $, at most 255, no digit first")
-        width = _checks.whole_number("width", self.width, f"a whole number 1..{WIDEST}")
+        width = _checks.whole_number("width", self.width, f"a whole number from 1 to {WIDEST}")
         if not 1 <= width <= WIDEST:
-            raise ArgumentError("width", width, f"a whole number 1..{WIDEST}")
+            raise ArgumentError("width", width, f"a whole number from 1 to {WIDEST}")
         _checks.code("initial", self.initial, 2**width - 1)
 
     @property
@@ -148,7 +148,7 @@ class VcdWriter:
         start_ps: int = 0,
     ) -> None:
         if timescale not in TIMESCALES_PS:
-            raise ArgumentError("timescale", repr(timescale), ", ".join(TIMESCALES_PS))
+            raise unknown("timescale", timescale, TIMESCALES_PS, noun="timescale")
         if not signals:
             raise ArgumentError("signals", "an empty sequence", "at least one signal")
         known: set[str] = set()

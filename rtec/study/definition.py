@@ -11,7 +11,7 @@ from typing import Any
 from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
-from rtec.errors import ArgumentError, FileFormatError
+from rtec.errors import ArgumentError, FileFormatError, unknown
 from rtec.inference.static_predictor import LeftOut
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.io import Section, brief, choice, parse_toml, read_toml
@@ -154,7 +154,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
     parts = {name: section(name, *(("jerk",) if name == "axis" else ())) for name in _SECTIONS}
     unit = top.text("unit")
     if unit not in UNITS:
-        raise ArgumentError(top.where("unit"), repr(unit), ", ".join(UNITS))
+        raise unknown(top.where("unit"), unit, UNITS, noun="unit of results")
     axis_error = axis_error_of(parts["axis"], folder)
     try:
         with parts["axis"].naming(axis_error="error"):
@@ -198,7 +198,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             check_calibration(parts["calibration"], study.calibration)
     except ArgumentError as error:
         where = error.name if str(path) in error.name else f"{path}: {error.name}"
-        raise ArgumentError(where, brief(error.value), error.allowed, error.hint) from None
+        raise ArgumentError(where, brief(error.value), error.allowed, error.hint, problem=error.problem) from None
     return study
 
 
@@ -230,7 +230,9 @@ def _probing(section: Section) -> tuple[int, int]:
     if from_ps < 0:
         raise ArgumentError(section.where("from"), f"{from_ps / PS_PER_S:g} s", "a time of the run, from 0 s on")
     if from_ps >= until_ps:
-        raise ArgumentError(section.where("until"), f"{until_ps / PS_PER_S:g} s", f"after {from_ps / PS_PER_S:g} s")
+        raise ArgumentError(
+            section.where("until"), f"{until_ps / PS_PER_S:g} s", f"a time after {from_ps / PS_PER_S:g} s"
+        )
     return from_ps, until_ps
 
 

@@ -93,7 +93,7 @@ def program(seed: int, units: int, *, ram_bytes: int = 256) -> Image:
     body += [_Unit(bytearray([_SJMP, 0xFE]), _SJMP)] * 5  # as far as a jump goes
     length = sum(len(unit.code) for unit in body)
     if length > CODE_BYTES:
-        raise ValueError(f"{units} instructions take {length} bytes; allowed: {CODE_BYTES}")
+        raise ValueError(f"{units} instructions take {length} bytes; use {CODE_BYTES}")
     code = _placed(body)
     whole = bytes(code) + draw.randbytes(CODE_BYTES - len(code))  # MOVC reads anywhere
     return Image(code=whole, used=((0, CODE_BYTES),), source=f"random program, seed {seed}")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, nearest, unknown
 from rtec.metrology.columns import UNITS_OF_QUANTITY, axis_of_heading, quantity_of_heading
 from rtec.metrology.plain_numbers import LONGEST_SHOWN
 
@@ -92,7 +92,7 @@ def column_choices(
         if columns.setdefault(heading.lower(), meaning) != meaning:
             raise ArgumentError("--map", repr(text[:80]), f"one meaning for each heading; {heading!r} has two")
     if decimal is not None and decimal not in DECIMAL_MARKS:
-        raise ArgumentError("--decimal", repr(decimal[:40]), "point or comma")
+        raise unknown("--decimal", decimal, DECIMAL_MARKS)
     mark = None if decimal is None else DECIMAL_MARKS[decimal]
     return ColumnChoices(columns=columns, sheet=sheet, decimal=mark, table=table)
 

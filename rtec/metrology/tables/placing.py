@@ -131,7 +131,7 @@ def _chosen_meaning(table: Table, index: int, text: str) -> Meaning:
     unit = named_and_unit(table.headings[index])[1] or unit_below(table.units[index])
     found = None if unit is None else column_unit(quantity, unit)
     if found is None and quantity != "time":
-        allowed = f"a unit with it: {units_lacking(quantity) or quantity + '_degc'}"
+        allowed = f"it with a unit, such as {units_lacking(quantity) or quantity + '_degc'}"
         raise ArgumentError("--map", repr(f"{table.headings[index]}={text}"), allowed, "the file states none")
     return Meaning(quantity, found, Strength.EXACT)
 

@@ -211,7 +211,7 @@ class Values:
     def _inside(self, index: int, quantity: str, unit: ColumnUnit, raw: Floats) -> Floats:
         if (outside := _outside_range(quantity, unit, raw)) is not None:
             row, allowed = outside
-            problem = f"{self.table.called(index)} {raw[row]:g} is not allowed"
+            problem = f"{self.table.called(index)} {raw[row]:g} is not valid"
             allowed += self._or_ignore(index, quantity)
             raise FileFormatError(self.table.source, self.lines[row], problem, allowed)
         return (raw + unit.offset) * unit.factor

@@ -145,7 +145,7 @@ def test_extremes_of_a_program_that_goes_below_its_ends():
 
 def test_feed_above_the_largest_speed_is_refused():
     blocks = (Dwell(seconds=1), Move(target_mm=1, feed_mm_s=51))
-    with pytest.raises(ArgumentError, match=r"feed_mm_s of blocks\[1\]: 51.0 is not allowed; .* 50 mm/s"):
+    with pytest.raises(ArgumentError, match=r"feed_mm_s of blocks\[1\]: 51.0 is not valid; .* 50 mm/s"):
         plan(Program(blocks=blocks), LIMITS)
 
 

@@ -48,7 +48,7 @@ def test_offsets_of_runs_are_no_mistake_where_they_are_the_noise():
     [
         ([], "no name"),
         (["driftt"], "did you mean 'drift'"),
-        (["zzz"], "'zzz' is not allowed"),
+        (["zzz"], "'zzz' is not valid"),
         (["drift", "drift"], "each name once"),
         (["nothing", "drift"], "'nothing' alone"),
     ],
@@ -113,7 +113,7 @@ def test_nothing_is_worth_two_points():
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["backlash=3"], "EFFECT: 'backlash=3' is not allowed"),
+        (["backlash=3"], "EFFECT: 'backlash=3' is not valid"),
         (["backlash=3 UM"], "did you mean '3 um'"),
         (["backlas=3 um"], "did you mean 'backlash'"),
         (["backlash=3 um", "backlash"], "each name once"),

@@ -70,7 +70,7 @@ def test_a_model_without_a_range_takes_that_of_its_maps_or_asks(here, capsys):
     (here / "bare.toml").write_text(bare)
     code, out, err = said(capsys, "bare.toml", "--csv", "z.csv")
     assert (code, out) == (2, "")
-    assert err.startswith("rtec: --from: nothing is not allowed")
+    assert err.startswith("rtec: --from: nothing is not valid")
     (here / "map.toml").write_text(
         bare + '\n[[effect]]\nname = "pitch_map"\nnodes = ["10 mm", "90 mm", "200 mm"]\n'
         'amplitudes = ["0 um", "3 um", "1 um"]\n'
@@ -105,7 +105,7 @@ def test_a_model_of_a_force_has_no_table_of_positions(here, capsys):
     (here / "f.toml").write_text(text.split("[[effect]]")[0] + '[[effect]]\nname = "coulomb"\ncoulomb = "3 N"\n')
     code, _, err = said(capsys, "f.toml", "--csv", "z.csv")
     assert code == 2
-    assert "observe: 'force' is not allowed" in err and "a table corrects positions, and no force" in err
+    assert "observe: 'force' is not valid" in err and "a table corrects positions, and no force" in err
     assert "measurement" not in err
 
 
@@ -123,7 +123,7 @@ def test_a_model_over_time_is_asked_for_no_position(here, capsys):
     (here / "time.toml").write_text(text)
     code, out, err = said(capsys, "time.toml", "--csv", "z.csv")
     assert (code, out) == (2, "")
-    assert err.startswith("rtec: model: deviation in mm over time is not allowed; allowed: a deviation in mm over p")
+    assert err.startswith("rtec: model: deviation in mm over time is not valid; use a deviation in mm over p")
 
 
 def test_a_diagnosis_says_where_it_was_measured(here, capsys):
@@ -233,12 +233,12 @@ def test_the_c_of_a_model_of_effects_has_a_precision_too(trained, capsys, precis
 @pytest.mark.parametrize(
     ("change", "words", "says"),
     [
-        (("version = 1", "version = 2"), (), "bad.toml: version = 2; allowed: version = 1"),
+        (("version = 1", "version = 2"), (), "bad.toml: version = 2; use version = 1"),
         (("name =", 'colour = "red"\nname ='), (), "unknown key 'colour'"),
         (('"networks"', '"oracle"'), (), "predictor = 'oracle'"),
         (("predictor =", "study ="), (), "bad.toml: unknown key 'study'"),
         (("half = [2.5", "half = [0.0"), (), "half"),
-        (("", ""), ("--precision", "quad"), "--precision: 'quad' is not allowed; allowed: double, single"),
+        (("", ""), ("--precision", "quad"), "--precision: 'quad' is not valid; use double, single"),
         (("", ""), ("--from", "50 mm"), "--from: 50 mm"),
         (('pitch = "5.0 mm"', 'pitch = "0.00001 mm"'), ("--csv", "z.csv"), "4.1e+06 turns of the screw"),
     ],

@@ -154,11 +154,11 @@ def test_nothing_stated_is_said_plainly(written, capsys):
 @pytest.mark.parametrize(
     ("facts", "arguments", "words"),
     [
-        ([], ["--eve", "1.2"], "rtec: --eve: '1.2' is not allowed"),
-        ([], ["--off-reference", "3 um"], "rtec: --off-reference: '3 um' is not allowed"),
-        (["# eve: much"], [], "x.csv: eve: 'much' is not allowed"),
+        ([], ["--eve", "1.2"], "rtec: --eve: '1.2' is not valid"),
+        ([], ["--off-reference", "3 um"], "rtec: --off-reference: '3 um' is not valid"),
+        (["# eve: much"], [], "x.csv: eve: 'much' is not valid"),
         (["# screw_pitch: 5 turns"], [], "x.csv: screw_pitch"),
-        ([], ["--period", "-5 mm"], "rtec: --period: -5 mm is not allowed"),
+        ([], ["--period", "-5 mm"], "rtec: --period: -5 mm is not valid"),
         ([], ["--unit", "arcsec"], "rtec: --unit: 'arcsec'"),
     ],
 )

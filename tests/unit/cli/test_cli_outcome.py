@@ -82,7 +82,7 @@ def raising(error):
 @pytest.mark.parametrize(
     ("error", "code", "says"),
     [
-        (RtecError("x: 1 is not allowed"), 2, "rtec: x: 1 is not allowed\n"),
+        (RtecError("x: 1 is not valid"), 2, "rtec: x: 1 is not valid\n"),
         (RtecError("two\nlines"), 2, "rtec: two lines\n"),
         (PermissionError(errno.EACCES, "Permission denied", "f.csv"), 2, "rtec: f.csv: Permission denied\n"),
         (OSError(errno.ENOSPC, "No space left on device"), 2, "rtec: output: No space left on device\n"),

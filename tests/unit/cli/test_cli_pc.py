@@ -144,7 +144,7 @@ def test_a_pc_for_another_design_is_refused(capsys, box, table):
         (["--table", "none.comp"], "--table-unit"),
         (["--table", "none.csv", "--table-unit", "inch"], "--table-unit"),
         (["--table", "a.csv", "--model", "b.toml"], "--model: b.toml"),
-        (["--home", "0mm"], "--home: 0 mm is not allowed; allowed: 25.4 to 1016 mm, the range of the predictor"),
+        (["--home", "0mm"], "--home: 0 mm is not valid; use 25.4 to 1016 mm, the range of the predictor"),
         (["--home", "1"], "--home: '1'"),
         (["--watchdog", "10ms"], "--watchdog: "),
         (["--completion-timeout", "2"], "--completion-timeout: '2'"),

@@ -85,11 +85,11 @@ def test_nothing_inserted_nothing_drawn(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--figure", "f.gif"], "--figure: f.gif is not allowed; allowed: a name that ends in .png, .svg or .pdf"),
+        (["--figure", "f.gif"], "--figure: f.gif is not valid; use a name that ends in .png, .svg or .pdf"),
         (["--figure", "no/f.png"], "--figure: there is no folder no for f.png"),
-        (["--figure", "f.png", "--figure-state", "12"], "--figure-state: '12' is not allowed"),
-        (["--figure-state", "10"], "--figure-state: 10 is not allowed; allowed: beside --figure"),
-        (["--figure", "f.png", "--corrections", "0"], "--figure: f.png is not allowed; allowed: with --corrections"),
+        (["--figure", "f.png", "--figure-state", "12"], "--figure-state: '12' is not valid"),
+        (["--figure-state", "10"], "--figure-state: 10 is not valid; use beside --figure"),
+        (["--figure", "f.png", "--corrections", "0"], "--figure: f.png is not valid; use with --corrections"),
     ],
 )
 def test_bad_words_are_one_line(capsys, tmp_path, monkeypatch, words, says):

@@ -218,7 +218,7 @@ def test_clock_is_a_ratio(text, period):
 
 @pytest.mark.parametrize("text", ["0 Hz", "0MHz", "999 Hz", "2 GHz", "-5 MHz", "1.0000000000000000000001 MHz"])
 def test_clock_out_of_range(text):
-    with pytest.raises(ArgumentError, match=r"^clock: .* is not allowed; allowed: .*Hz"):
+    with pytest.raises(ArgumentError, match=r"^clock: .* is not valid; use .*Hz"):
         clock_of(text)
 
 
@@ -334,7 +334,7 @@ def test_total_that_the_bus_cannot_hold(modes, simulator):
 @pytest.mark.parametrize("simulator", BOTH)
 def test_first_error_has_file_and_line(tmp_path, simulator):
     text = WIRES.replace("assign qb = b;", "assgn qb = b;")
-    with pytest.raises(FileFormatError, match=r"module\.v, line 4: .*; allowed: Verilog that (Verilator|Icarus)"):
+    with pytest.raises(FileFormatError, match=r"module\.v, line 4: .*; use Verilog that (Verilator|Icarus)"):
         opened(tmp_path, text, simulator)
 
 

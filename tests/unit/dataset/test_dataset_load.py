@@ -88,17 +88,17 @@ def test_actual_observed_without_target_goes_over_time(load):
 
 def test_nothing_or_too_much_to_explain(load):
     with pytest.raises(
-        FileFormatError, match=r"several other quantities; allowed: --observe force or --observe curr"
+        FileFormatError, match=r"several other quantities; use --observe force or --observe curr"
     ):
         load("actual_mm,force_n,current_a\n1,2,3\n2,3,4\n3,4,5\n")
-    with pytest.raises(FileFormatError, match=r"no deviation.*'target_mm, pulse_v'; allowed: target with actual"):
+    with pytest.raises(FileFormatError, match=r"no deviation.*'target_mm, pulse_v'; use target with actual"):
         load("target_mm,pulse_v\n1,2\n2,3\n3,4\n")
-    with pytest.raises(FileFormatError, match=r"only other quantities; allowed: --observe actual"):
+    with pytest.raises(FileFormatError, match=r"only other quantities; use --observe actual"):
         load("time_s,actual_mm\n1,2\n2,3\n3,4\n")
     with pytest.raises(FileFormatError, match=r"nothing to explain in the columns 'target_mm'"):
         load("target_mm\n1\n2\n3\n", observe="force")
     with pytest.raises(
-        ArgumentError, match=r"--observe: 'currents' is not allowed; allowed: .*did you mean 'current'"
+        ArgumentError, match=r"--observe: 'currents' is not valid; use .*did you mean 'current'"
     ):
         load("target_mm,actual_mm,current_a\n1,2,3\n2,3,4\n3,4,5\n", observe="currents")
     for word in ("target", "run", "time", "pulse_v", "x" * 1000, "\n"):
@@ -109,13 +109,13 @@ def test_nothing_or_too_much_to_explain(load):
 
 def test_fewer_than_three_rows(load):
     for text, found in (("target_mm,actual_mm\n1,2\n2,3\n", "2 rows"), ("target_mm,actual_mm\n1,2\n", "one row")):
-        with pytest.raises(FileFormatError, match=f"{found}; allowed: at least 3"):
+        with pytest.raises(FileFormatError, match=f"{found}; use at least 3"):
             load(text)
 
 
 def test_numbers_whose_squares_would_overflow(load):
     for number in ("1e300", "-1.1e12", "1e13"):
-        with pytest.raises(FileFormatError, match=r"line 3: actual_mm is .*; allowed: at most 1e\+12 in size"):
+        with pytest.raises(FileFormatError, match=r"line 3: actual_mm is .*; use at most 1e\+12 in size"):
             load(f"target_mm,actual_mm\n1,1\n2,{number}\n3,3\n")
 
 

@@ -321,7 +321,7 @@ def test_short_stretches_are_left_out_or_refused():
     assert data.conditions.rows == 5800 - 400
     assert "1 stretches too short to be filtered are left out" in data.notes
     short = {name: (unit, values[:400]) for name, (unit, values) in {"time": ("s", time), **columns}.items()}
-    with pytest.raises(FileFormatError, match="a log of 400 samples without a gap at 1000 Hz; allowed: at least 428"):
+    with pytest.raises(FileFormatError, match="a log of 400 samples without a gap at 1000 Hz; use at least 428"):
         load_dataset(measured(**short))
 
 

@@ -54,7 +54,7 @@ def test_speeds_of_a_table_read_again_are_repeats(load):
         ("time_s,nominalPos,deviation_um", ("'nominalPos'", "looks like the target", "nominalPos=target_mm")),
         ("velocity_mm_s,pos,current_a", ("'pos'", "looks like the actual position", "pos=actual_mm")),
         ("time_s,soll,deviation_um", ("'soll'", "looks like the target", "soll=ignore")),
-        ("Dir,target_mm,deviation_um", ("Dir 4 is not allowed", "+1 or -1", "Dir=ignore")),
+        ("Dir,target_mm,deviation_um", ("Dir 4 is not valid", "+1 or -1", "Dir=ignore")),
     ],
 )
 def test_what_looks_like_a_position_or_a_direction_is_asked_about(load, header, words):

@@ -150,7 +150,7 @@ def test_the_clock_of_the_measurement_counts(tmp_path):
 
 def test_a_step_beyond_its_period_is_refused_with_units(tmp_path):
     text = 'observe = "deviation"\n[[effect]]\nname = "cyclic"\nperiod = "6 mm"\nstep_at = "7000 um"\n'
-    assert "step_at: '7000 um' is not allowed; allowed: 0 (no step) to the period, 6 mm" in refused(tmp_path, text)
+    assert "step_at: '7000 um' is not valid; use 0 (no step) to the period, 6 mm" in refused(tmp_path, text)
 
 
 # what is written
@@ -334,7 +334,7 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         (HEAD + 'name = "backlash"\nbacklsh = "3 mm"', ["'backlsh'", "did you mean 'backlash'?"]),
         (
             HEAD + 'name = "scale"\n[[effect]]\nname = "scale"',
-            ["effect 2", "scale stands there 2 times; allowed: once"],
+            ["effect 2", "scale stands there 2 times; use once"],
         ),
         (HEAD + 'name = "viscous"', ["effect 1", "viscous belongs to force", "not to 'deviation'"]),
         (HEAD + 'name = "cyclic"\nperiod = 6.35', ["effect 1 (cyclic): period", "6.35", "unit"]),
@@ -403,7 +403,7 @@ def test_keys_within_keys_take_neither_time_nor_memory(tmp_path):
 def test_drive_models_refuse_deviations_and_negative_friction(tmp_path):
     head = 'observe = "current"\n[[effect]]\n'
     assert "backlash belongs to a position deviation" in refused(tmp_path, head + 'name = "backlash"', DRIVE)
-    assert "coulomb: -1.0 is not allowed; allowed: from 0" in refused(
+    assert "coulomb: -1.0 is not valid; use from 0" in refused(
         tmp_path, head + 'name = "coulomb"\ncoulomb = "-1 A"', DRIVE
     )
 

@@ -27,15 +27,15 @@ def read(tmp_path):
 BAD = [
     ("Soll [mm];Fehler [um]\n0;1\n10;NaN\n", "line 3: Fehler [um] 'NaN' is not a finite number"),
     ("Soll [mm];Fehler [um]\n0;1.5\n10;2,5\n", "a decimal point, and numbers with a decimal comma, such as '2,5'"),
-    ("Soll [mm];Fehler [um];Zeit\n0;1;7\n10;2;9\n", "column 'Zeit' has no unit; allowed: time_s"),
+    ("Soll [mm];Fehler [um];Zeit\n0;1;7\n10;2;9\n", "column 'Zeit' has no unit; use time_s"),
     ("Soll [mm];Fehler [um];Zeit\n0;1;1/2/2026 10:00\n10;2;2/3/2026 10:00\n", "may be day/month or month/day"),
     ("Soll [mm];Fehler [um];Zeit\n0;1;25:00:00\n10;2;10:00:00\n", "'25:00:00' is no time of day"),
-    ("Target;Run 1;Run 2\n0;1;2\n10;2;3\n20;2;3\n", "column 'Target' has no unit; allowed: target_mm"),
+    ("Target;Run 1;Run 2\n0;1;2\n10;2;3\n20;2;3\n", "column 'Target' has no unit; use target_mm"),
     ("Target [mm];1+ [um];2 [um]\n0;1;2\n10;2;3\n", "some of the runs state a direction, others none"),
     ("Target [mm];1 [um];2 [mm]\n0;1;2\n10;2;3\n", "are in um and mm"),
     ("Soll [mm];Fehler [um];\n0;1;3\n10;2;4\n", "column 3 has no heading"),
     ("0;1\n10;2\n", "no header line"),
-    ("Soll [mm];Fehler [um]\n0;1\n10\n20;3\n", "line 3: 1 fields; allowed: 2"),
+    ("Soll [mm];Fehler [um]\n0;1\n10\n20;3\n", "line 3: 1 fields; use 2"),
     ("Soll [mm];Fehler [um];Soll - Ist [um]\n0;;-1\n10;;-2\n", "Fehler [um] is empty"),
     (
         "Soll [mm];Fehler [um]\n0;100.000\n10;250\n",
@@ -57,7 +57,7 @@ BAD = [
         "'Differenz [um]=ignore' reads the passes",
     ),
     ("Achse;Soll [mm];Fehler [um]\nX;0;1\nX;9;2\nY;0;1\nY;9;2\n", "column 'Achse' names several axes: X, Y"),
-    ("Soll [mm];1+ [um];1- [um]\n0;1 mm;2 mm\n10;1 mm;2 mm\n", "a cell of it mm; allowed: one unit"),
+    ("Soll [mm];1+ [um];1- [um]\n0;1 mm;2 mm\n10;1 mm;2 mm\n", "a cell of it mm; use one unit"),
     ("Soll [mm];Richtung;Fehler [um]\n0;A;1\n0;B;2\n9;A;1\n9;B;1\n", "Richtung 'A' is no direction"),
 ]
 
@@ -73,7 +73,7 @@ def test_one_clear_error(read, text, words):
 @pytest.mark.parametrize(
     ("maps", "words"),
     [
-        (("nominal=target_mm",), "'nominal' is not allowed; allowed: a heading of"),
+        (("nominal=target_mm",), "'nominal' is not valid; use a heading of"),
         (("Sol [mm]=target_mm",), "did you mean 'Soll [mm]'?"),
         (("Soll [mm]",), "such as 'nominal=target_mm'"),
         (("Soll [mm]=targt_mm",), "did you mean 'target_mm'?"),
@@ -190,7 +190,7 @@ def test_archives_are_read_with_limits(tmp_path, monkeypatch):
     file.write_bytes(data)
     assert read_measurement(file).rows == 30
     monkeypatch.setattr(workbook, "_MOST_BYTES", 1000)
-    with pytest.raises(FileFormatError, match="once unpacked; allowed: at most 1000 bytes"):
+    with pytest.raises(FileFormatError, match="once unpacked; use at most 1000 bytes"):
         read_measurement(file)
 
 
@@ -228,7 +228,7 @@ RTL = "\n".join(foreign_files.rtl())
     [
         ("Target-count: 5", "Target-count: 6", "5 targets, where the file states '6'"),
         ("Run-count:6", "Run-count:8", "6 runs, where the file states '8'"),
-        ("  1    1", "  1    9", "run 1, target 9; allowed: targets 1 to 5"),
+        ("  1    1", "  1    9", "run 1, target 9; use targets 1 to 5"),
         ("File type  : rtl", "File type  : rta", "its units are not known"),
         ("Owner      : Linear", "Owner      : Rotary", "--map 'target=target_deg'"),
         ("-2.700000", "nan", "'nan' is not a finite number"),

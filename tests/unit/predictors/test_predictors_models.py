@@ -54,7 +54,7 @@ def test_what_is_bound_has_room_of_its_own():
         ({"numbers": [1.0, math.nan]}, "finite numbers"),
         ({"numbers": "many"}, "a list of numbers"),
         ({"memory": [math.inf]}, "finite numbers"),
-        ({"ranges": {"velocity": (0.0, 1.0)}}, "velocity is not allowed"),
+        ({"ranges": {"velocity": (0.0, 1.0)}}, "velocity is not valid"),
         ({"range_mm": (5.0, 5.0)}, "a length above 0"),
         ({"ranges": {"position": (1.0, 5.0)}}, "positions have range_mm"),
         ({"ranges": {"time": (5.0, 1.0)}, "inputs": ("time",)}, "a length above 0"),

@@ -91,7 +91,7 @@ def test_held_outside_the_trained_range():
 
 def test_refused_outside_the_range_on_request():
     assert LATHE.error_mm([25.4, 1016.0], REVERSE, outside=Outside.REFUSE).shape == (2,)
-    with pytest.raises(ArgumentError, match=r"1018\.54 mm is not allowed; allowed: 25\.4 to 1016 mm"):
+    with pytest.raises(ArgumentError, match=r"1018\.54 mm is not valid; use 25\.4 to 1016 mm"):
         LATHE.error_mm([508.0, 40.1 * INCH], REVERSE, outside=Outside.REFUSE)
     with pytest.raises(ArgumentError, match=r"22\.86 mm"):
         LATHE.error_mm(0.9 * INCH, FORWARD, outside=Outside.REFUSE)

@@ -58,7 +58,7 @@ def test_second_name_is_that_of_the_same_bit():
     data = written([named], [([5], [0], [1])], end_ps=9)
     assert b"$var wire 1 a enc_A $end\n$var integer 1 a A $end\n" in data
     assert read_vcd(data).also == {"encoder.A": "encoder.enc_A"}
-    with pytest.raises(ArgumentError, match=r"signals\[1\]: encoder.A is not allowed"):
+    with pytest.raises(ArgumentError, match=r"signals\[1\]: encoder.A is not valid"):
         VcdWriter(io.BytesIO(), signals=[named, A])
 
 
@@ -121,12 +121,12 @@ def test_same_input_gives_the_same_bytes():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"timescale": "3 ns"}, "timescale: '3 ns' is not allowed; allowed: 1 ps, 10 ps"),
+        ({"timescale": "3 ns"}, "timescale: '3 ns' is not valid; use 1 ps, 10 ps"),
         ({"timescale": ""}, "timescale: ''"),
         ({"signals": []}, "signals: an empty sequence"),
         ({"signals": [A, STATE, A]}, r"signals\[2\]: encoder.A"),
         ({"start_ps": -1}, "start_ps: -1 ps"),
-        ({"start_ps": 1500, "timescale": "1 ns"}, "start_ps: 1500 is not allowed; .*multiples of the timescale 1 ns"),
+        ({"start_ps": 1500, "timescale": "1 ns"}, "start_ps: 1500 is not valid; .*multiples of the timescale 1 ns"),
         ({"start_ps": 2**63}, "start_ps: 9223372036854775808"),
         ({"start_ps": 0.5}, "start_ps: 0.5"),
     ],
@@ -167,15 +167,15 @@ def test_wrong_signal(fields, message):
             [1000, 2500],
             [0, 0],
             [1, 0],
-            r"times_ps\[1\]: 2500 is not allowed; allowed: multiples of the timescale 1 ns",
+            r"times_ps\[1\]: 2500 is not valid; use multiples of the timescale 1 ns",
         ),
         ([2000, 1000], [0, 0], [1, 0], r"times_ps\[1\]: 1000 .*do not decrease"),
         ([-1000], [0], [1], "times_ps: -1000"),
         ([2**63], [0], [1], "times_ps: 9223372036854775808"),
         ([1e400], [0], [1], r"times_ps\[0\]: inf"),
-        ([1000], [2], [1], "signals: 2 is not allowed; allowed: 0..1"),
+        ([1000], [2], [1], "signals: 2 is not valid; use 0..1"),
         ([1000], [-1], [1], "signals: -1"),
-        ([1000], [0], [2], "values: 2 is not allowed; allowed: values within the signal's width"),
+        ([1000], [0], [2], "values: 2 is not valid; use values within the signal's width"),
         ([1000], [1], [8], "values: 8"),
         ([1000], [1], [-1], "values: -1"),
         ([1000], [1], [2**63], "values: 9223372036854775808"),
@@ -195,7 +195,7 @@ def test_times_before_those_written():
         writer.write([60], [0], [1])
         with pytest.raises(ArgumentError, match="not before 60 ps"):
             writer.write([59], [0], [0])
-        with pytest.raises(ArgumentError, match=r"end_ps: 59 ps is not allowed; .*last change at 60 ps"):
+        with pytest.raises(ArgumentError, match=r"end_ps: 59 ps is not valid; .*last change at 60 ps"):
             writer.finish(59)
 
 
