@@ -7,7 +7,7 @@ import typer
 
 from rtec.cli import main
 from rtec.cli._help import examples_of
-from rtec.cli._verbs import application, option_behind
+from rtec.cli._verbs import application
 
 GROUP = typer.main.get_command(application())
 
@@ -54,7 +54,8 @@ def test_three_examples_that_the_parser_takes(words, command):
                 listed = (parameter.metavar or "").split("|")
                 if len(listed) > 1 and values[parameter.name] is not None and all(map(str.islower, listed)):
                     value = values[parameter.name]
-                    assert set(value if isinstance(value, list | tuple) else [value]) <= set(listed)
+                    given = [getattr(each, "value", each) for each in (value if isinstance(value, list) else [value])]
+                    assert all(each in listed for each in given if isinstance(each, str))
         assert not words or getattr(command, "commands", {}) or command in called
 
 
@@ -100,7 +101,6 @@ def test_a_message_names_the_option_and_lists_what_is_allowed_once(capsys, words
 
 
 def test_an_option_of_another_verb_is_not_named():
-    effects = GROUP.commands["effects"]
-    assert option_behind("design", effects) == "design"
-    assert option_behind("design_hz", GROUP.commands["tables"]) == "--design"
-    assert option_behind("design_of_mine", GROUP.commands["tables"]) == "design_of_mine"
+    assert GROUP.commands["effects"].option_behind("design") == "design"
+    assert GROUP.commands["simulate"].option_behind("glitch_ps") == "--glitch-width"
+    assert GROUP.commands["simulate"].option_behind("glitch_mm") == "glitch_mm"

@@ -87,9 +87,7 @@ def test_actual_observed_without_target_goes_over_time(load):
 
 
 def test_nothing_or_too_much_to_explain(load):
-    with pytest.raises(
-        FileFormatError, match=r"several other quantities; use --observe force or --observe curr"
-    ):
+    with pytest.raises(FileFormatError, match=r"several other quantities; use --observe force or --observe curr"):
         load("actual_mm,force_n,current_a\n1,2,3\n2,3,4\n3,4,5\n")
     with pytest.raises(FileFormatError, match=r"no deviation.*'target_mm, pulse_v'; use target with actual"):
         load("target_mm,pulse_v\n1,2\n2,3\n3,4\n")
@@ -97,9 +95,7 @@ def test_nothing_or_too_much_to_explain(load):
         load("time_s,actual_mm\n1,2\n2,3\n3,4\n")
     with pytest.raises(FileFormatError, match=r"nothing to explain in the columns 'target_mm'"):
         load("target_mm\n1\n2\n3\n", observe="force")
-    with pytest.raises(
-        ArgumentError, match=r"--observe: 'currents' is not valid; use .*did you mean 'current'"
-    ):
+    with pytest.raises(ArgumentError, match=r"--observe: 'currents' is not valid; use .*did you mean 'current'"):
         load("target_mm,actual_mm,current_a\n1,2,3\n2,3,4\n3,4,5\n", observe="currents")
     for word in ("target", "run", "time", "pulse_v", "x" * 1000, "\n"):
         with pytest.raises(ArgumentError, match=r"--observe.*allowed: deviation, actual") as caught:
