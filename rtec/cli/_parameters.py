@@ -7,6 +7,7 @@ the name of the option whose parameter has the name that the face knows (`Verb`)
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -77,8 +78,10 @@ def option(
 
 def _saying_it(read: Callable[[str], Any]) -> Callable[[Any], Any]:
     def parsed(text: Any) -> Any:
+        if not isinstance(text, str) or "_RTEC_COMPLETE" in os.environ:  # completion looks at no value
+            return text
         try:
-            return read(text) if isinstance(text, str) else text
+            return read(text)
         except RtecError as error:
             raise RtecError(str(error)) from error  # typer words a ValueError anew
 

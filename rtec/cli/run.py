@@ -119,6 +119,7 @@ def _show(result: StudyResult) -> None:
 
 def _write_builtin(file: Path) -> None:
     """Write the built-in study to a file of the user's."""
+    from rtec.io import write_text
     from rtec.study import builtin_text
 
     write_text(file, builtin_text())

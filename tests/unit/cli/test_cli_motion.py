@@ -67,16 +67,16 @@ def test_plain_gates_fail_where_held_edges_do_not(capsys):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--motion", "revresal", "--cycles", "9"], "--motion: 'revresal' is not valid; use steady, ramp"),
+        (["--motion", "revresal", "--cycles", "9"], "--motion: 'revresal' is not a motion; use steady, ramp"),
         (["--motion", "revresal", "--cycles", "9"], "did you mean 'reversal'?"),
         (["--motion", "gone.nc"], "gone.nc: cannot be read (No such file or directory)"),
         (["--motion", "ramp"], "--cycles is missing"),
-        (["--cycles", "9", "--acceleration", "2 MHz/s"], "--acceleration: 2 MHz/s is not valid; use nothing"),
+        (["--cycles", "9", "--acceleration", "2 MHz/s"], "--acceleration: 2e+06 Hz/s does not go with --motion steady"),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "100"], "--acceleration: '100' is not valid"),
-        (["--motion", "ramp", "--cycles", "9", "--acceleration", "0 Hz/s"], "--acceleration: 0.0 is not valid"),
+        (["--motion", "ramp", "--cycles", "9", "--acceleration", "0 Hz/s"], "--acceleration: 0 Hz/s is too small"),
         (["--motion", "reversal", "--cycles", "9"], "--cycles: 9 is not valid; use at least 40"),
         (["--motion", "dither", "--cycles", "300000"], "--cycles: 300000 is not valid; use at most 250000"),
-        (["--motion", "ramp", "--cycles", "0"], "--cycles: 0 is not valid"),
+        (["--motion", "ramp", "--cycles", "0"], "--cycles: 0 is too small"),
     ],
 )
 def test_what_is_refused(capsys, words, says):
@@ -107,7 +107,7 @@ def test_a_programme_that_cannot_be_run_is_refused(capsys, tmp_path, text, says)
 
 def test_a_programme_has_its_own_length(capsys, part):
     assert main(simulate("--motion", part, "--cycles", "9")) == 2
-    assert "--cycles: 9 is not valid; use nothing with a G-code file" in capsys.readouterr().err
+    assert "--cycles: 9 does not go with a G-code file; use one of the two" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("latch", "passed"), [("hold", True), ("merge", False)])
@@ -128,8 +128,8 @@ def test_check_runs_a_programme(capsys, part):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--motion", "up"], "--motion: 'up' is not valid; use steady"),
-        (["--motion", "ramp", "--stream", "00 1us:+ 3us:end"], "nothing with --stream"),
+        (["--motion", "up"], "--motion: 'up' is not a motion; use steady"),
+        (["--motion", "ramp", "--stream", "00 1us:+ 3us:end"], "does not go with --stream"),
         (["--motion", "gone.nc"], "gone.nc: cannot be read"),
     ],
 )
