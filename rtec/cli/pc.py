@@ -194,7 +194,7 @@ def _predictors(
     known: Predictor
     if table is not None and table.suffix.lower() != ".csv":
         if table_unit is None:
-            raise needs("--table", table, "--table-unit mm or --table-unit inch", "or give a table in a .csv")
+            raise needs("--table", table, "--table-unit mm or --table-unit inch", "a .csv says its units itself")
         known = read_linuxcnc_table(table, unit=LengthUnit.MM if table_unit == "mm" else LengthUnit.INCH)
     elif table is not None:
         known = read_table(table)

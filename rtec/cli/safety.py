@@ -126,7 +126,7 @@ def _soak_plan(soak_ps: int, seed: int) -> SoakPlan:
     try:
         return SoakPlan(hours=soak_ps / _PS_PER_H, seed=seed)
     except ArgumentError as error:
-        raise error.of("--soak") from error
+        raise ArgumentError("--soak", f"{soak_ps / PS_PER_S:g} s", "a time from 4 s to 100000 h") from error
 
 
 def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from rtec._jit import Record
 from rtec.checks import number_within, whole_within
-from rtec.errors import ArgumentError
 from rtec.requester import _pc_node_kernels as _codes
 from rtec.units import PS_PER_MS
 
@@ -142,9 +141,8 @@ class SupervisionLimits:
         number_within("most_mm_s", self.most_mm_s, 1e-3, 1e5, unit="mm/s")
         number_within("speed", self.speed, 0.1, 100.0)
         whole_within("gap_ps", self.gap_ps, 0, self.cycle_ps // 2, unit="ps (at most half a cycle)")
-        if not 3 * self.cycle_ps <= self.watchdog_ps <= 6 * self.cycle_ps:
-            allowed = f"three to six cycles, {3 * self.cycle_ps} to {6 * self.cycle_ps} ps"
-            raise ArgumentError("watchdog_ps", self.watchdog_ps, allowed)
+        cycle_ps = self.cycle_ps
+        whole_within("watchdog_ps", self.watchdog_ps, 3 * cycle_ps, 6 * cycle_ps, unit="ps (three to six cycles)")
 
     @property
     def bus_cycle_ps(self) -> int:

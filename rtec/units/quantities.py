@@ -161,7 +161,8 @@ def _number_and_factor(text: str, target: str, name: str, allowed: str) -> tuple
         raise ArgumentError(name, repr(text[:60]), allowed, hint)
     if match["unit"] is None:
         units = ", ".join(COMMON.get(target, (target,)))
-        raise ArgumentError(name, repr(text[:60]), allowed, f"write the unit behind the number: {units}")
+        hint = f"write the unit behind the number: {units}"
+        raise ArgumentError(name, repr(text[:60]), allowed, hint, problem="has no unit")
     unit = match["unit"].strip()
     suggested = suggested_unit(unit, target)
     factor = factor_between(unit, target)

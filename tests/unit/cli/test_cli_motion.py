@@ -71,7 +71,10 @@ def test_plain_gates_fail_where_held_edges_do_not(capsys):
         (["--motion", "revresal", "--cycles", "9"], "did you mean 'reversal'?"),
         (["--motion", "gone.nc"], "gone.nc: cannot be read (No such file or directory)"),
         (["--motion", "ramp"], "--cycles is missing"),
-        (["--cycles", "9", "--acceleration", "2 MHz/s"], "--acceleration: 2e+06 Hz/s does not go with --motion steady"),
+        (
+            ["--cycles", "9", "--acceleration", "2 MHz/s"],
+            "--acceleration: 2e+06 Hz/s does not go with --motion steady",
+        ),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "100"], "--acceleration: '100' is not valid"),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "0 Hz/s"], "--acceleration: 0 Hz/s is too small"),
         (["--motion", "reversal", "--cycles", "9"], "--cycles: 9 is not valid; use at least 40"),
