@@ -17,6 +17,7 @@ from rtec.io import check_folder
 
 if TYPE_CHECKING:
     from rtec.metrology import ColumnChoices, Coordinate, JudgedTest, PositioningTest, UncertaintyInputs
+    from rtec.report.iso230.sheet import Sheet
 
 _KNOWN = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
 
@@ -76,7 +77,8 @@ def iso230(
     Example: rtec iso230 z_axis.csv --period "0.25 inch"
     Example: rtec iso230 messung.csv --map "Soll=target_mm" --json
     """
-    from rtec.metrology.judged_test import document_of_tests
+    from rtec.report.iso230.sheet import sheet_of
+    from rtec.report.iso230.terminal import show
 
     options = {
         "device_uncertainty": device_uncertainty,
@@ -92,18 +94,18 @@ def iso230(
     names = names_of(data)
     tests = [_judged(path, name, period, given, choices) for path, name in zip(data, names, strict=True)]
     _check_alike(tests)
-    document = document_of_tests(tests, unit)
+    of_tests = sheet_of(tests, unit)
     if strict:
         _refuse_warnings(tests)
     written = {}
     if output is not None:
         check_folder("-o", output, force=force)  # somebody may have written there in the meantime
-        written["report"] = str(_report(tests, unit, output))
+        written["report"] = str(_report(of_tests, output))
     if json:
-        print_json({**document, **written})
+        print_json({**of_tests.document, **written})
         return
     _say(tests, "warning", with_unused=True)
-    _show(tests, document.get("files", [document]))
+    show(of_tests)
     if written:
         page = Path(written["report"])
         typer.echo(f"Report: {page}; to print: {page.with_suffix('.pdf')}")
@@ -157,12 +159,12 @@ def _kind(test: JudgedTest) -> str:
     return {"mm": "linear", "deg": "rotary"}[test.figures.coordinate.value]
 
 
-def _report(tests: Sequence[JudgedTest], unit: str | None, output: Path) -> Path:
+def _report(of_tests: Sheet, output: Path) -> Path:
     from rtec.io import report_folder
-    from rtec.report.iso230 import write_positioning
+    from rtec.report.iso230.folder import write_positioning
 
     with report_folder(output, "iso230") as folder:
-        return write_positioning(tests, unit, folder)
+        return write_positioning(of_tests, folder)
 
 
 def _refuse_warnings(tests: Sequence[JudgedTest]) -> None:
@@ -184,37 +186,3 @@ def _say(tests: Sequence[JudgedTest], what: str, *, with_unused: bool) -> None:
         where = f"{test.name}: " if len(tests) > 1 else ""
         for text in (*test.warnings, *unused):
             typer.echo(f"{what}: {where}{text}", err=True)
-
-
-def _show(tests: Sequence[JudgedTest], documents: Sequence[Mapping[str, Any]]) -> None:
-    """Print the figures as a table on stdout, and what their uncertainty contains."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    from rtec.metrology.figure_table import figure_table
-
-    unit = documents[0]["unit"]
-    listed = figure_table(tests, unit)
-    sizes = [f"{document['targets']} targets, {document['runs']} runs" for document in documents]
-    title = f"{tests[0].name}: {sizes[0]}, in {unit}" if len(tests) == 1 else f"in {unit}"
-    table = Table(title=escape(title))
-    for heading in ("figure", ""):
-        table.add_column(heading)
-    for heading in listed.headings if len(tests) == 1 else map("\n".join, zip(listed.headings, sizes, strict=True)):
-        table.add_column(escape(heading), justify="right", no_wrap=True)
-    for group in listed.groups:
-        table.add_row(group.title, style="italic")
-        for row in group.rows:
-            table.add_row(row.words, row.symbol, *row.cells)
-        table.add_section()
-    console = Console(highlight=False)
-    console.print(table)
-    said: dict[str, list[str]] = {}
-    for test, document in zip(tests, documents, strict=True):
-        note = [f"cyclic error: {document['cyclic_note']}"] if document["cyclic_pp"] is None else []
-        for sentence in (*note, *test.uncertainty.statement(unit, test.figures.unit_of(unit)[1])):
-            said.setdefault(sentence, []).append(test.name)
-    for sentence, names in said.items():
-        where = "" if len(names) == len(tests) else f"{', '.join(names)}: "
-        console.print(f"{where}{sentence}", markup=False, soft_wrap=True)

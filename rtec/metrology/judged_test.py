@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,16 +62,3 @@ class JudgedTest:
             "unknown_columns": list(self.unknown),
             "notes": list(self.notes),
         }
-
-
-def document_of_tests(tests: Sequence[JudgedTest], unit: str | None = None) -> dict[str, Any]:
-    """Return the document of one test, or several as ``files``, each with its ``name``.
-
-    Raises
-    ------
-    ArgumentError
-        A unit that an axis does not have.
-    """
-    if len(tests) == 1:
-        return tests[0].to_dict(unit)
-    return {"files": [{"name": test.name, **test.to_dict(unit)} for test in tests]}

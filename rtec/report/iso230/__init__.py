@@ -1,5 +1,1 @@
 """A positioning test as metrologists know it: the plot of ISO 230-2, its tables, a page and a PDF."""
-
-from rtec.report.iso230.folder import write_positioning
-
-__all__ = ["write_positioning"]

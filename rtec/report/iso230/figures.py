@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtec.metrology import JudgedTest, TargetFigures
-from rtec.metrology.figure_table import DIRECTIONS, number_text
+from rtec.metrology import TargetFigures
 from rtec.metrology.readings import Floats
-from rtec.report.appearance import printable
 from rtec.report.figures_positioning import share_scales
 from rtec.report.figures_style import legend_above
+from rtec.report.iso230.figure_table import DIRECTIONS, number_text
+from rtec.report.iso230.sheet import SheetOfTest
 from rtec.report.iso230.units import SheetUnits
 from rtec.report.palette import CENTRE_LINE, FORWARD, GUIDE, INK, LEADER, PAPER, REVERSE, REVERSE_LINE
 
@@ -43,7 +43,7 @@ def drawable(text: str) -> str:
     return "".join(sign if ord(sign) <= _LAST_LETTER or sign in _SIGNS else "?" for sign in text)
 
 
-def draw_tests(figure: Figure | SubFigure, tests: Sequence[JudgedTest], units: SheetUnits, decimals: int) -> None:
+def draw_tests(figure: Figure | SubFigure, tests: Sequence[SheetOfTest], units: SheetUnits, decimals: int) -> None:
     """Draw a panel for each test, one below the other over the same targets.
 
     Parameters
@@ -61,9 +61,9 @@ def draw_tests(figure: Figure | SubFigure, tests: Sequence[JudgedTest], units: S
     for index, test in enumerate(tests):
         axes = figure.add_subplot(len(tests), 1, index + 1, sharex=panels[0] if panels else None)
         panels.append(axes)
-        _means(axes, test.figures.at_targets, units)
+        _means(axes, test.judged.figures.at_targets, units)
         axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-        axes.set_title(drawable(printable(test.name)), fontweight="bold", parse_math=False)
+        axes.set_title(drawable(test.name), fontweight="bold", parse_math=False)
         axes.set_ylabel(f"deviation ({units.symbol})")
         axes.tick_params(labelbottom=index == len(tests) - 1)
         axes.margins(x=_ROOM, y=0.12)
@@ -102,9 +102,9 @@ def _of_way(at: TargetFigures, way: str) -> tuple[Floats, Floats]:
     return at.mean_backward, 2.0 * at.spread_backward
 
 
-def _dimensions(axes: Axes, test: JudgedTest, units: SheetUnits, decimals: int) -> None:
+def _dimensions(axes: Axes, test: SheetOfTest, units: SheetUnits, decimals: int) -> None:
     """Draw A, E and M beside the panel, B and R at their targets; of one direction where there is only one."""
-    at, document = test.figures.at_targets, test.to_dict(units.name)
+    at, document = test.judged.figures.at_targets, test.document
     end = next((end for end in DIRECTIONS if document[f"E{end}"] is not None), None)
     if end is None:
         return

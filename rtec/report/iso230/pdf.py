@@ -7,10 +7,9 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from rtec.metrology import JudgedTest
 from rtec.report.figures_style import figure_style
 from rtec.report.iso230.figures import draw_tests, drawable
-from rtec.report.iso230.sheet import Sheet
+from rtec.report.iso230.sheet import Sheet, SheetOfTest
 from rtec.report.palette import GUIDE, INK
 
 if TYPE_CHECKING:
@@ -30,34 +29,32 @@ _WORDS, _WIDEST = 0.34, 0.13
 """Where the numbers of a table of figures begin, and how wide its columns are at most, as shares of the page."""
 
 
-def sheet_pdf(tests: Sequence[JudgedTest], sheet: Sheet) -> bytes:
+def sheet_pdf(sheet: Sheet) -> bytes:
     """Return the PDF; the same tests give the same bytes.
 
     Parameters
     ----------
-    tests
-        To be drawn.
     sheet
-        What is said of them.
+        What is drawn and said of them.
     """
     from matplotlib.backends.backend_pdf import PdfPages  # noqa: PLC0415 - half a second, needed only for a report
 
     made = io.BytesIO()
     metadata = {"Title": sheet.title, "Creator": "rtec", "Producer": None, "CreationDate": None}
     with figure_style(), PdfPages(made, metadata=metadata) as file:
-        for page in sheet_pages(tests, sheet):
+        for page in sheet_pages(sheet):
             file.savefig(page)
     return made.getvalue()
 
 
-def sheet_pages(tests: Sequence[JudgedTest], sheet: Sheet) -> list[Figure]:
+def sheet_pages(sheet: Sheet) -> list[Figure]:
     """Draw the pages; to be called in the style of figures."""
     pages = _Pages()
-    for first in range(0, len(tests), _PANELS):
+    for first in range(0, len(sheet.tests), _PANELS):
         pages.new()
         if first == 0:
             pages.title(sheet.title, sheet.finding)
-        pages.plot(tests[first : first + _PANELS], sheet)
+        pages.plot(sheet.tests[first : first + _PANELS], sheet)
     table = sheet.table
     pages.heading(f"Figures, in {sheet.units.symbol}", room=28)
     rows = []
@@ -116,7 +113,7 @@ class _Pages:
         self.y -= _HEAD
         self.paragraph(finding)
 
-    def plot(self, tests: Sequence[JudgedTest], sheet: Sheet) -> None:
+    def plot(self, tests: Sequence[SheetOfTest], sheet: Sheet) -> None:
         """Draw panels below what stands on the page."""
         share = _PLOT[len(tests)]
         above = 1.0 - self.y + _LINE

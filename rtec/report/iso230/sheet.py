@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rtec.metrology import JudgedTest
-from rtec.metrology.figure_table import (
+from rtec.report.appearance import joined, printable
+from rtec.report.iso230.figure_table import (
     ISO_FIGURES,
     READING_FIGURES,
     VDI_FIGURES,
@@ -14,7 +16,6 @@ from rtec.metrology.figure_table import (
     figure_table,
     number_text,
 )
-from rtec.report.appearance import joined, printable
 from rtec.report.iso230.units import SheetUnits, units_of
 
 _TARGET_COLUMNS = (
@@ -32,14 +33,16 @@ _TARGET_COLUMNS = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SheetOfTest:
     """What is shown of one test.
 
     Parameters
     ----------
+    judged, document
+        The test, and all its figures in the unit of the sheet, under the contract's names.
     name
-        Of the file.
+        Of the file, for people.
     facts
         What it is: targets, runs, and what the file says of it.
     warnings, uncertainty
@@ -48,6 +51,8 @@ class SheetOfTest:
         A row of texts for each target, under ``Sheet.target_headings``.
     """
 
+    judged: JudgedTest
+    document: dict[str, Any]
     name: str
     facts: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
@@ -55,7 +60,7 @@ class SheetOfTest:
     targets: tuple[tuple[str, ...], ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sheet:
     """One test, or several beside each other.
 
@@ -85,6 +90,13 @@ class Sheet:
     definitions: tuple[tuple[str, str], ...]
 
     @property
+    def document(self) -> dict[str, Any]:
+        """What programs get: the document of the test, or those of several as ``files``, each with its ``name``."""
+        if len(self.tests) == 1:
+            return self.tests[0].document
+        return {"files": [{"name": test.judged.name, **test.document} for test in self.tests]}
+
+    @property
     def statements(self) -> list[tuple[str, tuple[str, ...]]]:
         """What is said of the uncertainty, with the names of the tests of which it is said."""
         said: dict[tuple[str, ...], list[str]] = {}
@@ -101,23 +113,24 @@ def sheet_of(tests: Sequence[JudgedTest], unit: str | None) -> Sheet:
     ArgumentError
         A unit that the axis does not have.
     """
-    units, table = units_of(tests[0], unit), figure_table(tests, unit)
+    units = units_of(tests[0], unit)
+    documents = [test.to_dict(units.name) for test in tests]
     names = [printable(test.name) for test in tests]
+    table = figure_table(names, documents)
     return Sheet(
         title=f"Positioning test: {joined(names)}",
-        finding=_finding(tests, units, table.decimals),
+        finding=_finding(documents, units, table.decimals),
         caption=_caption(tests),
         units=units,
         table=table,
         target_headings=("target", *(heading for _, heading in _TARGET_COLUMNS)),
-        tests=tuple(_test_sheet(test, units, table.decimals) for test in tests),
+        tests=tuple(_test_sheet(*one, units, table.decimals) for one in zip(tests, documents, strict=True)),
         definitions=_definitions(),
     )
 
 
-def _finding(tests: Sequence[JudgedTest], units: SheetUnits, decimals: int) -> str:
+def _finding(documents: Sequence[dict[str, Any]], units: SheetUnits, decimals: int) -> str:
     """Return the main figures in a sentence, the tests in turn."""
-    documents = [test.to_dict(units.name) for test in tests]
     said = []
     for key in ("A", "R", "E", "B", "M", "A_forward", "A_backward", "E_forward", "E_backward"):
         values = [document[key] for document in documents]
@@ -138,8 +151,7 @@ def _caption(tests: Sequence[JudgedTest]) -> str:
     return text + (" Panels whose ranges differ much have scales of their own." if len(tests) > 1 else "")
 
 
-def _test_sheet(test: JudgedTest, units: SheetUnits, decimals: int) -> SheetOfTest:
-    document = test.to_dict(units.name)
+def _test_sheet(test: JudgedTest, document: dict[str, Any], units: SheetUnits, decimals: int) -> SheetOfTest:
     at = test.figures.at_targets.target * units.position_factor
     facts = [
         ("targets", f"{at.size}, from {at.min():.9g} to {at.max():.9g} {units.position_symbol}"),
@@ -151,6 +163,8 @@ def _test_sheet(test: JudgedTest, units: SheetUnits, decimals: int) -> SheetOfTe
         cells = [str(row[key]) if key[:2] == "n_" else number_text(row[key], decimals) for key, _ in _TARGET_COLUMNS]
         rows.append((f"{place:.9g}", *cells))
     return SheetOfTest(
+        judged=test,
+        document=document,
         name=printable(test.name),
         facts=tuple((printable(key), printable(text)) for key, text in facts),
         warnings=tuple(printable(text) for text in test.warnings),

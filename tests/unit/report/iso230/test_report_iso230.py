@@ -19,14 +19,11 @@ from rtec.metrology import (
     positioning_uncertainty,
     vdi_figures,
 )
-from rtec.metrology.figure_table import figure_table
-from rtec.metrology.judged_test import document_of_tests
 from rtec.report.figures_style import figure_style, new_figure
-from rtec.report.iso230 import write_positioning
 from rtec.report.iso230.figures import draw_tests
+from rtec.report.iso230.folder import write_positioning
 from rtec.report.iso230.pdf import sheet_pages
 from rtec.report.iso230.sheet import sheet_of
-from rtec.report.iso230.units import units_of
 
 HOSTILE = "<script>alert('x')</script> & $\\frac{ 軸"
 PLACES = np.array([0.0, 80.0, 170.0, 300.0, 410.0, 550.0])
@@ -59,7 +56,8 @@ def drawn(*tests, unit=None):
     """Return the panels of the plot."""
     with figure_style():
         figure = new_figure(4.0)
-        draw_tests(figure, tests, units_of(tests[0], unit), figure_table(tests, unit).decimals)
+        sheet = sheet_of(tests, unit)
+        draw_tests(figure, sheet.tests, sheet.units, sheet.table.decimals)
     return figure.axes
 
 
@@ -79,7 +77,7 @@ def test_dimension_arrows_are_as_long_as_the_figures(unit):
     (axes,) = drawn(test, unit=unit)
     document = test.to_dict(unit)
     assert dimensions(axes) == pytest.approx(sorted(document[key] for key in "AEMRB"), rel=1e-9)
-    digits = figure_table([test], unit).decimals
+    digits = sheet_of([test], unit).table.decimals
     beside = {f"{key}\n{document[key]:.{digits}f}" for key in "AEM"}
     assert set(words(axes)) == beside | {f"{key} {document[key]:.{digits}f}" for key in "RB"}
 
@@ -123,11 +121,13 @@ def page_of(folder):
 
 def test_folder_holds_page_pdf_plot_and_numbers(tmp_path):
     tests = judged("before.csv"), judged("after.csv", size_mm=0.002, warnings=["line 7: odd"])
-    assert write_positioning(tests, None, tmp_path) == tmp_path / "report.html"
+    assert write_positioning(sheet_of(tests, None), tmp_path) == tmp_path / "report.html"
     files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     figures = {"figures/positioning.svg", "figures/positioning.png"}
     assert files == {"report.html", "report.pdf", "result.json", *figures}
-    assert json.loads((tmp_path / "result.json").read_text()) == document_of_tests(tests)
+    assert json.loads((tmp_path / "result.json").read_text()) == {
+        "files": [{"name": test.name} | test.to_dict() for test in tests]
+    }
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")
     page, text = page_of(tmp_path)
     said = " ".join("".join(page.itertext()).split())
@@ -139,13 +139,13 @@ def test_folder_holds_page_pdf_plot_and_numbers(tmp_path):
 def test_same_tests_give_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        write_positioning([judged()], None, tmp_path / name)
+        write_positioning(sheet_of([judged()], None), tmp_path / name)
     for file in ("report.html", "report.pdf"):
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
 
 
 def test_numbers_of_the_page_have_equal_decimals(tmp_path):
-    write_positioning([judged()], None, tmp_path)
+    write_positioning(sheet_of([judged()], None), tmp_path)
     page, _ = page_of(tmp_path)
     place = "{http://www.w3.org/1999/xhtml}"
     table = page.find(f".//{place}section[@id='figures']//{place}table")
@@ -155,7 +155,7 @@ def test_numbers_of_the_page_have_equal_decimals(tmp_path):
 
 
 def test_names_and_facts_from_outside_are_only_text(tmp_path):
-    write_positioning([judged(HOSTILE, warnings=[HOSTILE])], None, tmp_path)
+    write_positioning(sheet_of([judged(HOSTILE, warnings=[HOSTILE])], None), tmp_path)
     page, text = page_of(tmp_path)
     assert "<script" not in text
     assert "<script>alert('x')</script>" in "".join(page.itertext())
@@ -163,19 +163,19 @@ def test_names_and_facts_from_outside_are_only_text(tmp_path):
 
 def test_uncertainty_stands_in_table_and_sentence(tmp_path):
     test = judged(inputs=UncertaintyInputs(device_uncertainty=1e-6, eve=0.001))
-    write_positioning([test], None, tmp_path)
+    write_positioning(sheet_of([test], None), tmp_path)
     page, _ = page_of(tmp_path)
     said = " ".join("".join(page.itertext()).split())
     u = test.to_dict()["uncertainty"]
     assert f"U(A) {u['U_A']:.2g} µm" in said
     assert "device 0.55 µm" in said  # 1 um/m on 550 mm
     assert "Not included, because not stated: alignment (misalignment)" in said
-    row = next(row for row in figure_table([test]).groups[0].rows if row.symbol == "B")
+    row = next(row for row in sheet_of([test], None).table.groups[0].rows if row.symbol == "B")
     assert row.cells[-1] == f"{u['U_B']:.1f}"
 
 
 def test_tests_beside_each_other_have_a_column_each():
-    table = figure_table([judged("a"), judged("b", ways=(1,))])
+    table = sheet_of([judged("a"), judged("b", ways=(1,))], None).table
     assert table.headings == ("a", "b")
     rows = {row.symbol: row for group in table.groups for row in group.rows}
     assert rows["A"].cells[1] == "" != rows["A"].cells[0]
@@ -190,7 +190,7 @@ def text_of(pages):
 def test_pages_of_the_pdf_hold_everything():
     tests = [judged(f"axis {number}", warnings=["odd"]) for number in range(1, 6)]
     with figure_style():
-        pages = sheet_pages(tests, sheet_of(tests, None))
+        pages = sheet_pages(sheet_of(tests, None))
         texts = text_of(pages)
         for page in pages:
             page.draw_without_rendering()
@@ -222,17 +222,17 @@ def test_tables_go_on_over_pages():
         uncertainty=positioning_uncertainty(figures, UncertaintyInputs()),
     )  # fmt: skip
     with figure_style():
-        texts = text_of(sheet_pages([long], sheet_of([long], None)))
+        texts = text_of(sheet_pages(sheet_of([long], None)))
     assert [text for text in texts if text in ("0", "149")] == ["0", "149"]
     assert texts.count("mean ↑") >= 3  # the headings again on each page
 
 
 def test_unit_of_another_kind_of_axis_is_refused(tmp_path):
     with pytest.raises(ArgumentError, match="arcsec, deg, urad"):
-        write_positioning([judged(rotary=True)], "um", tmp_path)
+        write_positioning(sheet_of([judged(rotary=True)], "um"), tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_folder_that_is_not_there_is_an_error(tmp_path):
     with pytest.raises(OutputError):
-        write_positioning([judged()], None, tmp_path / "nowhere")
+        write_positioning(sheet_of([judged()], None), tmp_path / "nowhere")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rtec.metrology.judged_test import JudgedTest
 from rtec.readable import MISSING
 
 
@@ -175,33 +174,30 @@ class FigureTable:
     decimals: int
 
 
-def figure_table(tests: Sequence[JudgedTest], unit: str | None = None) -> FigureTable:
+def figure_table(names: Sequence[str], documents: Sequence[Mapping[str, Any]]) -> FigureTable:
     """Return the figures of tests of one kind of axis as a table.
 
     Parameters
     ----------
-    tests
-        One or more.
-    unit
-        As of `PositioningFigures.to_dict`.
+    names, documents
+        Of one test or more: `JudgedTest.to_dict`, all in one unit.
     """
-    documents = [_flat(test.to_dict(unit)) for test in tests]
-    name = tests[0].figures.unit_of(unit)[0]
-    digits = decimals(name, (document.get(key) for document in documents for key in ("A", "R", "E", "M", "B")))
-    several, sure = len(tests) > 1, any(test.uncertainty.contributions for test in tests)
-    headings = (
-        tuple(test.name for test in tests) if several else ("both", "forward", "backward", *["U, k = 2"][:sure])
+    flat = [_flat(document) for document in documents]
+    digits = decimals(
+        documents[0]["unit"], (document.get(key) for document in flat for key in ("A", "R", "E", "M", "B"))
     )
+    several, sure = len(names) > 1, any(document["uncertainty"]["contributions"] for document in documents)
+    headings = tuple(names) if several else ("both", "forward", "backward", *["U, k = 2"][:sure])
     groups = []
     for title, listed in _GROUPS:
         rows = []
         for figure in listed:
             keys = {f"{figure.symbol}{arrow}": f"{figure.key}{end}" for end, arrow in DIRECTIONS.items()}
             if several:
-                rows += [_row(figure, symbol, [(d, key) for d in documents], digits) for symbol, key in keys.items()]
+                rows += [_row(figure, symbol, [(d, key) for d in flat], digits) for symbol, key in keys.items()]
             else:
                 keys |= {"U": f"U_{figure.key}"} if sure else {}
-                rows.append(_row(figure, figure.symbol, [(documents[0], key) for key in keys.values()], digits))
+                rows.append(_row(figure, figure.symbol, [(flat[0], key) for key in keys.values()], digits))
         known = _named_once([row for row in rows if row.cells.count("") < len(row.cells)])
         groups += [FigureGroup(title=title, rows=known)] if known else []
     return FigureTable(headings=headings, groups=tuple(groups), decimals=digits)
@@ -215,7 +211,7 @@ def _named_once(rows: Sequence[FigureRow]) -> tuple[FigureRow, ...]:
     )
 
 
-def _flat(document: dict[str, Any]) -> dict[str, Any]:
+def _flat(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the document with the figures of VDI/DGQ 3441 and the uncertainties beside those of ISO 230-2."""
     return {**document, **(document["vdi3441"] or {}), **document["uncertainty"]}
 
