@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from rtec.report.appearance import joined, number, printable
-from rtec.report.diagnosis import chapters, diagnosis_figures, verdict_sentence
-from rtec.report.diagnosis.page import TONES
-from rtec.report.diagnosis.quantities import Shown, probability, shown_of
-from rtec.report.diagnosis.sentence import floor_words, spoken
+from rtec.report.diagnosis import chapters, diagnosis_figures
+from rtec.report.diagnosis.quantities import Shown, shown_of
+from rtec.report.diagnosis.sentence import spoken
 from rtec.report.figures_rounds import rounds_figure
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
@@ -46,27 +45,16 @@ def search_figures(learned: Learned) -> list[Illustration]:
 class Search:
     """Everything that the page says of the search."""
 
-    tone: str
-    verdict: str
-    sentence: str
-    unit: str
+    found: chapters.SearchText
     facts: list[tuple[str, str]]
     notes: list[str]
-    steps: list[tuple[chapters.StepRow, str]]
-    """Each with its RMS against the true error."""
-    floor: str
+    scores: list[str]
+    """RMS of each step against the true error."""
     score: str
     aliases: str
     rounds: list[tuple[str, list[str]]]
     """What is compared, and its value in each round; nothing of a single round."""
     gained: str
-    effects: list[chapters.FoundEffect]
-    candidates: list[chapters.CandidateRow]
-    unknown: str
-    lack_of_fit: list[tuple[str, str]]
-    not_testable: list[tuple[str, str, str]]
-    detectable: list[tuple[str, str]]
-    experiment: str
     belief: str
 
 
@@ -75,29 +63,17 @@ def search_of(result: StudyResult) -> Search | None:
     learned = result.learned
     if learned is None:
         return None
-    d, shown = learned.diagnosis, shown_of(learned.diagnosis.dataset.units)
-    floor = floor_words(d.noise, shown)
-    scores = [shown.text(score.rms_mm) for score in learned.scores]
+    shown = shown_of(learned.diagnosis.dataset.units)
+    found = chapters.search_text(learned.diagnosis, shown)
     return Search(
-        tone=TONES[d.verdict],
-        verdict=d.verdict.value,
-        sentence=verdict_sentence(d),
-        unit=shown.symbol,
-        facts=[("Program", _program(learned)), *chapters.facts(d.dataset, d.noise, d.heldout, d.heldout_by)],
-        notes=[printable(note) for note in dict.fromkeys((*d.dataset.notes, *d.notes))],
-        steps=list(zip(chapters.step_rows(d, shown), scores, strict=True)),
-        floor=floor[:1].upper() + floor[1:],
+        found=found,
+        facts=[("Program", _program(learned)), *found.facts],
+        notes=[*dict.fromkeys((*found.notes, *found.search_notes))],
+        scores=[shown.text(score.rms_mm) for score in learned.scores],
         score=score_words(learned, shown),
         aliases=alias_words(result),
         rounds=round_rows(learned, shown),
         gained=rounds_sentence(learned),
-        effects=chapters.found_effects(d.model, d.candidates),
-        candidates=chapters.candidate_rows(d, shown),
-        unknown="" if d.unknown is None else printable(d.unknown.description),
-        lack_of_fit=chapters.pairs_text(d.lack_of_fit, probability),
-        not_testable=chapters.unmeasured(d),
-        detectable=chapters.pairs_text(d.minimum_detectable, shown.with_unit),
-        experiment=printable(d.experiment.text),
         belief=belief_words(result, learned, shown),
     )
 

@@ -8,8 +8,9 @@ from rich.text import Text
 
 from rtec.injector import Design
 from rtec.report.appearance import look_of, printable, scale_of
-from rtec.report.diagnosis.quantities import probability, shown_of
-from rtec.report.diagnosis.sentence import floor_words, heldout_words, spoken
+from rtec.report.diagnosis.chapters import step_rows
+from rtec.report.diagnosis.quantities import shown_of
+from rtec.report.diagnosis.sentence import floor_words, heldout_words
 from rtec.report.tables import COUNT_COLUMNS, LENGTH_COLUMNS, Mark, table_rows
 from rtec.study.results import Learned, StudyResult
 
@@ -82,13 +83,9 @@ def staircase_table(learned: Learned) -> Table:
     table.add_column(f"{shown.symbol} RMS; step", no_wrap=True)
     for head in ("training", "held out", "true error\nless model", "adjusted p"):
         table.add_column(head, justify="right", no_wrap=True)
-    steps = [("perfect axis", shown.text(d.rms_before), shown.text(d.rms_heldout_before), "")]
-    for step in d.steps:
-        name = f"{'+' if step.added else '−'} {spoken(step.effect)}"
-        figures = (shown.text(step.rms_train), shown.text(step.rms_heldout))
-        steps.append((name, *figures, probability(step.p_adjusted) if step.added else ""))
-    for (name, training, heldout, p), score in zip(steps, learned.scores, strict=True):
-        table.add_row(Text(name), training, heldout, shown.text(score.rms_mm), p)
+    for row, score in zip(step_rows(d, shown), learned.scores, strict=True):
+        name = row.label if table.rows else "perfect axis"
+        table.add_row(Text(name), row.train, row.heldout, shown.text(score.rms_mm), row.p)
     return table
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,12 +21,34 @@ from rtec.inference.likeness import (
     tied_groups,
 )
 from rtec.inference.model import Model
-from rtec.inference.results import Candidate, Diagnosis, NoiseFloor
+from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Verdict
 from rtec.readable import quantity_text
 from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis.quantities import Shown, named_texts, parameter_texts, probability, shown_for
-from rtec.report.diagnosis.sentence import heldout_words, spoken, term_words
+from rtec.report.diagnosis.sentence import (
+    floor_words,
+    heldout_words,
+    spoken,
+    stretch_mean,
+    stretch_words,
+    term_words,
+    verdict_sentence,
+)
 from rtec.units import symbol
+
+if TYPE_CHECKING:
+    from rtec.inference.compare import Comparison
+
+TONES = {
+    Verdict.NAMED: "good",
+    Verdict.LIKELY: "good",
+    Verdict.NONE: "good",
+    Verdict.TIED: "mind",
+    Verdict.INCONCLUSIVE: "mind",
+    Verdict.NOT_TESTABLE: "mind",
+    Verdict.UNKNOWN: "bad",
+}
+"""How each verdict is shown."""
 
 _MOST_PARAMETERS = 12
 _CORRELATED = 0.1
@@ -100,6 +123,91 @@ class CandidateRow:
     p: str
     parameters: list[str]
     reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WhereRow:
+    """With what the residual goes, and where it is worst."""
+
+    quantity: str
+    share: str
+    place: str
+    mean: str
+    """In the unit of the tables, without it."""
+    mean_with_unit: str
+    rows: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchText:
+    """What is said of a search: on its own page, in the report of a study and on the terminal."""
+
+    tone: str
+    """``good``, ``mind`` or ``bad``."""
+    verdict: str
+    sentence: str
+    unit: str
+    facts: list[tuple[str, str]]
+    notes: list[str]
+    """How the numbers were prepared."""
+    search_notes: list[str]
+    steps: list[StepRow]
+    floor: str
+    heldout: str
+    effects: list[FoundEffect]
+    candidates: list[CandidateRow]
+    unknown: str
+    lack_of_fit: list[tuple[str, str]]
+    not_testable: list[tuple[str, str, str]]
+    """Effect, why, and what it needs."""
+    detectable: list[tuple[str, str]]
+    experiment: str
+    ties: str
+    alike: list[tuple[str, str, str]]
+
+
+def search_text(diagnosis: Diagnosis, shown: Shown) -> SearchText:
+    """Return everything that is said of a search, lengths and the like in one unit."""
+    d = diagnosis
+    return SearchText(
+        tone=TONES[d.verdict],
+        verdict=d.verdict.value,
+        sentence=verdict_sentence(d),
+        unit=shown.symbol,
+        facts=facts(d.dataset, d.noise, d.heldout, d.heldout_by),
+        notes=[printable(note) for note in d.dataset.notes],
+        search_notes=[printable(note) for note in d.notes],
+        steps=step_rows(d, shown),
+        floor=floor_words(d.noise, shown),
+        heldout=heldout_words(d.heldout_by),
+        effects=found_effects(d.model, d.candidates),
+        candidates=candidate_rows(d, shown),
+        unknown="" if d.unknown is None else printable(d.unknown.description),
+        lack_of_fit=pairs_text(d.lack_of_fit, probability),
+        not_testable=unmeasured(d),
+        detectable=pairs_text(d.minimum_detectable, shown.with_unit),
+        experiment=printable(d.experiment.text),
+        ties=tie_words(d),
+        alike=likeness_rows(d),
+    )
+
+
+def where_rows(comparison: Comparison, shown: Shown) -> list[WhereRow]:
+    """Return with what the residual of a comparison goes, the largest share first."""
+    rows = []
+    for where in comparison.where:
+        worst = where.worst[0] if where.worst else None
+        rows.append(
+            WhereRow(
+                quantity=printable(where.quantity).replace("_", " "),
+                share=f"{where.share:.0%}",
+                place="" if worst is None else stretch_words(worst, where.unit),
+                mean="" if worst is None else shown.text(stretch_mean(worst)),
+                mean_with_unit="" if worst is None else shown.with_unit(stretch_mean(worst)),
+                rows="" if worst is None else str(worst.rows),
+            )
+        )
+    return rows
 
 
 def facts(dataset: Dataset, noise: NoiseFloor, heldout: Dataset | None, heldout_by: str) -> list[tuple[str, str]]:

@@ -75,10 +75,10 @@ def result(make_result, learned):
 
 def test_the_chapter_says_what_was_measured_found_and_believed(result, learned):
     search = search_of(result)
-    assert search.sentence == verdict_sentence(learned.diagnosis)
+    assert search.found.sentence == verdict_sentence(learned.diagnosis)
     assert search.facts[0] == ("Program", "1 to 3 inch every 0.1 inch, 3 bidirectional runs, dwell 6 s")
     assert ("Readings", "126, at rest") in search.facts
-    assert [score for _, score in search.steps] == ["25.1", "0.420"]
+    assert search.scores == ["25.1", "0.420"]
     assert "25.1 µm RMS before, 0.420 µm RMS after, 0.770 µm at worst" in search.score
     assert "noise-free curve" in search.score
     assert "5\u202f001 points in each direction from 25.4 to 76.2 mm" in search.belief
@@ -217,4 +217,4 @@ def scale_free(value_mm):
 
 def test_a_study_in_inches_keeps_the_searchs_unit(make_result, learned):
     assert scale_of("inch").symbol == "inch"
-    assert search_of(make_result(learned=learned, unit="inch")).unit == "µm"
+    assert search_of(make_result(learned=learned, unit="inch")).found.unit == "µm"
