@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -102,6 +103,11 @@ class NoiseFloor:
     def floor(self) -> float | None:
         """Noise floor in the observed unit inside; None where there are no repeats."""
         return self.sigma if self.from_repeats else None
+
+    @property
+    def relative_error(self) -> float:
+        """Standard error of ``sigma`` as a share of it, of normal noise."""
+        return 1.0 / math.sqrt(2.0 * max(self.degrees_of_freedom, 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

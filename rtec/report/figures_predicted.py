@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from rtec.inference.local_means import neighbour_means
 from rtec.predictors._kernels import within_turn
 from rtec.predictors.layered import TOUCH_MM
 from rtec.report.figures_style import guide
@@ -33,8 +34,6 @@ _WAYS = ((1.0, FORWARD, "forward"), (-1.0, REVERSE, "reverse"))
 _KINDS = {Kind.TABLE: "table", Kind.GEOMETRY: "geometry", Kind.MODEL: "effects", Kind.NETWORK: "network"}
 _LINES = {Kind.TABLE: "-", Kind.GEOMETRY: ":", Kind.MODEL: "--", Kind.NETWORK: "-."}
 _MOST_POINTS, _MANY = 2000, 200
-_BINS, _A_BIN = 50, 10
-"""Means that are drawn at most, and readings in each of them at least, on average."""
 _FINE = 600
 """Places of a line that is drawn."""
 _TURNS, _TARGETS = 2.0, 16
@@ -129,7 +128,8 @@ def draw_left(axes: Axes, heldout: Samples, best: Row, pitch_mm: float | None) -
             continue
         size = 2.0 if rows.sum() > _MANY else 5.0
         axes.plot(x[rows][::every], left[rows][::every], ".", color=colour, markersize=size, alpha=0.45)
-        axes.plot(*_means(x[rows], left[rows]), color=colour, linewidth=1.2, label=f"{words}, mean")
+        means = neighbour_means(x[rows], left[rows])
+        axes.plot(means.at, means.mean, color=colour, linewidth=1.2, label=f"{words}, mean")
     guide(axes, y=0.0, colour=GUIDE)
     axes.set_xlabel("position, mm" if pitch_mm is None else "place in the turn of the screw, mm")
     axes.set_ylabel("left, µm")
@@ -169,16 +169,6 @@ def _middle(result: PredictorComparison) -> tuple[float, float]:
     judged = result.parts.heldout.position_mm
     centre = float(judged[np.argmin(np.abs(judged - 0.5 * (low + high)))])
     return max(low, centre - 0.5 * wide), min(high, centre + 0.5 * wide)
-
-
-def _means(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the mean place and the mean value in each bin that holds a reading."""
-    edges = np.linspace(x.min(), x.max(), min(_BINS, max(2, x.size // _A_BIN)) + 1)
-    bin_of = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
-    counts = np.bincount(bin_of)
-    there = counts > 0
-    places, values = (np.bincount(bin_of, values)[there] / counts[there] for values in (x, y))
-    return places, values
 
 
 def _legend(axes: Axes) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.fit import values_of
+from rtec.inference.local_means import neighbour_means
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import named_texts, shown_in
@@ -23,7 +24,6 @@ from rtec.report.diagnosis.readings import (
     at_places,
     figure_text,
     residual,
-    smoothed,
     some_rows,
 )
 from rtec.report.diagnosis.sentence import spoken, term_words
@@ -132,7 +132,8 @@ def _upper(axes: Axes, dataset: Dataset, view: View, left: Floats, words: str) -
     if view.is_path:
         _path(axes, view, part, whole)
     for way in view.groups:
-        _readings(axes, view, whole, way, label="data" if way.label == ALL else way.label)
+        label = "data" if way.label == ALL else way.label
+        _readings(axes, view, whole, way, label)
     everything = Way(label=ALL, colour=NEUTRAL, marker="o", dash="-", rows=view.rows)
     for way in () if view.is_path else view.groups if view.by_group else (everything,):
         if way.label != AT_REST:
@@ -171,7 +172,7 @@ def _limits(axes: Axes, data: Floats, also: Floats) -> None:
         axes.set_ylim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
 
 
-def _readings(axes: Axes, view: View, y: Floats, way: Way, *, label: str | None = None) -> None:
+def _readings(axes: Axes, view: View, y: Floats, way: Way, label: str | None = None) -> None:
     """Draw readings pale, and means of neighbours on top of them where they are many."""
     x, rows = view.over.values, way.rows & view.rows
     some = some_rows(rows, _MOST_DOTS)
@@ -181,8 +182,8 @@ def _readings(axes: Axes, view: View, y: Floats, way: Way, *, label: str | None 
     axes.plot(x[some], y[some], linestyle="none", marker=way.marker, markersize=3.0, markeredgewidth=0.0,
               color=way.colour, alpha=0.3 if means else 0.6, zorder=2, label=label)  # fmt: skip
     if means:
-        line = smoothed(x[rows], y[rows])
-        axes.errorbar(line.at, line.mean, line.band, linestyle="none", marker=way.marker, markersize=4.0,
+        line = neighbour_means(x[rows], y[rows])
+        axes.errorbar(line.at, line.mean, 2.0 * line.error, linestyle="none", marker=way.marker, markersize=4.0,
                       color=way.colour, markeredgecolor=PAPER, markeredgewidth=0.4, elinewidth=1.0, zorder=4,
                       label=None if label is None else "mean ± 2 s.e.")  # fmt: skip
 

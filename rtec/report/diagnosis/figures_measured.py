@@ -10,6 +10,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Floats
+from rtec.inference.local_means import neighbour_means
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import shown_for, shown_in
@@ -25,7 +26,6 @@ from rtec.report.diagnosis.readings import (
     period_of,
     position_label,
     residual,
-    smoothed_places,
     some_rows,
     ways,
 )
@@ -141,7 +141,7 @@ def _model(axes: Axes, at: Floats, line: Floats, half: float, way: Way) -> None:
 
 def _model_line(dataset: Dataset, c: Conditions, model: Model, fitted: Floats, way: Way) -> tuple[Floats, Floats]:
     """Return the model over places, mean of all runs; what is periodic also between targets that stand far apart."""
-    means = smoothed_places(c.position[way.rows], fitted[way.rows])
+    means = neighbour_means(c.position[way.rows], fitted[way.rows], each_place=True)
     reach = _reach(means.at)
     periodic = [term for term in model.terms if term.fitted and (period_of(term) or reach) < reach]
     # nothing filtered: the conditions are those of the readings

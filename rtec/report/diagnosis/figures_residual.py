@@ -9,6 +9,7 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
+from rtec.inference.local_means import neighbour_means
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor, Unknown
 from rtec.report.diagnosis.quantities import shown_in
@@ -20,7 +21,6 @@ from rtec.report.diagnosis.readings import (
     figure_text,
     periods_of,
     residual,
-    smoothed,
     some_rows,
     ways,
 )
@@ -87,8 +87,9 @@ def _panel(axes: Axes, panel: Abscissa, c: Conditions, left: Floats, half: float
                   markeredgewidth=0.0, color=way.colour, alpha=0.3, zorder=2)  # fmt: skip
         if way.label == AT_REST or int(way.rows.sum()) < FEWEST_FOR_MEANS:
             continue
-        line = smoothed(panel.values[way.rows], left[way.rows])
-        axes.fill_between(line.at, line.mean - line.band, line.mean + line.band, color=way.colour, alpha=0.3,
+        line = neighbour_means(panel.values[way.rows], left[way.rows])
+        band = 2.0 * line.error
+        axes.fill_between(line.at, line.mean - band, line.mean + band, color=way.colour, alpha=0.3,
                           linewidth=0.0, zorder=3)  # fmt: skip
         axes.plot(line.at, line.mean, color=way.colour, linestyle=way.dash, linewidth=1.5, zorder=4,
                   label=f"{way.label}, mean of neighbours")  # fmt: skip

@@ -173,7 +173,7 @@ def _floor(axes: Axes, noise: NoiseFloor, shown: Shown) -> tuple[float, ...]:
     if noise.floor is None:
         return ()
     level = noise.floor * shown.factor
-    wide = 2.0 / math.sqrt(2.0 * max(noise.degrees_of_freedom, 1.0))
+    wide = 2.0 * noise.relative_error
     low, high = level * max(1.0 - wide, 0.05), level * (1.0 + wide)
     axes.axhspan(low, high, color=BAND, zorder=0, label="noise floor, ± 2 standard errors")
     axes.axhline(level, color=NEUTRAL, linewidth=0.9, zorder=1)

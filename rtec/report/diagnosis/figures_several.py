@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
+from rtec.inference.local_means import neighbour_means
 from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
-from rtec.report.diagnosis.readings import position_label, smoothed
+from rtec.report.diagnosis.readings import position_label
 from rtec.report.figures_style import new_figure
 from rtec.report.palette import GUIDE, SERIES
 
@@ -67,7 +68,7 @@ def _along(axes: Axes, dataset: Dataset, shown: Shown, label: str, colour: str) 
         rows = ways == way
         if not rows.any():
             continue
-        means = smoothed(c.position[rows], dataset.observed[rows])
+        means = neighbour_means(c.position[rows], dataset.observed[rows])
         shown_label = label if way == ways.max() else None
         axes.plot(means.at, means.mean * shown.factor, dash, color=colour, linewidth=1.2, label=shown_label)
 
@@ -78,7 +79,7 @@ def _bars(axes: Axes, results: Results, shown: Shown) -> None:
     width = 0.8 / len(results)
     for number, one in enumerate(results.values()):
         left = one.rms_after if isinstance(one, Diagnosis) else one.rms
-        measured = float(np.sqrt(np.mean(np.square(one.dataset.observed))))
+        measured = one.dataset.rms(one.dataset.observed)
         values = [shown.number(value) or 0.0 for value in (measured, left, one.noise.floor)]
         at = np.arange(len(heads)) + (number - (len(results) - 1) / 2) * width
         axes.bar(at, values, width * 0.9, color=SERIES[number % len(SERIES)])

@@ -20,14 +20,8 @@ MOST_DOTS = 1200
 """Readings that a panel draws; of more, so many are chosen at random, the same in every run."""
 MOST_POINTS = 1500
 """Points of a line; a longer one is drawn as the range of each stretch."""
-_DISTINCT = 60
-_FEWEST_IN_GROUP = 4
-_GROUPS = (5, 40)
-_IN_GROUP = 10
 FEWEST_FOR_MEANS = 15
 """Readings of a direction; of fewer no mean over neighbours is drawn."""
-_EVEN = 0.3
-"""Share of the mean gap that the gaps between distinct values have at least, to be groups of their own."""
 _IN_FIGURES = frozenset("µ°±−²³·–…")
 Rows = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -179,55 +173,6 @@ def some_rows(rows: Mask, most: int = MOST_DOTS) -> Rows:
     if numbers.size <= most:
         return numbers
     return np.sort(np.random.default_rng(0).choice(numbers, most, replace=False))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Smoothed:
-    """Means over groups of neighbours, with two standard errors as if readings were independent."""
-
-    at: Floats
-    mean: Floats
-    band: Floats
-
-
-def smoothed(x: Floats, y: Floats) -> Smoothed:
-    """Return the mean of ``y`` at each distinct ``x``, or over groups of equal numbers of neighbours.
-
-    Distinct values are groups where they are few, evenly spread and repeated.
-
-    Examples
-    --------
-    >>> s = smoothed(np.array([1.0, 2.0] * 4), np.array([1.0, 5.0, 3.0, 5.0, 1.0, 5.0, 3.0, 5.0]))
-    >>> s.at.tolist(), s.mean.tolist(), s.band.round(2).tolist()
-    ([1.0, 2.0], [2.0, 5.0], [1.15, 0.0])
-    """
-    return _grouped(x, y, places=False)
-
-
-def smoothed_places(x: Floats, y: Floats) -> Smoothed:
-    """Return the mean of ``y`` at each distinct ``x``, however many there are."""
-    return _grouped(x, y, places=True)
-
-
-def _grouped(x: Floats, y: Floats, *, places: bool) -> Smoothed:
-    order = np.argsort(x, kind="stable")
-    x, y = x[order], y[order]
-    tolerance = SAME * float(x[-1] - x[0])
-    starts = np.flatnonzero(np.append(True, np.diff(x) > tolerance))
-    if not places and not _are_groups(x, starts):
-        groups = min(max(x.size // _IN_GROUP, _GROUPS[0]), _GROUPS[1], x.size)
-        starts = np.unique(np.linspace(0, x.size, groups, endpoint=False).astype(np.int64))
-    count = np.diff(np.append(starts, x.size))
-    mean = np.add.reduceat(y, starts) / count
-    scatter = np.add.reduceat((y - np.repeat(mean, count)) ** 2, starts) / np.maximum(count - 1, 1)
-    return Smoothed(at=np.add.reduceat(x, starts) / count, mean=mean, band=2.0 * np.sqrt(scatter / count))
-
-
-def _are_groups(x: Floats, starts: Rows) -> bool:
-    if starts.size > _DISTINCT or x.size < _FEWEST_IN_GROUP * starts.size:
-        return False
-    gaps = np.diff(x[starts])
-    return bool(gaps.size == 0 or gaps.min() > _EVEN * gaps.mean())
 
 
 def outline(x: Floats, y: Floats, most: int = MOST_POINTS) -> tuple[Floats, Floats]:

@@ -15,8 +15,6 @@ from rtec.report.diagnosis.readings import (
     periods_of,
     phase,
     residual,
-    smoothed,
-    smoothed_places,
     some_rows,
     ways,
 )
@@ -26,25 +24,6 @@ def _conditions(**changes: object) -> Conditions:
     n = 30
     fields = {"position": np.linspace(0.0, 29.0, n), "position_unit": "mm", "run": np.ones(n, dtype=np.int64)}
     return Conditions(**{**fields, **changes})
-
-
-def test_repeated_places_are_averaged_one_by_one():
-    rng = np.random.default_rng(1)
-    x = rng.permutation(np.repeat([0.0, 5.0, 10.0], 6))
-    y = x + rng.normal(0, 0.5, x.size)
-    found = smoothed(x, y)
-    assert found.at == pytest.approx([0.0, 5.0, 10.0])
-    assert found.mean == pytest.approx([y[x == place].mean() for place in (0.0, 5.0, 10.0)])
-    bands = [2 * y[x == place].std(ddof=1) / np.sqrt(6) for place in (0.0, 5.0, 10.0)]
-    assert found.band == pytest.approx(bands)
-
-
-def test_many_places_are_averaged_in_groups_of_neighbours():
-    x = np.linspace(0.0, 1.0, 10_000)
-    found = smoothed(x, 3.0 * x)
-    assert 5 <= found.at.size <= 40
-    assert found.mean == pytest.approx(3.0 * found.at)
-    assert smoothed_places(x, 3.0 * x).at.size == 10_000
 
 
 def test_an_outline_keeps_every_peak_and_the_order():
