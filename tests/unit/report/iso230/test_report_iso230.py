@@ -100,7 +100,7 @@ def test_a_single_run_has_no_bands():
 def test_axes_are_labelled_with_units():
     (axes,) = drawn(judged(rotary=True))
     assert axes.get_ylabel() == "deviation (arcsec)"
-    assert axes.get_xlabel() == "target position (°)"
+    assert axes.get_xlabel() == "target position (deg)"
     upper, lower = drawn(judged("a"), judged("b"), unit="mm")
     assert (upper.get_title(loc="left"), lower.get_title(loc="left")) == ("a", "b")
     assert (upper.get_ylabel(), lower.get_xlabel()) == ("deviation (mm)", "target position (mm)")
