@@ -1,4 +1,4 @@
-"""Work side by side: jobs that are values with a seed, and parts of one piece of work that tell how far they are.
+"""Concurrent work: jobs that are values with a seed, and parts of one task that report their progress.
 
 Compiled loops leave the interpreter free for each other, so threads do; processes are for work in Python itself.
 """
@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 
 _T = TypeVar("_T")
 _Result_co = TypeVar("_Result_co", covariant=True)
-Tell = Callable[[float], None]
+Report = Callable[[float], None]
 Progress = Callable[[str, float], None]
 MOST = 8
 """Threads; a study has no more long parts than that."""
@@ -39,8 +39,8 @@ def _run(job: Job[_T]) -> _T:
     return job.run()
 
 
-class Crew:
-    """So many threads or processes that run jobs, the results in the order of the jobs.
+class JobPool:
+    """A pool of threads or processes that run jobs; the results come in the order of the jobs.
 
     As a context it ends with every one of them: where it is left by an error, Ctrl-C included, jobs that have
     not begun are dropped.
@@ -60,8 +60,8 @@ class Crew:
     ...     seed: int
     ...     def run(self) -> int:
     ...         return 3 * self.seed
-    >>> with Crew(2) as crew:
-    ...     list(crew.results(Draw(seed) for seed in range(4)))
+    >>> with JobPool(2) as pool:
+    ...     list(pool.results(Draw(seed) for seed in range(4)))
     [0, 3, 6, 9]
     """
 
@@ -75,7 +75,7 @@ class Crew:
         elif number > 1:
             self._pool = ThreadPoolExecutor(number, thread_name_prefix="rtec-job")
 
-    def __enter__(self) -> Crew:
+    def __enter__(self) -> JobPool:
         return self
 
     def __exit__(
@@ -90,23 +90,23 @@ class Crew:
 
 
 class Workers:
-    """Threads that carry jobs out and tell together how far they are.
+    """Threads that carry out jobs and report their joint progress.
 
     As a context it ends with every thread: where the context is left by an error, Ctrl-C included, jobs that have not
-    begun are dropped, and those at work break off the next time they tell their share.
+    begun are dropped, and those at work break off the next time they report progress.
 
     Parameters
     ----------
     progress
         Called with what is being done and the share of the whole that is; from any thread, one at a time.
     total
-        Sum of the weights of all jobs, those of ``teller`` alone included.
+        Sum of the weights of all jobs, those of ``reporter`` alone included.
 
     Examples
     --------
     >>> shares = []
     >>> with Workers(lambda what, share: shares.append(share), total=4.0) as workers:
-    ...     job = workers.start("squares", 4.0, lambda tell: [tell(k / 2) or k * k for k in range(3)])
+    ...     job = workers.start("squares", 4.0, lambda report: [report(k / 2) or k * k for k in range(3)])
     ...     job.result()
     [0, 1, 4]
     >>> shares
@@ -132,24 +132,24 @@ class Workers:
             self._ended.set()
         self._pool.shutdown(wait=True, cancel_futures=kind is not None)
 
-    def start(self, what: str, weight: float, job: Callable[[Tell], _T]) -> Future[_T]:
+    def start(self, what: str, weight: float, job: Callable[[Report], _T]) -> Future[_T]:
         """Carry out a job in a thread as soon as one is free."""
-        tell = self.teller(what, weight)
+        report = self.reporter(what, weight)
 
         def carry_out() -> _T:
-            tell(0.0)
-            result = job(tell)
-            tell(1.0)
+            report(0.0)
+            result = job(report)
+            report(1.0)
             return result
 
         return self._pool.submit(carry_out)
 
-    def teller(self, what: str, weight: float) -> Tell:
+    def reporter(self, what: str, weight: float) -> Report:
         """Return what a job calls now and then with its share done, 0..1."""
         number = len(self._done)
         self._done[number] = 0.0
 
-        def tell(share: float) -> None:
+        def report(share: float) -> None:
             if self._ended.is_set():
                 raise CancelledError
             with self._lock:
@@ -159,4 +159,4 @@ class Workers:
                     self._told = whole
                     self._progress(what, whole)
 
-        return tell
+        return report

@@ -14,7 +14,7 @@ from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Plan, plan_named
 from rtec.blind.record import appending, paired, read_games
-from rtec.blind.scenario import INSIDE, LOOK_ALIKES, OF_DRIVE, OUTSIDE, Scenario, scenario_of
+from rtec.blind.scenario import CONFOUNDED, INSIDE, OF_DRIVE, OUTSIDE, Scenario, scenario_of
 from rtec.blind.scored import Game, LineScore
 from rtec.blind.sealing import document_of, measure, new, reveal, sealed_path
 from rtec.blind.secret import Secret
@@ -23,9 +23,9 @@ from rtec.blind.sizes import PLAIN_SIGMA, SIZES, Size, plans_showing, read_size,
 from rtec.blind.tables import comparison
 
 __all__ = [
+    "CONFOUNDED",
     "EXPERIMENTS",
     "INSIDE",
-    "LOOK_ALIKES",
     "OF_DRIVE",
     "OUTSIDE",
     "PLAIN_SIGMA",

@@ -145,7 +145,7 @@ def is_right(rule: Rule, answer: Answer, secret: Secret, *, repeated: bool = Tru
 
 
 def _is_tied(answer: Answer, secret: Secret) -> bool:
-    """Return whether an answer puts what was hidden beside its look-alikes, and asks for what separates them."""
+    """Return whether an answer puts what was hidden beside what it is confounded with, and asks to separate them."""
     if answer.verdict != "TIED" or (answer.tied and not set(secret.names) <= set(answer.tied)):
         return False
     words = [word for pair in _pairs_of(secret) for word in EXPERIMENTS[pair]]
@@ -171,7 +171,7 @@ def wrong_names(answer: Answer, secret: Secret) -> frozenset[str]:
 
 
 def _pairs_of(secret: Secret) -> Iterator[frozenset[str]]:
-    """Yield the pairs of look-alikes that a hidden effect is one of."""
+    """Yield the pairs of confounded effects that a hidden effect is one of."""
     return (pair for pair in EXPERIMENTS if pair & set(secret.names))
 
 

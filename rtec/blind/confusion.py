@@ -20,7 +20,7 @@ from rtec.blind.scored import Game, LineScore, PoolScore
 from rtec.blind.secret import Secret
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.jobs import Crew
+from rtec.jobs import JobPool
 from rtec.metrology import Measurement
 
 Progress = Callable[[str, float], None]
@@ -140,7 +140,7 @@ def confusion(
     if not played:
         raise ArgumentError("lines", "none that can be played", "one or more; those of the noise floor need refit")
     scores = []
-    with Crew(workers, processes=True) as crew:
+    with JobPool(workers, processes=True) as pool:
         for number, line in enumerate(played):
 
             def tell(share: float, number: int = number, line: Line = line) -> None:
@@ -150,7 +150,7 @@ def confusion(
             most = trials * (patience if line.above_detectable else 1)
 
             def fresh(trials: Sequence[int], line: Line = line) -> Iterator[Game]:
-                return crew.results(
+                return pool.results(
                     [GameJob(line=line, trial=trial, seed=seed, judge=judge, refit=refit) for trial in trials]
                 )
 

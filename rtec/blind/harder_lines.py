@@ -23,7 +23,7 @@ _CHIRP_TARGETS = 41
 _SMALL = 21
 """Fewest targets that can show several effects at a time."""
 _BESIDE_LAGS = ("scale", "pitch_map", "cyclic")
-"""Static errors that a lag is no look-alike of."""
+"""Static errors that a lag is not confounded with."""
 SINGLE_RUN_OUTSIDE = tuple(name for name in OUTSIDE if name not in KINDS or KINDS[name].runs == 1)
 """Outside the library even where nothing is repeated."""
 _COUNTS = {
@@ -63,7 +63,7 @@ def _anything(trial: int, seed: int) -> Scenario:
 
 
 def _exactly(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, ...]:
-    """Return so many effects that are no look-alikes: not every first one leaves room for so many others."""
+    """Return so many effects that are not confounded: not every first one leaves room for so many others."""
     while True:
         names = companions(plan, count, rng)
         if len(names) == count:

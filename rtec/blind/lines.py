@@ -10,7 +10,7 @@ from rtec.blind.harder_lines import harder_lines
 from rtec.blind.line import Line
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS
-from rtec.blind.scenario import LAGS, LOOK_ALIKES, OF_AIR, OF_HEAT, OUTSIDE_OF_GAME, Scenario
+from rtec.blind.scenario import CONFOUNDED, LAGS, OF_AIR, OF_HEAT, OUTSIDE_OF_GAME, Scenario
 
 SINGLES = (
     "scale", "pitch_map", "cyclic", "backlash", "backlash_map", "windup", "reversal_spike", "thermal_growth",
@@ -38,16 +38,16 @@ def _singles(strength: float, noise: Noise, names: Sequence[str] = SINGLES) -> t
 
 
 def _pairs() -> tuple[Scenario, ...]:
-    """Return every pair that is no look-alike, on the plan that can show both."""
+    """Return every pair that is not confounded, on the plan that can show both."""
     return tuple(
         Scenario(names=pair, plan=PLANS["base" if set(OF_HEAT).isdisjoint(pair) else "temperature"])
         for pair in itertools.combinations(_PAIRED, 2)
-        if frozenset(pair) not in LOOK_ALIKES
+        if frozenset(pair) not in CONFOUNDED
     )
 
 
-def _look_alikes() -> tuple[Scenario, ...]:
-    """Return the look-alikes, each on the poor plan that cannot tell it from its rival."""
+def _confounded() -> tuple[Scenario, ...]:
+    """Return the confounded effects, each on a poor plan that cannot separate it from its rival."""
     hidden = (
         ("scale", "single_pass"),
         ("drift", "single_pass"),
@@ -116,7 +116,7 @@ def the_lines() -> tuple[Line, ...]:
             above_detectable=True,
         ),
         Line(
-            title="two effects that are no look-alikes, 3 sigma each, white noise",
+            title="two effects that are not confounded, 3 sigma each, white noise",
             rule=Rule.NAMED,
             share=0.85,
             scenarios=_pairs(),
@@ -131,7 +131,7 @@ def the_lines() -> tuple[Line, ...]:
             title="look-alikes on a poor plan, 5 sigma, white noise",
             rule=Rule.TIED,
             share=0.95,
-            scenarios=_look_alikes(),
+            scenarios=_confounded(),
         ),
         Line(
             title="after the true effects are added, white noise",

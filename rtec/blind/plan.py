@@ -187,7 +187,7 @@ _ALL = (
     ),
 )
 PLANS: Mapping[str, Plan] = MappingProxyType({plan.name: plan for plan in _ALL})
-"""The plans by name: good ones, and the poor ones on which effects look alike."""
+"""The plans by name: good ones, and the poor ones on which effects are confounded."""
 
 
 def plan_named(name: str) -> Plan:

@@ -19,7 +19,7 @@ from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.suggested_plan import suggested_plan
-from rtec.jobs import Crew
+from rtec.jobs import JobPool
 from rtec.metrology import Measurement, read_experiment, write_experiment
 
 STRENGTH = 5.0
@@ -29,7 +29,7 @@ OPEN = ("TIED", "INCONCLUSIVE", "LIKELY")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """Two look-alikes, and what tells them apart.
+    """Two confounded effects, and what separates them.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def _on(plan: str, *names: str) -> tuple[Scenario, ...]:
 
 
 def the_pairs() -> tuple[Pair, ...]:
-    """Return the pairs of look-alikes whose separating experiment is carried out.
+    """Return the pairs of confounded effects whose separating experiment is carried out.
 
     Examples
     --------
@@ -189,8 +189,8 @@ def played(pair: Pair, games: int, seed: int = 0, *, workers: int = 1) -> tuple[
         _Job(scenario=pair.games[trial % len(pair.games)], seed=seed_of(seed, pair.title, trial), right=pair.right)
         for trial in range(games)
     ]
-    with Crew(workers, processes=True) as crew:
-        return tuple(crew.results(jobs))
+    with JobPool(workers, processes=True) as pool:
+        return tuple(pool.results(jobs))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,7 +40,7 @@ INSIDE_OF_GAME = tuple(sorted({*STATIC, *SLOW, "lost_counts", *LAGS} - set(OUTSI
 """What is drawn of it, so that a seed keeps its game."""
 INSIDE = tuple(sorted({*STATIC, *SLOW, "lost_counts", *IN_MOTION} - set(OUTSIDE)))
 """Effects of the library that the game can hide in an axis."""
-LOOK_ALIKES: tuple[frozenset[str], ...] = tuple(
+CONFOUNDED: tuple[frozenset[str], ...] = tuple(
     frozenset(pair)
     for pair in (
         ("scale", "pitch_map"),
@@ -183,7 +183,7 @@ def scenario_of(seed: int) -> Scenario:
     Returns
     -------
     Scenario
-        Nothing, one to three effects that are no look-alikes, or one that lies outside the library.
+        Nothing, one to three effects that are not confounded, or one that lies outside the library.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def _strengths(count: int, rng: np.random.Generator) -> tuple[float, ...]:
 
 
 def companions(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, ...]:
-    """Draw so many effects, or fewer, that the plan can show and that are no look-alikes of each other.
+    """Draw so many effects, or fewer, that the plan can show and that are not confounded with each other.
 
     Examples
     --------
@@ -229,6 +229,6 @@ def companions(plan: Plan, count: int, rng: np.random.Generator) -> tuple[str, .
         # dense points just after the reversal show what builds up there; elsewhere it passes for lost motion
         if name == "windup" and plan.spacing is not Spacing.DENSE_AT_ENDS:
             continue
-        if all(frozenset((name, other)) not in LOOK_ALIKES for other in names):
+        if all(frozenset((name, other)) not in CONFOUNDED for other in names):
             names.append(name)
     return tuple(names)

@@ -27,7 +27,7 @@ WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
 
 WINDOW_STEPS, GRACE_READINGS = 3, 2
-"""WINDOW and GRACE in the sources of the images (rtec.inc): by so many steps the total may change (NISTIR 4832,
+"""WINDOW and GRACE in the sources of the images (rtec.inc): by so many steps the total may change (Yee 1992,
 "General Considerations"); so many readings say "I Don't Believe You" before the next one is fatal."""
 
 READING_PS, READING_CYCLES = 1_250_000_000, 1250

@@ -1,4 +1,4 @@
-"""Plans of trials and what they show: evidence instead of belief."""
+"""Plans of trials and what they show: the evidence."""
 
 from rtec.campaign.firmware_check import FirmwareCheckPlan, check_firmware, default_frequencies
 from rtec.campaign.firmware_check_results import Check, Executed, FirmwareVerdict, Moment, Seen, Trace

@@ -1,4 +1,4 @@
-"""How fast the axis may go in a motion: the running firmware behind the door of algorithms, judged like any."""
+"""How fast the axis may go in a motion: the running firmware as an insertion algorithm, judged like any other."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FROM_HZ = 1.0e3
 _LOOP_CYCLES = 2
 """Of a waiting loop, JB to itself."""
 _DIGITS = (1.0, 2.0, 5.0)
-"""A run of firmware takes a hundred times as long as one of the envelope's own trials: three rungs a decade."""
+"""A run of firmware takes a hundred times as long as one of the envelope's own trials: three levels per decade."""
 _EVERY = {MotionKind.STEADY: 7, MotionKind.REVERSAL: 7, MotionKind.DITHER: 3, MotionKind.ADVERSARY: 23}
 """Of the runs of a motion one in so many is made: primes, so that directions, signs and states are all met. At the
 limit found all are; where one fails, the limit lies lower."""

@@ -115,9 +115,9 @@ def speeds_of(stand: Stand, trials: Bursts | Streams, safe_hz: float, gate: Gate
     if found.at(top_hz) is Does.FAILS or found.max_inserting_hz == 0.0:
         return Speeds(frequencies=found, top_hz=top_hz)
     sharpest = replace(Contract.of(stand.design), frequency_hz=top_hz)
-    instant_hz_s, rungs = accelerations_of(sharpest)
+    instant_hz_s, levels = accelerations_of(sharpest)
     acceleration = up_to(
-        rungs, lambda hz_s: starts_are_right(stand, replace(sharpest, acceleration_hz_s=hz_s)), within
+        levels, lambda hz_s: starts_are_right(stand, replace(sharpest, acceleration_hz_s=hz_s)), within
     )
     if gate is not None and gate.max_acceleration_counts_s2 is not None:
         acceleration = min(acceleration, gate.max_acceleration_counts_s2 / 4.0)

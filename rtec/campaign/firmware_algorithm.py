@@ -1,4 +1,4 @@
-"""The door for machine code: a program on the board, homed, as an insertion algorithm."""
+"""The machine-code interface: a program on the board, homed, as an insertion algorithm."""
 
 from __future__ import annotations
 
@@ -202,7 +202,7 @@ def _pieces(stimulus: Stimulus) -> Iterator[tuple[int, int | None]]:
 
 
 def _refusals(said: NDArray[np.int64], requests: Totals) -> tuple[tuple[int, str], ...]:
-    """Return when the box first did not believe what it may doubt: a total beyond the window."""
+    """Return when the box first rejected a total beyond the window."""
     steps = np.abs(np.diff(requests.totals, prepend=0))
     if not np.any(steps > WINDOW_STEPS):
         return ()

@@ -116,7 +116,7 @@ def takes_home(bench: Bench) -> str:
 
 
 def window(bench: Bench, home: BenchState) -> str:
-    """Check that changes by three steps are believed."""
+    """Check that changes by three steps are accepted."""
     bench.go_back(home)
     for total in (3, 0, -3, 0, 1, 3):
         bench.board.ask(total)

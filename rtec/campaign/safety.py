@@ -11,7 +11,7 @@ from rtec.campaign.safety_matrix import Matrix, MatrixPlan, Outcome, Trial, run_
 from rtec.campaign.safety_ramp import Ramp, ramp_jobs
 from rtec.campaign.soak import Soak, SoakPlan, run_soak
 from rtec.injector.design import IN_PATH
-from rtec.jobs import Crew
+from rtec.jobs import JobPool
 
 _SHARE_MATRIX = 0.97
 _S_PER_TRIAL, _S_PER_HOUR = 0.03, 4.5
@@ -150,8 +150,8 @@ def make_case(
     whole_s = first_s + (0.0 if soak is None else soak.hours * _S_PER_HOUR)
     share = first_s / whole_s
     matrix = run_matrix(plan, lambda done: progress(done * share * _SHARE_MATRIX))
-    with Crew() as crew:
-        ran_away = tuple(crew.results(job for design in plan.designs if ramps for job in ramp_jobs(design)))
+    with JobPool() as pool:
+        ran_away = tuple(pool.results(job for design in plan.designs if ramps for job in ramp_jobs(design)))
     soaked = None if soak is None else run_soak(soak, lambda done: progress(share + done * (1.0 - share)))
     progress(1.0)
     return SafetyCase(matrix=matrix, ramps=ran_away, soak=soaked)

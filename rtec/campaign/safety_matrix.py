@@ -13,7 +13,7 @@ from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
 from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
-from rtec.jobs import Crew
+from rtec.jobs import JobPool
 from rtec.requester import HoldReason, Status
 from rtec.units import PS_PER_MS, PS_PER_S
 
@@ -187,8 +187,8 @@ def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda shar
         for seed in range(plan.first, plan.first + plan.seeds)
     ]
     trials: list[Trial] = []
-    with Crew() as crew:
-        for done, some in enumerate(crew.results(jobs), start=1):
+    with JobPool() as pool:
+        for done, some in enumerate(pool.results(jobs), start=1):
             trials += some
             progress(done / len(jobs))
     return Matrix(plan=plan, trials=tuple(trials))

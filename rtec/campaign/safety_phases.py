@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.campaign.safety_watch import SLICE_PS, WatchedCell, station_settings, wavy_table
+from rtec.campaign.safety_watch import SLICE_PS, WatchedCell, sinusoidal_table, station_settings
 from rtec.errors import unknown
 from rtec.injector import Design
 from rtec.machine.faults import Fault
@@ -123,7 +123,7 @@ def new_cell(
 ) -> WatchedCell:
     """Return a machine of two axes that is about to run a phase's program."""
     stations = [station_settings(axis, design, supervision=supervision) for axis in (1, 2)]
-    return WatchedCell(stations, moves_of(phase, seed), wavy_table(), faults=faults)
+    return WatchedCell(stations, moves_of(phase, seed), sinusoidal_table(), faults=faults)
 
 
 def run_through(cell: WatchedCell, phase: Phase, *, until_ps: int = END_PS) -> None:
@@ -145,7 +145,7 @@ _ORDERS = {Phase.PROBING: (1_200 * PS_PER_MS, 4_200 * PS_PER_MS), Phase.LARGE: (
 
 def hot_table() -> Predictor:
     """Return the prediction of the machine once it is hot."""
-    return wavy_table(offset_mm=_HOT_MM)
+    return sinusoidal_table(offset_mm=_HOT_MM)
 
 
 def _order(cell: WatchedCell, phase: Phase, *, first: bool) -> None:
@@ -154,8 +154,8 @@ def _order(cell: WatchedCell, phase: Phase, *, first: bool) -> None:
         cell.probe(first)
     else:
         cell.predict_by(hot_table())
-        cell.truth_is(hot_table())
-        cell.mean_large()
+        cell.set_reference(hot_table())
+        cell.allow_large_correction()
 
 
 _MOMENTS = {

@@ -11,7 +11,7 @@ _WIDTH = 118
 
 QUOTE = (
     '"Every precaution must be taken to avoid mistakes. The errors that can be introduced into the machining process '
-    'are enormous, while the errors that can be compensated are small!" (NISTIR 4832, General Considerations). This '
+    'are enormous, while the errors that can be compensated are small!" (Yee 1992, General Considerations). This '
     "page is what the emulator says to that. It is made by"
 )
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rtec.campaign.safety_matrix import Outcome, is_wrong, reason_of
 from rtec.campaign.safety_phases import END_PS, Phase, new_cell
-from rtec.campaign.safety_watch import wavy_table
+from rtec.campaign.safety_watch import sinusoidal_table
 from rtec.injector import Design
 from rtec.requester import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
@@ -54,7 +54,7 @@ class RampJob:
         cell = new_cell(Phase.CUTTING, self.design, 0, supervision=self.supervision)
         cell.watch(until_ps=_FROM_PS)
         for k in range(1, _STEPS + 1):
-            cell.predict_by(wavy_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
+            cell.predict_by(sinusoidal_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
             cell.watch(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
         cell.watch(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
         axes = cell.watched

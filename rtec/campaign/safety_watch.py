@@ -162,7 +162,7 @@ class WatchedCell(Cell):
             stop_after_ps, self._models, self._truth,
         )  # fmt: skip
 
-    def truth_is(self, predictor: Predictor) -> None:
+    def set_reference(self, predictor: Predictor) -> None:
         """Take another prediction for the healthy one from now on."""
         self._truth = bound_curve(predictor, "truth")
 
@@ -247,7 +247,7 @@ def station_settings(
     )
 
 
-def wavy_table(
+def sinusoidal_table(
     *, offset_mm: float = 0.0, amplitude_mm: float = 0.02, backlash_mm: float = 0.010
 ) -> BidirectionalTable:
     """Return an error that changes by up to 20 um a millimetre, with a backlash; a hot machine has an offset."""

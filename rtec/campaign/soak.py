@@ -16,12 +16,12 @@ import numpy as np
 from rtec.campaign.safety_matrix import Outcome, reason_of
 from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_variants import VARIANTS, Variant
-from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell, station_settings, wavy_table
+from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell, sinusoidal_table, station_settings
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
-from rtec.jobs import Crew
+from rtec.jobs import JobPool
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Trigger
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
@@ -192,12 +192,12 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
     shares |= dict.fromkeys(IN_PATH, plan.hours * _SHARE_OF_B)
     whole_s = sum(shares.values()) * 3600.0
     episodes: list[Episode] = []
-    with Crew(plan.threads) as crew:
+    with JobPool(plan.threads) as pool:
         for design, hours in shares.items():
             ran_s, number = 0.0, 0
             while ran_s < hours * 3600.0:
                 some = [EpisodeJob(plan=plan, design=design, number=n) for n in range(number, number + _BATCH)]
-                for episode in crew.results(some):
+                for episode in pool.results(some):
                     if ran_s < hours * 3600.0:
                         episodes.append(episode)
                         ran_s += episode.run_s
@@ -221,7 +221,7 @@ class EpisodeJob:
         programs = draw_programs(generator, axes=AXES, length_s=length_s)
         amplitude_mm, backlash_mm = float(generator.uniform(0.005, 0.025)), float(generator.uniform(0.0, 0.015))
         table, hot = (
-            wavy_table(amplitude_mm=amplitude_mm, backlash_mm=backlash_mm, offset_mm=offset_mm)
+            sinusoidal_table(amplitude_mm=amplitude_mm, backlash_mm=backlash_mm, offset_mm=offset_mm)
             for offset_mm in (0.0, _HOT_MM)
         )
         orders = draw_orders(generator, length_s=length_s)
@@ -308,8 +308,8 @@ def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, ho
         elif order is Order.LARGE and not probing:
             large_ps = at_ps
             cell.predict_by(hot)
-            cell.truth_is(hot)
-            cell.mean_large()
+            cell.set_reference(hot)
+            cell.allow_large_correction()
     if any(axis.stop_ps is not None for axis in cell.watched):
         cell.settle()
     return phases

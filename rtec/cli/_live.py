@@ -222,7 +222,7 @@ def stream_of(as_json: bool) -> TextIO:
     return sys.stderr if as_json else sys.stdout
 
 
-def teller(as_json: bool) -> Callable[[Event], None]:
+def event_printer(as_json: bool) -> Callable[[Event], None]:
     """Return what writes events as lines."""
     stream = stream_of(as_json)
 

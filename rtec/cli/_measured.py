@@ -47,7 +47,9 @@ ModelFile = Annotated[Path | None, option("--model", "M.toml", "Effects that are
 HeldOut = Annotated[
     Path | None, option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
 ]
-Lock = Annotated[bool, flag("--lock", "Lock a fifth away (the last runs, if there are three), and score on it.")]
+Lock = Annotated[
+    bool, flag("--lock", "Reserve 20 % as test set (the last runs, if there are three), and score on it.")
+]
 Observe = Annotated[
     str | None, option("--observe", "QUANTITY", "What is explained: deviation without it; force, current, ...")
 ]

@@ -56,7 +56,7 @@ def box(
     cycle_ps: _live.OfCycle = default("10ms"),
     watchdog_ps: _live.OfWatchdog = None,
     limit_steps: Annotated[
-        int, whole("--limit", "Totals beyond it are never believed; 0: none.", metavar="STEPS", panel=TIMES)
+        int, whole("--limit", "Totals beyond it are never accepted; 0: none.", metavar="STEPS", panel=TIMES)
     ] = 0,
     duration_s: _live.OfDuration = None,
     seed: Annotated[
@@ -114,7 +114,7 @@ def box(
     # compiled before the bus is there: nobody waits for it
     stations = _stations(settings, moves, first)
     _warm_up(settings[0])
-    events = Events(_live.teller(as_json))
+    events = Events(_live.event_printer(as_json))
     with ExitStack() as stack:
         near = None
         if interface is None:

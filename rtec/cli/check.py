@@ -35,7 +35,7 @@ from rtec.io import FIGURES
 from rtec.units import FREQUENCY, SWEEP
 
 if TYPE_CHECKING:
-    from rtec.cli._check_door import Chosen
+    from rtec.cli._check_algorithm import Chosen
     from rtec.conformance.results import Verdict
     from rtec.conformance.trials import Run
 
@@ -212,7 +212,7 @@ def check(
     Example: rtec check top.v --step 2 --states all --clock 50MHz --vcd worst.vcd
     Example: rtec check image.ihx --design original --processor one-clock-25mhz --frequency 100kHz
     """
-    from rtec.cli._check_door import choose
+    from rtec.cli._check_algorithm import choose
 
     options = Options(
         algorithm=algorithm, design=design, step_counts=step_counts, states=states, frequency_hz=frequency_hz,

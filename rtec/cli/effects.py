@@ -120,8 +120,8 @@ def _show_card(effect: Effect) -> None:
     quantities = [f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in document["parameters"]]
     rows.append(("parameters", ", ".join(quantities)))
     for rival in effect.rivals:
-        never = " (for ever, to the same instrument)" if rival.permanent else ""
-        rows.append(("looks like", f"{rival.name}{never}; to tell: {rival.experiment}"))
+        never = " (with any plan of the same instrument)" if rival.permanent else ""
+        rows.append(("confounded with", f"{rival.name}{never}; to separate them: {rival.experiment}"))
     rows.append(("source", effect.card.source))
     table = Table(title=f"{effect.name}: {effect.card.title}", title_justify="left", show_header=False, box=None)
     table.add_column(style="bold", no_wrap=True)

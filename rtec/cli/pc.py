@@ -125,7 +125,7 @@ def pc(
     announce_compilation()
     for each in _nodes(predictors, node, at_ps=0):
         _warm_up(each)
-    events = Events(_live.teller(as_json))
+    events = Events(_live.event_printer(as_json))
     with ExitStack() as stack:
         begun_s = time.monotonic()
         far = bus.line_of_box(start_up_s) if interface is None else None
@@ -138,7 +138,7 @@ def pc(
         for each in nodes:
             each.probe(probe)
             if large:
-                each.mean_large()
+                each.allow_large_correction()
             if reset:
                 each.acknowledge()
         loop = PcLoop(nodes, transport)

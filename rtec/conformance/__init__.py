@@ -1,1 +1,1 @@
-"""Any insertion algorithm held to the contract of a corrector: doors to what it is made of, streams, one judge."""
+"""Any insertion algorithm held to the contract of a corrector, whether in Python, Verilog or machine code."""

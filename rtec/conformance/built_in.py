@@ -1,4 +1,4 @@
-"""The designs that come with rtec, through the door that every algorithm comes through."""
+"""The designs that come with rtec, through the interface that every algorithm has."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class BuiltIn:
             state = new_record(INJECTOR)
             self.settings.fill(state)
             _kernels.reset(state, edges.initial)
-            state.last_edge_ps = 0  # the axis may have moved until power-up: a rest is believed in once it was seen
+            state.last_edge_ps = 0  # the axis may have moved until power-up: a rest counts only once it was seen
             out_ps, levels = np.empty(room, np.int64), np.empty(room, np.uint8)
             done_ps, done = np.empty(room, np.int64), np.empty(room, np.int64)
             made, booked = play(

@@ -16,7 +16,7 @@ from rtec.units import PS_PER_S
 MOST_EVENTS = 40
 MOST_STEPS = 3
 """Between the smallest total of a stream and the largest: what lies further away at once, a box takes for a fault of
-the PC (NISTIR 4832: a window of three steps)."""
+the PC (Yee 1992: a window of three steps)."""
 _MOST_WAITS = 8
 """Edges of a stream that are made to wait for the axis; with more of them it is another motion."""
 _NEAREST_PS = 1_000
@@ -159,7 +159,7 @@ def _requests(trials: Trials, rng: np.random.Generator, edges_ps: list[int]) -> 
 
 
 def _next_total(rng: np.random.Generator, totals: list[int]) -> int:
-    """Draw the total that follows others: most of the time one step away, and never more than a box believes."""
+    """Draw the total that follows others: most of the time one step away, and never beyond the box's window."""
     seen = [0, *totals]
     lowest, highest = max(seen) - MOST_STEPS, min(seen) + MOST_STEPS
     if rng.random() < 0.7:

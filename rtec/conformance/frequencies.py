@@ -138,18 +138,18 @@ def search(
     deeper: int = 2,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Frequencies:
-    """Try a ladder of frequencies, and between two rungs that differ find where it changes, to 3 %.
+    """Try a ladder of frequencies, and between two levels that differ find where it changes, to 3 %.
 
     Parameters
     ----------
     does
         Tries a frequency.
     top_hz
-        One more rung, of interest to the user.
+        One more level, of interest to the user.
     from_hz, to_hz
         Ends of the ladder.
     digits
-        Rungs of a decade; twelve by default.
+        Levels per decade; twelve by default.
     deeper
         Decades that it goes down below its lower end as long as nothing is inserted there.
     progress
@@ -162,16 +162,16 @@ def search(
     >>> search(gate, 500e3, from_hz=1e3, to_hz=2e6).summary(500e3)
     '500 kHz: passes; inserts to 109 kHz; passes beyond 2 MHz'
     """
-    rungs = ladder(from_hz, to_hz, top_hz, digits=digits)
+    levels = ladder(from_hz, to_hz, top_hz, digits=digits)
     seen: dict[float, Does] = {}
 
     def tried(hertz: float) -> Does:
         if hertz not in seen:
             seen[hertz] = does(hertz)
-            progress(min(len(seen) / (len(rungs) + 10.0), 1.0))
+            progress(min(len(seen) / (len(levels) + 10.0), 1.0))
         return seen[hertz]
 
-    for hertz in rungs:
+    for hertz in levels:
         tried(hertz)
     for decade in range(1, deeper + 1):
         if seen[min(seen)] is Does.INSERTS:
@@ -191,8 +191,8 @@ def ladder(from_hz: float, to_hz: float, *more_hz: float, digits: Sequence[float
     [1000.0, 1200.0, 1500.0, 1600.0, 1800.0, 2000.0]
     """
     decades = range(math.floor(math.log10(from_hz)), math.ceil(math.log10(to_hz)) + 1)
-    rungs = [float(f"{digit}e{decade}") for decade in decades for digit in digits]
-    return sorted({from_hz, to_hz, *more_hz, *(hertz for hertz in rungs if from_hz < hertz < to_hz)})
+    levels = [float(f"{digit}e{decade}") for decade in decades for digit in digits]
+    return sorted({from_hz, to_hz, *more_hz, *(hertz for hertz in levels if from_hz < hertz < to_hz)})
 
 
 def acceleration_text(hertz_s: float, searched_to_hz_s: float) -> str:

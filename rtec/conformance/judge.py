@@ -125,7 +125,7 @@ def judge(
     Notes
     -----
     At the end ``controller = encoder + completed * step_counts`` has to hold, by ideal x4 decoders on both sides
-    (NISTIR 4832, "Altering the Position Signal"). Of several things that do not hold, the first one in the order of
+    (Yee 1992, "Altering the Position Signal"). Of several things that do not hold, the first one in the order of
     `Fault` is told: an illegal transition explains a wrong count, a break everything behind it.
 
     Examples

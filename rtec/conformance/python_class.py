@@ -1,4 +1,4 @@
-"""The door for Python: a user's class, played in a process of its own that is ended when it no longer moves on."""
+"""The Python interface: a user's class, played in a process of its own that is ended when it no longer moves on."""
 
 from __future__ import annotations
 

@@ -191,17 +191,17 @@ def _jitter_ps(trials: Trials, found: Frequencies) -> int:
 def _acceleration(trials: Trials) -> float:
     """Return the largest acceleration at which turns and starts do no harm; 0 where the smallest one does."""
     contract = trials.contract
-    _, rungs = accelerations_of(contract)
+    _, levels = accelerations_of(contract)
 
     def holds(acceleration: float, every: int = _EVERY) -> bool:
         sharper = replace(contract, acceleration_hz_s=acceleration)
         cases = chain(starting(trials, sharper), turning(trials, sharper, depths=(0.0, 0.02, 1.0)))
         return trials.first_wrong(islice(cases, 0, None, every))[0] is None
 
-    limit = up_to(rungs, holds, within)
-    while limit >= rungs[0] and not holds(limit, every=1):
+    limit = up_to(levels, holds, within)
+    while limit >= levels[0] and not holds(limit, every=1):
         limit /= _DOWN
-    return limit if limit >= rungs[0] else 0.0
+    return limit if limit >= levels[0] else 0.0
 
 
 def accelerations_of(contract: Contract) -> tuple[float, list[float]]:
@@ -219,13 +219,13 @@ def accelerations_of(contract: Contract) -> tuple[float, list[float]]:
 
 
 def up_to(
-    rungs: Sequence[float], holds: Callable[[float], bool], between: Callable[[float, float], float | None]
+    levels: Sequence[float], holds: Callable[[float], bool], between: Callable[[float, float], float | None]
 ) -> float:
-    """Return up to where something holds, from the first rung to the one below the first where it does not; else 0.
+    """Return up to where something holds, from the first level to the one below the first where it does not; else 0.
 
     Parameters
     ----------
-    rungs
+    levels
         Rising.
     holds
         Tries one.
@@ -237,12 +237,12 @@ def up_to(
     >>> up_to([1e3, 1e4, 1e5], lambda hertz: hertz < 50e3, within) // 1e3, up_to([1.0, 2.0], lambda _: False, within)
     (49.0, 0.0)
     """
-    if not holds(rungs[0]):
+    if not holds(levels[0]):
         return 0.0
-    for good, bad in pairwise(rungs):
+    for good, bad in pairwise(levels):
         if not holds(bad):
             return _halved(good, bad, holds, between)
-    return rungs[-1]
+    return levels[-1]
 
 
 def within(low: float, high: float) -> float | None:

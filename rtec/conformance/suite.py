@@ -47,7 +47,7 @@ def check_algorithm(
     Parameters
     ----------
     algorithm
-        Behind any door.
+        The algorithm, whatever it is written in.
     contract
         What is asked of it.
     tries

@@ -89,7 +89,7 @@ class Trials:
     Parameters
     ----------
     algorithm
-        Behind any door.
+        The algorithm, whatever it is written in.
     contract
         What is asked of it.
 

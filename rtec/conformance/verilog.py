@@ -1,4 +1,4 @@
-"""The door for Verilog: a module clocked by Verilator or Icarus Verilog, whichever is installed."""
+"""The Verilog interface: a module clocked by Verilator or Icarus Verilog, whichever is installed."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
     Held-out folds see the readings of all others, and which effects, periods and nodes are looked for is decided with
     all of them. A locked part is as good as another measurement that nobody has opened.
 
-    Of three runs or more the last fifth of the runs is locked away, one at least; of fewer runs at rest every fifth
+    Of three runs or more the last fifth of the runs is reserved, one at least; of fewer runs at rest every fifth
     reading, for the end of a pass lies where nothing else was measured; of a log in motion its last fifth.
 
     Raises

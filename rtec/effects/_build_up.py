@@ -14,7 +14,7 @@ from rtec.effects.protocol import Effect, Observable, Over, Quantity, Shape, Tun
 from rtec.effects.viscous import one_speed_each_way
 
 LONGEST = 1 / 30
-"""Of the span: what builds up over a longer way looks like a force that depends on position."""
+"""Of the span: what builds up over a longer way is collinear with a force that depends on position."""
 FEWEST_READINGS = 8
 """Within the shortest distance that is tried: with fewer, the build-up is over before it shows."""
 STEP = 1.5

@@ -70,7 +70,7 @@ class Eccentricity(Effect):
         ),
         invariant_to="whole turns, direction, speed and time.",
         source=(
-            "Geometry of a disc off centre; NISTIR 4832, position feedback signals (rotary encoders on ball-screws)."
+            "Geometry of a disc off centre; Yee (1992), position feedback signals (rotary encoders on ball-screws)."
         ),
     )
 

@@ -1,4 +1,4 @@
-"""Experiments that separate effects which look alike: one sentence for both of a pair, and what it asks of a plan."""
+"""Experiments that separate confounded effects: one sentence for both of a pair, and what it asks of a plan."""
 
 from __future__ import annotations
 

@@ -101,10 +101,10 @@ class Hysteresis(Effect):
         if ways.size < FEWEST_STROKES:
             return f"{ways.size} strokes between reversals only: at least {FEWEST_STROKES} needed"
         short, long = np.quantile(ways, [0.1, 0.9])
-        return None if long >= DIFFERENT * short else "all strokes are of one length: it looks like windup"
+        return None if long >= DIFFERENT * short else "all strokes are of one length: confounded with windup"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return distances from a tenth of the shortest stroke to half the longest; longer ones look like a scale."""
+        """Return distances from a tenth of the shortest stroke to half the longest; longer: collinear with scale."""
         ways = strokes(conditions)
         if not ways.size:
             return []

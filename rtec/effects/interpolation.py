@@ -63,7 +63,7 @@ class Interpolation(Effect):
         consequence="Ripple on surfaces and of speed at slow feeds.",
         action="Clean and adjust the reading head; trim offset, gain and phase.",
         invariant_to="shifts by whole signal periods, direction, slow feeds and time.",
-        source="NISTIR 4832, position feedback signals: two signals 90 degrees apart.",
+        source="Yee (1992), position feedback signals: two signals 90 degrees apart.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -68,7 +68,7 @@ class LostCounts(Effect):
         ),
         invariant_to="position, direction and feed.",
         source=(
-            "NISTIR 4832, altering the position signal: a decoder misses pulses that are too narrow, and each lost "
+            "Yee (1992), altering the position signal: a decoder misses pulses that are too narrow, and each lost "
             "count shifts all later positions."
         ),
     )

@@ -69,7 +69,7 @@ class PitchMap(Effect):
             "enough points."
         ),
         invariant_to="direction, feed, time and mostly temperature.",
-        source="Thesis, section 3.1.1, Figure 3.1 and Table 3-1; NISTIR 4832, introduction: leadscrew nonlinearity.",
+        source="Thesis, section 3.1.1, Figure 3.1 and Table 3-1; Yee (1992), introduction: leadscrew nonlinearity.",
     )
 
     def finest(self, shape: Shape) -> float:

@@ -1,4 +1,4 @@
-"""What a physical effect is to the rest of the program: columns, a scan grid, needs, look-alikes, a card."""
+"""What a physical effect is to the rest of the program: columns, a scan grid, needs, confounded effects, a card."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Tunable:
 
 @dataclass(frozen=True, slots=True)
 class Amplitude:
-    """One linear parameter: its name, the unit in which people read it, and the factor from inside to that unit."""
+    """One linear parameter: its name, the unit in which people read it, and the factor from the internal unit."""
 
     name: str
     unit: str
@@ -91,12 +91,12 @@ class Amplitude:
 
 @dataclass(frozen=True, slots=True)
 class Rival:
-    """An effect that can look the same, and what to measure to tell the two apart."""
+    """An effect that it may be confounded with, and what to measure to separate the two."""
 
     name: str
     experiment: str
     permanent: bool = False
-    """No experiment with the same instrument can tell them apart."""
+    """The two are not identifiable from each other with the same instrument."""
     on_lengths: bool = False
     """Permanent on a linear axis, where the columns of the two are the same."""
     limit: bool = False
@@ -104,7 +104,7 @@ class Rival:
     preferred."""
 
     def lasts(self, conditions: Conditions) -> bool:
-        """Return whether no other measurement of this kind can tell the two apart.
+        """Return whether no other measurement of this kind can separate the two.
 
         Examples
         --------
@@ -231,14 +231,14 @@ class Effect(abc.ABC):
     joins: ClassVar[frozenset[str]] = frozenset()
     """Other effects with which it may be one: each has a part of what one cause does."""
     never_ranked: ClassVar[bool] = False
-    """No score test ranks it: it looks like another effect for ever, or is found by other means than columns."""
+    """No score test ranks it: it is not identifiable from another effect, or is found by other means than columns."""
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""
         return None
 
     def ranked(self, conditions: Conditions) -> bool:
-        """Return whether a search over these data ranks it; an effect that is not is listed beside its look-alike."""
+        """Return whether a search over these data ranks it; else it is listed beside what it is confounded with."""
         return not self.never_ranked
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:

@@ -63,7 +63,7 @@ class Quantisation(Effect):
         ),
         action="Record more digits, use finer counts, or accept the floor.",
         invariant_to="direction, feed, time and shifts by whole steps.",
-        source="NISTIR 4832, position feedback signals: the resolution is a quarter of the square wave's cycle.",
+        source="Yee (1992), position feedback signals: the resolution is a quarter of the square wave's cycle.",
     )
 
     def steps(self, values: npt.ArrayLike) -> float | None:

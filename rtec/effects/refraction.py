@@ -95,7 +95,7 @@ class Refraction(Effect):
 
     References
     ----------
-    Birch and Downs 1993 and 1994; thesis, section 2.3: distance as a function of the wavelength, which the laser
+    Birch and Downs (1993, 1994); thesis, section 2.3: distance as a function of the wavelength, which the laser
     corrects by sensors of air temperature and pressure.
 
     Examples

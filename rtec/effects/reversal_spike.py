@@ -99,14 +99,14 @@ class ReversalSpike(Effect):
         return [SpikeShape(distance) for distance in unseen_distances(conditions)]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""
+        """Return distances from half the shortest seen to a fifth of the span; longer: collinear with scale."""
         gone = distances(conditions)
         if gone.size < FEWEST_DISTANCES:
             return []
         return [SpikeShape(distance) for distance in ladder(gone[0] / 2, max(conditions.span / 5, gone[0]))]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale."""
+        """Return the distance, free by a half, up to a fifth of the span: beyond, it is collinear with a scale."""
         distance = own_shape(shape, SpikeShape).distance
         top = max(conditions.span / 5, distance)
         return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)

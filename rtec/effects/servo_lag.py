@@ -19,7 +19,7 @@ class ServoLag(Effect):
 
     References
     ----------
-    Network contour error (2015), section I: the following error depends on the velocity of the axis.
+    Erwinski et al. (2016), section I: the following error depends on the velocity of the axis.
 
     Examples
     --------

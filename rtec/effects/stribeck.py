@@ -78,7 +78,7 @@ class Stribeck(BuildsUp):
         return None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
 
     def at_once(self, conditions: Conditions) -> Sequence[StribeckShape]:
-        """Return speeds from the slowest motion to a third of the fastest; higher ones look like Coulomb's."""
+        """Return speeds from the slowest motion to a third of the fastest; higher: collinear with coulomb."""
         speeds = _speeds(conditions)
         if speeds.size < 2:
             return []

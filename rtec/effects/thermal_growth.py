@@ -44,8 +44,8 @@ class ThermalGrowth(FollowsHeat):
 
     References
     ----------
-    Yao et al., section 4.1: temperatures of the machine's key parts among the factors that induce the error; thesis,
-    section 3.3: temperatures as input of the correction. ISO 1: the reference is 20 degC.
+    Yao et al. (2013), section 4.1: temperatures of the machine's key parts among the factors that induce the error;
+    thesis, section 3.3: temperatures as input of the correction. ISO 1: the reference is 20 degC.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class ThermalGrowth(FollowsHeat):
             "measure at a stated temperature."
         ),
         invariant_to="direction, feed and order of the readings.",
-        source="Yao et al. (2013), section 4.1; thesis, section 3.3; NISTIR 4832, introduction; ISO 1, ISO 230-3.",
+        source="Yao et al. (2013), section 4.1; thesis, section 3.3; Yee (1992), introduction; ISO 1, ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

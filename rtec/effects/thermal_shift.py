@@ -20,8 +20,8 @@ class ThermalShift(FollowsHeat):
 
     References
     ----------
-    Yao et al., section 4.2: a spindle that moves by its heat while the axis stands; ISO 230-3, clause 6: distortion
-    by a rotating spindle.
+    Yao et al. (2013), section 4.2: a spindle that moves by its heat while the axis stands; ISO 230-3, clause 6:
+    distortion by a rotating spindle.
 
     Examples
     --------
@@ -58,7 +58,7 @@ class ThermalShift(FollowsHeat):
             "Set the zero again when warm, correct it by the temperature of the part that grows, or cool that part."
         ),
         invariant_to="position, direction, feed and order of the readings.",
-        source="Yao et al. (2013), section 4.2; NISTIR 4832, introduction; ISO 230-3.",
+        source="Yao et al. (2013), section 4.2; Yee (1992), introduction; ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -45,7 +45,8 @@ class WarmUp(Effect):
 
     References
     ----------
-    Yao et al., section 4.2: 2.5 hours of running and 2 hours of cooling, in which a spindle's error follows its heat.
+    Yao et al. (2013), section 4.2: 2.5 hours of running and 2 hours of cooling, in which a spindle's error follows
+    its heat.
 
     Examples
     --------
@@ -80,7 +81,7 @@ class WarmUp(Effect):
         ),
         invariant_to="position, direction and feed.",
         source=(
-            "Yao et al. (2013), section 4.2: 2.5 h of running, 2 h of cooling; NISTIR 4832, introduction; ISO 230-3."
+            "Yao et al. (2013), section 4.2: 2.5 h of running, 2 h of cooling; Yee (1992), introduction; ISO 230-3."
         ),
     )
 
@@ -92,7 +93,7 @@ class WarmUp(Effect):
         return None if moments >= FEWEST_MOMENTS else f"{moments} moments only: at least {FEWEST_MOMENTS} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return time constants from a fiftieth of the measurement to half of it; longer ones look like a drift."""
+        """Return time constants from a fiftieth of the measurement to half of it; longer: collinear with drift."""
         lasted = float(np.ptp(conditions.clock))
         return [WarmShape(constant) for constant in ladder(lasted / 50, lasted / 2)] if lasted > 0 else []
 

@@ -19,8 +19,8 @@ class WarmUpGrowth(WarmUp):
 
     References
     ----------
-    Yao et al., section 4.2: 2.5 hours of running and 2 hours of cooling; thesis, section 5.2: a screw that grew
-    during four passes in almost 20 hours.
+    Yao et al. (2013), section 4.2: 2.5 hours of running and 2 hours of cooling; thesis, section 5.2: a screw that
+    grew during four passes in almost 20 hours.
 
     Examples
     --------

@@ -30,10 +30,10 @@ CLOSE = 0.27
 BEGUN_APART = 3
 """Places from which runs in one direction have to begin, so that what happens after a reversal is no map."""
 HIDDEN = 8.0
-"""Of the first distance: what changes over less is over before it, and looks like any other that is."""
+"""Of the first distance: what changes over less is over before it, and is collinear with any other such distance."""
 FARTHEST = 0.15
 """Overshoot that is looked for, in distances: with a longer one the drive is wound up before the first reading, and
-what is left of its course looks like backlash."""
+what is left of its course is collinear with backlash."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ class Windup(Effect):
         return [WindupShape(d, carried) for d in unseen_distances(conditions) for carried in (False, True)]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return distances from half the shortest seen to a fifth of the span; longer ones look like a scale."""
+        """Return distances from half the shortest seen to a fifth of the span; longer: collinear with scale."""
         gone = distances(conditions)
         if gone.size < FEWEST_DISTANCES:
             return []
@@ -142,7 +142,7 @@ class Windup(Effect):
         return [*here, *(WindupShape(w.distance, w.carried, 0.1 * w.distance) for w in here)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance, free by a half, up to a fifth of the span: beyond, it looks like a scale.
+        """Return the distance, free by a half, up to a fifth of the span: beyond, it is collinear with a scale.
 
         An overshoot that there is, too, from none to a share of the distance.
         """
@@ -234,7 +234,7 @@ def shortest(conditions: Conditions) -> float:
     """Return the shortest distance over which something after a reversal can be seen to change.
 
     Half the shortest distance of a reading at rest. Of a log the way that it goes, as a rule, in its first two
-    readings after a reversal: what changes over less is over between two readings, and looks like play.
+    readings after a reversal: what changes over less is over between two readings, and is collinear with play.
     """
     gone = distances(conditions)
     least = float(gone[0]) / 2.0 if gone.size else 0.0

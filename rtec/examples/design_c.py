@@ -1,4 +1,4 @@
-"""Design C of NISTIR 4832 as an algorithm for `rtec check`: inverters behind A and B, a latch before them."""
+"""Design C of Yee (1992) as an algorithm for `rtec check`: inverters behind A and B, a latch before them."""
 
 UP, DOWN = (1, 3, 0, 2), (2, 0, 3, 1)  # levels A + 2 B a count later, and a count before
 GAP_PS = 200_000  # between two changes

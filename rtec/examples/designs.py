@@ -1,4 +1,4 @@
-"""The four designs of NISTIR 4832 as algorithms for `rtec check`, with a latch that holds real edges back.
+"""The four designs of Yee (1992) as algorithms for `rtec check`, with a latch that holds real edges back.
 
 Each passes: ``rtec check rtec/examples/designs.py:Original --design original``. What may go wrong in them stands in
 mutants.py.

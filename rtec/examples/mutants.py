@@ -27,7 +27,7 @@ class OriginalPeriod(Original):
 
 
 class OriginalPowerUp(Original):
-    """At power-up it believes that the axis has been at rest for long."""
+    """At power-up it assumes that the axis has been at rest for long."""
 
     edge_ps = -Original.SLOW_PS
 

@@ -24,8 +24,8 @@ CHANCE = 0.05
 def accepted(found: Finding, step: Step, rivals: Sequence[Rivalry]) -> Candidate:
     """Return an accepted effect as a candidate."""
     words = [step.reason]
-    words += [f"cannot be told from {r.rival} here (cosine {r.cosine:.3f})" for r in rivals if not r.permanent]
-    words += [f"looks like {r.rival} for ever, to the same instrument" for r in rivals if r.permanent]
+    words += [f"collinear with {r.rival} here (cosine {r.cosine:.3f})" for r in rivals if not r.permanent]
+    words += [f"not identifiable from {r.rival} with the same instrument" for r in rivals if r.permanent]
     probes = (effect for effect, _ in found.model.choices if isinstance(effect, Probe))
     changes = [what for probe in probes if step.effect in probe.builds_on for what in probe.depends_on]
     words += [f"changes with {what}, and so only resembles its name" for what in changes]

@@ -17,7 +17,7 @@ from rtec.inference.space import Choice, Space
 
 WORTH = 5.0
 """Nats by which an effect has to raise the score before it enters: at 3.5 the prototype gave false names."""
-ALIKE = 0.99
+COLLINEAR = 0.99
 """Cosine from which on two effects are the same on a plan."""
 SHARPER = 3.0
 """Nats by which a sudden change has to be likelier than a gradual one."""
@@ -146,7 +146,7 @@ class Gate:
             yield "the held-out error does not fall"
 
     def worth(self, model: Scored, k: int, rest: Scored) -> float:
-        """Return the nats by which an effect, or any of its look-alikes, raises the score over that of the ``rest``.
+        """Return the nats by which an effect, or any collinear one, raises the score over that of the ``rest``.
 
         Where a poor plan cannot tell them apart, each has but its share of what speaks for all of them.
         """
@@ -161,7 +161,7 @@ class Gate:
             if name not in rivals or other.wrong_sign or self.in_doubt(other) or self.implausible(other, added):
                 continue
             theirs = self._shown(other, added)
-            if own @ theirs > ALIKE * np.linalg.norm(own) * np.linalg.norm(theirs):
+            if own @ theirs > COLLINEAR * np.linalg.norm(own) * np.linalg.norm(theirs):
                 best[name] = max(other.score, best.get(name, -np.inf))
         return float(logsumexp(list(best.values()))) - rest.score
 

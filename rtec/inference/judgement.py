@@ -143,7 +143,7 @@ def _experiment(
     if tied:
         return experiment_for_rivals(found.scout.judge, found.scouted, tied[0], tied[1:])
     for name in doubts_of(found):
-        if name in not_testable:  # no reading here shows it: the experiment that tells it from its look-alikes does
+        if name in not_testable:  # no reading here shows it: the experiment that separates it does
             return experiment_of([rival.experiment for rival in effect_named(name).rivals[:1]])
         return Experiment(text=f"{name}: {settling(found, name)}")
     if unknown is not None:

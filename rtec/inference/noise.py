@@ -41,13 +41,13 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
         (fit.contribution(k) for k, (effect, _) in enumerate(model.choices) if effect.in_time),
         np.zeros(dataset.rows),
     )
-    within, freedom = within_cells(dataset.observed - changing, dataset.cell)
+    within, dof = within_cells(dataset.observed - changing, dataset.cell)
     return NoiseFloor(
         from_repeats=True,
         sigma=within,
         correlation=model.colour.rho,
         white_share=model.colour.white,
-        degrees_of_freedom=freedom,
+        degrees_of_freedom=dof,
         sigma_adjacent=_adjacent(dataset),
     )
 
@@ -57,8 +57,8 @@ def within_cells(values: Floats, cells: Ints) -> tuple[float, float]:
     member = cells >= 0
     cell, count = np.unique(cells[member], return_inverse=True, return_counts=True)[1:]
     means = np.bincount(cell, weights=values[member]) / count
-    freedom = float(max(int(member.sum()) - count.size, 1))
-    return float(np.sqrt(np.sum((values[member] - means[cell]) ** 2) / freedom)), freedom
+    dof = float(max(int(member.sum()) - count.size, 1))
+    return float(np.sqrt(np.sum((values[member] - means[cell]) ** 2) / dof)), dof
 
 
 def _adjacent(dataset: Dataset) -> float | None:

@@ -37,7 +37,7 @@ def predictor_of_file(
     low_mm, high_mm
         A model of effects is tabled over the part of this range that it was fitted to, where it says so.
     cautious
-        Whether the predictor is believed no more than its interval supports.
+        Whether corrections are reduced to what the predictor's interval supports.
 
     Returns
     -------

@@ -76,7 +76,7 @@ class Insertions:
     requested: int
     """Total of steps asked for."""
     completed: int
-    """Total of steps that the box believes to have inserted."""
+    """Total of steps that the box takes as inserted."""
     inserted: int
     """Insertions made, of either sign."""
     refused: int

@@ -83,7 +83,7 @@ class DesignRow:
 
 
 class Design(DesignRow, enum.Enum):
-    """An insertion design (NISTIR 4832, sections "The Original RTEC" and "Alternate RTEC" A, B, C).
+    """An insertion design (Yee 1992, sections "The Original RTEC" and "Alternate RTEC" A, B, C).
 
     Examples
     --------

@@ -85,7 +85,7 @@ class Message:
         Field by field: a label where the DBC has one for the value, else the number as it is sent, before the factor
         that the DBC has for a step. Empty if the length is wrong.
     verdict
-        Whether the frame is to be believed. Order and session are for the node to judge, which knows what came.
+        Whether the frame is valid. Order and session are for the node to judge, which knows what came.
     """
 
     name: str

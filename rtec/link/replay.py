@@ -24,7 +24,7 @@ def replay(
     """Send the frames of a log at their times, on the clock of the transport, and return how many were sent.
 
     Frames of one identifier never follow each other in less than half the time that they have in the log: a program
-    that was not let run for a while does not pour out at once what it is late with.
+    that was not let run for a while does not send all overdue frames at once.
 
     Parameters
     ----------

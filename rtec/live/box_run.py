@@ -21,10 +21,10 @@ LOOK_PS = 20 * 10**9
 """Orders are taken, and changes looked for, this often."""
 
 MOST_ORDERS = 8
-"""Orders carried out between two looks: whoever pours them in does not keep the axes from running."""
+"""Command rate limit: orders carried out between two passes, so that many orders do not stop the axes."""
 
 MOST_REFUSED = 1000
-"""Of a script: whoever pours nonsense in does not fill the memory."""
+"""Limit of the orders kept from a script, so that a long one does not fill the memory."""
 
 TIDY_PS = PS_PER_S
 

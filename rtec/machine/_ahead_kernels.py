@@ -1,6 +1,6 @@
-"""The open signal path at constant speed, its edges made ahead: what takes the edges one after the other anew.
+"""The open signal path at constant speed, with its edges computed ahead.
 
-It is compiled apart from the loop of `rtec.machine._open_kernels`, which makes each edge when its turn comes.
+It is compiled apart from the loop of `rtec.machine._open_kernels`, which computes each edge when it is due.
 """
 
 from __future__ import annotations

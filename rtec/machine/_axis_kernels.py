@@ -1,4 +1,4 @@
-"""Compiled axis under way: a tick of its servo, and in it all that its lines do, in the order of their times.
+"""Compiled motion of an axis: a servo tick, and within it the events of its lines in the order of their times.
 
 Within a tick the acceleration is constant, so that the lines' crossing times have a closed form. Whoever owns the
 handshake of PC and box (the closed loop, a station on a bus) opens a tick, runs it up to the next turn of either,
@@ -24,7 +24,7 @@ from rtec.units._time_kernels import PS_PER_S
 
 @step
 def next_edge(m: Record) -> int:
-    """Return when the line crossed next gives its edge, jitter included; nothing comes too late."""
+    """Return when the next line crossing gives its edge, jitter included, and not before the present time."""
     if m.crossing_ps == NEVER:
         return NEVER
     e = m.encoder
@@ -99,7 +99,7 @@ def run_lines(m: Record, box: Any, until_ps: int, part_end_ps: int) -> bool:
 def open_part(m: Record, from_s: float, error: Any) -> None:
     """Begin a part of the tick in which the motion does not turn.
 
-    ``error`` is that of the slide, which follows the encoder through its play; None where nobody looks at the slide.
+    ``error`` is that of the slide, which follows the encoder through its play; None where the slide is not observed.
     """
     servo = m.servo
     m.part_end_s = m.turn_s if from_s < m.turn_s else servo.period_s
@@ -146,7 +146,7 @@ def run_tick(m: Record, box: Any, until_ps: int, error: Any) -> None:
 
 @helper
 def settle_lines(m: Record, box: Any) -> None:
-    """Stop the axis where it is, let what is under way in the box come to its end and the filter see the last edge.
+    """Stop the axis where it is, complete the insertion under way, and let the filter see the last edge.
 
     After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
     """

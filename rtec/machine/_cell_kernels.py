@@ -31,7 +31,7 @@ from rtec.requester._box_kernels import RUNNING
 from rtec.requester._box_node_kernels import box_receive
 from rtec.requester._pc_kernels import HOLD as HOLDING
 from rtec.requester._pc_node_kernels import BUS_OFF, OTHER_AXIS, pc_hold, pc_node_start, pc_receive
-from rtec.requester._pc_turn_kernels import pc_believe, pc_prepare
+from rtec.requester._pc_turn_kernels import pc_predict, pc_prepare
 from rtec.signal._kernels import NEVER
 
 CELL = np.dtype(
@@ -67,7 +67,7 @@ def begin_at_pc(c: Record, f: Record, t_ps: int) -> None:
 def deliver_frame(
     c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], faults: NDArray[np.void], t_ps: int
 ) -> None:
-    """Hand the frame that the bus has just delivered to every other node."""
+    """Deliver the frame that has just left the bus to every other node."""
     bus = c.bus
     axis = bus.identifier & AXIS_BITS
     if is_off(faults, bus.node, t_ps):
@@ -102,7 +102,7 @@ def turn_pc(
             known = other.has_position == 1 and other.valid == 1
             n.pc.sensors[AXES + j] = other.pc.home_mm + other.position * other.pc.count_mm if known else math.nan
         read_thermometers(c.thermometers, t_ps, n.pc.sensors)
-        pc_believe(n, pc_ps, models[i])
+        pc_predict(n, pc_ps, models[i])
         late = abs(n.pc.target - stations[i].injector.completed)
         c.late_steps[i] = max(c.late_steps[i], late)
     for k in range(n.out.waiting):
@@ -135,7 +135,7 @@ def turn_box(c: Record, axes: Any, boxes: Any, steps: Any, faults: NDArray[np.vo
 
 @helper
 def watch_lines(c: Record, axes: Any, boxes: Any, steps: Any, t_ps: int) -> None:
-    """Let axes that follow lines together go once all are ready, and stop at once when one no longer is."""
+    """Start axes that follow lines together once all are ready, and stop all as soon as one is not."""
     advance, _ = steps
     stations = axes[0]
     ready = 1
@@ -171,7 +171,7 @@ def run(
 ) -> None:
     """Run the cell to ``until_ps``; ``axes``, ``boxes`` and ``steps`` as in `rtec.machine._station_kernels`.
 
-    ``models`` are what the PC believes of as many axes as a cell may have, so that it is compiled once for all cells.
+    ``models`` are the PC's models of as many axes as a cell may have, so that it is compiled once for all cells.
     """
     advance, change_fault = steps
     stations = axes[0]

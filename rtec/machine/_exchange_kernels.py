@@ -1,4 +1,4 @@
-"""Compiled handshake over the bus without a machine: so many exchanges, each of one step more or less.
+"""Compiled handshake over the bus without a machine: a given number of exchanges, each of one step more or less.
 
 The box stands at home and inserts at once. Everything else is the whole way of a request: packed, sealed, sent,
 checked, judged, answered by status, corrections and position, and checked again.
@@ -41,7 +41,7 @@ def exchange_frames(
     turn: int,
     until_ps: int,
 ) -> int:
-    """Let PC and box make so many exchanges, up to ``until_ps`` at most; return the time of the last.
+    """Let PC and box make a number of exchanges, up to ``until_ps`` at most; return the time of the last.
 
     The total that the PC wants goes up and down between 0 and ``turn``, by one step for every exchange.
     """

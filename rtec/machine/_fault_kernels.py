@@ -1,6 +1,6 @@
 """Compiled faults of an axis and of the PC: what begins, what ends, and how often it has taken effect.
 
-What changes the lines is seen on them once they are taken anew (`inject_or_clear`, `rtec.machine._line_kernels`).
+A change of the lines takes effect once they are read again (`inject_or_clear`, `rtec.machine._line_kernels`).
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ BOX_RESTART, POWER_OFF, CABLE, GLITCHES, SWITCH_THROWN, PROBE_TRIP, STALE_WORD, 
 # at the PC
 PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK = 40, 41, 42
 PC_PROBING = 43
-"""An order and no fault: the PC enters the probing mode, and leaves it."""
+"""Not a fault but an order: the PC enters the probing mode, and leaves it."""
 
 
 @step
 def behind_cable(st: Record, level: int) -> int:
-    """Return the levels that the box gets; of the cable it is known which of them differ from the encoder's.
+    """Return the levels that the box gets: the encoder's, changed where the record of the cable says so.
 
     Two bits for each of the levels now, eight for each of those that the box got before the fault.
     """
@@ -46,7 +46,7 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     kind = f.kind
     if kind == BOX_RESTART or kind == POWER_OFF or kind == PROBE_TRIP:
         if st.powered == 0:
-            return  # a dead box has nothing to lose, and latches nothing
+            return  # a box without power has no state to lose and latches nothing
     if kind == BOX_RESTART:
         switch_power(st, box, t_ps, 0)
         switch_power(st, box, t_ps, 1)
@@ -115,7 +115,7 @@ def switch_power(st: Record, box: Any, t_ps: int, on: int) -> None:
 
 @helper
 def trigger_pending(st: Record, box: Any, t_ps: int) -> None:
-    """Let the fault begin that waited for an insertion to be under way."""
+    """Begin the pending fault, now that an insertion is under way."""
     st.triggered_ps = t_ps
     begin_at_axis(st, box, t_ps, st.pending)
     st.pending.kind = NO_FAULT
@@ -144,7 +144,7 @@ def note_effects(st: Record, f: Record, t_ps: int) -> None:
 
 @helper
 def await_insertion(st: Record, f: Record) -> None:
-    """Let a fault wait for an insertion to be under way."""
+    """Make a fault pending until an insertion is under way."""
     pending = st.pending
     pending.kind = f.kind
     pending.cable = f.cable

@@ -1,4 +1,4 @@
-"""Compiled memory of the last changes of the lines, for whoever wants to see an insertion."""
+"""Compiled recorder of the last changes of the lines, for pictures of an insertion."""
 
 from __future__ import annotations
 

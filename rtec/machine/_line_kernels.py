@@ -65,7 +65,7 @@ AXIS: list[tuple[object, ...]] = [
     ("line_from", np.float64),  # command at the begin of the line
     ("line_mm", np.float64),  # way along it
     ("line_speed", np.float64),  # mm/s along it
-    ("lag", np.float64),  # counts that the axis may lag behind at the feed of the last while
+    ("lag", np.float64),  # counts of lag that the recent feed explains
     ("override", np.float64),
     ("going_home", np.int64),  # 1: back to the encoder's home, whatever the controller counts
     # cable between encoder and box
@@ -86,7 +86,7 @@ AXIS: list[tuple[object, ...]] = [
     # a fault that waits for an insertion to be under way
     ("pending", FAULT),
     ("triggered_ps", np.int64),
-    # the last changes of the lines, for whoever wants to see an insertion
+    # the last changes of the lines, for pictures of an insertion
     ("keeps", np.int64),  # 1: they are kept
     ("kept", np.int64),  # changes so far
     ("kept_ps", np.int64, (KEPT,)),
@@ -189,7 +189,7 @@ def inject_or_clear(st: Record, box: Any, t_ps: int, f: Record, begins: bool) ->
 
 @written_out
 def fault_at_axis(st: Record, box: Any, f: Record, t_ps: int, begins: bool) -> None:
-    """Let the fault of an axis that ``f`` tells begin, or wait for an insertion from now on; or let it end.
+    """Begin the fault ``f`` of an axis, or make it pending until an insertion; or end it.
 
     At its end it is noted how often it has taken effect.
     """

@@ -26,7 +26,7 @@ from rtec.machine._line_kernels import AXIS, fault_at_axis
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
-from rtec.predictors._kernels import believed_mm
+from rtec.predictors._kernels import predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
 from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
@@ -42,7 +42,7 @@ MACHINE = np.dtype(
         ("reader", READER),
         ("pc", PC),
         ("thermometers", THERMOMETERS),
-        ("restless", np.int64),  # 1: what the PC believes may change while the axis stands
+        ("restless", np.int64),  # 1: the PC's prediction may change while the axis stands
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
         ("fault_ps", np.int64),  # when a fault next begins or ends
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
@@ -68,9 +68,9 @@ def converse_box(m: Record, t_ps: int) -> None:
 
 @helper
 def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
-    """Let the PC look at the box's words and send its next request."""
+    """Let the PC read the box's words and send its next request."""
     if abs(m.encoder.count) <= 1.0 + m.servo.dither:
-        pc_start(m.pc, m.node.down, t_ps)  # where the axis stands elsewhere, nobody may take it for home
+        pc_start(m.pc, m.node.down, t_ps)  # an axis that stands elsewhere must not be taken as homed
     valid = m.powered == 1
     if box is not None:
         set_inputs(m, box[0], t_ps)
@@ -83,7 +83,7 @@ def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     if pc_read(m.pc, m.node.up, t_ps):
         read_thermometers(m.thermometers, t_ps, m.pc.sensors)
         sense(m.pc, t_ps, m.node.up.delivered_ps, 1)
-        pc_request(m.pc, m.node.down, t_ps, believed_mm(model, m.pc.sensors))
+        pc_request(m.pc, m.node.down, t_ps, predicted_mm(model, m.pc.sensors))
 
 
 @step
@@ -98,7 +98,7 @@ def next_turn(m: Record, box: Any) -> int:
 
 @helper
 def change_faults(m: Record, box: Any, faults: NDArray[np.void], t_ps: int) -> None:
-    """Let end and begin what does so at ``t_ps``: first the ends, so that one may follow the other."""
+    """End and begin the faults that are due at ``t_ps``; ends come first, so that one fault may follow another."""
     for begins in (False, True):
         for i in range(faults.size):
             f = faults[i]
@@ -174,7 +174,7 @@ def run(
 ) -> None:
     """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
 
-    ``error``, ``model`` and ``own`` are the axis' true curve, what the PC believes and the controller's own table, as
+    ``error``, ``model`` and ``own`` are the axis' true curve, the PC's model and the controller's own table, as
     `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is
     (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
@@ -244,11 +244,11 @@ def come_to_rest(m: Record, box: Any, faults: NDArray[np.void]) -> None:
 
 @kernel
 def exchange(m: Record, exchanges: int, turn: int) -> int:
-    """Let PC and box converse on their own, each at its own period; return the steps accepted, of either sign.
+    """Let PC and box exchange requests, each at its own period; return the steps accepted, of either sign.
 
     The axis goes back and forth: with each exchange the deviation grows by one step of the box, ``turn`` times, then
-    shrinks as often, and so on. An exchange is a look of the PC at valid words, its next request, and the box's
-    samples up to the PC's next look; what the box accepts counts as inserted at once. The last request is sampled,
+    shrinks as often, and so on. An exchange is a reading of valid words by the PC, its next request, and the box's
+    samples up to the PC's next reading; what the box accepts counts as inserted at once. The last request is sampled,
     too.
     """
     made = 0

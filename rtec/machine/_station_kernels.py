@@ -2,7 +2,8 @@
 
 Stations come side by side, ``axes = (stations, moves, plant)``: their records; targets in counts, speeds in counts/s
 (along lines in mm/s), rests in ps and lengths of lines in mm, each of shape (axes, moves); what the servos move.
-``boxes`` is None where the injectors model them, else their parts as rows (`rtec.machine.firmware_box`). Whoever owns
+``boxes`` is None where the injectors model them, else their parts as rows (`rtec.machine.firmware_box`). The caller
+that owns
 the clock calls :func:`advance` and :func:`change_fault` by their addresses, so that an axis is compiled once for all
 of them.
 

@@ -1,7 +1,7 @@
 """Compiled tape: what a box drives and owes, a row for each moment at which something of it changes.
 
 A tape is ``(rows, used)``: rows as of `rtec.injector._wave_kernels`, first what held before, and how many there are.
-One without rows is for nobody: nothing is kept.
+One without rows keeps nothing.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ class Axes:
             by_address(_station_kernels.advance, *self.parts, 0, 0, True),
             by_address(_station_kernels.change_fault, *self.parts, 0, fault, 0, True),
         )
-        """Addresses of the steps by which whoever owns the clock runs them."""
+        """Addresses of the steps by which the owner of the clock runs them."""
         self._settle: Any = prepared(_station_kernels.settle, *self.parts, 0)
         self._change: Any = prepared(_station_kernels.change_fault, *self.parts, 0, fault, 0, True)
 

@@ -40,7 +40,7 @@ class AxisOutcome:
     pc_reason: HoldReason
     box_status: Status
     target_steps: int
-    """Total that the prediction asks for where the PC believes the axis to be."""
+    """Total that the prediction asks for where the PC takes the axis to be."""
     off_counts: int
     """Count at the controller, less the true count and the corrections that the prediction asks for."""
     uninserted_counts: int
@@ -151,7 +151,7 @@ class Cell:
         for pc in self._pcs:
             pc.pc.probing = int(probing)
 
-    def mean_large(self) -> None:
+    def allow_large_correction(self) -> None:
         """Let the PC's next requests exceed the window, once."""
         for pc in self._pcs:
             pc.pc.large_meant = 1

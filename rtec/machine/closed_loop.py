@@ -98,7 +98,7 @@ class Machine:
         A processor that runs the design's firmware in the box, in place of the behavioural model of it. Design and
         hold latch are those of ``injector``; its times, and the box's windows and period, are the firmware's own.
     model
-        What the PC believes of the axis, by its sensors.
+        The PC's model of the axis, a function of its sensors.
     own_table
         The controller's own compensation, ideally applied to the command; none by default.
     encoder, servo, receiver, handshake, laser, growth
@@ -192,7 +192,7 @@ class Machine:
         return state
 
     def bound_models(self) -> tuple[Any, Any, Any, Any]:
-        """Return true error, what the PC believes, the controller's own table and the plant for the kernel."""
+        """Return true error, the PC's model, the controller's own table and the plant for the kernel."""
         error, own = (bound_curve(getattr(self, name), name) for name in ("axis_error", "own_table"))
         return error, bound(self.model, names_of(self.thermometers), axes=1), own, bound_plant(self.servo.plant)
 
@@ -223,10 +223,10 @@ class LoopResult:
     """Largest excess over what the request's word can hold, at any time."""
     status: Status
     refused: int
-    """Requests that the box did not believe."""
+    """Requests outside the box's window."""
     exchanges: int
     not_valid: int
-    """Looks of the PC at words that were being updated, repeated later."""
+    """Readings of the PC that met Data Valid low and were repeated."""
     audit_counts: int
     """By how much the controller's count is off: 0 where the audit holds."""
     following_max_mm: float

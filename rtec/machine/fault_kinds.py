@@ -1,4 +1,4 @@
-"""Every class of faults, a row each: what happens, where, of which category, and what proves that it took effect.
+"""Every class of faults, a row each: what happens, where, of which category, and what shows its activation.
 
 Names, help, records of the kernels, campaigns and the table of docs/how-to-test-your-pc.md follow from the rows.
 """
@@ -49,7 +49,7 @@ class ActivatedBy(enum.IntEnum):
     FRAMES = _bus.FRAMES_AFFECTED
     """Frames that it affected."""
     CABLE = _bus.CABLE_AFFECTED
-    """Moments at which the cable said something else than the encoder."""
+    """Moments at which the levels behind the cable differed from the encoder's."""
     WORD = _bus.WORD_AFFECTED
     """Position words that were not the right ones."""
     GLITCHES = _bus.GLITCHES_MADE
@@ -133,7 +133,7 @@ class FaultRow:
 
     @property
     def delayed(self) -> bool:
-        """Return whether it needs to be told by how much: a delay of frames, or a jump of the clock."""
+        """Return whether it takes an amount: a delay of frames, or a jump of the clock."""
         return self.category is FaultCategory.CLOCK or self.code in (_bus.LATE, _bus.DUPLICATED)
 
     @property

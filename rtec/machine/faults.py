@@ -174,14 +174,14 @@ def probing_records(probing: Sequence[tuple[int, int]]) -> Record:
 
 
 def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()) -> None:
-    """Check that what shares a part of the axis does not overlap in time; nobody could say which of the two ends it.
+    """Check that what shares a part of the axis does not overlap in time; else the end of one would end both.
 
     Raises
     ------
     ArgumentError
         Two faults of one category, two that wait for an insertion, or two intervals of probing, that overlap.
     """
-    faults = [fault for fault in faults if fault.kind.place is FaultPlace.AXIS]  # a frame may suffer several
+    faults = [fault for fault in faults if fault.kind.place is FaultPlace.AXIS]  # several may affect one frame
     spans = [((fault.kind.category.value, str(fault.place)), fault) for fault in faults]
     spans += [(("waiting", str(fault.place)), fault) for fault in faults if fault.trigger is Trigger.WHILE_INSERTING]
     times = [(part, fault.from_ps, fault.over_ps, "faults", str(fault)) for part, fault in spans]

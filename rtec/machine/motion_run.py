@@ -40,6 +40,6 @@ class MotionRun:
         return 1.0 if over else min(max(int(state.encoder.last_ps), 0) / segments.total_ps, 0.999)
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
-        """Let the box make at rest what it owes; return when all is settled."""
+        """Let the box insert the pending steps at rest; return when all is settled."""
         asks_ps, total_ps = self.motion.asks_ps, self.motion.total_ps
         return int(_motion_kernels.come_to_rest(state, asks_ps, self._at, total_ps, settle_ps, box, tape or NOBODY))

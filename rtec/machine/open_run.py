@@ -1,4 +1,4 @@
-"""The open signal path, run: edge by edge or many at once, with whoever looks on."""
+"""The open signal path, run: edge by edge or many at once, with observers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def simulate(
     vcd
         Waveform file to write both sides of the box to.
     seen
-        Somebody else who looks at what the box does, such as a `rtec.machine.stretch.Stretch` for a picture.
+        An observer of the box, such as a `rtec.machine.stretch.Stretch` for a picture.
     progress
         Called with the share done, now and then.
     in_blocks

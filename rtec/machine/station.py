@@ -20,7 +20,7 @@ __all__ = ["Alarm", "LineChange", "Move", "Station", "StationSettings", "Station
 
 
 class Station:
-    """One axis with its box, advanced by whoever owns the clock.
+    """One axis with its box, advanced by the owner of the clock.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ from rtec.units import PS_PER_S
 _ROOM = 1 << 18
 
 NOBODY = np.empty((0, columns.COLUMNS), np.int64), np.ones(1, np.int64)
-"""A tape that nobody looks at: where writing it costs little beside the rest, loops are compiled with one only."""
+"""A tape that is not read: where writing it costs little beside the rest, loops are compiled with one only."""
 
 
 class Viewer(Protocol):
@@ -37,7 +37,7 @@ class Viewer(Protocol):
 
 
 class Tape:
-    """Rows on their way from the compiled loop to whoever looks at them; its memory does not grow with the run.
+    """Rows on their way from the compiled loop to the reader; its memory does not grow with the run.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Tape:
 
     @property
     def arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-        """Return the tape as kernels want it; None where nobody looks any more."""
+        """Return the tape as kernels want it; None where it is not read any more."""
         return None if all(viewer.sated for viewer in self._viewers) else (self._rows, self._used)
 
     def spool(self, injector: Record, asks_left: int = 0) -> None:

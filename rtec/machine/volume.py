@@ -109,7 +109,8 @@ class Volume:
 
     References
     ----------
-    ISO 230-1; Schwenke and others, Geometric error measurement and compensation of machines, CIRP Annals 57 (2008).
+    ISO 230-1; Schwenke et al. 2008, Geometric error measurement and compensation of machines: an update, CIRP Annals
+    57, 660.
 
     Examples
     --------

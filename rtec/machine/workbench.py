@@ -1,4 +1,4 @@
-"""Boxes with their axes on a simulated bus, and every fault between them, for somebody else's PC."""
+"""Boxes with their axes on a simulated bus, and every fault between them, to test another PC program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_AXES = 7
 class BenchBox:
     """A box with its axis on a workbench: what a test does to it and sees of it.
 
-    Nothing here lets time pass; the program under test does, by waiting on its bus.
+    Only the program under test lets time pass, by waiting on its bus.
     """
 
     def __init__(self, station: Station) -> None:
@@ -38,7 +38,7 @@ class BenchBox:
     # ------------------------------------------------------------------ what a test does
 
     def go(self, target_mm: float, speed_mm_s: float = 10.0) -> None:
-        """Send the axis to a position; it moves once the box is homed and nobody holds the machine."""
+        """Send the axis to a position; it moves once the box is homed and the machine is not held."""
         self.station.go(target_mm, speed_mm_s)
 
     def follow(self, moves: Sequence[Move], *, repeats: bool = False) -> None:
@@ -128,7 +128,7 @@ class BenchBox:
 
     @property
     def requests_refused(self) -> int:
-        """Return how many requests the box did not believe."""
+        """Return how many requests were outside the box's window."""
         return self.view.requests_refused
 
     @property
@@ -184,9 +184,9 @@ def bench_of(
     count_um
         Travel of one count, µm.
     window_steps
-        Largest change of the requested total that the box believes.
+        Largest change of the requested total that the box accepts.
     grace_readings
-        Unbelievable readings after the first one that it forgives.
+        Further readings outside the window that it tolerates.
     watchdog_ms
         Longest silence of the PC, ms.
     axes

@@ -1,4 +1,4 @@
-"""A measurement: columns in the units of the inside with the facts of the axis, and the readings that it holds."""
+"""A measurement: columns in the internal units with the facts of the axis, and the readings that it holds."""
 
 from __future__ import annotations
 

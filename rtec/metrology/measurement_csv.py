@@ -19,7 +19,7 @@ def write_measurement(path: str | Path, measurement: Measurement) -> None:
     path
         The CSV file, replaced where it exists.
     measurement
-        Written in the units of the inside, the known columns first.
+        Written in the internal units, the known columns first.
 
     Raises
     ------

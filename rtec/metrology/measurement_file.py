@@ -1,6 +1,6 @@
 """From a file to a measurement: our own CSV, tables as people write them, workbooks, files of laser systems.
 
-What a file is shows in what it holds, not in its name. Everything is turned into the units of the inside when it is
+What a file is shows in what it holds, not in its name. Everything is turned into the internal units when it is
 read: mm, s, mm/s, degC, N, A, V, Nm, degrees for angles; revolutions and counts stay what they are. What had to be
 guessed stands in the notes of the measurement.
 """

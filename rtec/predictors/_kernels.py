@@ -287,7 +287,7 @@ def error_at(curve: Any, x_mm: float, direction: int) -> float:
 
 
 @helper
-def believed_mm(model: Any, sensors: npt.NDArray[np.float64]) -> float:
+def predicted_mm(model: Any, sensors: npt.NDArray[np.float64]) -> float:
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest

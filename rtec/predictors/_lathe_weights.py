@@ -1,6 +1,6 @@
 """The numbers of the lathe's trained network, as printed.
 
-Source: thesis (document 000), Appendix D (listing of the values extracted from the trained network) and Appendix E
+Source: the thesis, Appendix D (listing of the values extracted from the trained network) and Appendix E
 (the same values in the C program); both print the same numbers. One row a hidden neuron: the weight of the position
 input (``IW2``), the bias in the forward direction (``Bias1``), the bias in the reverse direction, which holds the
 weight of the direction input 1 (``IW_B1``), and the layer weight (``LW``). Positions in and errors out are in inches.

@@ -61,12 +61,12 @@ def bound(
 ) -> tuple[Any, ...]:
     """Return a model as the kernels take it, with room of its own for inputs and memory.
 
-    A model with an ``unsure_mm`` is believed less by so much (`rtec.predictors.Cautious`).
+    A model with an ``unsure_mm`` is reduced by so much (`rtec.predictors.Cautious`).
 
     Parameters
     ----------
     model
-        What is believed of an axis.
+        The model of an axis.
     temperatures
         Names of the temperature sensors, as in ``temperature_NAME``, in the order in which they are read.
     axes

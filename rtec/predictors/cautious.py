@@ -1,4 +1,4 @@
-"""A predictor that is believed no more than its interval supports."""
+"""A predictor whose corrections are reduced to what its interval supports."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Cautious(Curve):
     Parameters
     ----------
     predictor
-        What is believed less.
+        The predictor to be reduced.
     unsure_mm
         Half width of its interval, in mm.
 

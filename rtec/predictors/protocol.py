@@ -28,7 +28,7 @@ class Outside(Enum):
 
 @runtime_checkable
 class Model(Protocol):
-    """What the PC believes of an axis: its error as a function of what sensors say.
+    """The PC's model of an axis: its error as a function of what sensors say.
 
     The error is the deviation, actual minus target, in mm (ISO 230-2). It is what was measured; a compensation is its
     negative. The function is compiled; `rtec.predictors._kernels` says what it takes.

@@ -17,7 +17,7 @@ from rtec.predictors.binding import CURVE, OF_TEMPERATURE
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StepModel:
-    """What the PC believes of an axis, as a function of its sensors.
+    """The PC's model of an axis, as a function of its sensors.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def is_design(name: str) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scale:
-    """Turns lengths, positions and feeds of the inside into the study's unit.
+    """Turns lengths, positions and feeds in internal units into the study's unit.
 
     Parameters
     ----------

@@ -110,7 +110,7 @@ def _feed(result: StudyResult, scale: Scale) -> str:
         if math.isfinite(curve.follows_up_to_mm_s)
     )
     text = (
-        "The true position less the one that the controller believes in, while the axis moves at constant feed: "
+        "The true position less the position that the controller counts, while the axis moves at constant feed: "
         "peak to peak (solid) and RMS (dotted). Slow, the finest step is best. The request may change by no more "
         "than the window between two messages, and so a small step follows a steep error only up to a limited feed "
         "(dashed lines); beyond it the correction comes late, and the order of the designs turns round."

@@ -53,7 +53,7 @@ DEFINITIONS = (
     ),
     (
         "refused",
-        "Messages refused: requests that the box did not believe, because they changed by more than the window.",
+        "Messages refused: Requests outside the box's window, because they changed by more than the window.",
     ),
     ("gated", "Moments at which the speed gate put an insertion off to a slower stretch."),
     (

@@ -1,11 +1,11 @@
 """The box's side of the handshake: one state machine, sampled every millisecond.
 
-It reads the PC's "Correction Requested" and "Status" words, decides whether it believes them, and answers with its
-position, the total it has accepted, the corrections completed and a status (NISTIR 4832, General Considerations).
+It reads the PC's "Correction Requested" and "Status" words, checks them against its window, and answers with its
+position, the total it has accepted, the corrections completed and a status (Yee 1992, General Considerations).
 
 ::
 
-    NOT_HOMED --home command at home--> RUNNING --third unbelievable reading in a row--> FATAL
+    NOT_HOMED --home command at home--> RUNNING --third reading outside the window in a row--> FATAL
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STATUS_PROBING = 2
 STATUS_DISABLED = 3  # a nonzero request while the switch forbids corrections
 I_DONT_BELIEVE_YOU = 4
 I_STILL_DONT_BELIEVE_YOU = 5
-# what only a box on a bus has to say (`_box_node_kernels`)
+# used by a box on a bus only (`_box_node_kernels`)
 REFUSED_TOO_FAST = 6  # the speed gate refused, and something is still to be inserted
 LINK_LOST = 7
 HELD = 8
@@ -43,26 +43,26 @@ BOX = np.dtype(
     [
         # parameters
         ("period_ps", np.int64),
-        ("update_ps", np.int64),  # Data Valid is low for so long while the words change
+        ("update_ps", np.int64),  # time for which Data Valid is low while the words change
         ("window", np.int64),
-        ("grace", np.int64),  # unbelievable readings after the first that are still forgiven
+        ("grace", np.int64),  # readings outside the window after the first that are still forgiven
         ("switch_on", np.int64),  # hardware switch: 0 forbids corrections
         (
             "framed",
             np.int64,
-        ),  # 1: words come in frames, and each is judged once; 0: they stand, and each reading counts
+        ),  # 1: requests come in frames, each judged once; 0: parallel words, judged at each reading
         # state
         ("next_ps", np.int64),
         ("state", np.int64),
         ("status", np.int64),
         ("zero", np.int64),  # count of the box's decoder at home
         ("accepted", np.int64),
-        ("doubts", np.int64),  # unbelievable readings in a row
+        ("doubts", np.int64),  # readings outside the window in a row
         ("probing", np.int64),
         ("trip_position", np.int64),
         ("trips", np.int64),
         ("judged", np.int64),  # messages of the PC judged so far
-        ("homed", np.int64),  # 1: home was taken, and whoever owns the lines has not zeroed its counters yet
+        ("homed", np.int64),  # 1: home was taken, and the counters of the lines are not zeroed yet
         # observations
         ("readings", np.int64),
         ("refused", np.int64),
@@ -72,8 +72,8 @@ BOX = np.dtype(
 
 
 @step
-def believe(b: Record, total: int, flags: int) -> None:
-    """Judge a requested total: accept it, doubt it, or stop for good."""
+def check_window(b: Record, total: int, flags: int) -> None:
+    """Check a requested total against the window: accept it, reject it, or stop for good."""
     change = total - b.accepted
     if change == 0:
         b.doubts = 0
@@ -118,7 +118,7 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
             elif b.switch_on == 0:
                 b.status = STATUS_DISABLED if total != 0 else OK
             elif b.framed == 0 or down.delivered != b.judged:
-                believe(b, total, flags)
+                check_window(b, total, flags)
         b.judged = down.delivered
     post(up, t_ps, count - b.zero, completed, b.accepted, b.status)
     return b.accepted
@@ -126,7 +126,7 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
 
 @step
 def take_answer(b: Record, accepted: int, message: int, trip_position: int, trips: int) -> None:
-    """Take what a running firmware says, which judges in the box's place; what has stopped for good stays so."""
+    """Take over the state of a running firmware, which checks the requests itself; a fatal stop stays fatal."""
     b.readings += 1
     b.accepted = accepted
     b.trip_position = trip_position
@@ -155,7 +155,7 @@ def box_trip(b: Record, count: int) -> None:
 
 @step
 def box_reset(b: Record, first_ps: int) -> None:
-    """Switch the box on; it has no home yet. What was observed of it stays."""
+    """Switch the box on, without a home; the counters of observations go on."""
     b.next_ps = first_ps
     b.state = NOT_HOMED
     b.status = STATUS_NOT_HOMED
@@ -172,7 +172,7 @@ def box_reset(b: Record, first_ps: int) -> None:
 def converse(
     b: Record, down: Record, up: Record, t_ps: int, total: int, flags: int, count: int, completed: int
 ) -> int:
-    """Hand the box one request from outside and let it sample; return the total to reach."""
+    """Give the box one request, let it sample, and return the total to reach."""
     down.latency_ps = 0
     up.latency_ps = 0
     post(down, t_ps, total, flags, 0, 0)

@@ -4,7 +4,7 @@ What comes in is refused, and counted, where its checksum, its order, its sessio
 is left reaches the state machine of ``_box_kernels``, each request once. What goes out is the box's four words as
 frames, every ``cycle_ps`` and at once when the job is done or the code changes.
 
-A box that is homed and hears no request that it can believe in for ``watchdog_ps`` stops for good and opens its hold
+A box that is homed and hears no valid request for ``watchdog_ps`` stops for good and opens its hold
 contact: without a PC the error of the axis is no longer known.
 """
 
@@ -59,8 +59,8 @@ BOX_NODE = np.dtype(
         ("cycle_ps", np.int64),  # between frames of one kind
         ("watchdog_ps", np.int64),  # longest silence of the PC
         ("gap_ps", np.int64),  # least time between two requests that are judged
-        ("limit_steps", np.int64),  # totals beyond this are never believed (0: no limit)
-        ("setup", np.int64),  # word of its own setup (0: it says nothing of it)
+        ("limit_steps", np.int64),  # totals beyond this are never accepted (0: no limit)
+        ("setup", np.int64),  # word of its own setup (0: none is sent)
         # parts
         ("box", BOX),
         ("down", MAILBOX),
@@ -68,17 +68,17 @@ BOX_NODE = np.dtype(
         ("out", OUTBOX),
         # state
         ("session", np.int64),
-        ("expected", np.int64),  # word of the setup that the PC expects (0: it has said nothing)
+        ("expected", np.int64),  # word of the setup that the PC expects (0: none has been received)
         ("expected_ps", np.int64),
         ("at_home", np.int64),  # the home switch
         ("requester", np.int64),  # the PC that took the axis home
-        ("heard", np.int64),  # 1: a request has been believed in since the start
+        ("heard", np.int64),  # 1: a valid request has come since the start
         ("heard_ps", np.int64),
         ("heard_sequence", np.int64),
         ("judged", np.int64),
         ("judged_ps", np.int64),
         ("said_accepted", np.int64),  # total accepted at the last turn
-        ("large_spent", np.int64),  # 1: Large Correction has let a change through, and still stands
+        ("large_spent", np.int64),  # 1: Large Correction has let a change through, and is still set
         ("resets_asked", np.int64),
         ("cycle_next_ps", np.int64),
         ("sequence_setup", np.int64),
@@ -92,12 +92,12 @@ BOX_NODE = np.dtype(
         ("said_moments", np.int64),
         ("code", np.int64),
         ("position", np.int64),  # the word of the last frame
-        # faults of the position word: 0 none, 1 it stands still, 2 its upper bytes do
+        # faults of the position word: 0 none, 1 frozen, 2 its upper bytes are frozen
         ("word_fault", np.int64),
         ("word_kept", np.int64),
         ("word_effects", np.int64),  # frames whose word was wrong
         # observations
-        ("requests", np.int64),  # believed to come from the PC, in order
+        ("requests", np.int64),  # valid and in order
         ("wrong_checksum", np.int64),
         ("repeated", np.int64),
         ("disordered", np.int64),
@@ -106,7 +106,7 @@ BOX_NODE = np.dtype(
         ("wrong_requester", np.int64),
         ("contradictory", np.int64),  # total and inverted total
         ("hasty", np.int64),  # sooner after the last than `gap_ps`
-        ("foreign", np.int64),  # frames of nobody known
+        ("foreign", np.int64),  # frames of unknown senders
         ("resets", np.int64),
     ],
     align=True,
@@ -117,7 +117,7 @@ WORD_RIGHT, WORD_STALE, WORD_TORN = 0, 1, 2
 
 @step
 def box_fail(n: Record, code: int) -> None:
-    """Stop for good; the first reason stands."""
+    """Stop for good; the first reason is kept."""
     if n.box.state != FATAL:
         n.box.state = FATAL
         n.box.status = code
@@ -125,7 +125,7 @@ def box_fail(n: Record, code: int) -> None:
 
 @step
 def box_start(n: Record, t_ps: int, session: int) -> None:
-    """Switch the box's processor on: it has no home and knows no PC."""
+    """Switch the box's processor on, without a home and without a PC."""
     box_reset(n.box, t_ps)
     mailbox_reset(n.down)
     mailbox_reset(n.up)
@@ -156,7 +156,7 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
 
 @step
 def frames_refused(n: Record) -> int:
-    """Return how many frames were refused for what they are, not for what they ask."""
+    """Return how many frames were refused as invalid, whatever they requested."""
     return int(
         n.wrong_checksum
         + n.repeated
@@ -178,7 +178,7 @@ def setup_differs(n: Record, t_ps: int) -> bool:
 
 @step
 def take_expected(n: Record, t_ps: int, payload: int) -> None:
-    """Take what the PC expects; a box that is set up differently is not to be homed by it."""
+    """Receive the setup that the PC expects; a box with another setup must not be homed by it."""
     n.expected = setup_word(payload)
     n.expected_ps = t_ps
     if setup_differs(n, t_ps):
@@ -190,7 +190,7 @@ def take_expected(n: Record, t_ps: int, payload: int) -> None:
 
 @helper
 def take_request(n: Record, t_ps: int, payload: int) -> None:
-    """Take a request whose checksum is right."""
+    """Receive a request with a valid checksum."""
     b = n.box
     if session_of(payload) != n.session:
         n.wrong_session += 1  # meant for the box before it started again
@@ -229,14 +229,14 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
         return  # a request for nothing does not reset the watchdog: nobody knows the error of the axis then
     n.heard_ps = t_ps
     if t_ps - n.judged_ps < n.gap_ps:
-        n.hasty += 1  # one window in so short a time is enough, and no total escapes the judgement behind another
+        n.hasty += 1  # at most one window per gap; a total that follows too soon is not accepted unchecked
         return
     n.judged_ps = t_ps
     n.judged = n.heard_sequence
     if not flags & LARGE_CORRECTION:
         n.large_spent = 0
     elif n.large_spent == 1:
-        flags &= ~LARGE_CORRECTION  # one change is meant; the flag has to go before it can mean another
+        flags &= ~LARGE_CORRECTION  # the flag admits one change; it must be cleared before the next
     if n.limit_steps > 0 and abs(total) > n.limit_steps:
         b.refused += 1
         box_fail(n, IMPLAUSIBLE)
@@ -246,7 +246,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
 
 @helper
 def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
-    """Start again at the second request with Reset in a row: one frame that strayed is no operator."""
+    """Restart at the second consecutive request with Reset: a single stray frame must not restart the box."""
     if not flags & RESET:
         n.resets_asked = 0
     elif n.resets_asked == 1 and order == IN_ORDER:
@@ -258,7 +258,7 @@ def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
 
 @step
 def restart(n: Record, t_ps: int) -> None:
-    """Wait for home again, at the operator's word: totals and doubts begin anew, the session goes on."""
+    """Wait for home again at the operator's order: totals and rejections are cleared, the session continues."""
     box_reset(n.box, n.box.next_ps)
     mailbox_reset(n.down)
     n.resets += 1
@@ -286,7 +286,7 @@ def box_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     elif kind == EXPECTED:
         take_expected(n, t_ps, payload)
     else:
-        box_fail(n, AXIS_TAKEN)  # somebody else says what only this box may say
+        box_fail(n, AXIS_TAKEN)  # another node sends under this box's identifiers
 
 
 @step

@@ -1,6 +1,7 @@
-"""The box's turn on the bus: it checks its watchdogs, takes its reading, and says what is due.
+"""The box's turn on the bus: it checks its watchdogs, takes its reading, and sends what is due.
 
-What goes out is the box's words as frames, every ``cycle_ps`` and at once when the job is done or the code changes.
+The box's words go out as frames, every ``cycle_ps``, and at once when a correction is completed or the status
+changes.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def say_status(n: Record, moments: int) -> None:
 
 @step
 def say_corrections(n: Record, completed: int) -> None:
-    """Send what is completed and accepted."""
+    """Send the totals completed and accepted."""
     n.sequence_corrections += 1
     payload = pack_corrections(n.axis, n.sequence_corrections, completed, n.box.accepted, n.session, n.judged)
     put(n.out, CORRECTIONS + n.axis, payload)
@@ -74,7 +75,7 @@ def say_corrections(n: Record, completed: int) -> None:
 
 @step
 def word_of(n: Record, right: int) -> int:
-    """Return what the position word says where it should say ``right``, with the faults that it is made to have."""
+    """Return the position word where ``right`` is its true value, with the injected faults."""
     word = right
     if n.word_fault == WORD_STALE:
         word = n.word_kept
@@ -123,7 +124,7 @@ def box_check_watchdog(n: Record, t_ps: int, illegal: int, stopped: bool) -> Non
 
 @step
 def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
-    """Let the box take its reading and judge."""
+    """Let the box take its reading and check the request."""
     if n.box.state == NOT_HOMED and n.at_home == 0:
         mailbox_reset(n.down)  # the axis has left home since it was told to take it
     box_tick(n.box, n.down, n.up, t_ps, count, completed)
@@ -136,7 +137,7 @@ def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> N
     homed = b.homed == 1
     b.homed = 0
     if homed:
-        completed = 0  # home zeroes every counter, and whoever owns the injector does the same
+        completed = 0  # home zeroes every counter, also that of the injector
         b.accepted = 0
         n.said_completed = 0
         n.large_spent = 0

@@ -39,15 +39,15 @@ PC = np.dtype(
     [
         # parameters
         ("period_ps", np.int64),
-        ("retry_ps", np.int64),  # until the next look where Data Valid was low
-        ("valid_after_ps", np.int64),  # Data Valid is low for so long after the words have arrived
+        ("retry_ps", np.int64),  # time to the next reading where Data Valid was low
+        ("valid_after_ps", np.int64),  # time for which Data Valid is low after the words have arrived
         ("window", np.int64),
         ("word_limit", np.int64),  # largest total that the request's word holds
         ("count_mm", np.float64),
         ("step_mm", np.float64),
         ("reversal_mm", np.float64),  # hysteresis of the direction
         ("margin_steps", np.float64),  # hysteresis of the rounding
-        ("home_mm", np.float64),  # where home lies in the positions of the model
+        ("home_mm", np.float64),  # position of home in the coordinates of the model
         ("home_count", np.int64),  # what the box must report at home
         # orders from the operator
         ("probing", np.int64),
@@ -66,8 +66,8 @@ PC = np.dtype(
         ("sent", np.int64),
         ("commanded_ps", np.int64),  # when it last gave the home command
         ("large_sent", np.int64),  # 1: the last request carried Large Correction
-        ("read_ps", np.int64),  # when the position was said that the sensors hold
-        ("sensors", np.float64, (SENSORS,)),  # what the model of the axis may look at
+        ("read_ps", np.int64),  # time of the position that the sensors hold
+        ("sensors", np.float64, (SENSORS,)),  # inputs of the model of the axis
         # observations
         ("requests", np.int64),
         ("not_valid", np.int64),
@@ -92,7 +92,7 @@ def follow_direction(p: Record, position: int) -> None:
 
 @step
 def pc_look(p: Record, t_ps: int, valid: bool) -> bool:
-    """Plan the next look: soon where Data Valid is low, else in the next slot; return ``valid``."""
+    """Schedule the next reading: soon where Data Valid is low, else in the next slot; return ``valid``."""
     if not valid:
         p.not_valid += 1
         p.next_ps = t_ps + p.retry_ps
@@ -106,7 +106,7 @@ def pc_look(p: Record, t_ps: int, valid: bool) -> bool:
 
 @step
 def pc_read(p: Record, up: Record, t_ps: int) -> bool:
-    """Look at the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
+    """Read the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
     deliver(up, t_ps)
     if not pc_look(p, t_ps, up.delivered > 0 and t_ps - up.delivered_ps >= p.valid_after_ps):
         return False
@@ -114,7 +114,7 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     p.accepted = up.word2
     p.status = up.word3
     if p.status == I_STILL_DONT_BELIEVE_YOU or (p.state == ACTIVE and p.status == STATUS_NOT_HOMED):
-        p.state = HOLD  # a box without a home has started again, and knows nothing of its totals
+        p.state = HOLD  # a box without a home has restarted and lost its totals
         return False
     if p.state == WAITING and p.status != STATUS_NOT_HOMED and up.word0 == p.home_count:
         p.state = ACTIVE
@@ -128,9 +128,10 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
 
 @step
 def sense(p: Record, t_ps: int, read_ps: int, axis: int) -> None:
-    """Let the model see the position of the axis, said at ``read_ps``, its direction and velocity, and the clock.
+    """Set the model's inputs: the axis position as of ``read_ps``, its direction and velocity, and the clock.
 
-    The velocity is that from one reading to the next, and stays where none has come since; it is zero at the first.
+    The velocity is the difference of two readings over their interval; it is zero at the first reading and kept
+    between readings.
     """
     sensors = p.sensors
     position_mm = p.home_mm + p.position * p.count_mm
@@ -147,7 +148,7 @@ def sense(p: Record, t_ps: int, read_ps: int, axis: int) -> None:
 
 @step
 def pc_start(p: Record, down: Record, t_ps: int) -> None:
-    """Ask the box to take the axis' present position for home; nothing else happens before it answers."""
+    """Command the box to take the present position of the axis as home; nothing else happens before it answers."""
     if p.state == WAITING and t_ps - p.commanded_ps >= p.period_ps:
         p.commanded_ps = t_ps
         post(down, t_ps, 0, GO_HOME, 0, 0)

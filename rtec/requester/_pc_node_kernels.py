@@ -79,7 +79,7 @@ DRIVE_STOPPED = 24
 KINDS_HEARD = (SETUP, EXPECTED, STATUS, CORRECTIONS, POSITION, PROBE, REQUEST)
 
 MOST_DOUBTS = 2
-"""Positions in a row that are forgiven although they cannot be: as many as the box forgives unbelievable totals."""
+"""Consecutive implausible positions that are tolerated: as many as the box tolerates totals outside the window."""
 
 PC_NODE = np.dtype(
     [
@@ -88,12 +88,12 @@ PC_NODE = np.dtype(
         ("requester", np.int64),  # number of this PC, 0 to 7
         ("watchdog_ps", np.int64),  # longest silence of the box
         ("completion_timeout_ps", np.int64),  # longest time that an accepted total may stay unfinished (0: for ever)
-        ("most_counts_per_s", np.float64),  # fastest that the axis can move
-        ("believed", np.int64),  # 1: the model has been asked
+        ("most_counts_per_s", np.float64),  # largest speed of the axis
+        ("predicted", np.int64),  # 1: the model has been evaluated
         ("low_mm", np.float64),  # where the predictor knows the axis
         ("high_mm", np.float64),
         ("limit_mm", np.float64),  # largest deviation that is plausible (0: no limit)
-        ("setup", np.int64),  # word of the setup that it expects of the box (0: whatever it is)
+        ("setup", np.int64),  # word of the setup that it expects of the box (0: any)
         # parts
         ("pc", PC),
         ("down", MAILBOX),
@@ -105,7 +105,7 @@ PC_NODE = np.dtype(
         ("reason", np.int64),
         ("held_ps", np.int64),  # when it began to hold
         ("session", np.int64),
-        ("box_setup", np.int64),  # word of the box's setup (0: it has said nothing)
+        ("box_setup", np.int64),  # word of the box's setup (0: none has been received)
         ("has_status", np.int64),
         ("has_corrections", np.int64),
         ("has_position", np.int64),
@@ -124,7 +124,7 @@ PC_NODE = np.dtype(
         ("judged", np.int64),  # the request that the box has judged last
         ("position", np.int64),
         ("valid", np.int64),
-        ("doubts", np.int64),  # positions in a row that cannot be
+        ("doubts", np.int64),  # consecutive implausible positions
         ("homing", np.int64),  # 1: this PC has sent the axis' box the home command, in this session
         ("home_seen", np.int64),  # 1: and the box has said the home position since
         ("turn_ps", np.int64),
@@ -141,7 +141,7 @@ PC_NODE = np.dtype(
         ("answer_ps", np.int64),  # how long the last of them took
         ("wrong_checksum", np.int64),
         ("out_of_order", np.int64),
-        ("implausible", np.int64),  # positions that cannot be
+        ("implausible", np.int64),  # implausible positions
     ],
     align=True,
 )
@@ -149,7 +149,7 @@ PC_NODE = np.dtype(
 
 @step
 def pc_hold(n: Record, t_ps: int, reason: int) -> None:
-    """Hold the machine; the first reason stands."""
+    """Hold the machine; the first reason is kept."""
     if n.pc.state != HOLDING:
         n.pc.state = HOLDING
         n.reason = reason
@@ -158,7 +158,7 @@ def pc_hold(n: Record, t_ps: int, reason: int) -> None:
 
 @step
 def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
-    """Switch the PC on; it has heard nothing yet, and counts its frames from ``sequence`` on."""
+    """Switch the PC on; nothing is received yet, and its frames are numbered from ``sequence`` on."""
     pc_reset(n.pc, t_ps)
     mailbox_reset(n.down)
     mailbox_reset(n.up)
@@ -171,7 +171,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.has_status = 0
     n.has_corrections = 0
     n.has_position = 0
-    n.believed = 0
+    n.predicted = 0
     n.has_probe = 0
     n.valid = 0
     n.doubts = 0
@@ -200,7 +200,7 @@ def follows(n: Record, has: int, last: int, payload: int) -> bool:
 
 @step
 def take_setup(n: Record, t_ps: int, payload: int) -> None:
-    """Take how the box is set up; where that is not what the PC expects, its totals would mean something else."""
+    """Receive the box's setup; with another one than the PC expects, the same total would mean another correction."""
     n.box_setup = setup_word(payload)
     if n.setup != 0 and n.box_setup != n.setup:
         pc_hold(n, t_ps, SETUP_DIFFERS)
@@ -208,7 +208,7 @@ def take_setup(n: Record, t_ps: int, payload: int) -> None:
 
 @helper
 def take_status(n: Record, t_ps: int, payload: int) -> None:
-    """Take a status whose checksum is right."""
+    """Receive a status with a valid checksum."""
     session = status_session(payload)
     if n.has_status == 1 and session != n.session and n.pc.state == ACTIVE:
         pc_hold(n, t_ps, BOX_RESTARTED)
@@ -230,7 +230,7 @@ def take_status(n: Record, t_ps: int, payload: int) -> None:
 
 @helper
 def take_corrections(n: Record, t_ps: int, payload: int) -> None:
-    """Take totals whose checksum is right."""
+    """Receive totals with a valid checksum."""
     if n.has_status == 0 or corrections_session(payload) != n.session:
         if n.pc.state == ACTIVE:
             pc_hold(n, t_ps, BOX_RESTARTED)
@@ -258,7 +258,7 @@ def take_corrections(n: Record, t_ps: int, payload: int) -> None:
 
 @helper
 def take_position(n: Record, t_ps: int, payload: int) -> None:
-    """Take a position whose checksum is right, if the axis can be there."""
+    """Receive a position with a valid checksum, if it is plausible."""
     if not follows(n, n.has_position, n.position_sequence, payload):
         return
     sequence = sequence_of(payload)
@@ -267,7 +267,7 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
     if n.has_position == 1 and n.pc.state == ACTIVE and valid == 1:
         # two frames may arrive closer together than they were sent
         far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / PS_PER_S) + 2.0
-        # a word that is frozen or torn does not agree with what the box has added up beside it
+        # a frozen or torn word disagrees with the position that the box sums up in parallel
         if abs(position - n.position) > far or (position - position_counted(payload)) & ((1 << COUNTED_BITS) - 1):
             n.implausible += 1
             n.doubts += 1

@@ -1,6 +1,6 @@
 """The PC's turn for one axis on the bus: checks, start-up, its model's deviation, and the request that follows.
 
-What it knows of its box are the last good frames (``_pc_node_kernels``). Whatever it cannot believe or explain ends
+What it knows of its box are the last good frames (``_pc_node_kernels``). Whatever is implausible or unexplained ends
 in HOLD.
 """
 
@@ -24,7 +24,7 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import deliver, post
 from rtec.link._outbox_kernels import put
-from rtec.predictors._kernels import AXES, believed_mm
+from rtec.predictors._kernels import AXES, predicted_mm
 from rtec.requester._box_kernels import (
     AXIS_TAKEN as BOX_AXIS_TAKEN,
     DRIVE_STOPPED as BOX_DRIVE_STOPPED,
@@ -116,7 +116,7 @@ def reason_in_status(n: Record) -> int:
 
 @helper
 def check_before_turn(n: Record, t_ps: int) -> None:
-    """Hold the machine where the PC's own clock, the box's silence or its status ask for it."""
+    """Hold the machine if the PC's own clock, the box's silence or its status requires it."""
     p = n.pc
     since_ps = t_ps - n.turn_ps
     if p.state == ACTIVE:
@@ -143,7 +143,7 @@ def check_before_turn(n: Record, t_ps: int) -> None:
         if not n.low_mm <= position_mm <= n.high_mm:
             pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE)
     elif p.state == WAITING and t_ps - n.status_ps > n.watchdog_ps:
-        n.has_status = 0  # what was heard long ago is no box any more
+        n.has_status = 0  # a box heard too long ago counts as absent
     n.turn_ps = t_ps
 
 
@@ -156,7 +156,7 @@ def say_request(n: Record, total: int, flags: int) -> None:
 
 @step
 def say_expected(n: Record) -> None:
-    """Say what setup it expects of the box."""
+    """Send the setup that is expected of the box."""
     if n.setup != 0:
         n.expected_sequence += 1
         put(n.out, EXPECTED + n.axis, pack_setup(EXPECTED + n.axis, n.expected_sequence, n.setup))
@@ -164,10 +164,10 @@ def say_expected(n: Record) -> None:
 
 @helper
 def turn_waiting(n: Record, t_ps: int) -> None:
-    """Go through the start-up procedure: reset if the operator says so, home, and wait for the home position.
+    """Carry out the start-up procedure: reset on the operator's order, home, and wait for the home position.
 
-    A box that runs but was not sent home by this PC hears nothing: it corrects by totals that nobody knows any more,
-    and its watchdog is to stop it.
+    A box that runs but was not homed by this PC gets no request: its totals are unknown, and its watchdog is to stop
+    it.
     """
     state = n.box_flags & 7
     if state == FATAL and n.reset_meant == 1:
@@ -219,17 +219,17 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         p.extreme = n.position
         p.sent = n.accepted
     if n.code == I_STILL_DONT_BELIEVE_YOU:
-        pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it says that it runs
+        pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it reports that it runs
         pc_look(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
-    code = n.code if n.code != REFUSED_TOO_FAST else OK  # what is late is not doubted
+    code = n.code if n.code != REFUSED_TOO_FAST else OK  # a late frame is not an implausible one
     post(n.up, t_ps, n.position, n.completed, n.accepted, code)
     if n.valid == 0:
         pc_look(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
-    # where the box is not at home it hears nothing: the home position was missed, and its watchdog is to stop it
+    # a box that is not at home gets no request: it missed the home position, and its watchdog is to stop it
     return bool(pc_read(p, n.up, t_ps))
 
 
@@ -237,12 +237,12 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
 def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
     """End the turn: turn the predicted deviation into the next request."""
     p = n.pc
-    # a deviation that is no number is beyond every limit
+    # NaN is beyond every limit
     if not (abs(deviation_mm) <= n.limit_mm or (n.limit_mm == 0.0 and abs(deviation_mm) < BEYOND_EVERYTHING_MM)):
         pc_hold(n, t_ps, PREDICTOR_OUT_OF_RANGE if math.isnan(deviation_mm) else DEVIATION_LIMIT)
         say_request(n, p.sent, 0)
         return
-    # what the request's word cannot say would be left out without a word
+    # what exceeds the request's word would be lost silently
     if abs(deviation_mm) / p.step_mm > p.word_limit + 0.5 + p.margin_steps:
         pc_hold(n, t_ps, BEYOND_WORD)
         say_request(n, p.sent, 0)
@@ -257,8 +257,8 @@ def pc_finish(n: Record, t_ps: int, deviation_mm: float) -> None:
 
 
 @helper
-def pc_believe(n: Record, t_ps: int, model: Any) -> None:
-    """End the turn by what a model sees in what the sensors say.
+def pc_predict(n: Record, t_ps: int, model: Any) -> None:
+    """End the turn with the model's prediction from the sensors.
 
     Until all the axes that it looks at have been home, nothing is asked for; after that a sensor that is lost holds
     the machine, as does whatever the model was not made for.
@@ -268,15 +268,15 @@ def pc_believe(n: Record, t_ps: int, model: Any) -> None:
     wanted = model[2]
     for k in range(wanted.size):
         at = wanted[k]
-        if n.believed == 0 and AXES <= at and at < AXES + MOST_AXES and math.isnan(p.sensors[at]):
+        if n.predicted == 0 and AXES <= at and at < AXES + MOST_AXES and math.isnan(p.sensors[at]):
             say_request(n, p.sent, 0)
             return
-    n.believed = 1
-    pc_finish(n, t_ps, believed_mm(model, p.sensors))
+    n.predicted = 1
+    pc_finish(n, t_ps, predicted_mm(model, p.sensors))
 
 
 @kernel
 def turn(n: Record, t_ps: int, model: Any) -> None:
     """Let the PC take the turn that is due, from outside; the model as `rtec.predictors.binding` makes it."""
     if pc_prepare(n, t_ps):
-        pc_believe(n, t_ps, model)
+        pc_predict(n, t_ps, model)

@@ -22,7 +22,7 @@ class Answer:
 
 
 class BoxSide:
-    """The box's side: read a request, get its answer.
+    """The box's side of the handshake: give it a request, get its answer.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class BoxSide:
         self._completed = 0
 
     def home(self, *, count: int) -> Answer:
-        """Take the present position for home."""
+        """Take the present position as home."""
         return self._turn(0, _box_kernels.GO_HOME, count)
 
     def read(self, *, total: int, count: int, large: bool = False, probing: bool = False) -> Answer:
@@ -71,7 +71,7 @@ class BoxSide:
 
     @property
     def refused(self) -> int:
-        """Return the number of requests not believed."""
+        """Return the number of requests outside the window."""
         return int(self._box.refused)
 
     def _turn(self, total: int, flags: int, count: int) -> Answer:
@@ -88,7 +88,7 @@ class BoxSide:
 
 
 class PcSide:
-    """The PC's side: hand it the box's words and a prediction, get its request.
+    """The PC's side of the handshake: give it the box's words and a prediction, get its request.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class PcSide:
         )  # fmt: skip
         return int(self._pc.sent)
 
-    def mean_large(self) -> None:
+    def allow_large_correction(self) -> None:
         """Let the next request exceed the window, once (restart with a hot machine)."""
         self._pc.large_meant = 1
 

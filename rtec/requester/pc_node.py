@@ -1,4 +1,4 @@
-"""The PC's side of one axis as a node of a bus, frame by frame, on whatever clock its owner has."""
+"""The PC's side of one axis as a node of a bus, frame by frame, on the clock of its caller."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rtec.units import PS_PER_S
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PcView:
-    """What the PC knows of one axis, and what it is doing about it."""
+    """State of the PC's side of one axis."""
 
     state: PcState
     reason: HoldReason
@@ -34,15 +34,15 @@ class PcView:
     """Whether the box has been heard."""
     box_state: BoxState | None
     status: Status | None
-    """The box's status word; None before it is heard, or where it says what nobody knows."""
+    """The box's status word; None before one is received, or for an unknown one."""
     switch_on: bool
     at_home: bool
     """Whether the axis stands on its home switch."""
     session: int
     setup: Setup | None
-    """What it expects of the box; None: it takes it as it is."""
+    """Setup that it expects of the box; None: any."""
     box_setup: Setup | None
-    """How the box is set up; None before it has said so."""
+    """Setup of the box; None before it is received."""
     position: int
     """Counts from home."""
     direction: int
@@ -56,7 +56,7 @@ class PcView:
     frames_refused: int
     """For their checksum or their order."""
     implausible: int
-    """Positions not believed."""
+    """Positions rejected as implausible."""
     answered: int
     """Requests that the box has completed."""
     answer_s: float
@@ -67,7 +67,7 @@ class PcView:
 
 
 class PcNode:
-    """The PC's side of one axis: hand it frames, let it take its turns, send what it returns.
+    """The PC's side of one axis: give it frames, call its turns when they are due, send the frames that it returns.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class PcNode:
     axis
         Number of the axis, 1 to 15.
     predictor
-        What the PC believes of the axis: a curve over the position, or any other model.
+        The model of the axis: a curve over the position, or any other model.
     count_mm
         Travel of one count.
     step_counts
@@ -90,15 +90,15 @@ class PcNode:
     start_ps
         Time of its first turn.
     first_sequence
-        Where its frames begin to count, so that a PC started again does not repeat itself.
+        First sequence number of its frames, so that a restarted PC does not repeat itself.
     home_mm
-        Where the axis' home lies in the positions of the predictor.
+        Position of home in the coordinates of the predictor.
     margin_mm
-        How far beyond the ends of its range the predictor is still asked.
+        How far beyond the ends of its range the predictor is still evaluated.
     temperatures
-        Names of the temperature sensors; `feel` says what they read.
+        Names of the temperature sensors; `feel` sets their readings.
     setup
-        What it says to expect of the box, and compares with what the box says; None: nothing is said or compared.
+        Setup that it sends as expected and compares with the box's; None: neither.
 
     Raises
     ------
@@ -178,7 +178,7 @@ class PcNode:
 
     @property
     def position_mm(self) -> float:
-        """Return where the axis is, in the positions of the predictor; no number before it has been home."""
+        """Return the position in the coordinates of the predictor; NaN before the axis was homed."""
         n = self._node
         return float(n.pc.home_mm + n.position * n.pc.count_mm) if n.has_position and n.valid else math.nan
 
@@ -188,7 +188,7 @@ class PcNode:
         return int(self._node.pc.next_ps)
 
     def receive(self, frame: Frame, *, at_ps: int) -> None:
-        """Take a frame from the bus; what is none of its messages is passed over."""
+        """Receive a frame from the bus; other messages are ignored."""
         if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
             _pc_node_kernels.receive(self._node, at_ps, frame.identifier, frame.payload)
 
@@ -201,10 +201,10 @@ class PcNode:
         return frames
 
     def hold(self, reason: HoldReason, *, at_ps: int) -> None:
-        """Hold the machine for a reason of one's own; the first reason stands."""
+        """Hold the machine for a reason of the caller; the first reason is kept."""
         _pc_node_kernels.hold(self._node, at_ps, int(reason))
 
-    def mean_large(self) -> None:
+    def allow_large_correction(self) -> None:
         """Let the next request exceed the window, once (restart with a hot machine)."""
         self._node.pc.large_meant = 1
 
@@ -218,7 +218,7 @@ class PcNode:
 
     @property
     def view(self) -> PcView:
-        """Return what it knows and does."""
+        """Return its state."""
         n = self._node
         heard = bool(n.has_status)
         flags = int(n.box_flags)

@@ -1,4 +1,4 @@
-"""How a box or a PC is set up: what both must have alike, else corrections are wrong by the ratio of their steps."""
+"""Setup of a box or a PC: what must be equal at both, otherwise corrections are wrong by the ratio of their steps."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from rtec.link._frame_kernels import design_cycle_step
 from rtec.units import PS_PER_S
 
 OTHER_DESIGN = 15
-"""In the message: a design that is none of the report's."""
+"""In the message: a design that is not one of the report's."""
 
 _PS_PER_US = 10**6
 _STEPS_PER_MM = 10**7
-"""The message says a step in 0.1 nm."""
+"""Unit of a step in the message: 0.1 nm."""
 _LARGEST_STEP = (1 << 24) - 1
 _NUMBERS = {design.key: number for number, design in enumerate(Design)}
 _STEP_COUNTS = {design.key: design.step_counts for design in Design}
@@ -73,7 +73,7 @@ class Setup:
 
     @classmethod
     def of_word(cls, word: int) -> Self | None:
-        """Return what a message says; None for one that was never heard, or that no machine says."""
+        """Return the setup in a message; None for a message that was never received or is not valid."""
         cycle_us = word >> 4 & 0xFFFFF
         if not 0 < cycle_us <= 10**6:
             return None
@@ -81,7 +81,7 @@ class Setup:
         return cls(design=design, step_mm=(word >> 24) / _STEPS_PER_MM, cycle_ps=cycle_us * _PS_PER_US)
 
     def options_that_differ(self, other: Setup) -> str:
-        """Return the options by which two commands are made alike; empty where they are.
+        """Return the options that make two commands agree; empty where they agree.
 
         A step differs by its design or, where that is the same, by the travel of a count.
         """

@@ -4,7 +4,7 @@ The code of a pair of levels is ``ab = A + 2 * B``; an angle state ``s`` is 0..3
 
 References
 ----------
-NISTIR 4832, "Alternate RTEC Design A", state table; ``docs/state-tables.md`` holds the tables corrected.
+Yee (1992), "Alternate RTEC Design A", state table; ``docs/state-tables.md`` holds the tables corrected.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class GrayState:
 
     @property
     def state(self) -> int:
-        """The angle state 0..3 of the inside."""
+        """The internal angle state 0..3."""
         return self.number - 1
 
     @property

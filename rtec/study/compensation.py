@@ -21,7 +21,7 @@ POINTS_A_TURN = 200
 """At which a network that sees the place in the turn is drawn."""
 FEWEST = 20_000
 """Points at which any predictor is drawn."""
-_INSIDE_MM = 1e-6
+_GRID_MM = 1e-6
 """Steps of the numbers that are written: a nanometre."""
 _BESIDE_MM = 1e-6
 """Of a step, where a table has its nodes before and behind it."""
@@ -89,8 +89,8 @@ def compensation_of(
     else:
         fine, true, left_out = _predictor_drawn(known, low_mm, high_mm)
     nodes = _nodes(fine, true, within_mm, most)
-    position = np.round(fine[nodes] / _INSIDE_MM) * _INSIDE_MM
-    errors = np.round(true[:, nodes] / _INSIDE_MM) * _INSIDE_MM
+    position = np.round(fine[nodes] / _GRID_MM) * _GRID_MM
+    errors = np.round(true[:, nodes] / _GRID_MM) * _GRID_MM
     drawn = np.stack([np.interp(fine, position, curve) for curve in errors])
     return Compensation(
         position_mm=np.round(position, 6),
@@ -135,7 +135,7 @@ def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> _Dr
         points = max(points, round(turns * POINTS_A_TURN))
         special.append(_beside(-TOUCH_MM, predictor.pitch_mm, low_mm, high_mm))
     places = np.concatenate([np.linspace(low_mm, high_mm, points + 1), *special])
-    fine = np.unique(np.round(np.clip(places, low_mm, high_mm) / _INSIDE_MM) * _INSIDE_MM)
+    fine = np.unique(np.round(np.clip(places, low_mm, high_mm) / _GRID_MM) * _GRID_MM)
     return fine, np.stack([predictor.error_mm(fine, way) for way in (FORWARD, REVERSE)]), ()
 
 

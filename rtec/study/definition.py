@@ -21,8 +21,8 @@ from rtec.machine.faults import Fault, FaultPlace, Trigger, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.predictors import Predictor
 from rtec.requester import HandshakeSettings
-from rtec.study.beliefs import LEARNED, axis_error_of, belief_of
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
+from rtec.study.models import LEARNED, axis_error_of, model_of
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, PS_PER_S, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")
@@ -75,7 +75,7 @@ class Study:
     predictor: str
     """What the PC's predictor is, as the file says it."""
     model: Predictor
-    """What the PC believes the error to be; that of a perfect axis where it has to be learned first."""
+    """The PC's model of the error; that of a perfect axis where it has to be learned first."""
     left_out: tuple[LeftOut, ...]
     """Effects of a model file that the predictor cannot hold."""
     calibration: MeasuringPlan
@@ -161,7 +161,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             Machine(axis_error=axis_error)
         plan = _plan(parts["program"])
         check_range(parts["program"], plan, "the axis's error", axis_error)
-        model, left_out = belief_of(parts["predictor"], folder, axis_error, plan)
+        model, left_out = model_of(parts["predictor"], folder, axis_error, plan)
         check_range(parts["program"], plan, "the predictor", model)
         study = Study(
             name=_plain_name(top),

@@ -35,7 +35,7 @@ SETTLE_S = 0.5
 def feed_curve(study: Study, name: str, machine: Machine, progress: Callable[[float], None]) -> FeedCurve:
     """Run passes at each feed and return the error in motion.
 
-    The error in motion is the true position less the one that the controller believes in, so that following error
+    The error in motion is the true position less the position that the controller counts, so that following error
     has no part in it.
     """
     feeds = np.array([feed for feed in study.feeds_mm_s if feed <= study.limits.max_speed_mm_s])

@@ -18,7 +18,7 @@ from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis
 from rtec.inference.static_predictor import LeftOut, predictor_of_model, static_part
-from rtec.jobs import Tell
+from rtec.jobs import Report
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, MeasuringPlan, Readings, joined, measurement_of_readings
 from rtec.predictors import BidirectionalTable, Predictor
@@ -36,12 +36,12 @@ _PLACES = 50_001
 """At which a model is scored: a hundred thousandth of a travel apart in both directions."""
 
 
-Teller: TypeAlias = Callable[[str, float], Tell]
+Reporter: TypeAlias = Callable[[str, float], Report]
 """Returns what is told of the progress of a part: its name, and about the seconds that it takes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Lesson:
+class LearnedModel:
     """What was learned, and the predictor that the PC gets."""
 
     learned: Learned
@@ -57,7 +57,7 @@ class Calibration:
     machine_s: float
 
 
-def calibrate(study: Study, machine: Machine, tell: Tell, *, number: int = 1) -> Calibration:
+def calibrate(study: Study, machine: Machine, report: Report, *, number: int = 1) -> Calibration:
     """Measure the axis as it is: the calibration's program in closed loop, with the study's repeatability.
 
     Parameters
@@ -75,7 +75,7 @@ def calibrate(study: Study, machine: Machine, tell: Tell, *, number: int = 1) ->
         A program that the axis or the laser cannot carry out.
     """
     task: MeasuringRun = measuring_run(study.calibration, study.limits, shape=study.shape)
-    result = run_machine(machine, task, progress=tell)
+    result = run_machine(machine, task, progress=report)
     missing = int(np.count_nonzero(~np.isfinite(result.deviation_mm)))
     if missing:
         raise ArgumentError(
@@ -96,7 +96,7 @@ def calibration_measurement(readings: Readings, period_mm: float | None) -> Meas
     return replace(measurement_of_readings(readings, facts), source=SOURCE)
 
 
-def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
+def learn(study: Study, machine: Machine, reporter: Reporter) -> LearnedModel:
     """Calibrate an axis, find the effects behind the readings, and make a predictor of them.
 
     The search begins with a perfect axis. As often as the study allows, the axis is measured again at targets that
@@ -108,7 +108,7 @@ def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
         Its true error is used for the scores only.
     machine
         The axis without a correction.
-    teller
+    reporter
         Names the parts as they begin.
 
     Raises
@@ -121,9 +121,9 @@ def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
     plan: MeasuringPlan | None = study.calibration
     while plan is not None and len(rounds) < study.rounds:
         again = " again" if rounds else ""
-        tell = teller(f"calibrating the axis{again}", CALIBRATING_S)
-        taken = calibrate(replace(study, calibration=plan), machine, tell, number=len(rounds) + 1)
-        rounds.append(_searched(study, rounds, plan, taken, teller(f"searching for effects{again}", SEARCHING_S)))
+        report = reporter(f"calibrating the axis{again}", CALIBRATING_S)
+        taken = calibrate(replace(study, calibration=plan), machine, report, number=len(rounds) + 1)
+        rounds.append(_searched(study, rounds, plan, taken, reporter(f"searching for effects{again}", SEARCHING_S)))
         plan = _asked_for(study.calibration, rounds[-1].diagnosis)
     diagnosis = rounds[-1].diagnosis
     predictor, left_out = _predictor(study, diagnosis.model)
@@ -134,7 +134,7 @@ def learn(study: Study, machine: Machine, teller: Teller) -> Lesson:
         scores=tuple(_score_of_model(study, model) for model in models),
         wall_s=time.perf_counter() - begun,
     )
-    return Lesson(learned=learned, predictor=predictor, left_out=left_out)
+    return LearnedModel(learned=learned, predictor=predictor, left_out=left_out)
 
 
 def learning_s(study: Study) -> float:
@@ -142,11 +142,11 @@ def learning_s(study: Study) -> float:
     return study.rounds * (CALIBRATING_S + SEARCHING_S)
 
 
-def _searched(study: Study, before: list[Round], plan: MeasuringPlan, taken: Calibration, tell: Tell) -> Round:
+def _searched(study: Study, before: list[Round], plan: MeasuringPlan, taken: Calibration, report: Report) -> Round:
     """Search all readings up to those of a new round."""
     whole = joined([*(one.readings for one in before), taken.readings])
     dataset = load_dataset(calibration_measurement(whole, study.period_mm))
-    diagnosis = diagnose(dataset, begin=before[-1].diagnosis.model if before else None, progress=tell)
+    diagnosis = diagnose(dataset, begin=before[-1].diagnosis.model if before else None, progress=report)
     return Round(
         plan=plan,
         readings=taken.readings,

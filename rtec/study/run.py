@@ -13,17 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.injector import Design
-from rtec.jobs import Progress, Tell, Workers
+from rtec.jobs import Progress, Report, Workers
 from rtec.machine import Ending, LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import Trigger
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
-from rtec.study.beliefs import LATHE, LEARNED, TRUTH
 from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, waveform
 from rtec.study.learning import learn, learning_s, score
 from rtec.study.limits import limit_of
+from rtec.study.models import LATHE, LEARNED, TRUTH
 from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
 from rtec.units import MM_PER_INCH, PS_PER_S
 
@@ -76,20 +76,20 @@ def run_study(
         # what does not depend on the predictor begins before it is known
         rows = [jobs.row("uncompensated", _troubled(study, _machine(study)))]
         holds = [jobs.hold(study, design) for design in study.designs]
-        lesson = None
+        learned_model = None
         if study.learns:
-            lesson = learn(study, _machine(study), workers.teller)
-            study = replace(study, model=lesson.predictor, left_out=lesson.left_out)
+            learned_model = learn(study, _machine(study), workers.reporter)
+            study = replace(study, model=learned_model.predictor, left_out=learned_model.left_out)
         rows += [jobs.row(name, machine) for name, machine in _corrected(study)]
         feeds = [jobs.feed(study, design) for design in study.designs]
-        if lesson is not None and meanwhile is not None:
-            meanwhile(lesson.learned)
+        if learned_model is not None and meanwhile is not None:
+            meanwhile(learned_model.learned)
         parts = _Parts(
             rows=tuple(row.result() for row in rows),
             feeds=tuple(feed.result() for feed in feeds),
             holds=tuple(hold.result() for hold in holds),
         )
-    return _result(study, jobs.task, parts, None if lesson is None else lesson.learned, begun)
+    return _result(study, jobs.task, parts, None if learned_model is None else learned_model.learned, begun)
 
 
 class _Jobs:
@@ -223,10 +223,10 @@ def _row(
     machine: Machine,
     task: MeasuringRun,
     noise: NDArray[np.float64],
-    tell: Tell,
+    report: Report,
 ) -> StudyRow:
     """Measure one row."""
-    result = run_machine(machine, task, progress=tell)
+    result = run_machine(machine, task, progress=report)
     readings = _readings(task, result, noise)
     return StudyRow(
         name=name,

@@ -101,11 +101,11 @@ def repeatability_mm(samples: Samples) -> float | None:
     """Return the standard deviation of a reading about the mean of its place and direction; None without repeats."""
     cell = 2 * samples.place() + (samples.direction < 0.0)
     counts = np.bincount(cell)
-    freedom = samples.rows - np.count_nonzero(counts)
-    if not freedom:
+    degrees_of_freedom = samples.rows - np.count_nonzero(counts)
+    if not degrees_of_freedom:
         return None
     mean = np.bincount(cell, samples.error_mm)[cell] / counts[cell]
-    return math.sqrt(float(np.sum((samples.error_mm - mean) ** 2)) / freedom)
+    return math.sqrt(float(np.sum((samples.error_mm - mean) ** 2)) / degrees_of_freedom)
 
 
 class _Run:

@@ -1,4 +1,4 @@
-"""Quantities as people write them ("500kHz", "50 inch/min", "2 us"), turned into the numbers of the inside.
+"""Quantities as people write them ("500kHz", "50 inch/min", "2 us"), turned into the internal units.
 
 Inside, time is int64 picoseconds and position is float64 millimetres or int64 counts. Units exist only at the edges:
 the command line, TOML files and reports. The text is split into one number and one unit before the unit library sees
@@ -187,7 +187,7 @@ def written(value: float, unit: str, *, inside: float = 1.0) -> str:
     Parameters
     ----------
     value
-        Finite; in units of the inside.
+        Finite; in internal units.
     unit
         In which people read it.
     inside

@@ -157,7 +157,7 @@ def test_totals_of_design_b_are_in_the_hundreds():
 
 @needs_s51
 @pytest.mark.parametrize("name", TALKING)
-def test_the_third_unbelievable_reading_in_a_row_is_fatal(name):
+def test_the_third_reading_outside_the_window_in_a_row_is_fatal(name):
     session = Session(name)
     session.home()
     session.ask(9)
@@ -328,7 +328,7 @@ def test_pins_change_in_the_right_order_and_time(name, direction, total, simulat
 
 @needs_s51
 def test_the_originals_pulses():
-    """3 us of pulses, each 2 us wide (NISTIR 4832, "The Original RTEC"), held from 2 us before to 1 us after them.
+    """3 us of pulses, each 2 us wide (Yee 1992, "The Original RTEC"), held from 2 us before to 1 us after them.
 
     The report's 4 us from the look to the first pulse are 6, as there is one more look behind the closed latch.
     """

@@ -108,7 +108,7 @@ def left_out_residual(
 
 
 def pure_error_test(columns: np.ndarray, observed: np.ndarray, cell: np.ndarray) -> tuple[float, int, float, int]:
-    """Classical lack of fit of white data (Draper and Smith): squares and freedom of misfit, then of noise."""
+    """Classical lack of fit of white data (Draper and Smith): squares and degrees of freedom, of misfit and noise."""
     numbers = sorted(set(cell.tolist()))
     pure = sum(float(((observed[cell == k] - observed[cell == k].mean()) ** 2).sum()) for k in numbers)
     lack = rss(columns, observed) - pure

@@ -1,4 +1,4 @@
-"""A plain model of the box as a node of a bus: which frame it may believe, and what it may do about it.
+"""A plain model of the box as a node of a bus: which frame it may accept, and what it may do about it.
 
 From the words of NISTIR 4832, "General Considerations" (windows, Large Correction, probing, switch, start-up), and of
 docs/messages.md (checksum, order, session, requester, watch). Times are in picoseconds. Nothing here imports rtec.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 FORWARD = ("00", "10", "11", "01")
-"""Levels "A B" of the states 1..4 (NISTIR 4832, design A, state table)."""
+"""Levels "A B" of the states 1..4 (Yee 1992, design A, state table)."""
 
 ILLEGAL = "illegal"
 

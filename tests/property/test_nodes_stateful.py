@@ -321,9 +321,9 @@ class Nodes(RuleBasedStateMachine):
         self.arena.station.trip()
 
     @rule()
-    def mean_large(self):
+    def allow_large_correction(self):
         if self.arena.pc:
-            self.arena.pc.mean_large()
+            self.arena.pc.allow_large_correction()
 
     @rule(slope=st.sampled_from([0.0, 1.0, 8.0]), offset=st.sampled_from([0, 10, -60]))
     def predict_otherwise(self, slope, offset):

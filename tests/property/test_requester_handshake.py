@@ -98,8 +98,8 @@ class PcIsTheOracle(RuleBasedStateMachine):
         assert self.pc.beyond_word == self.words.beyond
 
     @rule()
-    def mean_large(self):
-        self.pc.mean_large()
+    def allow_large_correction(self):
+        self.pc.allow_large_correction()
         self.words.large_meant = True
 
     @rule(probing=st.booleans())
@@ -191,14 +191,14 @@ def test_the_pair_always_gets_there_and_never_doubts(handshake, limit, wishes, l
         past = [um for at, um in wishes if at * MS <= t]
         return (past[-1] if past else 0) * 0.001
 
-    def mean_large(pc):
+    def allow_large_correction(pc):
         pc.large_meant = 1
 
     last = 600 * MS
     turns = 60 // handshake.window_steps + 10
     slowest = handshake.pc_period_ps + 2 * handshake.latency_ps + 2 * handshake.box_period_ps
     end = last + turns * (slowest // handshake.pc_period_ps + 1) * handshake.pc_period_ps
-    pair.run(end, deviation, [(at * MS, mean_large) for at in sorted(large_at)])
+    pair.run(end, deviation, [(at * MS, allow_large_correction) for at in sorted(large_at)])
     box, pc = pair.box, pair.pc
     assert (int(box.refused), int(box.state), int(pc.state)) == (0, box_kernels.RUNNING, pc_kernels.ACTIVE)
     goal = max(-limit, min(limit, wishes[-1][1]))

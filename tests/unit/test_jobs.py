@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import pytest
 
-from rtec.jobs import Crew, Workers, cores
+from rtec.jobs import JobPool, Workers, cores
 
 
 def test_jobs_give_their_results_and_tell_the_share_of_the_whole():
     told = []
     with Workers(lambda what, share: told.append((what, share)), total=10.0) as workers:
         jobs = [workers.start(f"job {k}", 2.0, lambda tell, k=k: [tell(0.5), k][1]) for k in range(4)]
-        here = workers.teller("here", 2.0)
+        here = workers.reporter("here", 2.0)
         here(0.5)
         here(1.0)
         assert [job.result() for job in jobs] == [0, 1, 2, 3]
@@ -83,15 +83,15 @@ class Noted:
 
 @pytest.mark.parametrize(("workers", "processes"), [(1, False), (3, False), (2, True)])
 def test_results_come_in_the_order_of_the_jobs(workers, processes):
-    with Crew(workers, processes=processes) as crew:
-        results = list(crew.results([Noted(n) for n in range(6)]))
+    with JobPool(workers, processes=processes) as pool:
+        results = list(pool.results([Noted(n) for n in range(6)]))
     assert [number for number, _, _ in results] == list(range(6))
     elsewhere = {pid != os.getpid() for _, _, pid in results}
     assert elsewhere == {processes}
     assert all(name.startswith("rtec-job") == (workers == 3) for _, name, _ in results)
 
 
-def test_an_error_of_a_job_ends_the_crew_and_drops_what_has_not_begun():
+def test_an_error_of_a_job_ends_the_pool_and_drops_what_has_not_begun():
     begun = []
 
     @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def test_an_error_of_a_job_ends_the_crew_and_drops_what_has_not_begun():
             threading.Event().wait(0.02)
 
     def run_all():
-        with Crew(2) as crew:
-            list(crew.results([Slow(n) for n in range(200)]))
+        with JobPool(2) as pool:
+            list(pool.results([Slow(n) for n in range(200)]))
 
     with pytest.raises(ValueError, match="the first"):
         run_all()

@@ -11,15 +11,15 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Card
-from rtec.inference.fit import values_of
-from rtec.inference.likeness import (
+from rtec.inference.collinear import (
+    collinear_pairs,
     effect_or_none,
-    look_alikes,
     nested,
-    permanent_look_alikes,
+    not_identifiable,
     rival,
     tied_groups,
 )
+from rtec.inference.fit import values_of
 from rtec.inference.model import Model
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Verdict
 from rtec.readable import quantity_text
@@ -188,7 +188,7 @@ def search_text(diagnosis: Diagnosis, shown: Shown) -> SearchText:
         detectable=pairs_text(d.minimum_detectable, shown.with_unit),
         experiment=printable(d.experiment.text),
         ties=tie_words(d),
-        alike=likeness_rows(d),
+        alike=collinear_rows(d),
     )
 
 
@@ -289,7 +289,7 @@ def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
 def found_effects(model: Model, candidates: tuple[Candidate, ...]) -> list[FoundEffect]:
     """Return the effects of a model in their order, each with its card and its final numbers."""
     for_ever: dict[str, list[str]] = {}
-    for name, other in permanent_look_alikes(candidates):
+    for name, other in not_identifiable(candidates):
         for_ever.setdefault(name, []).append(spoken(other))
     found = []
     for term in model.terms:
@@ -306,7 +306,7 @@ def candidate_rows(diagnosis: Diagnosis, shown: Shown) -> list[CandidateRow]:
     """Return the table of candidates in the order in which the search ranks them."""
     rows = []
     for one in diagnosis.candidates:
-        ties = f"looks like {joined(spoken(name) for name in one.tied_with)}" if one.tied_with else ""
+        ties = f"confounded with {joined(spoken(name) for name in one.tied_with)}" if one.tied_with else ""
         if ties and one.cosine is not None and math.isfinite(one.cosine):
             ties += f" (cosine {abs(one.cosine):.2f})"
         rows.append(
@@ -323,17 +323,17 @@ def candidate_rows(diagnosis: Diagnosis, shown: Shown) -> list[CandidateRow]:
     return rows
 
 
-def likeness_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Return the look-alikes of this plan: both names, the cosine, and what separates them."""
+def collinear_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Return the collinear effects of this plan: both names, the cosine, and what separates them."""
     rows = []
-    for first, second, cosine in look_alikes(diagnosis.cosines):
+    for first, second, cosine in collinear_pairs(diagnosis.cosines):
         known = rival(first, second)
         if nested(first, second):
             words = "one is a special case of the other: the simpler one wins where it explains the data"
         elif known is None:
             words = "no experiment is known to the library; vary what only one of them depends on"
         else:
-            words = f"{'for ever, with this instrument: ' if known.permanent else ''}{known.experiment}"
+            words = f"{'not identifiable with this instrument: ' if known.permanent else ''}{known.experiment}"
         rows.append((f"{spoken(first)} and {spoken(second)}", f"{abs(cosine):.3f}", words))
     return rows
 

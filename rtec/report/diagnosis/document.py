@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Any
 
+from rtec.inference.collinear import collinear_pairs, nested
 from rtec.inference.fit import values_of
-from rtec.inference.likeness import look_alikes, nested
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
 from rtec.io import strict
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
@@ -59,7 +59,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "datum": shown.number(diagnosis.model.datum),
         "noise": noise_document(diagnosis.noise, shown),
         "lack_of_fit": dict(diagnosis.lack_of_fit),
-        "look_alikes": _look_alikes(diagnosis),
+        "look_alikes": _collinear_pairs(diagnosis),
         "notes": list(dict.fromkeys([*diagnosis.dataset.notes, *diagnosis.notes])),
     }
     cleaned: dict[str, Any] = strict(document)
@@ -208,8 +208,8 @@ def _unknown(unknown: Unknown | None, position_unit: str) -> dict[str, Any] | No
     }
 
 
-def _look_alikes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def _collinear_pairs(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     return [
         {"effects": [first, second], "cosine": cosine, "nested": nested(first, second)}
-        for first, second, cosine in look_alikes(diagnosis.cosines)
+        for first, second, cosine in collinear_pairs(diagnosis.cosines)
     ]

@@ -1,4 +1,4 @@
-"""Which effects look alike on the plan, and what would tell rivals apart."""
+"""Which effects are collinear on the plan, and what would separate rivals."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.inference.likeness import ALIKE, nested
+from rtec.inference.collinear import COLLINEAR, nested
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import figure_text
@@ -56,7 +56,7 @@ def _cell(axes: Axes, column: int, row: int, value: float, special: bool) -> Non
     if not np.isfinite(value):
         axes.text(column, row, "–", ha="center", va="center", fontsize=7.5, color=EDGE)
         return
-    alike = value > ALIKE
+    alike = value > COLLINEAR
     text = f"{value:.2f}" if value < 0.995 or value == 1.0 else f"{value:.3f}"
     axes.text(column, row, text, ha="center", va="center", fontsize=7.5, weight="bold" if alike else "normal",
               color=PAPER if value > 0.72 else INK)  # fmt: skip

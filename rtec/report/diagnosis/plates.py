@@ -76,7 +76,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
             spectra,
             _Plate(
                 name="cosines",
-                title="Which effects look alike on this plan",
+                title="Which effects are collinear on this plan",
                 caption="The size of the cosine between what two effects contribute to these readings: 0 where "
                 "they have nothing in common, 1 where no fit can tell them apart. Framed: above 0.95, which counts "
                 "as a tie; dotted where one effect is a special case of the other, so that the simpler one wins.",

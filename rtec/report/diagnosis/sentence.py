@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rtec.inference.likeness import effect_or_none, tied_groups
+from rtec.inference.collinear import effect_or_none, tied_groups
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.readable import rounded

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from rtec.blind import INSIDE, LOOK_ALIKES, OUTSIDE, PLANS, Noise, Plan, Scenario, plan_named, scenario_of
+from rtec.blind import CONFOUNDED, INSIDE, OUTSIDE, PLANS, Noise, Plan, Scenario, plan_named, scenario_of
 from rtec.blind.scenario import INSIDE_OF_GAME, OUTSIDE_OF_GAME, unfit
 from rtec.effects import effect_named
 from rtec.errors import ArgumentError
@@ -30,10 +30,10 @@ def test_the_game_draws_nothing_one_to_three_effects_or_one_outside():
     assert {name for s in DRAWN for name in s.names} == set(INSIDE_OF_GAME) | set(OUTSIDE_OF_GAME)
 
 
-def test_the_game_hides_no_look_alikes_together_and_nothing_that_the_plan_cannot_show():
+def test_the_game_hides_no_confounded_effects_together_and_nothing_that_the_plan_cannot_show():
     for scenario in DRAWN:
         assert all(unfit(name, scenario.plan) is None for name in scenario.names)
-        assert not any(pair <= set(scenario.names) for pair in LOOK_ALIKES)
+        assert not any(pair <= set(scenario.names) for pair in CONFOUNDED)
         assert all(1.5 <= strength <= 4.0 for strength in scenario.strengths)
 
 

@@ -71,7 +71,7 @@ def test_an_insertion_follows_its_edge_in_the_documented_time(design, direction,
 
 
 def test_the_originals_nine_microseconds():
-    """At least 4 us to the first pulse, pulses 2 us wide that overlap by half, 2 us after (NISTIR 4832)."""
+    """At least 4 us to the first pulse, pulses 2 us wide that overlap by half, 2 us after (Yee 1992)."""
     board = homed(Design.ORIGINAL, hold_latch=True)
     board.ask(1)
     real = motion(board.now_ps, 60 * US, 30, first=345_678)

@@ -1,4 +1,4 @@
-"""A program behind the door of insertion algorithms: the board of `rtec.board` says what has to come out."""
+"""A program as an insertion algorithm: the board of `rtec.board` says what has to come out."""
 
 import dataclasses
 

@@ -11,7 +11,7 @@ from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix,
 from rtec.campaign.safety_phases import Phase, new_cell, run_through, twin_of
 from rtec.campaign.safety_ramp import ramp_jobs
 from rtec.campaign.safety_variants import VARIANTS, impossible
-from rtec.campaign.safety_watch import Stopper, WatchedCell, station_settings, wavy_table
+from rtec.campaign.safety_watch import Stopper, WatchedCell, sinusoidal_table, station_settings
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.machine.faults import Fault, FaultKind
@@ -121,7 +121,7 @@ def test_only_a_limit_catches_a_pc_that_runs_away(design):
 def test_the_watch_holds_against_the_table_by_hand():
     """At rest at 2 mm the table has about 20 um * sin(2) = 18.2 um: nine steps of 2 um."""
     moves = [[Move(target_mm=2.0, speed_mm_s=2.0, rest_s=100.0)]]
-    cell = WatchedCell([station_settings(1, Design.C)], moves, wavy_table())
+    cell = WatchedCell([station_settings(1, Design.C)], moves, sinusoidal_table())
     cell.watch(until_ps=3 * S)
     axis = cell.watched[0]
     true_mm = cell.true_count(1) * 0.001

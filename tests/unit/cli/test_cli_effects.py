@@ -82,8 +82,8 @@ def test_a_card_says_all_that_is_known(capsys, monkeypatch, effect):
     for words in (effect.card.title, effect.card.plot, effect.card.cause, effect.card.action, effect.card.source):
         assert words in text
     for rival in effect.rivals:
-        ever = " (for ever, to the same instrument)" if rival.permanent else ""
-        assert f"looks like {rival.name}{ever}; to tell: {rival.experiment}" in text
+        ever = " (with any plan of the same instrument)" if rival.permanent else ""
+        assert f"confounded with {rival.name}{ever}; to separate them: {rival.experiment}" in text
 
 
 @pytest.mark.parametrize(

@@ -273,9 +273,9 @@ def test_lower_frequencies_are_tried_where_the_lowest_does_not_insert():
 
 
 def test_no_two_rungs_are_further_apart_than_a_quarter():
-    rungs = ladder(500.0, 5e6, 123_456.0)
-    assert max(high / low for low, high in pairwise(rungs)) < 1.26
-    assert (rungs[0], rungs[-1], 123_456.0 in rungs) == (500.0, 5e6, True)
+    levels = ladder(500.0, 5e6, 123_456.0)
+    assert max(high / low for low, high in pairwise(levels)) < 1.26
+    assert (levels[0], levels[-1], 123_456.0 in levels) == (500.0, 5e6, True)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Verilog through the door: both simulators against each other, exact ticks, and everything that can be wrong."""
+"""The Verilog interface: both simulators against each other, exact ticks, and everything that can be wrong."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""The door for Python: the process behind it, compiled and not, and what ends it."""
+"""The Python interface: the process behind it, compiled and not, and what ends it."""
 
 import os
 import textwrap
@@ -22,7 +22,7 @@ MOTION = "00 1us:+ 2us:r1 3us:+ 3.2us:- 5us:r-1 9us:- 50us:end"
 
 
 @pytest.fixture
-def door(tmp_path, monkeypatch):
+def algorithm(tmp_path, monkeypatch):
     """Open a class X with these lines in its step, or a whole file; the compiler takes seconds in each process."""
     opened = []
 
@@ -40,8 +40,8 @@ def door(tmp_path, monkeypatch):
         one.close()
 
 
-def play(door, *texts):
-    return door.play([Stream.read(text).stimulus() for text in texts])
+def play(algorithm, *texts):
+    return algorithm.play([Stream.read(text).stimulus() for text in texts])
 
 
 def same(ours, theirs):
@@ -55,9 +55,9 @@ def same(ours, theirs):
 def test_compiled_code_with_methods_gives_what_python_gives(kind):
     stimuli = [Stream.read(MOTION).stimulus(), Stream.read("10 400ns:r1 0.5us:- 0.7us:+ 20us:r0 90us:end").stimulus()]
     plain = InProcess(kind).play(stimuli)
-    with PythonClass(mutants_file(kind), kind.__name__) as door:
-        compiled = door.play(stimuli)
-        assert door.note == ""  # compiled, methods and all
+    with PythonClass(mutants_file(kind), kind.__name__) as algorithm:
+        compiled = algorithm.play(stimuli)
+        assert algorithm.note == ""  # compiled, methods and all
     assert all(same(*pair) for pair in zip(compiled, plain, strict=True))
     assert len(plain[0].edges) > 4
 
@@ -66,9 +66,9 @@ def mutants_file(kind):
     return Path(mutants.__file__).with_name(kind.__module__.rpartition(".")[2] + ".py")
 
 
-def test_a_batch_larger_than_the_pipes_comes_through_in_order(door):
+def test_a_batch_larger_than_the_pipes_comes_through_in_order(algorithm):
     """A thousand streams with two hundred edges each: megabytes both ways, more than a pipe holds."""
-    wires = door("return ab, 0, 0")
+    wires = algorithm("return ab, 0, 0")
     edges = np.stack([500_000 * np.arange(1, 201), np.ones(200, int)], axis=1)
     stimuli = [Stream.of(k % 4, edges, [], 10**9 + k).stimulus() for k in range(1000)]
     assert [r.edges for r in wires.play(stimuli)] == [s.edges for s in stimuli]
@@ -81,9 +81,9 @@ def test_helpers_in_a_file_beside_it_are_compiled_too(tmp_path):
         "from beside import kept\n\n\nclass X:\n    n = 0\n    def step(self, t_ps, ab, requested):\n"
         "        return self.same(ab, 0), 0, 0\n    def same(self, x, y):\n        return kept(x) + y\n"
     )
-    with PythonClass(file, "X") as door:
-        (response,) = play(door, MOTION)
-        assert door.note == ""
+    with PythonClass(file, "X") as algorithm:
+        (response,) = play(algorithm, MOTION)
+        assert algorithm.note == ""
     assert response.edges == Stream.read(MOTION).stimulus().edges
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "beside.py",
@@ -91,20 +91,20 @@ def test_helpers_in_a_file_beside_it_are_compiled_too(tmp_path):
     ]  # and nothing is written there
 
 
-def test_a_table_that_stands_as_a_list_in_the_file_is_compiled(door):
+def test_a_table_that_stands_as_a_list_in_the_file_is_compiled(algorithm):
     text = """
     RING = [[0, 1], [3, 2]]
     class X:
         def step(self, t_ps, ab, requested):
             return RING[ab >> 1][(ab >> 1) ^ (ab & 1)], 0, 0
     """
-    listing = door(text, whole=True, compiled=True)
+    listing = algorithm(text, whole=True, compiled=True)
     (response,) = play(listing, MOTION)
     assert listing.note == ""
     assert response.edges == Stream.read(MOTION).stimulus().edges
 
 
-def test_state_that_is_no_number_runs_as_plain_python_and_says_so(door):
+def test_state_that_is_no_number_runs_as_plain_python_and_says_so(algorithm):
     text = """
     class X:
         def __init__(self):
@@ -113,7 +113,7 @@ def test_state_that_is_no_number_runs_as_plain_python_and_says_so(door):
             self.seen.append(ab)
             return self.seen[-1], 0, 0
     """
-    listing = door(text, whole=True)
+    listing = algorithm(text, whole=True)
     assert play(listing, MOTION)[0].broken is None
     assert listing.note == "attribute seen is no number and no list of numbers"
 
@@ -154,9 +154,9 @@ def test_the_state_of_a_class_is_its_own_over_those_of_its_bases():
         ("raise KeyboardInterrupt", "step raised KeyboardInterrupt in mine.py, line 4"),
     ],
 )
-def test_what_no_algorithm_may_do_is_a_break_with_the_reason(door, body, reason):
+def test_what_no_algorithm_may_do_is_a_break_with_the_reason(algorithm, body, reason):
     otherwise_compiled = any(part in body for part in ("10**30", "[ab + 5]", "// ab", "return 7"))
-    (response,) = play(door(body, compiled=otherwise_compiled), MOTION)
+    (response,) = play(algorithm(body, compiled=otherwise_compiled), MOTION)
     assert reason in response.broken.reason
     assert "\n" not in response.broken.reason
     assert not response.broken.ended
@@ -170,8 +170,8 @@ def test_what_no_algorithm_may_do_is_a_break_with_the_reason(door, body, reason)
         ("import os\nos.kill(os.getpid(), 9)", "its process was ended by signal 9"),
     ],
 )
-def test_what_ends_its_process_is_a_break_and_no_more_is_played(door, body, reason):
-    dying = door(f"if t_ps == 3_000_000:\n{textwrap.indent(body, '    ')}\nreturn ab, 0, 0")
+def test_what_ends_its_process_is_a_break_and_no_more_is_played(algorithm, body, reason):
+    dying = algorithm(f"if t_ps == 3_000_000:\n{textwrap.indent(body, '    ')}\nreturn ab, 0, 0")
     first, broken, other = play(dying, "00 1us:+ 2us:end", MOTION, MOTION)
     assert first.broken is None
     assert (broken.broken.reason, broken.broken.time_ps, broken.broken.ended) == (reason, 3_000_000, True)
@@ -180,9 +180,9 @@ def test_what_ends_its_process_is_a_break_and_no_more_is_played(door, body, reas
     assert play(dying, "00 1us:+ 2us:end")[0].edges == first.edges
 
 
-def test_what_never_returns_is_ended(door, monkeypatch):
+def test_what_never_returns_is_ended(algorithm, monkeypatch):
     monkeypatch.setattr(python_class, "SILENT_S", 2.0)
-    endless = door("while t_ps > 1_000_000:\n    self.n += 1\nreturn ab, 0, 0")
+    endless = algorithm("while t_ps > 1_000_000:\n    self.n += 1\nreturn ab, 0, 0")
     process = endless._process
     began = time.monotonic()
     broken, other = play(endless, MOTION, MOTION)
@@ -193,13 +193,13 @@ def test_what_never_returns_is_ended(door, monkeypatch):
     assert process.poll() is not None
 
 
-def test_memory_without_end_is_an_error_of_the_algorithm(door):
-    hungry = door("kept = [0] * (1 << 40)\nreturn ab, len(kept), 0")
+def test_memory_without_end_is_an_error_of_the_algorithm(algorithm):
+    hungry = algorithm("kept = [0] * (1 << 40)\nreturn ab, len(kept), 0")
     (response,) = play(hungry, MOTION)
     assert "MemoryError" in response.broken.reason
 
 
-def test_copies_that_an_algorithm_makes_of_its_process_do_not_play(door, tmp_path):
+def test_copies_that_an_algorithm_makes_of_its_process_do_not_play(algorithm, tmp_path):
     file = tmp_path / "pids"
     body = f"""
         import os
@@ -209,12 +209,12 @@ def test_copies_that_an_algorithm_makes_of_its_process_do_not_play(door, tmp_pat
             print(os.getpid(), file=open({str(file)!r}, "a"))
         return ab, 0, 0
     """
-    first, second = play(door(body), MOTION, MOTION)
+    first, second = play(algorithm(body), MOTION, MOTION)
     assert first.broken is second.broken is None
     assert len(set(file.read_text().split())) == 1
 
 
-def test_what_an_algorithm_has_begun_ends_with_it(door, tmp_path):
+def test_what_an_algorithm_has_begun_ends_with_it(algorithm, tmp_path):
     file = tmp_path / "pid"
     body = f"""
         if t_ps == 0:
@@ -222,7 +222,7 @@ def test_what_an_algorithm_has_begun_ends_with_it(door, tmp_path):
             print(subprocess.Popen(["sleep", "99"]).pid, file=open({str(file)!r}, "w"))
         return ab, 0, 0
     """
-    opened = door(body)
+    opened = algorithm(body)
     play(opened, "00 1us:+ 2us:end")
     begun = int(file.read_text().split()[-1])
     assert is_running(begun)
@@ -241,8 +241,8 @@ def is_running(process):
         return False
 
 
-def test_its_prints_go_nowhere_near_the_results(door, capfd):
-    (response,) = play(door("print('hello')\nreturn ab, 0, 0"), MOTION)
+def test_its_prints_go_nowhere_near_the_results(algorithm, capfd):
+    (response,) = play(algorithm("print('hello')\nreturn ab, 0, 0"), MOTION)
     assert response.broken is None
     assert "hello" not in capfd.readouterr().out
 
@@ -263,9 +263,9 @@ def test_its_prints_go_nowhere_near_the_results(door, capfd):
         ("\0", "mine.py: source code string cannot contain null bytes"),
     ],
 )  # fmt: skip
-def test_a_file_that_cannot_be_used_is_an_error_in_one_line(door, text, reason):
+def test_a_file_that_cannot_be_used_is_an_error_in_one_line(algorithm, text, reason):
     with pytest.raises(RtecError) as caught:
-        door(text, whole=True)
+        algorithm(text, whole=True)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -275,22 +275,24 @@ def test_no_such_file(tmp_path):
         PythonClass(tmp_path / "none.py", "X")
 
 
-def test_two_at_once_do_not_disturb_each_other(door):
+def test_two_at_once_do_not_disturb_each_other(algorithm):
     with ThreadPoolExecutor(2) as pool:
-        first, second = pool.map(lambda one: play(one, MOTION), [door("return ab, 0, 0"), door("return ab, 0, 0")])
+        first, second = pool.map(
+            lambda one: play(one, MOTION), [algorithm("return ab, 0, 0"), algorithm("return ab, 0, 0")]
+        )
     assert first[0].edges == second[0].edges == Stream.read(MOTION).stimulus().edges
 
 
-def test_closing_ends_the_process_and_removes_its_folder(door):
-    wires = door("return ab, 0, 0")
+def test_closing_ends_the_process_and_removes_its_folder(algorithm):
+    wires = algorithm("return ab, 0, 0")
     process, folder = wires._process, wires._folder.name
     wires.close()
     assert process.poll() is not None
     assert not os.path.exists(folder)
 
 
-def test_compiled_integers_that_wrap_are_not_trusted(door):
-    wraps = door("n = (ab + 3) ** 60\nreturn 1 if n > 10**20 else 0, 0, 0", compiled=True)
+def test_compiled_integers_that_wrap_are_not_trusted(algorithm):
+    wraps = algorithm("n = (ab + 3) ** 60\nreturn 1 if n > 10**20 else 0, 0, 0", compiled=True)
     (response,) = play(wraps, "10 1us:+ 2us:end")
     assert response.edges.initial == 1
     assert wraps.note

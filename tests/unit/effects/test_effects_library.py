@@ -1,4 +1,4 @@
-"""The library as a whole: names, cards, look-alikes, invariants that hold for every effect, and its page."""
+"""The library as a whole: names, cards, confounded effects, invariants that hold for every effect, and its page."""
 
 import re
 import subprocess
@@ -100,7 +100,7 @@ def test_titles_differ():
 
 
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)
-def test_look_alikes_name_each_other_with_one_experiment(effect):
+def test_confounded_effects_name_each_other_with_one_experiment(effect):
     for rival in effect.rivals:
         other = effect_named(rival.name)
         assert other.observable is effect.observable
@@ -134,7 +134,7 @@ def test_the_experiment_that_separates(one, other, words):
     assert words in rival.experiment
 
 
-def test_cosine_is_a_look_alike_for_ever_and_a_weight_on_a_linear_axis():
+def test_cosine_is_not_identifiable_and_a_weight_on_a_linear_axis():
     permanent = {(effect.name, rival.name) for effect in LIBRARY for rival in effect.rivals if rival.permanent}
     assert permanent == {("scale", "cosine"), ("cosine", "scale")}
     lengths = {(effect.name, rival.name) for effect in LIBRARY for rival in effect.rivals if rival.on_lengths}

@@ -54,8 +54,8 @@ def test_the_adjusted_p_is_that_of_an_f_test_times_all_shapes(rho):
         return float(np.sum((table[-1] - np.linalg.lstsq(rows.T, table[-1])[0] @ rows) ** 2))
 
     before, after = left(table[:-2]), left(table[:-1])
-    freedom = data.rows - len(columns) - 1
-    p = float(stats.f.sf((before - after) / (after / freedom), 1, freedom))
+    dof = data.rows - len(columns) - 1
+    p = float(stats.f.sf((before - after) / (after / dof), 1, dof))
     assert adjusted_p(judge, model, 1) == pytest.approx(
         min(1.0, p * np.exp(judge.price((BACKLASH, Shape())))), rel=1e-3
     )

@@ -30,13 +30,13 @@ def fit_test(data, choices=()):
 
 def test_noise_within_cells_is_that_of_pooled_variances():
     data = measured(TILTED, runs=4, targets=6).take(np.arange(43))  # the last cells have three
-    pooled, freedom = 0.0, 0
+    pooled, dof = 0.0, 0
     for k in range(12):
         own = data.observed[data.cell == k]
-        pooled, freedom = pooled + np.var(own, ddof=1) * (own.size - 1), freedom + own.size - 1
+        pooled, dof = pooled + np.var(own, ddof=1) * (own.size - 1), dof + own.size - 1
     sigma, count = within_cells(data.observed, data.cell)
-    assert sigma == pytest.approx(np.sqrt(pooled / freedom))
-    assert count == freedom
+    assert sigma == pytest.approx(np.sqrt(pooled / dof))
+    assert count == dof
 
 
 @pytest.mark.parametrize(("rho", "white"), [(0.0, 0.0), (0.9, 0.3)])

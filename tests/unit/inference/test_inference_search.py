@@ -133,7 +133,7 @@ def test_beside_a_small_course_in_time_no_effect_is_sure():
     assert settled(search, model)[0].names == ()
 
 
-def test_look_alikes_share_what_speaks_for_them():
+def test_collinear_effects_share_their_evidence():
     """In a single pass position and time are one: what a scale error explains a drift explains as well."""
     together = []
     for slope in np.linspace(4e-5, 1.4e-4, 11):

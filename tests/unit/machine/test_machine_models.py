@@ -1,4 +1,4 @@
-"""What the PC believes enters by one door: a temperature, a memory, another axis, in the loop, the cell and live."""
+"""The PC's model has one interface: a temperature, a memory, another axis, in the loop, the cell and live."""
 
 import math
 import pickle

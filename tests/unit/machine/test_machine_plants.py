@@ -1,4 +1,4 @@
-"""What moves the axis enters by one door: a slide on a spring, in the loop, the cell and live."""
+"""The plant has one interface: a slide on a spring, in the loop, the cell and live."""
 
 import math
 

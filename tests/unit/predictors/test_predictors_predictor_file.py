@@ -223,7 +223,7 @@ def test_what_is_hardly_toml_gives_one_error(tmp_path, content):
         read_predictor(file)
 
 
-def test_a_table_of_many_points_is_read_back_and_a_monster_is_not(tmp_path, monkeypatch):
+def test_a_table_of_many_points_is_read_back_and_one_of_absurd_magnitude_is_not(tmp_path, monkeypatch):
     x = np.arange(30_000) * 0.033
     table = UnidirectionalTable(positions_mm=x, errors_mm=np.sin(x) / 300.0, backlash_mm=0.0)
     file = tmp_path / "long.toml"

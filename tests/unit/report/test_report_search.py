@@ -169,7 +169,7 @@ def test_the_folder_holds_readings_model_and_figures(result, learned, tmp_path):
     order = ["finding", "verdict", "axis", "search", "effects", "left", "judged", "belief", "table", "facts"]
     assert [name for name in ids if name in order] == order
     text = " ".join("".join(tree.itertext()).split())
-    for words in (verdict_sentence(learned.diagnosis), "25.1 µm RMS before", "What the PC believes from here on"):
+    for words in (verdict_sentence(learned.diagnosis), "25.1 µm RMS before", "The PC's model from here on"):
         assert words in text
     shown = re.search(r"id=\"axis-staircase\".*?</figure>", page.read_text("utf-8"), re.DOTALL)
     assert shown is not None and "data:image/svg+xml;base64," in shown[0]

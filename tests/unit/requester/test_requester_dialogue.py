@@ -156,7 +156,7 @@ def test_it_does_not_move_before_its_last_request_was_sampled():
 
 def test_a_request_gone_astray_is_taken_back_into_the_window():
     pc = make_pc()
-    pc.mean_large()
+    pc.allow_large_correction()
     assert pc.turn(words(0), deviation_mm=0.050) == 50
     assert pc.turn(words(50), deviation_mm=0.050) == 50
     # the box was switched off and on, and has nothing any more
@@ -166,7 +166,7 @@ def test_a_request_gone_astray_is_taken_back_into_the_window():
 def test_large_correction_is_meant_once():
     pc = make_pc()
     pc.turn(words(0), deviation_mm=0.0)
-    pc.mean_large()
+    pc.allow_large_correction()
     assert pc.turn(words(0), deviation_mm=0.050) == 50
     assert pc.turn(words(50), deviation_mm=0.100) == 53
 
@@ -176,7 +176,7 @@ def test_large_correction_is_meant_once():
 def test_what_the_word_cannot_hold_is_pending_and_never_wraps(limit, sign):
     pc = make_pc(limit=limit)
     pc.turn(words(0), deviation_mm=0.0)
-    pc.mean_large()
+    pc.allow_large_correction()
     assert pc.turn(words(0), deviation_mm=sign * (limit + 18) * 0.001) == sign * limit
     assert pc.beyond_word == 18
     assert pc.turn(words(sign * limit), deviation_mm=sign * (limit + 500) * 0.001) == sign * limit

@@ -48,8 +48,8 @@ def off_truth(learned, predictor):
 
 
 def test_the_calibration_is_the_thesiss_and_has_its_own_noise(lathe):
-    study, lesson = lathe
-    readings = lesson.learned.rounds[0].readings
+    study, learned_model = lathe
+    readings = learned_model.learned.rounds[0].readings
     assert readings.size == 12_488
     assert np.unique(readings.target_mm) == pytest.approx(np.linspace(1, 40, 1561) * INCH, abs=1e-4 * INCH)
     truth = np.where(
@@ -103,34 +103,34 @@ def test_a_distance_that_the_program_cannot_write_is_no_second_round():
 
 
 def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
-    lesson = lathe[1]
+    learned_model = lathe[1]
     grid = np.linspace(1, 40, 1561) * INCH
     curve = {way: LatheNetwork().error_mm(grid, way) for way in (1, -1)}
     before = rms(np.concatenate([curve[1], curve[-1]]))
-    after = rms(np.concatenate([lesson.predictor.error_mm(grid, way) - curve[way] for way in (1, -1)]))
+    after = rms(np.concatenate([learned_model.predictor.error_mm(grid, way) - curve[way] for way in (1, -1)]))
     assert before == pytest.approx(0.0854, abs=0.0001)
     assert after < 0.0017
-    scores = lesson.learned.scores
+    scores = learned_model.learned.scores
     assert scores[0].rms_mm == pytest.approx(before, rel=1e-6)
     assert scores[-1].rms_mm == pytest.approx(after, rel=0.02)  # the table's straight lines
     assert [score.rms_mm for score in scores] == sorted((score.rms_mm for score in scores), reverse=True)
-    assert len(scores) == 1 + len(lesson.learned.diagnosis.steps)
+    assert len(scores) == 1 + len(learned_model.learned.diagnosis.steps)
 
 
 def test_the_effects_are_those_of_the_screw(lathe):
-    lesson = lathe[1]
-    names = set(lesson.learned.diagnosis.effects)
+    learned_model = lathe[1]
+    names = set(learned_model.learned.diagnosis.effects)
     assert names & {"backlash", "backlash_map"}
     assert {"cyclic", "pitch_map"} <= names
-    shape = next(term.shape for term in lesson.learned.diagnosis.model.terms if term.name == "cyclic")
+    shape = next(term.shape for term in learned_model.learned.diagnosis.model.terms if term.name == "cyclic")
     assert shape.by_direction
     assert shape.period == pytest.approx(6.35, abs=0.001)
     assert shape.harmonics > 5, "ten targets a turn would show no more"
     # the printed network jumps where the screw has turned once, and no reading stands between the step and there
     assert 6.35 - 6.35 / 200 < shape.step_at <= 6.35
-    first = next(t.shape for t in lesson.learned.rounds[0].diagnosis.model.terms if t.name == "cyclic")
+    first = next(t.shape for t in learned_model.learned.rounds[0].diagnosis.model.terms if t.name == "cyclic")
     assert 3 <= first.harmonics <= 5 and first.step_at == 0.0
-    assert lesson.left_out == ()
+    assert learned_model.left_out == ()
 
 
 # a short axis with a straight error: a lead 1e-4 too long, and 60 um of lost motion

@@ -88,7 +88,7 @@ def test_an_unknown_structure_keeps_its_keys(make_diagnosis):
     assert document["unknown"]["period"] == 3.2 and document["unknown"]["period_unit"] == "mm"
 
 
-def test_look_alikes_are_listed_with_their_cosine(make_diagnosis):
+def test_collinear_effects_are_listed_with_their_cosine(make_diagnosis):
     found = diagnosis_document(make_diagnosis())["look_alikes"]
     assert found == [{"effects": ["backlash", "windup"], "cosine": 0.98, "nested": False}]
 

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from rtec.effects import CyclicShape, effect_named
-from rtec.inference.likeness import permanent_look_alikes, tied_groups
+from rtec.inference.collinear import not_identifiable, tied_groups
 from rtec.inference.model import Term
 from rtec.inference.results import Experiment, Unknown, Verdict
 from rtec.report.diagnosis import comparison_sentence, comparison_table, diagnosis_table, verdict_sentence
@@ -84,7 +84,7 @@ def test_every_verdict_has_a_sentence_of_one_line_even_with_nothing_found(make_d
 def test_what_mimics_for_ever_is_no_tie(make_candidate):
     scale = make_candidate("scale", accepted=True, tied_with=("cosine",), for_ever=("cosine",))
     assert tied_groups((scale,)) == []
-    assert permanent_look_alikes((scale,)) == [("scale", "cosine")]
+    assert not_identifiable((scale,)) == [("scale", "cosine")]
     both = make_candidate("scale", accepted=True, tied_with=("cosine", "drift"), for_ever=("cosine",))
     assert tied_groups((both, make_candidate("drift", tied_with=("scale",)))) == [("scale", "drift")]
 

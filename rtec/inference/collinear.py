@@ -1,4 +1,4 @@
-"""Which effects look alike: on the plan that was measured, and whatever is measured."""
+"""Which effects are collinear on the plan that was measured, and which are not identifiable on any."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from rtec.effects import Effect, Rival, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.results import Candidate, Cosines
 
-ALIKE = 0.95
+COLLINEAR = 0.95
 """Cosine above which two effects explain the same data equally well."""
 
 
-def look_alikes(cosines: Cosines | None) -> list[tuple[str, str, float]]:
+def collinear_pairs(cosines: Cosines | None) -> list[tuple[str, str, float]]:
     """Return the pairs of effects with a cosine above 0.95 in size, the most alike first.
 
     Examples
     --------
     >>> import numpy as np
     >>> table = np.array([[1.0, -0.99, 0.2], [-0.99, 1.0, 0.5], [0.2, 0.5, 1.0]])
-    >>> look_alikes(Cosines(names=("scale", "drift", "backlash"), cosine=table))
+    >>> collinear_pairs(Cosines(names=("scale", "drift", "backlash"), cosine=table))
     [('scale', 'drift', -0.99)]
     """
     if cosines is None:
@@ -28,7 +28,7 @@ def look_alikes(cosines: Cosines | None) -> list[tuple[str, str, float]]:
         (first, second, float(cosines.cosine[i, j]))
         for i, first in enumerate(cosines.names)
         for j, second in enumerate(cosines.names[:i])
-        if math.isfinite(cosines.cosine[i, j]) and abs(cosines.cosine[i, j]) > ALIKE
+        if math.isfinite(cosines.cosine[i, j]) and abs(cosines.cosine[i, j]) > COLLINEAR
     ]
     return sorted(((second, first, cosine) for first, second, cosine in pairs), key=lambda pair: -abs(pair[2]))
 
@@ -42,7 +42,7 @@ def effect_or_none(name: str) -> Effect | None:
 
 
 def rival(name: str, other: str) -> Rival | None:
-    """Return what tells ``name`` from ``other``, or None where they are no look-alikes of the library."""
+    """Return what separates ``name`` from ``other``, or None where the library does not confound them."""
     for first, second in ((name, other), (other, name)):
         effect = effect_or_none(first)
         found = next((r for r in effect.rivals if r.name == second), None) if effect is not None else None
@@ -77,8 +77,8 @@ def tied_groups(candidates: tuple[Candidate, ...]) -> list[tuple[str, ...]]:
     return list(groups.values())
 
 
-def permanent_look_alikes(candidates: tuple[Candidate, ...]) -> list[tuple[str, str]]:
-    """Return accepted effects, each with one that mimics it for ever."""
+def not_identifiable(candidates: tuple[Candidate, ...]) -> list[tuple[str, str]]:
+    """Return accepted effects, each with one that it is not identifiable from."""
     return [
         (candidate.effect, other) for candidate in candidates if candidate.accepted for other in candidate.for_ever
     ]

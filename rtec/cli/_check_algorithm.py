@@ -1,4 +1,4 @@
-"""Which door an algorithm comes through, and what is asked of it."""
+"""Which interface an algorithm has, and which contract it is held to."""
 
 from __future__ import annotations
 

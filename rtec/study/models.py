@@ -1,4 +1,4 @@
-"""What a study says of the axis's true error, and of what the PC believes it to be."""
+"""The true error of an axis and the PC's model of it, as a study states them."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def axis_error_of(section: Section, folder: Path) -> Predictor:
     return read_table(folder / name)
 
 
-def belief_of(
+def model_of(
     section: Section, folder: Path, truth: Predictor, plan: MeasuringPlan
 ) -> tuple[Predictor, tuple[LeftOut, ...]]:
-    """Return what the PC believes, and which effects of a model file it cannot hold.
+    """Return the PC's model, and which effects of a model file it cannot hold.
 
     Parameters
     ----------
