@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtec.inference.local_means import neighbour_means
 from rtec.report.appearance import look_of
 from rtec.report.diagnosis.quantities import Shown
 from rtec.report.figures_style import new_figure
@@ -63,9 +64,9 @@ def _folded(axes: Axes, last: Round, left: Floats, period: float, shown: Shown) 
         face = colour if way > 0 else PAPER
         axes.plot(place[dots], left[dots] * shown.factor, linestyle="none", marker=".", markersize=2.0, color=colour,
                   alpha=0.15, zorder=1)  # fmt: skip
-        numbers, index = np.unique(np.floor(place[own] / period * _STEPS), return_inverse=True)
-        means = np.bincount(index, weights=left[own]) / np.bincount(index)
-        axes.plot((numbers + 0.5) * period / _STEPS, means * shown.factor, linestyle="none", marker=marker,
+        same = (np.floor(place[own] / period * _STEPS) + 0.5) * period / _STEPS
+        means = neighbour_means(same, left[own], each_place=True)
+        axes.plot(means.at, means.mean * shown.factor, linestyle="none", marker=marker,
                   markersize=4.5, color=colour, markerfacecolor=face, markeredgewidth=0.9, label=f"mean, {label}",
                   zorder=3)  # fmt: skip
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=0)
