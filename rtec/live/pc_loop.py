@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rtec.errors import ArgumentError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, MOST_AXES, STATUS
@@ -90,7 +90,8 @@ class PcLoop:
         if not base or (frame.identifier != HOLD and all(axis != node.axis for node in self.nodes)):
             self.strangers += 1
 
-    def _turn(self, k: int, node: PcNode, now_ps: int) -> None:
+    def _time(self, k: int, node: PcNode, now_ps: int) -> None:
+        """Keep how late this turn is, and how long the last answer took."""
         view = node.view
         if view.answered != self._answered[k]:
             self._answered[k] = view.answered
@@ -98,18 +99,24 @@ class PcLoop:
                 self.answer_s.append(view.answer_s)
         if len(self.late_ps) < MOST_KEPT:
             self.late_ps.append(now_ps - node.due_ps)
-        if self.transport.state is BusState.OFF:
-            node.hold(HoldReason.BUS_OFF, at_ps=now_ps)
-        if node.sees_axes:
-            for other in self.nodes:
-                node.see_axis(other.axis, other.position_mm)
-        frames = node.turn(at_ps=now_ps)
+
+    def _send(self, frames: Iterable[Frame]) -> None:
+        """Send frames as long as there is a bus."""
         if self.lost is None:
             try:
                 for frame in frames:
                     self.transport.send(frame)
             except LinkError as error:
                 self.lost = error
+
+    def _turn(self, k: int, node: PcNode, now_ps: int) -> None:
+        self._time(k, node, now_ps)
+        if self.transport.state is BusState.OFF:
+            node.hold(HoldReason.BUS_OFF, at_ps=now_ps)
+        if node.sees_axes:
+            for other in self.nodes:
+                node.see_axis(other.axis, other.position_mm)
+        self._send(node.turn(at_ps=now_ps))
         if node.view.state is PcState.HOLD:
             for other in self.nodes:
                 other.hold(HoldReason.OTHER_AXIS, at_ps=now_ps)

@@ -136,10 +136,8 @@ def scaled_conjugate_gradient(problem: Problem, weights: Floats, watch: Watch) -
             weights, squares, slope, last = tried, found, there, residual
             residual = -slope
             since += 1
-            if since % weights.size == 0:
-                along = residual
-            else:
-                along = residual + (float(residual @ (residual - last)) / promise) * along
+            restart = since % weights.size == 0
+            along = residual if restart else residual + (float(residual @ (residual - last)) / promise) * along
             if quality >= 0.75:
                 scale *= 0.25
         else:
