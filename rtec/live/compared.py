@@ -83,7 +83,7 @@ class _Track:
             self.checked -= 1
 
 
-class Comparison:
+class ReplayComparison:
     """Frames of a log and of a live node, compared as they come.
 
     A frame of either side agrees where the other side says the same within the tolerance before or after it. What is
@@ -103,7 +103,7 @@ class Comparison:
     >>> messages = MessageSet.load()
     >>> def accepted(total):
     ...     return messages.encode("Corrections", 1, {"Accepted": total})
-    >>> comparison = Comparison([Kind.CORRECTIONS], tolerance_ps=50 * 10**9)
+    >>> comparison = ReplayComparison([Kind.CORRECTIONS], tolerance_ps=50 * 10**9)
     >>> for t_ms in range(0, 300, 10):
     ...     comparison.log_says(t_ms * 10**9, accepted(3 if t_ms >= 100 else 0))
     ...     comparison.node_says(t_ms * 10**9, accepted(4 if t_ms >= 200 else 3 if t_ms >= 120 else 0))

@@ -15,7 +15,7 @@ from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.logs import Logged, read_log, replay
 from rtec.link.messages import Kind
 from rtec.link.transport import Received, Transport
-from rtec.live.compared import Comparison, Difference
+from rtec.live.compared import Difference, ReplayComparison
 from rtec.live.figures import spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
 from rtec.live.replayed_side import repeated, resealed, side_of
@@ -120,7 +120,7 @@ class ReplayRun:
         self._start_up_s, self._show = start_up_s, show
         self._tolerance_ps = round(tolerance_ps * speed)
         absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
-        self._comparison = Comparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
+        self._comparison = ReplayComparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
         self._ahead: dict[int, int] = {}
         self._side = side_of(found.role, self._ahead)
         self._begin_ps: int | None = None

@@ -11,7 +11,7 @@ from rtec.link.frame import Frame
 from rtec.link.logs import Direction, Log
 from rtec.link.messages import Kind, MessageSet
 from rtec.live.box_loop import BoxLoop
-from rtec.live.compared import Comparison
+from rtec.live.compared import ReplayComparison
 from rtec.live.pc_loop import PcLoop
 from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
@@ -311,7 +311,7 @@ def test_what_a_box_says_alone_is_not_waited_for(fresh, recorded, together, tmp_
 @pytest.mark.parametrize(("late_ms", "differs"), [(0, False), (40, False), (50, False), (70, True)])
 def test_answers_may_be_late_by_the_tolerance(late_ms, differs):
     messages = MessageSet.load()
-    comparison = Comparison([Kind.STATUS], tolerance_ps=50 * MS)
+    comparison = ReplayComparison([Kind.STATUS], tolerance_ps=50 * MS)
     for t_ms in range(0, 600, 10):
         comparison.log_says(t_ms * MS, messages.encode("Status", 1, {"State": int(t_ms >= 200)}))
         comparison.node_says(t_ms * MS, messages.encode("Status", 1, {"State": int(t_ms >= 200 + late_ms)}))
@@ -321,7 +321,7 @@ def test_answers_may_be_late_by_the_tolerance(late_ms, differs):
 
 def test_what_only_one_side_says_is_a_difference_from_there_on():
     messages = MessageSet.load()
-    comparison = Comparison([Kind.STATUS, Kind.HOLD], tolerance_ps=50 * MS)
+    comparison = ReplayComparison([Kind.STATUS, Kind.HOLD], tolerance_ps=50 * MS)
     for t_ms in range(0, 600, 10):
         comparison.log_says(t_ms * MS, messages.encode("Status", 1, {}))
         if t_ms < 300:
@@ -345,7 +345,7 @@ def test_what_only_one_side_says_is_a_difference_from_there_on():
 def test_a_position_between_those_of_the_window_is_right():
     """At 10 mm/s the axis goes 100 counts between two frames; the node's clock runs 3 ms late."""
     messages = MessageSet.load()
-    comparison = Comparison([Kind.POSITION], tolerance_ps=50 * MS)
+    comparison = ReplayComparison([Kind.POSITION], tolerance_ps=50 * MS)
     for t_ms in range(0, 600, 10):
         comparison.log_says(t_ms * MS, messages.encode("Position", 1, {"Position": 10 * t_ms}))
         comparison.node_says((t_ms + 3) * MS, messages.encode("Position", 1, {"Position": 10 * t_ms}))
@@ -357,7 +357,7 @@ def test_a_position_between_those_of_the_window_is_right():
 def test_a_hold_may_stop_the_axis_a_little_further(held, differs):
     """At 10 counts a millisecond, a hold that comes 20 ms later stops the axis 200 counts further, for ever."""
     messages = MessageSet.load()
-    comparison = Comparison([Kind.POSITION, Kind.STATUS], tolerance_ps=50 * MS)
+    comparison = ReplayComparison([Kind.POSITION, Kind.STATUS], tolerance_ps=50 * MS)
     for t_ms in range(0, 900, 10):
         for say, end_ms in ((comparison.log_says, 300), (comparison.node_says, 320)):
             state = {"HoldWanted": 1, "State": "FATAL"} if held and t_ms >= end_ms else {"State": "RUNNING"}
