@@ -15,7 +15,6 @@ from rtec.board import _board_kernels as kernels
 from rtec.board.microcontroller import Microcontroller
 from rtec.checks import whole_within
 from rtec.controller import ReceiverSettings
-from rtec.errors import ArgumentError
 from rtec.injector import DesignRow
 from rtec.requester import Status
 from rtec.signal import NEVER, EdgeStream
@@ -290,14 +289,7 @@ class Board:
         """
         state = self._state
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
-        if edges.initial != state.ab_in:
-            raise ArgumentError("edges.initial", edges.initial, f"{int(state.ab_in)}, where the last stream ended")
-        if edges.times_ps.size and not self.now_ps <= edges.times_ps[0] <= edges.times_ps[-1] < until_ps:
-            raise ArgumentError(
-                "edges.times_ps",
-                f"{edges.times_ps[0]} to {edges.times_ps[-1]} ps",
-                f"times from {self.now_ps} ps to before {until_ps} ps",
-            )
+        edges.check_joins(int(state.ab_in), self.now_ps, until_ps)
         times: list[NDArray[np.int64]] = []
         levels: list[NDArray[np.uint8]] = []
         taken = 0

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Effect, Observable, Over, Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Observable, Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 from rtec.effects.viscous import one_speed_each_way
 
 LONGEST = 1 / 30
@@ -36,7 +36,7 @@ class BuildUpShape(Shape):
 _B = TypeVar("_B", bound=BuildUpShape)
 
 
-class BuildsUp(Effect):
+class BuildsUp(ScannedEffect):
     """Friction that is there at once, or builds up over a distance after each reversal."""
 
     over = Over.VELOCITY
@@ -71,11 +71,6 @@ class BuildsUp(Effect):
         """Return the distance of build-up, where there is one."""
         distance = own_shape(shape, BuildUpShape).distance
         return (Tunable("distance", distance / STEP, distance * STEP),) if distance > 0.0 else ()
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the sign of the motion, times the share built up and what else it depends on; shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several shapes, shape (shapes, 1, rows)."""

@@ -190,6 +190,14 @@ class Conditions:
         return replace(self, temperatures=MappingProxyType(heat), **picked)
 
 
+def too_few_moments(conditions: Conditions, fewest: int) -> str | None:
+    """Return why the data cannot show a course in time, or None."""
+    if conditions.time_s is None:
+        return "no time column"
+    moments = np.unique(conditions.time_s).size
+    return None if moments >= fewest else f"{moments} moments only: at least {fewest} needed"
+
+
 def distance_since_reversal(position: Floats, direction: Floats, run: NDArray[np.int64]) -> Floats:
     """Return how far the axis has gone since it last turned round.
 

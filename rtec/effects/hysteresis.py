@@ -13,10 +13,10 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Amplitude,
     Card,
-    Effect,
     Over,
     Quantity,
     Rival,
+    ScannedEffect,
     Shape,
     Tunable,
     Units,
@@ -42,7 +42,7 @@ class HysteresisShape(Shape):
     settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "bent before the log began"))
 
 
-class Hysteresis(Effect):
+class Hysteresis(ScannedEffect):
     """Springs in parallel, each of which slips at a limit of its own.
 
     Notes
@@ -120,11 +120,6 @@ class Hysteresis(Effect):
     def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
         """Return that beside a wind-up it is one of two names for the same springs."""
         return "it is what the wind-up beside it is, with more memory" if "windup" in others else None
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return half of the mean of the elements, shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""

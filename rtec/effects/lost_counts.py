@@ -8,8 +8,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Over, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.conditions import Conditions, Floats, too_few_moments
+from rtec.effects.protocol import (
+    Amplitude,
+    Card,
+    Over,
+    Quantity,
+    Rival,
+    ScannedEffect,
+    Shape,
+    Units,
+    own_shape,
+    parameter,
+)
 
 FEWEST_MOMENTS = 5
 EDGE = 2
@@ -29,7 +40,7 @@ class StepShape(Shape):
     over: float = field(default=0.0, metadata=parameter(Quantity.CLOCK, "time that the change takes"))
 
 
-class LostCounts(Effect):
+class LostCounts(ScannedEffect):
     """A step in time.
 
     Notes
@@ -75,10 +86,7 @@ class LostCounts(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a step in time, or None."""
-        if conditions.time_s is None:
-            return "no time column"
-        moments = np.unique(conditions.time_s).size
-        return None if moments >= FEWEST_MOMENTS else f"{moments} moments only: at least {FEWEST_MOMENTS} needed"
+        return too_few_moments(conditions, FEWEST_MOMENTS)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return moments between readings: between all of them, or denser towards both ends where they are many."""
@@ -111,11 +119,6 @@ class LostCounts(Effect):
             return ()
         over = GRADUAL * float(np.ptp(conditions.clock))
         return (StepShape(_moment(shape) - over / 2.0, over),)
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return 0 before the moment and 1 after it, shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several moments, shape (shapes, 1, rows)."""

@@ -355,3 +355,16 @@ class Effect(abc.ABC):
                 f"effect {self.name}", f"data without {what}", f"data with {what}", f"needs {self.needs}"
             )
         return values
+
+
+class ScannedEffect(Effect):
+    """An effect with one amplitude that makes the columns of many shapes at once."""
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the contribution of a unit amplitude, shape (rows, 1)."""
+        column: Floats = self.scan(conditions, [shape])[0].T
+        return column
+
+    @abc.abstractmethod
+    def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
+        """Return the columns of shapes, shape (shapes, 1, rows)."""

@@ -13,10 +13,10 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Amplitude,
     Card,
-    Effect,
     Over,
     Quantity,
     Rival,
+    ScannedEffect,
     Shape,
     Tunable,
     Units,
@@ -33,7 +33,7 @@ class SpikeShape(Shape):
     distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
 
 
-class ReversalSpike(Effect):
+class ReversalSpike(ScannedEffect):
     """Half of a reversal error that falls to 37 % one distance after the reversal.
 
     Notes
@@ -116,11 +116,6 @@ class ReversalSpike(Effect):
         if "windup" in others:
             return "beside a wind-up it is a backlash"
         return "beside this backlash it is a wind-up" if opposed(amplitudes, others) else None
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return half of the direction times the share that is left, shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""

@@ -10,14 +10,14 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, too_few_moments
 from rtec.effects.protocol import (
     Amplitude,
     Card,
-    Effect,
     Over,
     Quantity,
     Rival,
+    ScannedEffect,
     Shape,
     Tunable,
     Units,
@@ -35,7 +35,7 @@ class WarmShape(Shape):
     time_constant: float = field(default=1.0, metadata=parameter(Quantity.CLOCK, "time constant"))
 
 
-class WarmUp(Effect):
+class WarmUp(ScannedEffect):
     """A first-order approach in time.
 
     Notes
@@ -87,10 +87,7 @@ class WarmUp(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show an approach in time, or None."""
-        if conditions.time_s is None:
-            return "no time column"
-        moments = np.unique(conditions.time_s).size
-        return None if moments >= FEWEST_MOMENTS else f"{moments} moments only: at least {FEWEST_MOMENTS} needed"
+        return too_few_moments(conditions, FEWEST_MOMENTS)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return time constants from a fiftieth of the measurement to half of it; longer: collinear with drift."""
@@ -102,11 +99,6 @@ class WarmUp(Effect):
         constant = own_shape(shape, WarmShape).time_constant
         lasted = max(float(np.ptp(conditions.clock)), constant)
         return (Tunable("time_constant", constant / 1.5, min(constant * 1.5, lasted)),)
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the share of the approach that is done, shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several time constants, shape (shapes, 1, rows)."""

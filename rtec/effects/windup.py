@@ -13,10 +13,10 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Amplitude,
     Card,
-    Effect,
     Over,
     Quantity,
     Rival,
+    ScannedEffect,
     Shape,
     Tunable,
     Units,
@@ -51,7 +51,7 @@ class WindupShape(Shape):
     settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "wound up before the log began"))
 
 
-class Windup(Effect):
+class Windup(ScannedEffect):
     """Half of a reversal error that has grown to 63 % one distance after the reversal.
 
     Notes
@@ -163,11 +163,6 @@ class Windup(Effect):
         if "reversal_spike" in others:
             return "beside a reversal spike it is a backlash"
         return "beside this backlash it is a reversal spike" if opposed(amplitudes, others) else None
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return half of the direction times the share built up, shape (rows, 1)."""
-        column: Floats = self.scan(conditions, [shape])[0].T
-        return column
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.checks import whole_within
-from rtec.errors import ArgumentError
 from rtec.injector import _kernels
 from rtec.injector._state_kernels import INJECTOR
 from rtec.injector.design import DesignRow
@@ -156,14 +155,7 @@ class Injector:
         """
         state = self._state
         until_ps = whole_within("until_ps", until_ps, self._now_ps, NEVER - 1, unit="ps (time never runs back)")
-        if edges.initial != state.ab_in:
-            raise ArgumentError("edges.initial", edges.initial, f"{int(state.ab_in)}, where the last stream ended")
-        if edges.times_ps.size and not self._now_ps <= edges.times_ps[0] <= edges.times_ps[-1] < until_ps:
-            raise ArgumentError(
-                "edges.times_ps",
-                f"{edges.times_ps[0]} to {edges.times_ps[-1]} ps",
-                f"times from {self._now_ps} ps to before {until_ps} ps",
-            )
+        edges.check_joins(int(state.ab_in), self._now_ps, until_ps)
         self._run(edges, until_ps)
         made, before = self._made, self._level
         self._made, self._level = [], int(state.seen_out)

@@ -170,6 +170,23 @@ class EdgeStream:
         initial = int(self.levels[first - 1]) if first else self.initial
         return EdgeStream(self.times_ps[first:last], self.levels[first:last], initial)
 
+    def check_joins(self, level: int, from_ps: int, until_ps: int) -> None:
+        """See that the stream goes on from a level, and lies between two times.
+
+        Raises
+        ------
+        ArgumentError
+            Edges that do not join the last ones, or lie outside ``from_ps`` and ``until_ps``.
+        """
+        if self.initial != level:
+            raise ArgumentError("edges.initial", self.initial, f"{level}, where the last stream ended")
+        if self.times_ps.size and not from_ps <= self.times_ps[0] <= self.times_ps[-1] < until_ps:
+            raise ArgumentError(
+                "edges.times_ps",
+                f"{self.times_ps[0]} to {self.times_ps[-1]} ps",
+                f"times from {from_ps} ps to before {until_ps} ps",
+            )
+
     def shift(self, delay_ps: int) -> EdgeStream:
         """Return the same signals ``delay_ps`` later; negative is earlier."""
         return EdgeStream(shifted(self.times_ps, delay_ps), self.levels, self.initial)
