@@ -11,8 +11,8 @@ import pytest
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-import firmware_model._jit  # noqa: E402
-import rtec._jit  # noqa: E402
+import firmware_model._jit  # noqa: E402 - after the number of threads is set
+import rtec._jit  # noqa: E402 - after the number of threads is set
 
 HERE = Path(__file__).parent
 LONG = (

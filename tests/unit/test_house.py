@@ -1,0 +1,128 @@
+"""The rules of the house: everything has one owner, and what goes beyond a rule says why."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from rtec.cli._verbs import VERBS
+
+ROOT = Path(__file__).parents[2]
+ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+MODULES = sorted(path for folder in ("rtec", "firmware_model") for path in (ROOT / folder).rglob("*.py"))
+LONG = {
+    "firmware_model/core/_execute_kernels.py": "one instruction set is one table",
+    "rtec/board/_board_kernels.py": "the circuits share the record of one board",
+    "rtec/link/simulated.py": "the simulated bus and the ways to take part in it",
+    "rtec/machine/closed_loop.py": "a setup of many parts and its results",
+    "rtec/study/c_source.py": "the text of a program in C",
+    "rtec/study/definition.py": "every key of a study",
+}
+"""Modules of more than 400 lines, each with its reason."""
+EXCEPTION = re.compile(r"#\s*(?:noqa|type:\s*ignore)\b.*")
+REASONED = re.compile(r"#\s*(?:noqa:(?:\s*[A-Z]+\d+,?)+|type:\s*ignore\[[\w, -]+\])\s+(?:#|-)\s*\w.*")
+
+
+def name_of(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+def rows_of(section):
+    """Cells of the rows of the table in a section of the architecture."""
+    lines = ARCHITECTURE.split(f"\n## {section}\n")[1].split("\n## ")[0].splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][1:]
+
+
+def defining_modules(room):
+    """Modules of a room from which its names come, as the ``__init__`` imports them."""
+    tree = ast.parse((room / "__init__.py").read_text(encoding="utf-8"))
+    package = name_of(room).replace("/", ".")
+    return {
+        node.module.removeprefix(f"{package}.")
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(f"{package}.")
+    }
+
+
+def excepted(text):
+    """Comments of a source that let a check pass over a line."""
+    return [found[0] for line in text.splitlines() if (found := EXCEPTION.search(line)) and '"#' not in line]
+
+
+def test_every_public_name_has_an_owner():
+    owners = {}
+    for room, modules in rows_of("Public names"):
+        names = re.findall(r"`([\w.*]+)`", modules)
+        owners[room.strip("`")] = (
+            {path.stem for path in (ROOT / room.strip("`")).glob("*.py")} - {"__init__"}
+            if names == ["*"]
+            else set(names)
+        )
+    exporting = {
+        name_of(room.parent): defining_modules(room.parent) for room in (ROOT / "rtec").glob("*/__init__.py")
+    }
+    for room, modules in exporting.items():
+        unowned = modules - owners.get(room, set())
+        assert not unowned, f"docs/architecture.md, Public names, row `{room}`: add {sorted(unowned)}"
+    gone = {
+        room: sorted(modules - exporting.get(room, set()))
+        for room, modules in owners.items()
+        if room != "rtec/effects"
+    }
+    assert not any(gone.values()), f"docs/architecture.md, Public names: nothing comes from {gone}"
+
+
+def test_every_page_has_one_owner():
+    linked = [page for cells in rows_of("Pages") for page in re.findall(r"\]\(([\w./-]+\.md)\)", cells[0])]
+    pages = {path.name for path in (ROOT / "docs").glob("*.md")} | {"decisions/README.md"}
+    assert sorted(linked) == sorted(pages), "docs/architecture.md, Pages: each page once"
+
+
+def test_every_verb_has_one_owner():
+    rows = rows_of("Verbs")
+    assert sorted(verb.strip("`") for verb, *_ in rows) == sorted(VERBS), (
+        "docs/architecture.md, Verbs: each verb once"
+    )
+    for verb, file, *_ in rows:
+        assert file.strip("`") == f"rtec/cli/{verb.strip('`')}.py"
+        assert (ROOT / file.strip("`")).is_file()
+
+
+def test_a_module_has_at_most_400_lines_or_a_reason():
+    long = {name_of(path) for path in MODULES if len(path.read_text(encoding="utf-8").splitlines()) > 400}
+    assert not long - set(LONG)
+    assert all((ROOT / name).is_file() for name in LONG)
+
+
+def test_a_module_is_named_for_what_it_holds():
+    assert not [
+        name_of(path) for path in MODULES if path.stem.strip("_") in {"utils", "helpers", "common", "core", "misc"}
+    ]
+
+
+@pytest.mark.parametrize(
+    ("comment", "sound"),
+    [
+        ("# noqa: C901 - one table", True),
+        ("# type: ignore[arg-type]  # numba has no types", True),
+        ("# noqa: C901, PLR0912 - one table", True),
+        ("# noqa: C901", False),
+        ("# noqa", False),
+        ("# type: ignore", False),
+        ("# type: ignore[arg-type]", False),
+    ],
+)
+def test_what_a_reason_is(comment, sound):
+    assert excepted(f"x = 1  {comment}") == [comment]
+    assert bool(REASONED.fullmatch(comment)) is sound
+
+
+def test_what_a_check_passes_over_has_its_reason():
+    sources = [*MODULES, *(ROOT / "tests").rglob("*.py")]
+    bare = {
+        name_of(path): [one for one in excepted(path.read_text(encoding="utf-8")) if not REASONED.fullmatch(one)]
+        for path in sources
+        if path != Path(__file__).resolve()
+    }
+    assert not {name: comments for name, comments in bare.items() if comments}
