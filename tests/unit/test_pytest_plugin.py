@@ -173,7 +173,7 @@ def test_options_come_from_markers_and_parameters(user):
     result.stdout.fnmatch_lines(
         [
             "the marker rtec has no option 'designn'; did you mean 'design'?",
-            "the marker rtec: design: 'd' is not valid; use original, a, b, c*",
+            "the marker rtec: design: 'd' is not a design; use one of original, a, b, c*",
             "the marker rtec takes options by name, found ('a',)",
         ]
     )

@@ -142,7 +142,7 @@ def test_shapes_from_options(here):
     assert warm.time_constant == 12.0
     assert shape_from_options(effect_named("cyclic"), {}, data) is None
     for name, given, says in (
-        ("cyclic", {"harmonics": 2}, "^--period: nothing"),
+        ("cyclic", {"harmonics": 2}, "^--period is missing"),
         ("cyclic", {"period": "3"}, "^--period: .*unit"),
         ("cyclic", {"nodes": "3"}, "^--nodes: an option for cyclic.*--period, --harmonics, --by-direction"),
         ("backlash", {"period": "3 mm"}, "^--period: .*none of these"),

@@ -42,8 +42,8 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--axis", "16"], "--axis: 16 is not valid; use 1 to 15"),
-        (["--axis", "1", "--axes", "2"], "--axes: 2 is not valid; use --axis or --axes"),
+        (["--axis", "16"], "--axis: 16 is too large; use 1 to 15"),
+        (["--axis", "1", "--axes", "2"], "--axes: 2 does not go with --axis"),
         (["--design", "d"], "design: 'd'"),
         (["--timing", "firm"], "did you mean 'firmware'?"),
         (["--timing", "firmware", "--window", "5"], "--window: window 5, grace 2"),
@@ -55,14 +55,14 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--limit", "-1"], "--limit: -1"),
         (["--duration", "0s"], "--duration: 0s"),
         (["--bitrate", "500000"], "--bitrate: 500000"),
-        (["--interface", "virtual"], "--channel is missing; use the channel of the interface, such as"),
+        (["--interface", "virtual"], "--channel is missing; give the channel of the interface, such as"),
         (["--interface", "socketcam", "--channel", "can0"], "did you mean 'socketcan'?"),
         (["--interface", "slcan", "--channel", "/dev/none"], "/dev/none: cannot be opened"),
         (["--interface", "virtual", "--channel", "a", "--bitrate", "fast"], "--bitrate: 'fast'"),
         (["--program", "none.nc"], "none.nc: cannot be read"),
         (["--log", "bus.txt"], "a name that ends in .log, .asc or .blf"),
         (["--channel", "../x"], "name: '../x'"),
-        (["--stand", "--program", "none.nc"], "--stand or --program"),
+        (["--stand", "--program", "none.nc"], "does not go with --stand"),
         (["--dbc", "steers.dbc"], "\ufffd[31m"),
     ],
 )
@@ -243,7 +243,9 @@ def test_a_script_with_mistakes_is_done_to_its_end_and_fails():
     assert (done.returncode, report["ended"]) == (1, "quit")
     assert [(one["line"], one["order"]) for one in report["orders_refused"]] == [(3, "hone"), (4, "axis 7 home")]
     told = done.stderr.splitlines()[-2:]
-    assert told[0].startswith("rtec: line 3 of the orders, 'hone', was not done: order: 'hone' is not valid; use go,")
+    assert told[0].startswith(
+        "rtec: line 3 of the orders, 'hone', was not done: order: 'hone' is not an order; use one of go,"
+    )
     assert told[0].endswith("did you mean 'home'?")
     assert told[1].endswith("axis: 7 is not valid; use an axis of this process: 1")
     assert "order: switch on" in done.stderr  # what comes after a mistake is done

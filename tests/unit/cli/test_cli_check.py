@@ -141,7 +141,7 @@ def test_a_file_that_cannot_be_used(capfd, mine, text, message):
     ("words", "message"),
     [
         (("none.py:X", "--design", "c"), "none.py: no such file"),
-        (("none.py", "--design", "c"), "none.py:Name, the class in the file"),
+        (("none.py", "--design", "c"), "none.py:Name, the name of the class"),
         (("mine.txt:X", "--design", "c"), "ALGORITHM"),
         (("none.py:X",), "--design is missing"),
         (("none.py:X", "--design", "d"), "--design"),

@@ -9,7 +9,6 @@ import pytest
 
 from rtec.cli import main
 from rtec.cli._measured import facts_of
-from rtec.errors import ArgumentError
 
 KNOWN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n'
 OPEN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\n'
@@ -113,7 +112,7 @@ def test_the_terminal_shows_the_same(here, capsys):
 def test_facts_of_the_axis_come_from_options(here, capsys):
     assert answer(capsys, "z.csv", "--screw-pitch", "5 mm", "--signal-period", "20 um")["rows"] == 110
     assert answer(capsys, "z.csv", "--counts-per-rev", "8192", "--reference-temperature", "68 degF")["rows"] == 110
-    assert facts_of(None, "20 um", "8192 counts/rev", None) == {
+    assert facts_of(scale_signal_period="20 um", counts_per_rev="8192 counts/rev", screw_pitch=None) == {
         "scale_signal_period": "20 um",
         "counts_per_rev": "8192 counts/rev",
     }
@@ -195,9 +194,9 @@ def test_strange_names_in_a_file_do_no_harm(here, capsys):
     assert "[red]odd[/red]" in out + err
 
 
-def test_a_bare_number_of_counts_is_one():
-    with pytest.raises(ArgumentError, match="--counts-per-rev"):
-        facts_of(None, None, "1e3.5", None)
+def test_a_bare_number_of_counts_is_one(here, capsys):
+    assert main(["compare", "z.csv", "--counts-per-rev", "1e3.5"]) == 2
+    assert capsys.readouterr().err.startswith("rtec: --counts-per-rev: '1e3.5'")
 
 
 def test_help_loads_nothing_heavy():

@@ -104,7 +104,7 @@ def test_plain_gates_merge_an_edge_where_the_axis_turns_within_insertions(capsys
     [
         (["--design", "d"], "design"),
         (["--processor", "z80"], "processor"),
-        (["--processor", "12-clock 5Hz"], "clock_hz"),
+        (["--processor", "12-clock 5Hz"], "--processor: 5 Hz is too small"),
         (["--jitter", "5"], "--jitter"),
         (["--jitter", "2ms", "--design", "c"], "--jitter"),
         (["--jitter", "-5ns"], "--jitter"),

@@ -123,7 +123,7 @@ def test_a_model_over_time_is_asked_for_no_position(here, capsys):
     (here / "time.toml").write_text(text)
     code, out, err = said(capsys, "time.toml", "--csv", "z.csv")
     assert (code, out) == (2, "")
-    assert err.startswith("rtec: model: deviation in mm over time is not valid; use a deviation in mm over p")
+    assert err.startswith("rtec: model: deviation in mm over time; use a deviation in mm over p")
 
 
 def test_a_diagnosis_says_where_it_was_measured(here, capsys):
@@ -238,7 +238,7 @@ def test_the_c_of_a_model_of_effects_has_a_precision_too(trained, capsys, precis
         (('"networks"', '"oracle"'), (), "predictor = 'oracle'"),
         (("predictor =", "study ="), (), "bad.toml: unknown key 'study'"),
         (("half = [2.5", "half = [0.0"), (), "half"),
-        (("", ""), ("--precision", "quad"), "--precision: 'quad' is not valid; use double, single"),
+        (("", ""), ("--precision", "quad"), "--precision: 'quad' is not valid; use double or single"),
         (("", ""), ("--from", "50 mm"), "--from: 50 mm"),
         (('pitch = "5.0 mm"', 'pitch = "0.00001 mm"'), ("--csv", "z.csv"), "4.1e+06 turns of the screw"),
     ],

@@ -154,7 +154,7 @@ def test_nothing_stated_is_said_plainly(written, capsys):
 @pytest.mark.parametrize(
     ("facts", "arguments", "words"),
     [
-        ([], ["--eve", "1.2"], "rtec: --eve: '1.2' is not valid"),
+        ([], ["--eve", "1.2"], "rtec: --eve: '1.2' has no unit"),
         ([], ["--off-reference", "3 um"], "rtec: --off-reference: '3 um' is not valid"),
         (["# eve: much"], [], "x.csv: eve: 'much' is not valid"),
         (["# screw_pitch: 5 turns"], [], "x.csv: screw_pitch"),

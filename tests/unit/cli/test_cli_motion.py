@@ -75,7 +75,7 @@ def test_plain_gates_fail_where_held_edges_do_not(capsys):
             ["--cycles", "9", "--acceleration", "2 MHz/s"],
             "--acceleration: 2e+06 Hz/s does not go with --motion steady",
         ),
-        (["--motion", "ramp", "--cycles", "9", "--acceleration", "100"], "--acceleration: '100' is not valid"),
+        (["--motion", "ramp", "--cycles", "9", "--acceleration", "100"], "--acceleration: '100' has no unit"),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "0 Hz/s"], "--acceleration: 0 Hz/s is too small"),
         (["--motion", "reversal", "--cycles", "9"], "--cycles: 9 is not valid; use at least 40"),
         (["--motion", "dither", "--cycles", "300000"], "--cycles: 300000 is not valid; use at most 250000"),

@@ -165,7 +165,7 @@ def test_a_model_of_effects_is_a_predictor(tmp_path):
 
     file = tmp_path / "m.toml"
     file.write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "80 um"\n')
-    predictors, home_mm = _predictors([1, 2], None, None, [file], "0mm", 100.0, False)
+    predictors, home_mm = _predictors([1, 2], None, None, [file], 0.0, 100.0, False)
     predictor = predictors[1]
     assert predictors[2] is predictor
     assert home_mm == 0.0
@@ -202,7 +202,7 @@ def axis_file(folder, axis, others, name=None):
 def of_files(numbers, *files):
     from rtec.cli.pc import _predictors
 
-    return _predictors(numbers, None, None, list(files), "0mm", 300.0, False)[0]
+    return _predictors(numbers, None, None, list(files), 0.0, 300.0, False)[0]
 
 
 def test_files_are_for_the_axes_that_they_name(tmp_path, capsys):

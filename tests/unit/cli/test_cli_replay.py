@@ -111,7 +111,7 @@ def test_nobody_is_heard(capsys, log):
         (["none.log"], "none.log: cannot be read"),
         (["none.txt"], ".log (candump), .asc or .blf"),
         (["one.log"], "one.log: it holds no frame of a box; use a log with the frames of box and PC"),
-        (["one.log", "--as", "bx"], "--as: 'bx' is not valid; use pc, box"),
+        (["one.log", "--as", "bx"], "--as: 'bx' is not valid; use pc or box"),
         (["one.log", "--speed", "0"], "--speed: '0'"),
         (["one.log", "--start-up", "5"], "--start-up: '5'"),
     ],

@@ -125,7 +125,7 @@ def test_rows_that_do_not_fit_together():
             Dataset(**(common | {name: common[name][:-1]}))
     with pytest.raises(ArgumentError, match="row by row"):
         Dataset(**common, unknown=(("pulse_v", np.zeros(11)),))
-    with pytest.raises(ArgumentError, match="12 samples is not valid; use 120"):
+    with pytest.raises(ArgumentError, match="12 samples; use 120"):
         Dataset(**common, resample=Resample(stretches=((0, 120),), stages=(10,)))
     with pytest.raises(ArgumentError, match="row by row"):
         Dataset(**common, resample=Resample(stretches=((0, 12),), stages=(10,)))

@@ -222,7 +222,7 @@ def test_the_held_out_file_judges_the_fit_to_the_other():
 
 def test_models_of_something_else_are_refused():
     data = measured()
-    with pytest.raises(ArgumentError, match=r"model: a model of force is not valid; use one of deviation.*z\.csv"):
+    with pytest.raises(ArgumentError, match=r"model: a model of force; use one of deviation.*z\.csv"):
         check_model(Model(observe="force", units=UNITS), data)
     with pytest.raises(ArgumentError, match="position in deg"):
         check_model(Model(observe="deviation", units=Units("mm", "deg", "s")), data)

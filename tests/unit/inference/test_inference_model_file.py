@@ -403,7 +403,7 @@ def test_keys_within_keys_take_neither_time_nor_memory(tmp_path):
 def test_drive_models_refuse_deviations_and_negative_friction(tmp_path):
     head = 'observe = "current"\n[[effect]]\n'
     assert "backlash belongs to a position deviation" in refused(tmp_path, head + 'name = "backlash"', DRIVE)
-    assert "coulomb: -1.0 is not valid; use from 0" in refused(
+    assert "coulomb: -1.0 is not valid; use 0 or more" in refused(
         tmp_path, head + 'name = "coulomb"\ncoulomb = "-1 A"', DRIVE
     )
 

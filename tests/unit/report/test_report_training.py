@@ -12,7 +12,7 @@ from rtec.training.parts import Parts
 from rtec.training.results import Kind, PredictorComparison, Row
 
 COLUMNS = ("fitted", "out", "worst", "±", "held", "numbers", "fit", "ns")
-TOO_FEW = "readings: 12 averages is not valid; use 161 or more, one for each weight"
+TOO_FEW = "readings: 12 averages; use 161 or more, one for each weight"
 
 
 def row(name, kind, heldout_mm, parameters=1342, **other):

@@ -35,5 +35,5 @@ def test_values_that_are_no_state_are_refused(convert, bad):
 
 
 def test_error_names_index_and_value():
-    with pytest.raises(ArgumentError, match=r"states\[2\]: 7 is not valid; use a whole number 0\.\.3"):
+    with pytest.raises(ArgumentError, match=r"states\[2\]: 7 is not valid; use a whole number from 0 to 3"):
         levels_of_states([0, 1, 7])

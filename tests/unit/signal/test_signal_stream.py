@@ -90,7 +90,7 @@ def test_equality():
         ([NEVER], [1], 0, r"times_ps\[0\]: 4611686018427387904 ps"),
         ([-NEVER], [1], 0, r"times_ps\[0\]"),
         ([[1, 2]], [1], 0, r"times_ps: an array of shape \(1, 2\)"),
-        ([1, 2], [1, 4], 0, r"levels\[1\]: 4 is not valid; use a whole number 0..3"),
+        ([1, 2], [1, 4], 0, r"levels\[1\]: 4 is not valid; use a whole number from 0 to 3"),
         ([1, 2], [1, -1], 0, r"levels\[1\]: -1"),
         ([1, 2], [1, 256], 0, r"levels\[1\]: 256"),
         ([1, 2, 3], [1, 3, 3], 0, r"levels\[2\]: 3 is not valid; use a level other than the one before"),

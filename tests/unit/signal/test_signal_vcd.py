@@ -121,7 +121,7 @@ def test_same_input_gives_the_same_bytes():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"timescale": "3 ns"}, "timescale: '3 ns' is not valid; use 1 ps, 10 ps"),
+        ({"timescale": "3 ns"}, "timescale: '3 ns' is not a timescale; use one of 1 ps, 10 ps"),
         ({"timescale": ""}, "timescale: ''"),
         ({"signals": []}, "signals: an empty sequence"),
         ({"signals": [A, STATE, A]}, r"signals\[2\]: encoder.A"),
