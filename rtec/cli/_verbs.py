@@ -15,11 +15,33 @@ from rtec.cli._help import help_of, markup_mode
 from rtec.cli._parameters import Verb
 from rtec.errors import RtecError, nearest
 
-VERBS = tuple(
-    "run compare diagnose add train export effects simulate tables check envelope safety iso230 box pc replay"
-    " blind firmware docs".split()
-)
-"""In the order in which help lists them; each in the module of its name."""
+VERBS = {
+    "run": "Calibrate an axis, find what is wrong with it, correct it with each insertion design, and report it all.",
+    "compare": "Compare a measurement with a model: what is left, against the noise floor, and where it lives.",
+    "diagnose": "Find which physical effects a measurement shows that the model lacks, one by one, down to the "
+    "noise floor.",
+    "add": "Add an effect to a model, refit it to a measurement, write it, and show how far the error falls.",
+    "train": "Fit tables, physical effects and networks to one measurement, and compare them by readings that"
+    " none has seen.",
+    "export": "Write what a model or a trained predictor says of position and direction, for another program.",
+    "effects": "List the physical effects that are known, or show the card of one.",
+    "simulate": "Send an encoder's edges through the box into the controller, compare the counts, and draw an "
+    "insertion.",
+    "tables": "Show what each design does to A and B, from every state and for both signs, by letting it insert.",
+    "check": "Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.",
+    "envelope": "Find the largest safe encoder frequency of each design on each processor, and what breaks first.",
+    "safety": "Inject every fault in every phase of operation, and compare what the controller counts in the end.",
+    "iso230": "Judge positioning tests: figures of ISO 230-2 and VDI/DGQ 3441, their uncertainty, what speaks "
+    "against them.",
+    "box": "Run axes with their boxes on a live bus, for any PC software to talk to.",
+    "pc": "Correct axes on a live bus by what a predictor says, and hold the machine where it must be held.",
+    "replay": "Play a bus log into a live node, at the log's own times, and compare its answers with those of "
+    "the log.",
+    "blind": "Hide physical effects in an emulated axis, and find out whether they are named.",
+    "firmware": "Run, read, build and check firmware: machine code of the MCS-51 in Intel HEX, alone or in the box.",
+    "docs": "List the pages of the documentation, or show one of them or a part of it.",
+}
+"""What each verb does, in the order in which help lists them; each stands in the module of its name."""
 _GROUPS = ("blind", "firmware")
 """Verbs that have verbs of their own."""
 
@@ -77,11 +99,10 @@ def application(verbs: Iterable[str] = VERBS) -> typer.Typer:
 
 
 def _listing() -> typer.Typer:
-    """Return the command line whose verbs have a help and no parameters: these take longer than all else to make."""
+    """Return the command line whose verbs have a line of help only: to load them takes longer than all else."""
     app = _empty()
-    for name in VERBS:
-        verb = getattr(_module_of(name), "frame" if name in _GROUPS else name)
-        app.command(name, help=help_of(verb))(lambda: None)
+    for name, does in VERBS.items():
+        app.command(name, help=does)(lambda: None)
     return app
 
 

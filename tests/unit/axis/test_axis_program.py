@@ -40,7 +40,7 @@ def test_every_number_refuses_what_is_no_finite_number(value):
     ],
 )
 def test_values_beyond_their_range_are_refused(call):
-    with pytest.raises(ArgumentError, match="is too (small|large); use "):
+    with pytest.raises(ArgumentError, match=r"is too (small|large); use "):
         call()
 
 

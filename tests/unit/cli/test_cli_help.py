@@ -7,7 +7,7 @@ import typer
 
 from rtec.cli import main
 from rtec.cli._help import examples_of
-from rtec.cli._verbs import application
+from rtec.cli._verbs import VERBS, application
 
 GROUP = typer.main.get_command(application())
 
@@ -104,3 +104,7 @@ def test_an_option_of_another_verb_is_not_named():
     assert GROUP.commands["effects"].option_behind("design") == "design"
     assert GROUP.commands["simulate"].option_behind("glitch_ps") == "--glitch-width"
     assert GROUP.commands["simulate"].option_behind("glitch_mm") == "glitch_mm"
+
+
+def test_the_list_of_verbs_says_what_each_of_them_says():
+    assert {name: command.help.splitlines()[0] for name, command in GROUP.commands.items()} == VERBS

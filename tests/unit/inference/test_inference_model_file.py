@@ -347,7 +347,7 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         (HEAD + 'name = "cyclic"\nperiod = nan', ["period"]),
         (HEAD + 'name = "cyclic"\nperiod = "1e999 mm"', ["period", "not finite"]),
         (HEAD + 'name = "cyclic"\nperiod = ["3 mm"]', ["period"]),
-        (HEAD + 'name = "cyclic"\nharmonics = 2', ["period: nothing", "beside harmonics"]),
+        (HEAD + 'name = "cyclic"\nharmonics = 2', ["period is missing", "beside harmonics"]),
         (HEAD + 'name = "cyclic"\nperiod = "3 mm"\nharmonics = 0', ["harmonics", "from 1"]),
         (HEAD + 'name = "cyclic"\nperiod = "3 mm"\nharmonics = 1.5', ["harmonics"]),
         (HEAD + 'name = "cyclic"\nperiod = "3 mm"\nharmonics = true', ["harmonics"]),
