@@ -50,9 +50,10 @@ def read_motion(text: str) -> AskedMotion:
     <MotionKind.DITHER: 'dither'>
     """
     from rtec.axis.motion import MotionKind, motion_named
-    from rtec.metrology import read_program
 
     named = motion_named(text)
     if isinstance(named, Path):
+        from rtec.metrology import read_program  # takes longer to load than a run
+
         return AskedMotion(MotionKind.PROGRAMME, read_program(named))
     return AskedMotion(named)

@@ -225,11 +225,12 @@ def works(text: str, **more: Any) -> Any:
     """Return the option ``--timing`` that takes what `Works` in the box."""
 
     def read(said: str) -> Works:
-        from rtec.board import Microcontroller
         from rtec.injector import Processor
 
         word = choice(said, (*(known.value for known in Processor), _FIRMWARE), name="--timing")
         if word == _FIRMWARE:
+            from rtec.board import Microcontroller
+
             return Works(Processor.MCS51, Microcontroller.named("8051-12mhz"))
         return Works(Processor(word), None)
 

@@ -17,7 +17,7 @@ EFFECTS = (
 PROCESSORS = ("8051-12mhz", "8051-24mhz", "one-clock-25mhz", "one-clock-100mhz")
 MOTIONS = ("steady", "ramp", "reversal", "dither", "adversary")
 FAULTS = (
-    "frame-lost", "frame-late", "frame-duplicated", "frames-reordered", "frame-corrupted", "frame-masquerade",
+    "frame-lost", "frame-late", "frame-duplicated", "frames-reordered", "frame-corrupted", "masquerade",
     "bit-flipped-in-the-total", "request-stuck", "babbling-node", "bus-off", "stale-data-valid",
     "torn-position-word", "pc-killed", "box-restarted", "power-lost", "pc-clock-jumps-forward",
     "pc-clock-jumps-back", "encoder-cable-open", "a-and-b-swapped", "one-line-of-a-pair-broken", "glitches",
