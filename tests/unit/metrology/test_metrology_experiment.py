@@ -99,7 +99,7 @@ def test_units_are_those_of_people(file):
         ("columns = [3]\n", "columns: '3'"),
         ('reading = "at rest"\n', "reading: 'at rest'.*did you mean 'position at rest'"),
         ('[conditions]\nweather = "rain"\n', "conditions.weather"),
-        ('[conditions]\nloads = ["-1 kg"]\n', "conditions.loads: -1.0"),
+        ('[conditions]\nloads = ["-1 kg"]\n', "conditions.loads: -1 kg is too small"),
         ('[runs]\ndwell = "1 h"\n[targets]\nnumber = 200\n', "duration at rest"),
         (
             'reading = "force in motion"\n[runs]\npasses = "forward only"\n',
