@@ -7,7 +7,6 @@ from pathlib import Path
 from rtec.io import read_text
 from rtec.machine.station import Move
 from rtec.metrology import Dwell, Move as Feed, parse_program
-from rtec.units import MM_PER_INCH
 
 SHUTTLE_MM, SHUTTLE_MM_S, SHUTTLE_REST_S = 100.0, 10.0, 1.0
 
@@ -53,8 +52,7 @@ def read_moves(path: Path, *, home_mm: float) -> list[Move]:
     moves: list[Move] = []
     for block in parse_program(lines, source=str(path)):
         if isinstance(block, Feed):
-            target_mm = block.position_inch * MM_PER_INCH - home_mm
-            moves.append(Move(target_mm=target_mm, speed_mm_s=block.feed_inch_min * MM_PER_INCH / 60.0))
+            moves.append(Move(target_mm=block.position_mm - home_mm, speed_mm_s=block.feed_mm_s))
         elif isinstance(block, Dwell) and moves:
             last = moves[-1]
             rest_s = last.rest_s + block.duration_s

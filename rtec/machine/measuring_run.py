@@ -12,8 +12,9 @@ from rtec import axis, metrology
 from rtec.axis import Limits, MotionSegments, ProfileShape, plan
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
-from rtec.units import MM_PER_INCH, PS_PER_S
+from rtec.units import PS_PER_S
 
+_SAME_MM = 1e-8
 HOME_DWELL_S = 0.5
 """At home, before the program: box and PC start up and agree on the home position."""
 LAST_DWELL_S = 1.0
@@ -91,7 +92,7 @@ def measuring_run(
     The program that the thesis prints takes 42 readings:
 
     >>> figure_4_3 = metrology.MeasuringPlan(
-    ...     start_inch=1, end_inch=7, increment_inch=1, dwell_s=2, runs=3, feed_inch_min=50, overshoot_inch=0.1)
+    ...     start_mm=25.4, end_mm=177.8, increment_mm=25.4, dwell_s=2, runs=3, feed_mm_s=20, overshoot_mm=2.54)
     >>> limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
     >>> measuring_run(figure_4_3, limits).target_mm.size
     42
@@ -103,24 +104,22 @@ def measuring_run(
     seen: set[tuple[float, int]] = set()
     for block in blocks:
         if isinstance(block, metrology.Move):
-            target = block.position_inch
+            target = block.position_mm
             direction = 1 if target > position else -1 if target < position else direction
             position = target
-            moves.append(
-                axis.Move(target_mm=target * MM_PER_INCH, feed_mm_s=block.feed_inch_min * MM_PER_INCH / 60.0)
-            )
+            moves.append(axis.Move(target_mm=target, feed_mm_s=block.feed_mm_s))
         elif isinstance(block, metrology.Dwell) or _is_reading_stop(block):
             if isinstance(block, metrology.Dwell):
                 seconds = block.duration_s
             else:
                 seconds = plan_.dwell_s if stop_s is None else stop_s
             moves.append(axis.Dwell(seconds=seconds))
-            if plan_.start_inch - 1e-9 <= position <= plan_.end_inch + 1e-9:
+            if plan_.start_mm - _SAME_MM <= position <= plan_.end_mm + _SAME_MM:
                 if (position, direction) in seen:
                     seen.clear()
                     run += 1
                 seen.add((position, direction))
-                readings.append((len(moves) - 1, position * MM_PER_INCH, direction, run))
+                readings.append((len(moves) - 1, position, direction, run))
     moves.append(axis.Dwell(seconds=LAST_DWELL_S))
     motion = plan(axis.Program(blocks=tuple(moves)), limits, shape)
     if not readings:

@@ -11,11 +11,19 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.metrology.number_format import vb_format
 from rtec.metrology.readings import Floats
+from rtec.units import MM_PER_INCH
 
 NEAR_ZERO_INCH = 0.0001
 """What the macro calls NearZero."""
+_NEAR_ZERO_MM = NEAR_ZERO_INCH * MM_PER_INCH
+_FEEDS_MM_S = 0.1 * MM_PER_INCH / 60.0, 50.0 * MM_PER_INCH / 60.0
+_FARTHEST_MM = 10_000 * MM_PER_INCH
+_LEAST = 1e-9
+"""By which lengths and feeds may differ that were inches before."""
 POSITION_PATTERN = "##0.0###"
 """The macro's pattern for positions: one to four decimals."""
+LATHE_MM = 41.0 * MM_PER_INCH
+"""How far the axis of the thesis's lathe goes at least."""
 MAX_TARGETS = 1_000_000
 """Bound on the targets of one pass. Ours, not the macro's: it would loop for hours."""
 
@@ -44,7 +52,7 @@ class MachineAxis:
         1 = X, 2 = Y, 3 = Z.
     letters
         Axes that the machine has: ``XZ`` for a lathe, ``XYZ`` for a mill.
-    minimum_inch, maximum_inch
+    minimum_mm, maximum_mm
         Limits of the axis in machine coordinates. The thesis does not print those of its lathe; the default leaves
         room for its overshoots to 0.9 and 40.1 inch.
     measure
@@ -55,7 +63,7 @@ class MachineAxis:
     Raises
     ------
     ArgumentError
-        Limits that are not finite, beyond 10 000 inch, or not in order.
+        Limits that are not finite, beyond 10 000 inches, or not in order.
 
     Examples
     --------
@@ -65,18 +73,20 @@ class MachineAxis:
 
     number: int = 3
     letters: str = "XZ"
-    minimum_inch: float = 0.0
-    maximum_inch: float = 41.0
+    minimum_mm: float = 0.0
+    maximum_mm: float = LATHE_MM
     measure: AxisMeasure = AxisMeasure.RADIUS
     inch_mode: InchMode = InchMode.G70
 
     def __post_init__(self) -> None:
-        for name in ("minimum_inch", "maximum_inch"):
+        for name in ("minimum_mm", "maximum_mm"):
             _refuse_not_finite(name, getattr(self, name))
-            if abs(getattr(self, name)) > 10_000:
-                raise ArgumentError(name, getattr(self, name), "-10000 to 10000 inch")
-        if self.minimum_inch >= self.maximum_inch:
-            raise ArgumentError("maximum_inch", self.maximum_inch, f"more than minimum_inch ({self.minimum_inch})")
+            if abs(getattr(self, name)) > _FARTHEST_MM:
+                raise ArgumentError(name, f"{getattr(self, name):g} mm", f"{-_FARTHEST_MM:g} to {_FARTHEST_MM:g} mm")
+        if self.minimum_mm >= self.maximum_mm:
+            raise ArgumentError(
+                "maximum_mm", f"{self.maximum_mm:g} mm", f"more than minimum_mm ({self.minimum_mm:g} mm)"
+            )
 
     @property
     def letter(self) -> str:
@@ -90,18 +100,18 @@ class MeasuringPlan:
 
     Parameters
     ----------
-    start_inch, end_inch
+    start_mm, end_mm
         First and last target, in machine coordinates.
-    increment_inch
+    increment_mm
         Distance between targets; it divides the travel evenly.
     dwell_s
         Rest at each target, 1 to 99 s. The program holds whole seconds: the macro rounds half up.
     runs
         Number of bidirectional runs, 1 to 99.
-    feed_inch_min
-        0.1 to 50 inch/min.
-    overshoot_inch
-        How far the axis goes beyond the ends to take up backlash, above 0 to 1 inch.
+    feed_mm_s
+        0.1 to 50 inch/min, in mm/s.
+    overshoot_mm
+        How far the axis goes beyond the ends to take up backlash, above 0 to 25.4 mm.
     axis
         The axis measured.
 
@@ -116,32 +126,32 @@ class MeasuringPlan:
 
     Examples
     --------
-    >>> plan = MeasuringPlan(start_inch=1, end_inch=40, increment_inch=0.025, dwell_s=6, runs=4,
-    ...                      feed_inch_min=50, overshoot_inch=0.1)
+    >>> plan = MeasuringPlan(start_mm=25.4, end_mm=1016, increment_mm=0.635, dwell_s=6, runs=4,
+    ...                      feed_mm_s=20, overshoot_mm=2.54)
     >>> plan.number_of_readings
     12488
-    >>> plan.targets_inch[:3].tolist(), float(plan.targets_inch[-1])
-    ([1.0, 1.025, 1.05], 40.0)
+    >>> plan.targets_mm.round(3)[[0, 1, -1]].tolist()
+    [25.4, 26.035, 1016.0]
     """
 
-    start_inch: float
-    end_inch: float
-    increment_inch: float
+    start_mm: float
+    end_mm: float
+    increment_mm: float
     dwell_s: float
     runs: int
-    feed_inch_min: float
-    overshoot_inch: float
+    feed_mm_s: float
+    overshoot_mm: float
     axis: MachineAxis = field(default_factory=MachineAxis)
 
     def __post_init__(self) -> None:
         for name in (
-            "start_inch",
-            "end_inch",
-            "increment_inch",
+            "start_mm",
+            "end_mm",
+            "increment_mm",
             "dwell_s",
             "runs",
-            "feed_inch_min",
-            "overshoot_inch",
+            "feed_mm_s",
+            "overshoot_mm",
         ):
             _refuse_not_finite(name, getattr(self, name))
         self._check_axis_and_ends()
@@ -155,97 +165,114 @@ class MeasuringPlan:
             raise ArgumentError("axis.number", axis.number, "1 (X), 2 (Y) or 3 (Z)")
         if axis.letter not in axis.letters:
             raise ArgumentError("axis.number", axis.number, f"an axis of this machine, which has {axis.letters}")
-        if self.start_inch >= self.end_inch:
-            raise ArgumentError("start_inch", self.start_inch, f"a position below end_inch ({self.end_inch:g})")
-        if not axis.minimum_inch <= self.start_inch <= axis.maximum_inch:
-            raise ArgumentError("start_inch", self.start_inch, f"{axis.minimum_inch:g} to end_inch")
-        if not axis.minimum_inch <= self.end_inch <= axis.maximum_inch:
-            raise ArgumentError("end_inch", self.end_inch, f"start_inch to {axis.maximum_inch:g}")
+        if self.start_mm >= self.end_mm:
+            raise self._refused("start_mm", f"a position below end_mm ({self.end_mm:g} mm)")
+        if not axis.minimum_mm - _LEAST <= self.start_mm <= axis.maximum_mm + _LEAST:
+            raise self._refused("start_mm", f"{axis.minimum_mm:g} mm to end_mm")
+        if not axis.minimum_mm - _LEAST <= self.end_mm <= axis.maximum_mm + _LEAST:
+            raise self._refused("end_mm", f"start_mm to {axis.maximum_mm:g} mm")
+
+    def _refused(self, name: str, allowed: str, unit: str = "mm") -> ArgumentError:
+        return ArgumentError(name, f"{getattr(self, name):g} {unit}", allowed)
 
     def _check_increment(self) -> None:
-        travel = self.end_inch - self.start_inch
-        if not NEAR_ZERO_INCH <= self.increment_inch <= travel:
-            raise ArgumentError("increment_inch", self.increment_inch, f"{NEAR_ZERO_INCH} to {travel}, the travel")
-        if travel / self.increment_inch > MAX_TARGETS:
-            raise ArgumentError("increment_inch", self.increment_inch, f"at most {MAX_TARGETS} targets in a pass")
-        if not _divides_evenly(self.start_inch, self.end_inch, self.increment_inch):
-            raise ArgumentError("increment_inch", self.increment_inch, f"a whole part of the travel, {travel:g} inch")
+        travel = self.end_mm - self.start_mm
+        if not _NEAR_ZERO_MM - _LEAST <= self.increment_mm <= travel + _LEAST:
+            raise self._refused("increment_mm", f"{_NEAR_ZERO_MM:g} to {travel:g} mm, the travel")
+        if travel / self.increment_mm > MAX_TARGETS:
+            raise self._refused("increment_mm", f"at most {MAX_TARGETS} targets in a pass")
+        if not _divides_evenly(self.start_mm, self.end_mm, self.increment_mm):
+            raise self._refused("increment_mm", f"a whole part of the travel, {travel:g} mm")
 
     def _check_cycle(self) -> None:
         if not 1 <= self.dwell_s <= 99:
             raise ArgumentError("dwell_s", self.dwell_s, "1 to 99 s")
         if not 1 <= self.runs <= 99 or self.runs != int(self.runs):
             raise ArgumentError("runs", self.runs, "a whole number, 1 to 99")
-        if not 0.1 <= self.feed_inch_min <= 50:
-            raise ArgumentError("feed_inch_min", self.feed_inch_min, "0.1 to 50 inch/min")
+        slowest, fastest = _FEEDS_MM_S
+        if not slowest - _LEAST <= self.feed_mm_s <= fastest + _LEAST:
+            raise self._refused("feed_mm_s", "0.1 to 50 inch/min", "mm/s")
 
     def _check_overshoot(self) -> None:
-        if not 0 < self.overshoot_inch <= 1:
-            raise ArgumentError("overshoot_inch", self.overshoot_inch, "more than 0, up to 1 inch")
-        if self.start_inch - self.overshoot_inch < self.axis.minimum_inch:
-            room = f"at most {self.start_inch - self.axis.minimum_inch:g}, the room before start_inch"
-            raise ArgumentError("overshoot_inch", self.overshoot_inch, room)
-        if self.end_inch + self.overshoot_inch > self.axis.maximum_inch:
-            room = f"at most {self.axis.maximum_inch - self.end_inch:g}, the room behind end_inch"
-            raise ArgumentError("overshoot_inch", self.overshoot_inch, room)
+        if not 0 < self.overshoot_mm <= MM_PER_INCH + _LEAST:
+            raise self._refused("overshoot_mm", "more than 0, up to 25.4 mm")
+        if self.start_mm - self.overshoot_mm < self.axis.minimum_mm - _LEAST:
+            room = f"at most {self.start_mm - self.axis.minimum_mm:g} mm, the room before start_mm"
+            raise self._refused("overshoot_mm", room)
+        if self.end_mm + self.overshoot_mm > self.axis.maximum_mm + _LEAST:
+            room = f"at most {self.axis.maximum_mm - self.end_mm:g} mm, the room behind end_mm"
+            raise self._refused("overshoot_mm", room)
 
     @property
-    def targets_inch(self) -> Floats:
-        """Targets of a forward pass as the program holds them, to four decimals, shape (targets,)."""
-        forward = [self.start_inch, *forward_positions(self)]
-        return np.array([float(vb_format(position, POSITION_PATTERN)) for position in forward])
+    def targets_mm(self) -> Floats:
+        """Targets of a forward pass as the program holds them, to four decimals of an inch, shape (targets,)."""
+        forward = [inches(self.start_mm), *forward_positions_inch(self)]
+        return np.array([float(vb_format(position, POSITION_PATTERN)) for position in forward]) * MM_PER_INCH
 
     @property
     def number_of_readings(self) -> int:
         """Readings of the whole measurement: every target in both directions of every run."""
-        return int(self.runs) * 2 * (1 + len(forward_positions(self)))
+        return int(self.runs) * 2 * (1 + len(forward_positions_inch(self)))
 
 
-def forward_positions(plan: MeasuringPlan) -> list[float]:
+def inches(length_mm: float) -> float:
+    """Return a length in inches, without the last digits that a conversion leaves.
+
+    Examples
+    --------
+    >>> inches(13.208), inches(2.54)
+    (0.52, 0.1)
+    """
+    return round(length_mm / MM_PER_INCH, 12)
+
+
+def forward_positions_inch(plan: MeasuringPlan) -> list[float]:
     """Return the positions of the forward pass behind the start, added up as the macro does.
 
     Examples
     --------
-    >>> forward_positions(MeasuringPlan(start_inch=1, end_inch=2, increment_inch=0.5, dwell_s=2, runs=1,
-    ...                                 feed_inch_min=50, overshoot_inch=0.1))
+    >>> forward_positions_inch(MeasuringPlan(start_mm=25.4, end_mm=50.8, increment_mm=12.7, dwell_s=2, runs=1,
+    ...                                      feed_mm_s=20, overshoot_mm=2.54))
     [1.5, 2.0]
     """
     positions: list[float] = []
-    position = plan.start_inch + plan.increment_inch
-    while not positions or position <= plan.end_inch + NEAR_ZERO_INCH:
+    end, increment = inches(plan.end_mm), inches(plan.increment_mm)
+    position = inches(plan.start_mm) + increment
+    while not positions or position <= end + NEAR_ZERO_INCH:
         positions.append(position)
-        position += plan.increment_inch
+        position += increment
     return positions
 
 
-def return_positions(plan: MeasuringPlan) -> list[float]:
+def return_positions_inch(plan: MeasuringPlan) -> list[float]:
     """Return the positions of the return pass, from the end to the start, added up as the macro does.
 
     Examples
     --------
-    >>> return_positions(MeasuringPlan(start_inch=1, end_inch=2, increment_inch=0.5, dwell_s=2, runs=1,
-    ...                                feed_inch_min=50, overshoot_inch=0.1))
-    [2, 1.5, 1.0]
+    >>> return_positions_inch(MeasuringPlan(start_mm=25.4, end_mm=50.8, increment_mm=12.7, dwell_s=2, runs=1,
+    ...                                     feed_mm_s=20, overshoot_mm=2.54))
+    [2.0, 1.5, 1.0]
     """
     positions: list[float] = []
-    position = plan.end_inch
-    while not positions or position >= plan.start_inch - NEAR_ZERO_INCH:
+    start, increment = inches(plan.start_mm), inches(plan.increment_mm)
+    position = inches(plan.end_mm)
+    while not positions or position >= start - NEAR_ZERO_INCH:
         positions.append(position)
-        position -= plan.increment_inch
+        position -= increment
     return positions
 
 
 def _divides_evenly(start: float, end: float, increment: float) -> bool:
     """Return whether steps of ``increment`` from each end meet the other within NearZero (CheckIncrement)."""
     up = start + increment
-    while abs(end - up) >= NEAR_ZERO_INCH and up <= end:
+    while abs(end - up) >= _NEAR_ZERO_MM and up <= end:
         up += increment
-    if up > end and abs(end - up) > NEAR_ZERO_INCH:
+    if up > end and abs(end - up) > _NEAR_ZERO_MM:
         return False
     down = end - increment
-    while abs(start - down) >= NEAR_ZERO_INCH and down >= start:
+    while abs(start - down) >= _NEAR_ZERO_MM and down >= start:
         down -= increment
-    return not (down < start and abs(start - down) > NEAR_ZERO_INCH)
+    return not (down < start and abs(start - down) > _NEAR_ZERO_MM)
 
 
 def _refuse_not_finite(name: str, value: object) -> None:

@@ -21,11 +21,13 @@ from rtec.metrology.measuring_plan import (
     AxisMeasure,
     InchMode,
     MeasuringPlan,
-    forward_positions,
-    return_positions,
+    forward_positions_inch,
+    inches,
+    return_positions_inch,
 )
 from rtec.metrology.number_format import vb_format
 from rtec.metrology.plain_numbers import shown
+from rtec.units import MM_PER_INCH
 
 _DWELL = "##"
 _FEED = "##.#"
@@ -52,19 +54,20 @@ def measuring_program(plan: MeasuringPlan) -> list[str]:
 
     Examples
     --------
-    >>> plan = MeasuringPlan(start_inch=1, end_inch=2, increment_inch=1, dwell_s=2, runs=1, feed_inch_min=50,
-    ...                      overshoot_inch=0.1)
+    >>> plan = MeasuringPlan(start_mm=25.4, end_mm=50.8, increment_mm=25.4, dwell_s=2, runs=1,
+    ...                      feed_mm_s=50 * 25.4 / 60, overshoot_mm=2.54)
     >>> measuring_program(plan)[:8]  # doctest: +NORMALIZE_WHITESPACE
     ['G70', 'G01G59G90G94  (Setting Machine Modals)', 'G53Z1.0F50.', 'G53Z0.9F50.', 'G04F2', 'G53Z1.0F50.',
      'M00  (Program Stop for Zero Laser)', '(Measurement run: 1)']
     """
-    feed = f"F{vb_format(plan.feed_inch_min, _FEED)}"
+    feed = f"F{vb_format(60.0 * inches(plan.feed_mm_s), _FEED)}"
     dwell = f"G04F{vb_format(plan.dwell_s, _DWELL)}"
-    start = _move(plan, plan.start_inch) + feed
-    below = _move(plan, plan.start_inch - plan.overshoot_inch) + feed
-    beyond = _move(plan, plan.end_inch + plan.overshoot_inch)
-    forward = [_move(plan, position) for position in forward_positions(plan)]
-    back = [_move(plan, position) for position in return_positions(plan)]
+    first, last, overshoot = inches(plan.start_mm), inches(plan.end_mm), inches(plan.overshoot_mm)
+    start = _move(plan, first) + feed
+    below = _move(plan, first - overshoot) + feed
+    beyond = _move(plan, last + overshoot)
+    forward = [_move(plan, position) for position in forward_positions_inch(plan)]
+    back = [_move(plan, position) for position in return_positions_inch(plan)]
     lines = ["G07"] if plan.axis.measure is AxisMeasure.DIAMETER else []
     lines += [plan.axis.inch_mode.name, "G01G59G90G94  (Setting Machine Modals)", start]
     for run in range(1, int(plan.runs) + 1):
@@ -101,8 +104,8 @@ class Move:
 
     line: int
     axis: str
-    position_inch: float
-    feed_inch_min: float
+    position_mm: float
+    feed_mm_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +169,7 @@ def parse_program(lines: Iterable[str], *, source: str = "program") -> list[Bloc
     --------
     >>> blocks = parse_program(["G70", "G01G59G90G94", "G53Z1.0F50.", "G04F2", "M00 (zero)"])
     >>> blocks[2]
-    Move(line=3, axis='Z', position_inch=1.0, feed_inch_min=50.0)
+    Move(line=3, axis='Z', position_mm=25.4, feed_mm_s=21.166666666666668)
     >>> blocks[4]
     Stop(line=5, kind=<StopKind.PROGRAM: 'M00'>, comment='zero')
     """
@@ -182,7 +185,7 @@ def parse_program(lines: Iterable[str], *, source: str = "program") -> list[Bloc
             modes.update(block.codes)
         elif isinstance(block, Move):
             _refuse_unready(source, block, modes, axis)
-            feed, axis = block.feed_inch_min, block.axis
+            feed, axis = block.feed_mm_s, block.axis
         blocks.append(block)
     if axis is None:
         raise FileFormatError(source, None, "the program moves no axis", "moves such as G53Z1.0F50.")
@@ -204,12 +207,12 @@ def _parse_line(source: str, number: int, text: str, feed: float | None) -> Bloc
             raise FileFormatError(source, number, f"dwell of {duration:g} s", "more than 0 s")
         return Dwell(number, duration)
     if (match := _MOVE.fullmatch(words)) is not None:
-        rate = float(match["feed"]) if match["feed"] else feed
+        rate = float(match["feed"]) * MM_PER_INCH / 60.0 if match["feed"] else feed
         if rate is None:
             raise FileFormatError(source, number, "a move before any feed", "F behind the position, such as F50.")
         if rate <= 0:
-            raise FileFormatError(source, number, f"feed of {rate:g} inch/min", "more than 0 inch/min")
-        return Move(number, match["axis"], float(match["position"]), rate)
+            raise FileFormatError(source, number, f"feed of {match['feed']} inch/min", "more than 0 inch/min")
+        return Move(number, match["axis"], float(match["position"]) * MM_PER_INCH, rate)
     codes = tuple(words[start : start + 3] for start in range(0, len(words), 3)) if len(words) <= 12 else ()
     if (codes and all(code in _MODALS for code in codes)) or words in ("G07", *(mode.name for mode in InchMode)):
         return Setup(number, codes)

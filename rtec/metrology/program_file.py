@@ -8,7 +8,6 @@ from rtec import axis
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.io import read_text
 from rtec.metrology.measuring_program import Dwell, Move, Stop, parse_program
-from rtec.units import MM_PER_INCH
 
 STOP_S = 1.0
 """After so long the operator continues at a stop."""
@@ -40,8 +39,7 @@ def read_program(path: str | Path) -> axis.Program:
     for block in parse_program(read_text(path).splitlines(), source=source):
         try:
             if isinstance(block, Move):
-                feed_mm_s = block.feed_inch_min * MM_PER_INCH / 60.0
-                blocks.append(axis.Move(target_mm=block.position_inch * MM_PER_INCH, feed_mm_s=feed_mm_s))
+                blocks.append(axis.Move(target_mm=block.position_mm, feed_mm_s=block.feed_mm_s))
             elif isinstance(block, Dwell):
                 blocks.append(axis.Dwell(seconds=block.duration_s))
             elif isinstance(block, Stop):

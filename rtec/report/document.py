@@ -8,7 +8,6 @@ from rtec.io import strict
 from rtec.report.diagnosis import diagnosis_document
 from rtec.report.tables import COUNT_COLUMNS
 from rtec.study.results import Round, StudyResult, StudyRow
-from rtec.units import MM_PER_INCH
 
 
 def study_document(result: StudyResult) -> dict[str, Any]:
@@ -47,7 +46,7 @@ def _round(one: Round) -> dict[str, Any]:
     return {
         "readings": one.readings.size,
         "runs": one.plan.runs,
-        "increment_mm": one.plan.increment_inch * MM_PER_INCH,
+        "increment_mm": one.plan.increment_mm,
         "machine_s": one.machine_s,
         "rms_less_model_before_um": one.missed_rms_mm * 1000.0,
         "rms_less_model_um": one.left_rms_mm * 1000.0,

@@ -12,7 +12,6 @@ from rtec.report.diagnosis.quantities import Shown
 from rtec.report.figures_style import new_figure
 from rtec.report.palette import GUIDE, PAPER
 from rtec.study.results import Floats, Learned, Round
-from rtec.units import MM_PER_INCH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +34,7 @@ def rounds_figure(learned: Learned, shown: Shown) -> Figure | None:
         return None
     last = learned.rounds[-1]
     pitch = learned.diagnosis.dataset.coordinates.screw_pitch
-    period = learned.plan.increment_inch * MM_PER_INCH if pitch is None else pitch
+    period = learned.plan.increment_mm if pitch is None else pitch
     figure = new_figure(4.8)
     above, below = figure.subplots(2, 1, sharex=True, sharey=True)
     for axes, left, rms, title in (

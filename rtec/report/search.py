@@ -12,7 +12,6 @@ from rtec.report.figures_rounds import rounds_figure
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
 from rtec.study.results import Learned, StudyResult
-from rtec.units import MM_PER_INCH
 
 PREFIX = "axis-"
 """Of the figures' names: the correction has figures of its own that are called the same."""
@@ -81,7 +80,7 @@ def search_of(result: StudyResult) -> Search | None:
 def _program(learned: Learned) -> str:
     plan = learned.plan
     return (
-        f"{plan.start_inch:g} to {plan.end_inch:g} inch every {plan.increment_inch:.6g} inch, "
+        f"{plan.start_mm:g} to {plan.end_mm:g} mm every {plan.increment_mm:.6g} mm, "
         f"{plan.runs} bidirectional runs, dwell {plan.dwell_s:g} s"
     )
 
@@ -93,7 +92,7 @@ def round_rows(learned: Learned, shown: Shown) -> list[tuple[str, list[str]]]:
         return []
 
     return [
-        ("targets every", [f"{one.plan.increment_inch * MM_PER_INCH:.4g} mm" for one in rounds]),
+        ("targets every", [f"{one.plan.increment_mm:.4g} mm" for one in rounds]),
         ("runs", [f"{one.plan.runs}" for one in rounds]),
         ("readings", [number(one.readings.size) for one in rounds]),
         ("machine time", [f"{one.machine_s / 3600.0:.1f} h" for one in rounds]),
@@ -113,7 +112,7 @@ def rounds_sentence(learned: Learned) -> str:
     first, last = learned.rounds[0], learned.rounds[-1]
     hidden = joined(printable(period) for period in first.diagnosis.unseen_periods)
     cost = sum(one.machine_s for one in learned.rounds[1:]) / 3600.0
-    apart = last.plan.increment_inch * MM_PER_INCH
+    apart = last.plan.increment_mm
     went = "fell" if last.score.rms_mm < first.score.rms_mm else "went"
     return (
         f"The targets of the first round cannot show errors with a period of {hidden}, and so the axis was measured "
@@ -139,7 +138,7 @@ def alias_words(result: StudyResult) -> str:
         return ""
     if len(result.learned.rounds) > 1:
         return ""
-    a_turn = result.period_mm / (result.learned.plan.increment_inch * MM_PER_INCH)
+    a_turn = result.period_mm / result.learned.plan.increment_mm
     if abs(a_turn - round(a_turn)) > _WHOLE * a_turn:
         return ""
     highest = round(a_turn) // 2
@@ -152,7 +151,7 @@ def alias_words(result: StudyResult) -> str:
 
 def belief_words(result: StudyResult, learned: Learned, shown: Shown) -> str:
     """Return how the PC's predictor was made of the model, and how good it is where it is used."""
-    low, high = learned.plan.start_inch * MM_PER_INCH, learned.plan.end_inch * MM_PER_INCH
+    low, high = learned.plan.start_mm, learned.plan.end_mm
     rms, worst = (
         shown.with_unit(value) for value in (result.predictor_score.rms_mm, result.predictor_score.worst_mm)
     )

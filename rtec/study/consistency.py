@@ -8,7 +8,6 @@ from rtec.io import Section
 from rtec.machine import Laser
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import Predictor
-from rtec.units import MM_PER_INCH
 
 MAX_READINGS = 200_000
 """Of a measurement: sixteen times the thesis's calibration."""
@@ -19,23 +18,19 @@ MAX_TABLE_POINTS = 1_000_000
 
 def check_range(section: Section, plan: MeasuringPlan, what: str, predictor: Predictor) -> None:
     """Refuse targets outside a predictor's range; overshoots may lie outside, there it is held."""
-    low, high = (end / MM_PER_INCH for end in predictor.range_mm)
-    for key, inch in (("start", plan.start_inch), ("end", plan.end_inch)):
-        if not low - 1e-9 <= inch <= high + 1e-9:
-            low_mm, high_mm = predictor.range_mm
-            raise ArgumentError(
-                section.where(key),
-                f"{inch:g} inch ({inch * MM_PER_INCH:g} mm)",
-                f"{low:g} to {high:g} inch, the range of {what} ({low_mm:g} to {high_mm:g} mm)",
-            )
+    low, high = predictor.range_mm
+    for key, end_mm in (("start", plan.start_mm), ("end", plan.end_mm)):
+        if not low - 1e-8 <= end_mm <= high + 1e-8:
+            raise ArgumentError(section.where(key), f"{end_mm:g} mm", f"{low:g} to {high:g} mm, the range of {what}")
 
 
 def check_feed(program: Section, plan: MeasuringPlan, limits: Limits) -> None:
     """Refuse a feed that the axis cannot reach."""
-    feed_mm_s = plan.feed_inch_min * MM_PER_INCH / 60.0
-    if feed_mm_s > limits.max_speed_mm_s * (1.0 + 1e-9):
+    if plan.feed_mm_s > limits.max_speed_mm_s * (1.0 + 1e-9):
         raise ArgumentError(
-            program.where("feed"), f"{feed_mm_s:g} mm/s", f"at most {limits.max_speed_mm_s:g} mm/s, axis.max_speed"
+            program.where("feed"),
+            f"{plan.feed_mm_s:g} mm/s",
+            f"at most {limits.max_speed_mm_s:g} mm/s, axis.max_speed",
         )
 
 
@@ -53,22 +48,22 @@ def check_calibration(section: Section, plan: MeasuringPlan) -> None:
     if readings > MAX_CALIBRATION:
         raise ArgumentError(
             section.where("increment"),
-            f"{plan.increment_inch:g} inch",
+            f"{plan.increment_mm:g} mm",
             f"at most {MAX_CALIBRATION} readings, not {readings}",
         )
 
 
 def check_sizes(program: Section, controller: Section, plan: MeasuringPlan, table_interval_mm: float) -> None:
     """Refuse a measurement or a table that would fill the memory."""
-    travel_inch = plan.end_inch - plan.start_inch
-    readings = 2 * plan.runs * (travel_inch / plan.increment_inch + 1)
+    travel_mm = plan.end_mm - plan.start_mm
+    readings = 2 * plan.runs * (travel_mm / plan.increment_mm + 1)
     if readings > MAX_READINGS:
         raise ArgumentError(
             program.where("increment"),
-            f"{plan.increment_inch:g} inch",
+            f"{plan.increment_mm:g} mm",
             f"at most {MAX_READINGS} readings, not {readings:.0f}",
         )
-    points = travel_inch * MM_PER_INCH / table_interval_mm
+    points = travel_mm / table_interval_mm
     if points > MAX_TABLE_POINTS:
         raise ArgumentError(
             controller.where("table_interval"),

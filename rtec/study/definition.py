@@ -19,11 +19,12 @@ from rtec.machine import Growth, Laser, Machine
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS
 from rtec.machine.faults import Fault, FaultPlace, Trigger, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
+from rtec.metrology.measuring_plan import LATHE_MM
 from rtec.predictors import Predictor
 from rtec.requester import HandshakeSettings
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
 from rtec.study.models import LEARNED, axis_error_of, model_of
-from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, MM_PER_INCH, PS_PER_S, RATE, SPEED, TIME
+from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, PS_PER_S, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")
 _MOST_HAPPENINGS = 100
@@ -245,14 +246,14 @@ def _plain_name(top: Section) -> str:
 
 def _calibration(section: Section, plan: MeasuringPlan) -> MeasuringPlan:
     """Return the calibration: over the program's travel, in steps that divide it evenly."""
-    at_most = section.quantity("increment", LENGTH) / MM_PER_INCH
-    travel = plan.end_inch - plan.start_inch
+    at_most = section.quantity("increment", LENGTH)
+    travel = plan.end_mm - plan.start_mm
     runs = section.whole("runs", 1, 99)
     if not at_most > 0.0:
-        raise ArgumentError(section.where("increment"), f"{at_most:g} inch", "a length above zero")
+        raise ArgumentError(section.where("increment"), f"{at_most:g} mm", "a length above zero")
     steps = max(math.ceil(travel / at_most - 1e-6), 1)
-    with section.naming(dwell_s="dwell", increment_inch="increment"):
-        return replace(plan, increment_inch=travel / steps, dwell_s=section.quantity("dwell", TIME), runs=runs)
+    with section.naming(dwell_s="dwell", increment_mm="increment"):
+        return replace(plan, increment_mm=travel / steps, dwell_s=section.quantity("dwell", TIME), runs=runs)
 
 
 def _axis(section: Section) -> dict[str, Any]:
@@ -304,19 +305,15 @@ def _servo(section: Section, axis: Section) -> Servo:
 
 
 def _plan(section: Section) -> MeasuringPlan:
-    # the macro writes four decimals of an inch; what it cannot write is refused by the plan itself
-    inch = {
-        f"{key}_inch": round(section.quantity(key, LENGTH) / MM_PER_INCH, 9)
-        for key in ("start", "end", "increment", "overshoot")
-    }
-    keys = {name: name.removesuffix("_inch") for name in inch}
-    with section.naming(dwell_s="dwell", feed_inch_min="feed", maximum_inch="end", **keys):
+    ends = {f"{key}_mm": section.quantity(key, LENGTH) for key in ("start", "end", "increment", "overshoot")}
+    keys = {name: name.removesuffix("_mm") for name in ends}
+    with section.naming(dwell_s="dwell", feed_mm_s="feed", maximum_mm="end", **keys):
         return MeasuringPlan(
-            **inch,
+            **ends,
             dwell_s=section.quantity("dwell", TIME),
             runs=section.whole("runs", 1, 99),
-            feed_inch_min=round(section.quantity("feed", SPEED) * 60.0 / MM_PER_INCH, 9),
-            axis=MachineAxis(maximum_inch=max(41.0, inch["end_inch"] + inch["overshoot_inch"])),
+            feed_mm_s=section.quantity("feed", SPEED),
+            axis=MachineAxis(maximum_mm=max(LATHE_MM, ends["end_mm"] + ends["overshoot_mm"])),
         )
 
 

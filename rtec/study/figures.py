@@ -18,7 +18,6 @@ from rtec.signal import EdgeStream
 from rtec.study.definition import Study
 from rtec.study.limits import limit_of
 from rtec.study.results import FeedCurve, HoldCurve, Waveform
-from rtec.units import MM_PER_INCH
 
 _TIME, _COMMAND, _TRUE, _CONTROLLER = (
     TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm", "controller_mm")
@@ -59,7 +58,7 @@ def feed_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
 def _moving_errors(study: Study, machine: Machine, feed: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the errors in the middle of a forward and of a reverse pass."""
     lead = feed * feed / study.limits.max_acceleration_mm_s2 + feed * (SETTLE_S + 10.0 / study.servo.gain_per_s)
-    start = study.plan.start_inch * MM_PER_INCH
+    start = study.plan.start_mm
     # a reversal takes the request's slewing as long as the play is wide, in steps of the window
     end = start + 2.0 * lead + study.span_mm
     motion = straight_pass([end, 0.0], feed, study.limits, dwell_s=2.0)

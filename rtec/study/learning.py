@@ -30,6 +30,7 @@ SOURCE = "readings/calibration.csv"
 """File of the report that holds the readings."""
 CALIBRATING_S, SEARCHING_S = 1.0, 6.0
 """About what the parts take."""
+_WHOLE = 1e-9
 POSITION_DECIMALS = 4
 """Of an inch, that a measuring program writes."""
 _PLACES = 50_001
@@ -177,21 +178,22 @@ def _asked_for(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | Non
     if step is None:
         return None
     increment = round(step / MM_PER_INCH, POSITION_DECIMALS)
-    if increment <= round(plan.increment_inch, POSITION_DECIMALS):
+    if increment <= round(plan.increment_mm / MM_PER_INCH, POSITION_DECIMALS):
         return None  # the program cannot write a distance that is so little larger
-    intervals = math.floor((plan.end_inch - plan.start_inch) / increment)
-    return replace(plan, end_inch=plan.start_inch + intervals * increment, increment_inch=increment, runs=1)
+    step_mm = increment * MM_PER_INCH
+    intervals = math.floor((plan.end_mm - plan.start_mm) / step_mm + _WHOLE)
+    return replace(plan, end_mm=plan.start_mm + intervals * step_mm, increment_mm=step_mm, runs=1)
 
 
 def _predictor(study: Study, model: Model) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
     plan = study.calibration
-    return predictor_of_model(model, plan.start_inch * MM_PER_INCH, plan.end_inch * MM_PER_INCH)
+    return predictor_of_model(model, plan.start_mm, plan.end_mm)
 
 
 def _travel(study: Study) -> NDArray[np.float64]:
     """Return places all along the calibration's travel, between its targets, too."""
     plan = study.calibration
-    return np.linspace(plan.start_inch * MM_PER_INCH, plan.end_inch * MM_PER_INCH, _PLACES)
+    return np.linspace(plan.start_mm, plan.end_mm, _PLACES)
 
 
 def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> TruthScore:
@@ -200,7 +202,7 @@ def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> Trut
 
 
 def _score_of_model(study: Study, model: Model) -> TruthScore:
-    grid = study.calibration.targets_inch * MM_PER_INCH
+    grid = study.calibration.targets_mm
     return _score([static_part(model, grid, way).error_mm - study.axis_error.error_mm(grid, way) for way in (1, -1)])
 
 

@@ -11,7 +11,7 @@ from rtec.injector import Design
 from rtec.predictors import Predictor
 from rtec.study.definition import Study
 from rtec.study.results import Limit
-from rtec.units import MM_PER_INCH, PS_PER_S
+from rtec.units import PS_PER_S
 
 
 def steepest_slope(predictor: Predictor, grid_mm: NDArray[np.float64], *, over_mm: float) -> float:
@@ -37,7 +37,7 @@ def steepest_slope(predictor: Predictor, grid_mm: NDArray[np.float64], *, over_m
 
 def limit_of(study: Study, design: Design) -> Limit:
     """Return what limits a design: window and update rate, speed gate, word width."""
-    start, end = study.plan.start_inch * MM_PER_INCH, study.plan.end_inch * MM_PER_INCH
+    start, end = study.plan.start_mm, study.plan.end_mm
     grid = np.linspace(start, end, 20_001)
     step_mm = design.step_counts * study.encoder.count_mm
     slope = steepest_slope(study.model, grid, over_mm=0.05)

@@ -12,7 +12,6 @@ from rtec.io import Section
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
 from rtec.predictors.binding import check_curve
-from rtec.units import MM_PER_INCH
 
 LEARNED, LATHE, TRUTH = "learned", "lathe", "axis"
 """Predictors that need no file: from a calibration, the network that the thesis prints, and the true error."""
@@ -76,8 +75,8 @@ def model_of(
     with section.naming(model="model", cautious="cautious"):
         predictor, left_out = predictor_of_file(
             file,
-            plan.start_inch * MM_PER_INCH,
-            plan.end_inch * MM_PER_INCH,
+            plan.start_mm,
+            plan.end_mm,
             cautious=cautious,
         )
         check_curve(predictor, "model", hint="a study has one axis; rtec pc takes predictors of several")

@@ -25,7 +25,7 @@ from rtec.study.learning import learn, learning_s, score
 from rtec.study.limits import limit_of
 from rtec.study.models import LATHE, LEARNED, TRUTH
 from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
-from rtec.units import MM_PER_INCH, PS_PER_S
+from rtec.units import PS_PER_S
 
 _MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1
 """Weights of the parts in what is told of the progress: about the seconds that each takes."""
@@ -151,7 +151,7 @@ def _result(
         reverse_error_mm=study.axis_error.error_mm(position, -1),
         rows=parts.rows,
         feed_curves=parts.feeds,
-        program_feed_mm_s=study.plan.feed_inch_min * MM_PER_INCH / 60.0,
+        program_feed_mm_s=study.plan.feed_mm_s,
         hold_curves=parts.holds,
         hold_growth_mm=study.growth.final_mm,
         waveforms=tuple(waveform(study, design) for design in study.designs),
@@ -205,14 +205,14 @@ def _troubled(study: Study, machine: Machine) -> Machine:
 
 def _grid(study: Study) -> NDArray[np.float64]:
     """Return the points of the controller's table: from the first to the last target, at its interval."""
-    start, end = study.plan.start_inch * MM_PER_INCH, study.plan.end_inch * MM_PER_INCH
+    start, end = study.plan.start_mm, study.plan.end_mm
     points = max(round((end - start) / study.table_interval_mm), 1)
     return np.linspace(start, start + points * study.table_interval_mm, points + 1)
 
 
 def _fine_grid(study: Study) -> NDArray[np.float64]:
     """Return the points at which the true error is drawn: sixty a period, so that a cycle looks like one."""
-    start, end = study.plan.start_inch * MM_PER_INCH, study.plan.end_inch * MM_PER_INCH
+    start, end = study.plan.start_mm, study.plan.end_mm
     spacing = (study.period_mm or study.table_interval_mm) / 60.0
     return np.linspace(start, end, min(max(round((end - start) / spacing), 1), 100_000) + 1)
 
@@ -298,9 +298,9 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
     noise = f"{study.repeatability_mm * 1000:g} µm standard deviation of a reading, seed {study.seed}"
     return (
         ("Predictor", _BELIEFS.get(study.predictor) or study.predictor),
-        ("Targets", f"{plan.start_inch:g} to {plan.end_inch:g} inch every {plan.increment_inch:g} inch"),
+        ("Targets", f"{plan.start_mm:g} to {plan.end_mm:g} mm every {plan.increment_mm:g} mm"),
         ("Readings", f"{task.target_mm.size} in {plan.runs} bidirectional runs, dwell {plan.dwell_s:g} s"),
-        ("Feed", f"{plan.feed_inch_min:g} inch/min, overshoot {plan.overshoot_inch:g} inch"),
+        ("Feed", f"{60.0 * plan.feed_mm_s:g} mm/min, overshoot {plan.overshoot_mm:g} mm"),
         ("Laser", f"mean of the second half of {study.laser.dwell_s:g} s"),
         ("Repeatability", noise if study.repeatability_mm else "none: readings without noise"),
         ("Encoder", f"{study.encoder.count_mm * 1000:g} µm a count, angle state {study.encoder.home_state} at home"),

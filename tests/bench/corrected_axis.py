@@ -84,7 +84,7 @@ class Lathe:
         self.error: Predictor = study.axis_error
         calibration = replace(study.calibration, runs=runs)
         self.test = self._task(replace(study.plan, runs=runs))
-        self.many = self._task(replace(study.plan, increment_inch=MANY_INCH, runs=1))
+        self.many = self._task(replace(study.plan, increment_mm=MANY_INCH * MM_PER_INCH, runs=1))
         self.tasks = (self._task(calibration), self._task(_second_round(calibration)))
         self._seen: dict[int, Floats] = {}
         self._lock = threading.Lock()
@@ -149,9 +149,9 @@ class Lathe:
 
 
 def _second_round(plan: MeasuringPlan) -> MeasuringPlan:
-    steps = math.floor((plan.end_inch - plan.start_inch) / OTHER_STEP_INCH)
-    end = plan.start_inch + steps * OTHER_STEP_INCH
-    return replace(plan, end_inch=end, increment_inch=OTHER_STEP_INCH, runs=1)
+    step_mm = OTHER_STEP_INCH * MM_PER_INCH
+    steps = math.floor((plan.end_mm - plan.start_mm) / step_mm)
+    return replace(plan, end_mm=plan.start_mm + steps * step_mm, increment_mm=step_mm, runs=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,6 +13,7 @@ from rtec.injector import Design
 from rtec.machine import LoopResult, Machine, _loop_kernels, measuring_run, run_machine
 from rtec.requester import HandshakeSettings
 from rtec.study import Study, builtin_study
+from rtec.units import MM_PER_INCH
 
 THIS = "python tests/bench/measure.py --only"
 READINGS = 12_488
@@ -45,7 +46,7 @@ def calibrate(increment_inch: float, runs: int, *, skip_rest: bool = True) -> tu
     """
     study = builtin_study()
     begun = time.perf_counter()
-    task = measuring_run(replace(study.plan, increment_inch=increment_inch, runs=runs), study.limits)
+    task = measuring_run(replace(study.plan, increment_mm=increment_inch * MM_PER_INCH, runs=runs), study.limits)
     result = run_machine(lathe(Design.B, study), task, skip_rest=skip_rest)
     wall_s = time.perf_counter() - begun
     if not result.audit or result.deviation_mm.size != task.target_mm.size or result.pending_steps:

@@ -31,7 +31,7 @@ _BUDGET_S = 6.0
 def predictors(setting: Setting) -> Iterator[Figure]:
     """Measure the calibration in closed loop with each kind of predictor at work in the PC."""
     study = builtin_study()
-    plan = study.plan if setting.quick else replace(study.plan, increment_inch=0.025, runs=4)
+    plan = study.plan if setting.quick else replace(study.plan, increment_mm=0.635, runs=4)
     task = measuring_run(plan, study.limits)
     kinds = _fitted()
     for predictor in kinds.values():

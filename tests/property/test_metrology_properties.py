@@ -103,17 +103,17 @@ def test_laser_file_cut_anywhere_is_refused_or_holds_whole_passes(readings, data
 def test_program_visits_every_target_in_both_directions(start, increment, steps, runs):
     start_inch = start / 8
     plan = MeasuringPlan(
-        start_inch=start_inch,
-        end_inch=start_inch + steps * increment,
-        increment_inch=increment,
+        start_mm=start_inch * 25.4,
+        end_mm=(start_inch + steps * increment) * 25.4,
+        increment_mm=increment * 25.4,
         dwell_s=1,
         runs=runs,
-        feed_inch_min=10,
-        overshoot_inch=0.5,
-        axis=MachineAxis(minimum_inch=-1, maximum_inch=100),
+        feed_mm_s=10 * 25.4 / 60,
+        overshoot_mm=12.7,
+        axis=MachineAxis(minimum_mm=-25.4, maximum_mm=2540),
     )
-    moves = [block.position_inch for block in parse_program(measuring_program(plan)) if isinstance(block, Move)]
-    there = plan.targets_inch
+    moves = [block.position_mm for block in parse_program(measuring_program(plan)) if isinstance(block, Move)]
+    there = plan.targets_mm
     assert there.size == steps + 1
     assert plan.number_of_readings == runs * 2 * (steps + 1)
     one_run = 2 + steps + 1 + steps + 1
@@ -121,7 +121,7 @@ def test_program_visits_every_target_in_both_directions(start, increment, steps,
     for run in range(runs):
         first = 1 + run * one_run + 1
         np.testing.assert_allclose(moves[first : first + steps + 1], there)
-        np.testing.assert_allclose(moves[first + steps + 2 : first + one_run - 1], there[::-1], atol=1.01e-4)
+        np.testing.assert_allclose(moves[first + steps + 2 : first + one_run - 1], there[::-1], atol=1.01e-4 * 25.4)
         assert moves[first + steps + 1] > there[-1]
         assert moves[first - 1] < there[0]
 

@@ -91,7 +91,7 @@ def test_orders_for_one_axis_leave_the_others():
 
 def test_a_measuring_program_becomes_moves(tmp_path):
     plan = MeasuringPlan(
-        start_inch=1, end_inch=2, increment_inch=1, dwell_s=2, runs=1, feed_inch_min=50, overshoot_inch=0.1
+        start_mm=25.4, end_mm=50.8, increment_mm=25.4, dwell_s=2, runs=1, feed_mm_s=50 * 25.4 / 60, overshoot_mm=2.54
     )
     file = tmp_path / "z.nc"
     file.write_text("\n".join(measuring_program(plan)))

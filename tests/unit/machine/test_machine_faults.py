@@ -23,7 +23,7 @@ def box(design, real_edges=RealEdges.HOLD):
 def creeping(design, real_edges):
     """Run the lathe from target to target: it creeps towards each while the last corrections are inserted."""
     plan = MeasuringPlan(
-        start_inch=1, end_inch=2, increment_inch=0.05, dwell_s=2, runs=2, feed_inch_min=50, overshoot_inch=0.1
+        start_mm=25.4, end_mm=50.8, increment_mm=1.27, dwell_s=2, runs=2, feed_mm_s=50 * 25.4 / 60, overshoot_mm=2.54
     )
     machine = Machine(axis_error=LATHE, model=LATHE, injector=box(design, real_edges))
     return run_machine(machine, measuring_run(plan, LIMITS))
@@ -99,7 +99,7 @@ def test_jitter_keeps_the_order_of_events(design, seed):
     jittery = Encoder(home_state=1, imperfections=Imperfections(jitter_ps=60_000_000), seed=seed)
     machine = Machine(axis_error=LATHE, model=LATHE, injector=box(design), encoder=jittery)
     plan = MeasuringPlan(
-        start_inch=1, end_inch=3, increment_inch=0.25, dwell_s=2, runs=1, feed_inch_min=18, overshoot_inch=0.1
+        start_mm=25.4, end_mm=76.2, increment_mm=6.35, dwell_s=2, runs=1, feed_mm_s=18 * 25.4 / 60, overshoot_mm=2.54
     )
     result = run_machine(machine, measuring_run(plan, LIMITS))
     assert result.audit

@@ -17,13 +17,13 @@ PITCH_MM = 6.35
 
 def plan(increment, runs):
     return MeasuringPlan(
-        start_inch=1,
-        end_inch=40,
-        increment_inch=increment,
+        start_mm=25.4,
+        end_mm=1016,
+        increment_mm=increment * 25.4,
         dwell_s=6,
         runs=runs,
-        feed_inch_min=50,
-        overshoot_inch=0.1,
+        feed_mm_s=50 * 25.4 / 60,
+        overshoot_mm=2.54,
     )
 
 

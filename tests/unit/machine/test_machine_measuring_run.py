@@ -14,14 +14,14 @@ S = 1_000_000_000_000
 
 def plan(**changes):
     values = {
-        "start_inch": 1, "end_inch": 2, "increment_inch": 0.25, "dwell_s": 3, "runs": 2, "feed_inch_min": 50,
-        "overshoot_inch": 0.1,
+        "start_mm": 25.4, "end_mm": 50.8, "increment_mm": 6.35, "dwell_s": 3, "runs": 2, "feed_mm_s": 50 * 25.4 / 60,
+        "overshoot_mm": 2.54,
     } | changes  # fmt: skip
     return MeasuringPlan(**values)
 
 
 def test_the_calibration_of_the_thesis():
-    calibration = plan(end_inch=40, increment_inch=0.025, dwell_s=6, runs=4)
+    calibration = plan(end_mm=1016, increment_mm=0.635, dwell_s=6, runs=4)
     task = measuring_run(calibration, LIMITS)
     assert task.target_mm.size == 12_488
     assert [int(np.sum(task.run == number)) for number in (1, 2, 3, 4)] == [3_122] * 4

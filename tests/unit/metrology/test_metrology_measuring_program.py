@@ -23,9 +23,9 @@ LISTING = (Path(__file__).parent / "appendix_b_listing.txt").read_text(encoding=
 """The listing printed in the thesis, Appendix B, for the parameters of Figure 4.3."""
 
 FIGURE_4_3 = MeasuringPlan(
-    start_inch=1, end_inch=7, increment_inch=1, dwell_s=2, runs=3, feed_inch_min=50, overshoot_inch=0.1
+    start_mm=25.4, end_mm=177.8, increment_mm=25.4, dwell_s=2, runs=3, feed_mm_s=50 * 25.4 / 60, overshoot_mm=2.54
 )
-CALIBRATION = replace(FIGURE_4_3, end_inch=40, increment_inch=0.025, dwell_s=6, runs=4)
+CALIBRATION = replace(FIGURE_4_3, end_mm=1016, increment_mm=0.635, dwell_s=6, runs=4)
 PREAMBLE = ["G70", "G01G59G90G94", "G53Z1.0F50."]
 
 
@@ -36,8 +36,8 @@ def test_listing_of_the_thesis_comes_out_line_for_line():
 
 def test_calibration_has_12488_readings_at_1561_targets():
     assert CALIBRATION.number_of_readings == 12488
-    assert CALIBRATION.targets_inch.size == 1561
-    assert CALIBRATION.targets_inch[[0, 1, -1]].tolist() == [1.0, 1.025, 40.0]
+    assert CALIBRATION.targets_mm.size == 1561
+    assert CALIBRATION.targets_mm[[0, 1, -1]].tolist() == [25.4, 1.025 * 25.4, 1016.0]
 
 
 def test_added_up_positions_are_formatted_to_four_decimals():
@@ -86,23 +86,23 @@ def test_diameter_axis_gets_g07_first_and_the_letter_follows_the_number():
 BAD_IN_ORDER = [
     ("axis.number", {"axis": MachineAxis(number=0)}),
     ("axis.number", {"axis": MachineAxis(number=2, letters="XZ")}),
-    ("start_inch", {"start_inch": 7}),
-    ("start_inch", {"start_inch": -0.5}),
-    ("end_inch", {"end_inch": 41.5}),
-    ("increment_inch", {"increment_inch": 0.00009}),
-    ("increment_inch", {"increment_inch": 6.5}),
-    ("increment_inch", {"increment_inch": 0.7}),
+    ("start_mm", {"start_mm": 177.8}),
+    ("start_mm", {"start_mm": -12.7}),
+    ("end_mm", {"end_mm": 1054.1}),
+    ("increment_mm", {"increment_mm": 0.002286}),
+    ("increment_mm", {"increment_mm": 165.1}),
+    ("increment_mm", {"increment_mm": 17.78}),
     ("dwell_s", {"dwell_s": 0.9}),
     ("dwell_s", {"dwell_s": 99.5}),
     ("runs", {"runs": 0}),
     ("runs", {"runs": 100}),
     ("runs", {"runs": 1.5}),
-    ("feed_inch_min", {"feed_inch_min": 0.05}),
-    ("feed_inch_min", {"feed_inch_min": 50.1}),
-    ("overshoot_inch", {"overshoot_inch": 0}),
-    ("overshoot_inch", {"overshoot_inch": 1.01}),
-    ("overshoot_inch", {"start_inch": 0, "overshoot_inch": 0.1}),
-    ("overshoot_inch", {"end_inch": 41, "overshoot_inch": 0.1}),
+    ("feed_mm_s", {"feed_mm_s": 0.05 * 25.4 / 60}),
+    ("feed_mm_s", {"feed_mm_s": 50.1 * 25.4 / 60}),
+    ("overshoot_mm", {"overshoot_mm": 0}),
+    ("overshoot_mm", {"overshoot_mm": 25.654}),
+    ("overshoot_mm", {"start_mm": 0, "overshoot_mm": 2.54}),
+    ("overshoot_mm", {"end_mm": 1041.4, "overshoot_mm": 2.54}),
 ]
 
 
@@ -116,20 +116,20 @@ def test_each_check_of_the_macro(name, change):
 def test_checks_come_in_the_order_of_the_macro():
     wrong = {
         "axis": MachineAxis(number=5),
-        "start_inch": 50,
-        "increment_inch": 0,
+        "start_mm": 1270,
+        "increment_mm": 0,
         "dwell_s": 0,
         "runs": 0,
-        "feed_inch_min": 0,
-        "overshoot_inch": 0,
+        "feed_mm_s": 0 * 25.4 / 60,
+        "overshoot_mm": 0,
     }
     corrected = {
         "axis": MachineAxis(),
-        "start_inch": 1,
-        "increment_inch": 1,
+        "start_mm": 25.4,
+        "increment_mm": 25.4,
         "dwell_s": 2,
         "runs": 3,
-        "feed_inch_min": 50,
+        "feed_mm_s": 50 * 25.4 / 60,
     }
     for key, expected in zip([None, *corrected], ["axis.number", *list(wrong)[1:]], strict=True):
         if key is not None:
@@ -141,21 +141,23 @@ def test_checks_come_in_the_order_of_the_macro():
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), "7", None, True])
 def test_plan_refuses_what_is_no_finite_number(value):
-    with pytest.raises(ArgumentError, match="end_inch"):
-        replace(FIGURE_4_3, end_inch=value)
+    with pytest.raises(ArgumentError, match="end_mm"):
+        replace(FIGURE_4_3, end_mm=value)
 
 
 def test_limits_of_the_axis_are_inside_what_the_program_can_hold():
-    with pytest.raises(ArgumentError, match="maximum_inch"):
-        MachineAxis(maximum_inch=1e300)
-    with pytest.raises(ArgumentError, match="maximum_inch"):
-        MachineAxis(minimum_inch=3, maximum_inch=3)
+    with pytest.raises(ArgumentError, match="maximum_mm"):
+        MachineAxis(
+            maximum_mm=25399999999999998359587093526626148720968505660346122272342291215210864321374549541092518606234628656373463881042549326096892509792208835712207230403770941782687872698745773848999207043467869602135151743572784578126668858886903666218398765910855443048115292538713277783997927096305962578851971144351744
+        )
+    with pytest.raises(ArgumentError, match="maximum_mm"):
+        MachineAxis(minimum_mm=76.2, maximum_mm=76.2)
 
 
 def test_a_million_targets_are_the_limit():
-    axis = MachineAxis(minimum_inch=-5000, maximum_inch=5000)
+    axis = MachineAxis(minimum_mm=-127000, maximum_mm=127000)
     with pytest.raises(ArgumentError, match="1000000 targets"):
-        replace(FIGURE_4_3, axis=axis, end_inch=4000, increment_inch=0.0001)
+        replace(FIGURE_4_3, axis=axis, end_mm=101600, increment_mm=0.00254)
 
 
 def test_parser_reads_the_listing_of_the_thesis():
@@ -164,8 +166,8 @@ def test_parser_reads_the_listing_of_the_thesis():
     assert blocks[:2] == [Setup(1, ("G70",)), Setup(2, ("G01", "G59", "G90", "G94"))]
     moves = [block for block in blocks if isinstance(block, Move)]
     forward_and_back = [2, 3, 4, 5, 6, 7, 7.1, 7, 6, 5, 4, 3, 2, 1]
-    assert [move.position_inch for move in moves] == [1.0, *[0.9, 1, *forward_and_back] * 3]
-    assert {(move.axis, move.feed_inch_min) for move in moves} == {("Z", 50.0)}
+    assert [move.position_mm / 25.4 for move in moves] == pytest.approx([1.0, *[0.9, 1, *forward_and_back] * 3])
+    assert {(move.axis, move.feed_mm_s) for move in moves} == {("Z", 50.0 * 25.4 / 60.0)}
     assert sum(block.duration_s for block in blocks if isinstance(block, Dwell)) == 2 * (15 * 3 + 2)
     stops = [block for block in blocks if isinstance(block, Stop)]
     assert [stop.kind for stop in stops] == [StopKind.PROGRAM] + [StopKind.OPTIONAL] * 3
@@ -175,7 +177,7 @@ def test_parser_reads_the_listing_of_the_thesis():
 
 def test_parser_passes_over_empty_lines_but_counts_them():
     blocks = parse_program(["G70", "", "G01G59G90G94 (modes)", "  ", "G53Z-1.5F.5"])
-    assert blocks[-1] == Move(5, "Z", -1.5, 0.5)
+    assert blocks[-1] == Move(5, "Z", -1.5 * 25.4, 0.5 * 25.4 / 60.0)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from rtec.report.terminal import staircase_table
 from rtec.study.results import Learned, Round, TruthScore
 
 PLAN = MeasuringPlan(
-    start_inch=1, end_inch=3, increment_inch=0.1, dwell_s=6, runs=3, feed_inch_min=50, overshoot_inch=0.1
+    start_mm=25.4, end_mm=76.2, increment_mm=2.54, dwell_s=6, runs=3, feed_mm_s=50 * 25.4 / 60, overshoot_mm=2.54
 )
 BACKLASH_MM = 0.05
 
@@ -37,7 +37,7 @@ def learned():
     columns = []
     for run in (1, 2, 3):
         for way in (1, -1):
-            target = PLAN.targets_inch[::way] * 25.4
+            target = PLAN.targets_mm[::way]
             deviation = way * BACKLASH_MM / 2 + rng.normal(0, 0.001, 21)
             columns.append((target, deviation, np.full(21, way), np.full(21, run)))
     target, deviation, direction, run = (np.concatenate(column) for column in zip(*columns, strict=True))
@@ -56,8 +56,8 @@ def learned():
 def again(learned):
     """Return the same search, measured again at other targets."""
     first = learned.rounds[0]
-    plan = replace(PLAN, increment_inch=0.125, runs=1)
-    target = np.concatenate([plan.targets_inch, plan.targets_inch[::-1]]) * 25.4
+    plan = replace(PLAN, increment_mm=3.175, runs=1)
+    target = np.concatenate([plan.targets_mm, plan.targets_mm[::-1]])
     readings = Readings(
         target_mm=target, deviation_mm=np.full(34, 0.002), direction=np.repeat([1, -1], 17), run=np.ones(34, int)
     )
@@ -76,7 +76,7 @@ def result(make_result, learned):
 def test_the_chapter_says_what_was_measured_found_and_believed(result, learned):
     search = search_of(result)
     assert search.found.sentence == verdict_sentence(learned.diagnosis)
-    assert search.facts[0] == ("Program", "1 to 3 inch every 0.1 inch, 3 bidirectional runs, dwell 6 s")
+    assert search.facts[0] == ("Program", "25.4 to 76.2 mm every 2.54 mm, 3 bidirectional runs, dwell 6 s")
     assert ("Readings", "126, at rest") in search.facts
     assert search.scores == ["25.1", "0.420"]
     assert "25.1 µm RMS before, 0.420 µm RMS after, 0.770 µm at worst" in search.score

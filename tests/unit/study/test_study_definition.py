@@ -54,8 +54,9 @@ def test_keys_left_out_have_the_builtin_values(tmp_path):
 
 def test_the_builtin_study_is_that_of_the_issue():
     study = builtin_study()
-    assert (study.plan.start_inch, study.plan.end_inch, study.plan.increment_inch) == (1, 40, 0.52)
-    assert (study.plan.feed_inch_min, study.plan.dwell_s, study.plan.overshoot_inch) == (50, 6, 0.1)
+    assert (study.plan.start_mm, study.plan.end_mm, study.plan.increment_mm) == (25.4, 1016, 0.52 * 25.4)
+    assert (study.plan.dwell_s, study.plan.overshoot_mm) == (6, 0.1 * 25.4)
+    assert study.plan.feed_mm_s == pytest.approx(1270 / 60)
     assert study.plan.number_of_readings == 760
     assert (study.encoder.count_mm, study.encoder.home_state) == (0.001, 1)
     assert study.laser.dwell_s == 4
@@ -68,7 +69,7 @@ def test_the_builtin_study_is_that_of_the_issue():
     assert isinstance(study.axis_error, LatheNetwork)
     assert study.learns
     assert study.model == NoError()
-    assert study.calibration == replace(study.plan, increment_inch=0.025, runs=4)
+    assert study.calibration == replace(study.plan, increment_mm=0.635, runs=4)
     assert study.calibration.number_of_readings == 12_488  # the thesis's
     assert not any(count % 4 for count in np.round(np.arange(1, 40.1, 0.52) * 25400))  # all in the state of home
 
@@ -117,7 +118,7 @@ REFUSED = [
     ('[servo]\ndeadband = "1"', ["servo.deadband", "'1'"]),
     ("[servo]\ndeadband = " + "9" * 400, ["servo.deadband", "inf"]),
     ('[servo]\ndither_frequency = "0 Hz"', ["servo.dither_frequency"]),
-    ('[program]\nstart = "50 inch"', ["program.start", "below end_inch"]),
+    ('[program]\nstart = "50 inch"', ["program.start", "below end_mm"]),
     ('[program]\nstart = "0.5 inch"\nincrement = "0.5 inch"', ["program.start", "1 to 40 inch, the range of"]),
     ('[program]\nend = "1e9 inch"', ["program.end"]),
     ('[program]\nincrement = "0.51 inch"', ["program.increment", "a whole part of the travel"]),
@@ -248,9 +249,9 @@ def test_a_table_beside_the_study_is_error_and_model(tmp_path):
 
 def test_a_calibration_takes_the_widest_step_that_divides_the_travel(tmp_path):
     study = read_study(written(tmp_path, '[program]\nend = "3.6 inch"\n[calibration]\nincrement = "0.35 inch"\n'))
-    assert study.calibration.targets_inch == pytest.approx(np.linspace(1, 3.6, 9), abs=1e-4)  # 2.6 inch / 8
+    assert study.calibration.targets_mm / 25.4 == pytest.approx(np.linspace(1, 3.6, 9), abs=1e-4)  # 2.6 inch / 8
     wide = read_study(written(tmp_path, '[program]\nend = "3.6 inch"\n[calibration]\nincrement = "10 inch"\n'))
-    assert wide.calibration.targets_inch.tolist() == [1.0, 3.6]
+    assert (wide.calibration.targets_mm / 25.4).tolist() == [1.0, 3.6]
 
 
 def test_a_calibration_that_nobody_needs_is_not_refused_for_its_size(tmp_path):

@@ -86,20 +86,20 @@ def test_the_second_round_brings_the_model_nearer_to_the_axis_all_along(lathe):
 
 
 def test_one_round_is_enough_where_the_study_says_so():
-    result = run_study(short(rounds=1, calibration=replace(short().calibration, increment_inch=0.01)))
+    result = run_study(short(rounds=1, calibration=replace(short().calibration, increment_mm=0.254)))
     assert len(result.learned.rounds) == 1
-    again = run_study(short(calibration=replace(short().calibration, increment_inch=0.01)))
+    again = run_study(short(calibration=replace(short().calibration, increment_mm=0.254)))
     assert len(again.learned.rounds) == 2
-    assert np.unique(again.learned.rounds[1].plan.targets_inch)[:3] == pytest.approx([1.0, 1.0104, 1.0208])
+    assert np.unique(again.learned.rounds[1].plan.targets_mm / 25.4)[:3] == pytest.approx([1.0, 1.0104, 1.0208])
 
 
 def test_a_distance_that_the_program_cannot_write_is_no_second_round():
-    plan = replace(short().calibration, end_inch=1.3, increment_inch=0.001)
-    hidden = types.SimpleNamespace(dataset=types.SimpleNamespace(coordinates=at(plan.targets_inch * 25.4)))
+    plan = replace(short().calibration, end_mm=33.02, increment_mm=0.0254)
+    hidden = types.SimpleNamespace(dataset=types.SimpleNamespace(coordinates=at(plan.targets_mm)))
     assert _asked_for(plan, hidden) is None
-    wide = replace(plan, end_inch=4.0, increment_inch=0.01)
-    hidden = types.SimpleNamespace(dataset=types.SimpleNamespace(coordinates=at(wide.targets_inch * 25.4)))
-    assert _asked_for(wide, hidden).increment_inch == 0.0104
+    wide = replace(plan, end_mm=101.6, increment_mm=0.254)
+    hidden = types.SimpleNamespace(dataset=types.SimpleNamespace(coordinates=at(wide.targets_mm)))
+    assert _asked_for(wide, hidden).increment_mm == 0.0104 * 25.4
 
 
 def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
@@ -138,7 +138,13 @@ def test_the_effects_are_those_of_the_screw(lathe):
 
 def short(**changes):
     plan = MeasuringPlan(
-        start_inch=1, end_inch=3.6, increment_inch=0.52, dwell_s=4, runs=2, feed_inch_min=50, overshoot_inch=0.1
+        start_mm=25.4,
+        end_mm=91.44,
+        increment_mm=13.208,
+        dwell_s=4,
+        runs=2,
+        feed_mm_s=50 * 25.4 / 60,
+        overshoot_mm=2.54,
     )
     ends = np.array([0.0, 1000.0])
     error = BidirectionalTable(
@@ -148,7 +154,7 @@ def short(**changes):
         reverse_errors_mm=1e-4 * ends + 0.06,
     )
     values = {
-        "plan": plan, "calibration": replace(plan, increment_inch=0.1, runs=3), "axis_error": error,
+        "plan": plan, "calibration": replace(plan, increment_mm=2.54, runs=3), "axis_error": error,
         "laser": Laser(dwell_s=2.0), "feeds_mm_s": (), "growth": Growth(final_mm=0.01, time_constant_s=1.0),
         "designs": (Design.B,), "period_mm": None,
     } | changes  # fmt: skip
@@ -205,7 +211,7 @@ def test_a_perfect_axis_is_left_alone():
 
 
 def test_two_targets_are_learned_from_as_far_as_they_go():
-    calibration = replace(short().calibration, increment_inch=2.6, runs=3)
+    calibration = replace(short().calibration, increment_mm=66.04, runs=3)
     result = run_study(short(calibration=calibration))
     assert result.good
     assert result.learned.readings.size == 12
@@ -222,6 +228,6 @@ def test_the_file_of_the_readings_gives_the_same_diagnosis(learned, tmp_path):
 def test_a_calibration_that_fails_is_named():
     # a filter of 15 kHz cannot follow 50 inch/min: counts are lost, and the axis misses its targets
     slow = replace(builtin_study().receiver, filter_samples=1, clock_hz=15_000)
-    calibration = replace(short().calibration, increment_inch=2.6, runs=1)
+    calibration = replace(short().calibration, increment_mm=66.04, runs=1)
     with pytest.raises(ArgumentError, match=r"calibration: [1-4] of 4 readings missing \(FINISHED after"):
         run_study(short(receiver=slow, calibration=calibration))

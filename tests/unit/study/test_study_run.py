@@ -33,7 +33,13 @@ def given():
 def small(**changes):
     """Return the built-in study with six targets, next to no figures and the true error as predictor."""
     plan = MeasuringPlan(
-        start_inch=1, end_inch=3.6, increment_inch=0.52, dwell_s=4, runs=1, feed_inch_min=50, overshoot_inch=0.1
+        start_mm=25.4,
+        end_mm=91.44,
+        increment_mm=13.208,
+        dwell_s=4,
+        runs=1,
+        feed_mm_s=50 * 25.4 / 60,
+        overshoot_mm=2.54,
     )
     values = {
         "plan": plan, "laser": Laser(dwell_s=2.0), "feeds_mm_s": (50 * INCH_MIN,),
@@ -272,7 +278,7 @@ def test_a_faulting_controller_is_named():
 
 
 def test_merged_edges_show_in_the_row():
-    plan = replace(small().plan, end_inch=2, increment_inch=0.05, runs=2)
+    plan = replace(small().plan, end_mm=50.8, increment_mm=1.27, runs=2)
     result = run_study(small(real_edges=RealEdges.MERGE, designs=(Design.A, Design.C), plan=plan))
     off = {row.name: row.run.audit_counts for row in result.rows}
     assert off["uncompensated"] == off["table"] == 0
@@ -292,7 +298,7 @@ def test_counts_lost_at_too_high_a_speed_are_a_row_or_named():
 
 
 def test_one_run_of_two_targets_has_figures_where_they_exist():
-    plan = replace(small().plan, increment_inch=2.6)
+    plan = replace(small().plan, increment_mm=66.04)
     row = run_study(small(plan=plan, designs=())).rows[0]
     assert row.readings.size == 4
     assert row.figures.repeatability is None
