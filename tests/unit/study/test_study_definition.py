@@ -119,7 +119,7 @@ REFUSED = [
     ("[servo]\ndeadband = " + "9" * 400, ["servo.deadband", "inf"]),
     ('[servo]\ndither_frequency = "0 Hz"', ["servo.dither_frequency"]),
     ('[program]\nstart = "50 inch"', ["program.start", "below end_mm"]),
-    ('[program]\nstart = "0.5 inch"\nincrement = "0.5 inch"', ["program.start", "1 to 40 inch, the range of"]),
+    ('[program]\nstart = "0.5 inch"\nincrement = "0.5 inch"', ["program.start", "25.4 to 1016 mm, the range of"]),
     ('[program]\nend = "1e9 inch"', ["program.end"]),
     ('[program]\nincrement = "0.51 inch"', ["program.increment", "a whole part of the travel"]),
     ('[program]\nincrement = "0 inch"', ["program.increment"]),
@@ -314,7 +314,7 @@ def test_a_table_with_one_backlash_will_do(tmp_path):
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (None, ["bad.csv", "no such file"]),
+        (None, ["bad.csv", "No such file"]),
         ("", ["bad.csv"]),
         ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n400,50,90\n", ["bad.csv, line 4", "400"]),
         ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n500,50,90\n", ["bad.csv, line 4", "500"]),
