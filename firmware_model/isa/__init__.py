@@ -1,7 +1,7 @@
 """The instruction set: the table from which dispatch, disassembly and documentation come."""
 
 from firmware_model.isa.disassembler import Line, disassemble, disassemble_image
-from firmware_model.isa.table import INSTRUCTIONS, RESERVED_OPCODE, Instruction, Operand, markdown_table
+from firmware_model.isa.table import INSTRUCTIONS, RESERVED_OPCODE, Instruction, Operand
 
 __all__ = [
     "INSTRUCTIONS",
@@ -11,5 +11,4 @@ __all__ = [
     "Operand",
     "disassemble",
     "disassemble_image",
-    "markdown_table",
 ]

@@ -270,25 +270,3 @@ def _expand() -> tuple[Instruction, ...]:
 
 INSTRUCTIONS: tuple[Instruction, ...] = _expand()
 """The 256 opcodes, the reserved one included, at their own index."""
-
-
-def markdown_table() -> str:
-    """Return the instruction set as a Markdown table for the documentation, one row for each form.
-
-    Examples
-    --------
-    >>> print(markdown_table().splitlines()[2])
-    | `00` | `NOP` | 1 | 1 | 1 | nothing |  |
-    """
-    rows = [
-        "| opcode | assembler | bytes | machine cycles | clocks, one-clock part | operation | flags |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for form in sorted({row.form for row in INSTRUCTIONS}):
-        row = INSTRUCTIONS[form]
-        codes = [one.opcode for one in INSTRUCTIONS if one.form == form]
-        code = f"`{form:02X}`" if len(codes) == 1 else f"`{form:02X}`..`{codes[-1]:02X}`"
-        clocks = f"{row.clocks}" if row.clocks == row.clocks_taken else f"{row.clocks} or {row.clocks_taken} taken"
-        cells = (code, f"`{row.text}`", row.length, row.cycles, clocks, row.operation, row.flags)
-        rows.append("| " + " | ".join(str(cell) for cell in cells) + " |")
-    return "\n".join(rows) + "\n"

@@ -162,11 +162,6 @@ class MotionSegments:
         """Time at which the motion ends, in picoseconds."""
         return int(self.start_ps[-1] + self.duration_ps[-1]) if self.start_ps.size else 0
 
-    @property
-    def x1_mm(self) -> FloatArray:
-        """Planned position at the end of each piece: the next ``x0_mm``, and at last ``end_mm``; float64 (n,)."""
-        return np.append(self.x0_mm[1:], self.end_mm) if self.x0_mm.size else self.x0_mm.copy()
-
     def position_at(self, t_ps: npt.ArrayLike) -> FloatArray:
         """Return the position in mm at whole picoseconds, in the shape of ``t_ps``; at rest before and after.
 

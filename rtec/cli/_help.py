@@ -37,14 +37,3 @@ def help_of(verb: Callable[..., Any]) -> str:
     flowing = (" ".join(paragraph.split("\n")) for paragraph in paragraphs)
     between = "\n" if markup_mode() else "\n\n"  # plain help fills the lines of a paragraph
     return "\n\n".join(paragraph.replace(f" {EXAMPLE}", f"{between}{EXAMPLE}") for paragraph in flowing)
-
-
-def examples_of(help_text: str) -> list[str]:
-    """Return the commands that a help text shows.
-
-    Examples
-    --------
-    >>> examples_of("Do it. Example: rtec verb")
-    []
-    """
-    return [line.removeprefix(EXAMPLE) for line in help_text.splitlines() if line.startswith(EXAMPLE)]

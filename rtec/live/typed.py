@@ -53,7 +53,6 @@ class TypedLines:
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
         self._lines: deque[str] = deque()
-        self._ended = threading.Event()
         threading.Thread(target=self._read, name="rtec typed lines", daemon=True).start()
 
     def take(self, most: int = MOST_WAITING) -> list[str]:
@@ -62,10 +61,6 @@ class TypedLines:
         while self._lines and len(lines) < most:
             lines.append(self._lines.popleft())
         return lines
-
-    def wait_for_end(self, timeout_s: float) -> bool:
-        """Wait until no more can come; return whether that is so."""
-        return self._ended.wait(timeout_s)
 
     def _read(self) -> None:
         rest = b""
@@ -82,8 +77,6 @@ class TypedLines:
                     return
         except OSError:
             return  # closed, or a terminal that has gone
-        finally:
-            self._ended.set()
 
     def _in_background(self) -> bool:
         return os.isatty(self._descriptor) and not in_front(self._descriptor)

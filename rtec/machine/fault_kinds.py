@@ -218,19 +218,3 @@ class FaultKind(FaultRow, enum.Enum):
 
 FAULTS_OF_WORDS = tuple(kind for kind in FaultKind if kind.among_words)
 """Those that can happen where PC and box exchange words and no frames."""
-
-
-def fault_table() -> str:
-    """Return all classes as a table in Markdown."""
-    rows = ["| name | of | what happens | place |", "|---|---|---|---|"]
-    places = {
-        FaultPlace.BUS: "the node that sends: 0 the PC, n the box of axis n",
-        FaultPlace.AXIS: "the axis; 1, if nothing else is said",
-        FaultPlace.PC: "the PC",
-    }
-    for kind in FaultKind:
-        place = (
-            "the requests for axis 1, if nothing else is said" if kind.category is _F.TOTAL else places[kind.place]
-        )
-        rows.append(f"| `{kind.value}` (`{kind.name}`) | {kind.category.value} | {kind.meaning} | {place} |")
-    return "\n".join(rows)

@@ -32,7 +32,6 @@ from rtec.metrology.tables.choices import ColumnChoices
 
 _SECTION = re.compile(r"([A-Z][A-Z0-9 -]{0,40})::")
 _PAIR = re.compile(r"([A-Za-z][\w .-]{0,40}?)\s*:\s*(.*)")
-_MOST = 1_000_000
 
 
 def is_renishaw_file(text: str) -> bool:

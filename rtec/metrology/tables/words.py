@@ -38,7 +38,6 @@ RUN = _set(
     "series pass trial iteration rep reps wdh cyc sweep lap fahrt traverse loop durchgang"
 )
 TIME = _set("time zeit timestamp elapsed uhrzeit temps tempo tiempo date datum datetime zeitstempel messzeit")
-DAY = _set("date datum")
 TEMPERATURE = _set("temperature temp temperatur temperatura temperatures tair tmat airtemp mattemp lufttemp")
 OTHERS = {
     "velocity": _set("velocity vel speed geschwindigkeit drehzahl vitesse velocita velocidad"),

@@ -21,7 +21,7 @@ def edges_of(motion):
     last = 0
     for start, length, x0, v0, a0, x1 in zip(
         g.start_ps.tolist(), g.duration_ps.tolist(), g.x0_mm.tolist(), g.v0_mm_s.tolist(), g.a0_mm_s2.tolist(),
-        g.x1_mm.tolist(), strict=True,
+        [*g.x0_mm[1:].tolist(), g.end_mm], strict=True,
     ):  # fmt: skip
         way = 1 if x1 > x0 else -1
         while (x1 - (last + way / 2)) * way > 0:

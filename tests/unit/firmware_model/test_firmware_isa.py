@@ -8,7 +8,7 @@ from itertools import product
 import pytest
 
 from firmware_model import Mcs51
-from firmware_model.isa import INSTRUCTIONS, RESERVED_OPCODE, markdown_table
+from firmware_model.isa import INSTRUCTIONS, RESERVED_OPCODE
 
 # Manual (1994), chapter 2, table 11, opcodes in hexadecimal order: bytes of the rows x0..x5, by the upper half of the
 # opcode; x6 to xF have one byte except those named below.
@@ -138,9 +138,3 @@ def test_every_jump_lands_and_takes_its_time(timing):
         assert cpu.sfr[1] == 0x41 + pushed
         if pushed > 0:
             assert int.from_bytes(cpu.iram[0x42:0x44].tobytes(), "little") == behind
-
-
-def test_table_of_the_documentation_has_every_form():
-    rows = markdown_table().splitlines()
-    assert len(rows) == 2 + 112
-    assert "| `28`..`2F` | `ADD A,Rn` | 1 | 1 | 1 | A <- A + Rn | CY AC OV |" in rows

@@ -11,7 +11,7 @@ from rtec.injector import Design, InjectorSettings, Processor, Timing
 from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.bench_faults import BenchFaults
 from rtec.machine.cell import Cell
-from rtec.machine.fault_kinds import CABLE, ActivatedBy, FaultCategory, fault_table
+from rtec.machine.fault_kinds import CABLE, ActivatedBy, FaultCategory
 from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.machine.workbench import bench_of
@@ -98,6 +98,25 @@ def test_every_class_is_one_row_and_all_else_follows_from_it():
     }
     record = fault_records([Fault(kind=FaultKind.GLITCHES, place=1, from_ps=0)])[0]
     assert (int(record.kind), int(record.activation)) == (FaultKind.GLITCHES.code, ActivatedBy.GLITCHES)
+
+
+def fault_table():
+    """Return all classes as a table in Markdown."""
+    rows = ["| name | of | what happens | place |", "|---|---|---|---|"]
+    places = {
+        FaultPlace.BUS: "the node that sends: 0 the PC, n the box of axis n",
+        FaultPlace.AXIS: "the axis; 1, if nothing else is said",
+        FaultPlace.PC: "the PC",
+    }
+    for kind in FaultKind:
+        place = (
+            "the requests for axis 1, if nothing else is said"
+            if kind.category is FaultCategory.TOTAL
+            else places[kind.place]
+        )
+        words = f"`{kind.value}` (`{kind.name}`)", kind.category.value, kind.meaning, place
+        rows.append(f"| {' | '.join(words)} |")
+    return "\n".join(rows)
 
 
 def test_the_table_for_users_is_that_of_the_rows():
