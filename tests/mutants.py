@@ -19,21 +19,11 @@ from rtec.conformance.suite import TRIES, check_algorithm
 from rtec.conformance.trials import Trials
 from rtec.examples import mutants
 from rtec.injector import Design
+from rtec.report.rendering import markdown_page
 
 SEEDS = range(5)
 FILE = Path(mutants.__file__)
-HEAD = """# Twenty mutants
-
-Written by `python -m tests.mutants > docs/mutants.md`. Each mutant is one of the four designs with one fault as an
-engineer makes it. All stand in `rtec/examples/mutants.py`, the right ones in `rtec/examples/designs.py`; those pass.
-
-    rtec check rtec/examples/mutants.py:CRawPins --design c
-
-"Found by" names the checks that fail. "Runs" is how many streams the hunt alone, without any of these checks, has
-played when it meets the first that breaks the contract, for the seeds 0 to 4; {tries} are allowed, 16 are played at
-a time. "At random" is the same hunt with all streams drawn, none guided by the smallest margin. "Shortest" is
-the stream of the five hunts with the fewest events, after all that can be cut from it is cut; `--stream` plays it.
-"""
+TEMPLATE = Path(__file__).with_name("mutants.md.j2")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +36,6 @@ class Row:
     guided: list[int | None]
     at_random: list[int | None]
     shortest: str
-    reason: str
 
 
 def designs() -> dict[str, Design]:
@@ -82,7 +71,6 @@ def seen(name: str, design: Design) -> Row:
         guided=[one.made if one.worst else None for one in guided],
         at_random=[one.made if one.worst else None for one in at_random],
         shortest="" if shortest is None else str(shortest.case.stream),
-        reason="" if shortest is None else str(shortest.judgement.violation),
     )
 
 
@@ -100,28 +88,18 @@ def average(rows: list[list[int | None]]) -> str:
 
 def page(rows: list[Row]) -> str:
     """Return the page."""
-    lines = [HEAD.format(tries=TRIES), "| mutant | what is wrong | found by |", "|---|---|---|"]
-    lines += [f"| `{row.name}` | {row.wrong} | {', '.join(row.checks)} |" for row in rows]
-    lines += [
-        "",
-        "## The hunt alone",
-        "",
-        "| mutant | runs | at random | events | shortest |",
-        "|---|---|---|---|---|",
-    ]
-    for row in rows:
-        events = len(row.shortest.split()) - 2
-        lines.append(f"| `{row.name}` | {said(row.guided)} | {said(row.at_random)} | {events} | `{row.shortest}` |")
-    guided, at_random = average([row.guided for row in rows]), average([row.at_random for row in rows])
-    lines += [
-        "",
-        f"Over all hunts, guided: {guided}. At random: {at_random}.",
-        "",
-        "## What the shortest streams show",
-        "",
-    ]
-    lines += [f"- `{row.name}`: {row.reason}." for row in rows]
-    return "\n".join(lines)
+    names = [f"`{row.name}`" for row in rows]
+    return markdown_page(
+        TEMPLATE,
+        tries=TRIES,
+        checks=[(name, row.wrong, ", ".join(row.checks)) for name, row in zip(names, rows, strict=True)],
+        hunts=[
+            (name, said(row.guided), said(row.at_random), len(row.shortest.split()) - 2, f"`{row.shortest}`")
+            for name, row in zip(names, rows, strict=True)
+        ],
+        guided=average([row.guided for row in rows]),
+        at_random=average([row.at_random for row in rows]),
+    )
 
 
 def main() -> None:
@@ -130,7 +108,7 @@ def main() -> None:
     for name, design in designs().items():
         sys.stderr.write(f"{name}\n")
         rows.append(seen(name, design))
-    sys.stdout.write(page(rows) + "\n")
+    sys.stdout.write(page(rows))
 
 
 if __name__ == "__main__":

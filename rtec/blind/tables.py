@@ -30,8 +30,27 @@ def scores(of_lines: Sequence[LineScore], of_pools: Sequence[PoolScore]) -> list
 def section(score: LineScore) -> list[str]:
     """Return what was answered on a line under its heading."""
     title = score.line.title
-    several = score.line.draw is not None and score.line.rule is Rule.NAMED
-    return [f"### {title[:1].upper()}{title[1:]}", "", *(tally(score) if several else matrix(score))]
+    head, *rows = [f"| {' | '.join(cells)} |" for cells in grid(score)]
+    answers = [head, "|---" * len(grid(score)[0]) + "|", *rows]
+    said = ", ".join(f"{verdict} {count}" for verdict, count in verdicts(score))
+    return [f"### {title[:1].upper()}{title[1:]}", "", *([f"Verdicts: {said}.", ""] if said else []), *answers]
+
+
+def grid(score: LineScore) -> list[list[str]]:
+    """Return a heading and rows: a confusion matrix, or a tally where each game hides another set of effects."""
+    if not score.trials:
+        return [["No trial counts"]]
+    return _tally(score) if _several(score) else _matrix(score)
+
+
+def verdicts(score: LineScore) -> list[tuple[str, int]]:
+    """Return how often each verdict was given, where each game hides another set of effects."""
+    counting = [game.verdict for game in score.games if game.right is not None] if _several(score) else []
+    return sorted(Counter(counting).items())
+
+
+def _several(score: LineScore) -> bool:
+    return score.line.draw is not None and score.line.rule is Rule.NAMED
 
 
 def _score_row(score: LineScore) -> str:
@@ -73,10 +92,8 @@ def share_cells(right: int, trials: int, note: str = "") -> str:
     return f"{right} of {trials}{note} | {share} | {low:.1%} to {high:.1%}"
 
 
-def matrix(score: LineScore) -> list[str]:
-    """Return a confusion matrix as rows of Markdown; rare answers that name nothing hidden share a column."""
-    if not score.cells:
-        return ["No trial counts."]
+def _matrix(score: LineScore) -> list[list[str]]:
+    """Return what was hidden against what was answered; rare answers that name nothing hidden share a column."""
     truths = sorted({truth for truth, _, _ in score.cells})
     total: Counter[str] = Counter()
     for _, said, count in score.cells:
@@ -87,27 +104,19 @@ def matrix(score: LineScore) -> list[str]:
     counts: Counter[tuple[str, str]] = Counter()
     for truth, said, count in score.cells:
         counts[truth, said if said in kept else _OTHER] += count
-    rows = [f"| hidden \\ answered | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
-    rows += [f"| {truth} | {' | '.join(str(counts[truth, said] or '') for said in columns)} |" for truth in truths]
-    return rows
+    head = ["hidden \\ answered", *columns]
+    return [head, *([truth, *(str(counts[truth, said] or "") for said in columns)] for truth in truths)]
 
 
-def tally(score: LineScore) -> list[str]:
-    """Return, where each game hides another set of effects, how often each effect was hidden, found and made up."""
+def _tally(score: LineScore) -> list[list[str]]:
+    """Return how often each effect was hidden, found and made up."""
     counting = [game for game in score.games if game.right is not None]
-    if not counting:
-        return ["No trial counts."]
     hidden = Counter(name for game in counting for name in game.names)
     found = Counter(name for game in counting for name in set(game.names) & set(game.effects))
     made_up = Counter(name for game in counting for name in set(game.effects) - set(game.names))
-    verdicts = Counter(game.verdict for game in counting)
-    said = ", ".join(f"{verdict} {count}" for verdict, count in sorted(verdicts.items()))
-    rows = [f"Verdicts: {said}.", "", "| effect | hidden | accepted where hidden | accepted elsewhere |"]
-    rows.append("|---|---|---|---|")
-    rows += [
-        f"| {name} | {hidden[name]} | {found[name]} | {made_up[name] or ''} |" for name in sorted({*hidden, *made_up})
-    ]
-    return rows
+    head = ["effect", "hidden", "accepted where hidden", "accepted elsewhere"]
+    rows = sorted({*hidden, *made_up})
+    return [head, *([name, str(hidden[name]), str(found[name]), str(made_up[name] or "")] for name in rows)]
 
 
 def comparison(pairs: Sequence[tuple[str, Sequence[tuple[bool, bool]]]]) -> list[str]:

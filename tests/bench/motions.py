@@ -6,10 +6,11 @@ python tests/bench/motions.py -o docs/motions.md
 from __future__ import annotations
 
 import argparse
+import csv
 import itertools
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from rtec.conformance.motions import AIMED, Outcome, insertion_window, motion_fo
 from rtec.conformance.trials import Case, Trials
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.readable import hertz_text
+from rtec.report.rendering import markdown_page
 
 TOP_HZ = {Processor.FAST: 500e3, Processor.MCS51: 100e3}
 HARD_HZ_S = (1e9, 1e10)
@@ -34,7 +36,7 @@ STREAMS = {
     MotionKind.DITHER: 1000, MotionKind.ADVERSARY: 6000,
 }  # fmt: skip
 SEED = 15
-TEMPLATE = Path(__file__).with_name("motions.md.txt")
+TEMPLATE = Path(__file__).with_name("motions.md.j2")
 PROGRAM = Program(
     blocks=tuple(
         block for x in (1, 2, 3, 4, 5, 6, 7, 7.1, 7, 6, 5, 4, 3, 2, 1, 0.9)
@@ -98,27 +100,35 @@ def counted(share: float) -> dict[Cell, Counter[Outcome]]:
     return found
 
 
-def share_text(count: int, of: int) -> str:
-    """Return a share in percent with its 95 % interval (Wilson)."""
+def share(count: int, of: int) -> tuple[str, str, str]:
+    """Return a share in percent and its 95 % interval (Wilson)."""
     interval = binomtest(count, of).proportion_ci(0.95, method="wilson")
     low, high = max(100.0 * interval.low, 0.0), 100.0 * interval.high
-    least = f"{low:.2g}" if low < 99.0 else f"{low:.4g}"
-    return f"{100.0 * count / of:.3g} ({least} to {high:.3g})"
+    return f"{100.0 * count / of:.3g}", f"{low:.2g}" if low < 99.0 else f"{low:.4g}", f"{high:.3g}"
 
 
-def table(found: dict[Cell, Counter[Outcome]], processor: Processor) -> str:
-    """Return the rows of a processor."""
-    lines = [
-        "| design | gate | latch | motion | streams | correct, % | deferred, % | illegal, % | undetected, % |",
-        "|---|---|---|---|---|---|---|---|---|",
+def shares(found: dict[Cell, Counter[Outcome]]) -> Iterator[tuple[object, ...]]:
+    """Yield the heading and a row for each box and motion."""
+    ends = [f"{outcome.name.lower()}_{what}" for outcome in Outcome for what in ("percent", "low", "high")]
+    yield "processor", "design", "gate", "latch", "motion", "streams", *ends
+    for cell, counts in found.items():
+        box = (cell.processor.value, cell.design.key, "on" if cell.gate else "off", cell.latch.value, cell.kind.value)
+        total = counts.total()
+        yield *box, total, *itertools.chain.from_iterable(share(counts[outcome], total) for outcome in Outcome)
+
+
+def failing(rows: Sequence[dict[str, str]]) -> list[tuple[str, list[list[str]]]]:
+    """Return for each processor the designs and motions in which an insertion went wrong, by gate and latch."""
+    tables: dict[str, dict[tuple[str, ...], list[str]]] = {}
+    boxes = sorted(rows, key=lambda row: (row["gate"] == "off", row["latch"] != "hold"))
+    for row in boxes:
+        wrong = f"{row['illegal_percent']} / {row['undetected_percent']}"
+        of_processor = tables.setdefault(row["processor"], {})
+        of_processor.setdefault((row["design"], row["motion"], row["streams"]), []).append(wrong)
+    return [
+        (processor, [[*key, *cells] for key, cells in table.items() if set(cells) != {"0 / 0"}])
+        for processor, table in tables.items()
     ]
-    for cell, ends in found.items():
-        if cell.processor is processor:
-            total = ends.total()
-            gate, latch = "on" if cell.gate else "off", cell.latch.value
-            shares = " | ".join(share_text(ends[outcome], total) for outcome in Outcome)
-            lines.append(f"| {cell.design.key} | {gate} | {latch} | {cell.kind.value} | {total} | {shares} |")
-    return "\n".join(lines)
 
 
 def summary(found: dict[Cell, Counter[Outcome]]) -> str:
@@ -139,7 +149,8 @@ def summary(found: dict[Cell, Counter[Outcome]]) -> str:
             Counter(),
         )
         counts = " | ".join(str(ends[o]) for o in (Outcome.DEFERRED, Outcome.ILLEGAL, Outcome.UNDETECTED))
-        undetected = share_text(ends[Outcome.UNDETECTED], ends.total())
+        percent, low, high = share(ends[Outcome.UNDETECTED], ends.total())
+        undetected = f"{percent} ({low} to {high})"
         on = "on" if gate else "off"
         lines.append(f"| {processor.value} | {on} | {latch.value} | {ends.total()} | {counts} | {undetected} |")
     return "\n".join(lines)
@@ -172,17 +183,18 @@ def main() -> None:
     parser.add_argument("--share", type=float, default=1.0, help="of the streams, to try it")
     words = parser.parse_args()
     found = counted(words.share)
-    tops = {f"top_{processor.value}": hertz_text(hertz) for processor, hertz in TOP_HZ.items()}
-    words.output.write_text(
-        TEMPLATE.read_text(encoding="utf-8").format(
-            summary=summary(found),
-            fast=table(found, Processor.FAST),
-            mcs51=table(found, Processor.MCS51),
-            beyond=beyond(words.share),
-            **tops,
-        ),
-        encoding="utf-8",
+    with words.output.with_suffix(".csv").open("w+", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(shares(found))
+        file.seek(0)
+        rows = list(csv.DictReader(file))
+    text = markdown_page(
+        TEMPLATE,
+        summary=summary(found),
+        failing=failing(rows),
+        beyond=beyond(words.share),
+        top={processor.value: hertz_text(hertz) for processor, hertz in TOP_HZ.items()},
     )
+    words.output.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Play the hidden-effect game many times on every line that is published, and print docs/confusion.md.
+"""Play the hidden-effect game many times on every line that is published; print docs/confusion.md and its tables.
 
 Every game is appended to the file of ``--resume`` as it ends: the same command goes on where it was stopped.
 
@@ -12,13 +12,17 @@ Example::
 from __future__ import annotations
 
 import argparse
+import csv
 import os
 import sys
 import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from rtec.blind import (
     Confusion,
+    Game,
     Line,
     LineScore,
     appending,
@@ -27,10 +31,12 @@ from rtec.blind import (
     evidence,
     paired,
     read_games,
+    tables,
     the_lines,
 )
 from rtec.blind.judged import judged, refitted
 from rtec.errors import RtecError
+from rtec.report.rendering import markdown_page
 
 TRIALS = 200
 PATIENCE = 4
@@ -39,71 +45,58 @@ WORKERS = 2
 _MOST_MISSES = 12
 _BELOW, _BAD = 1, 2
 
-HEAD = """\
-# What the diagnosis finds, and what it does not
-
-Written by `python -m tests.recovery.confusion --trials {trials}{seed} -o docs/confusion.md`. The games are those of
-`rtec blind score`: the emulated axis, with its closed loop, encoder and measuring program, is measured with something
-hidden in it, and `rtec diagnose` is asked what it is, without being told anything else. What is hidden is made as
-physics (`rtec/blind`), not from the columns that the diagnosis fits.
-
-The base plan has 5 bidirectional runs of 21 targets, 300 mm long and not commensurate with any period; repeat noise
-of 2 µm standard deviation; a time column. Effects that this plan cannot show have their own: wind-up targets close to
-the reversals, thermal growth runs that are cold and hot by turns, lags a log in motion. Strength is the RMS
-contribution of an effect over the readings, its mean removed, in units of the repeat noise. "Correlated" is noise
-correlated at 0.9 from reading to reading. "Above the detectable amplitude": the game counts where the effect is at
-least as strong as the amplitude that the diagnosis itself prints as detectable there; weaker games are played, are
-counted apart, and are replaced by further ones.
-
-"Drawn plans" differ from game to game: 11 to 161 targets, 1 to 5 runs, in one direction or both, 150 to 600 mm, even
-or dense after the reversals, repeat noise of 1 to 4 µm. "With repeats": 21 targets or more in 2 to 5 runs, in both
-directions. Waves in them have five cycles or more in the span. The families of noise are those of
-`rtec/blind/noise.py`: white, correlated, random walk, correlated by place, by seconds, offsets per run, Student's t
-with three degrees of freedom, a level that changes; all but the first two are none that the diagnosis assumes. Noise
-correlated by place is played with two runs or more: in a single run it is a map of position, and nothing tells them
-apart; a line without a bar shows what is said there. What lies outside the library is made by physics of its own
-(`rtec/blind/outside*.py`). A wave of fewer than five cycles whose period nobody stated is right as UNKNOWN or
-INCONCLUSIVE, too. Drives are logs of a force with inertia, friction, cogging and weight, at several speeds
-both ways.
-
-"Right" is strict: all that was hidden is named, nothing else is, and the verdict is the one asked for; where a plan
-repeats nothing, LIKELY is as good as NAMED. A name is wrong where an effect that was not hidden is accepted under
-NAMED, LIKELY or TIED, an offset aside, and an offset of each run where that is the noise. Lines without a bar are
-shown, not judged.
-"""
-
-TAIL = """\
-
-## Games that went wrong
-
-Each can be played again: `rtec.blind.play(line.scenario(trial, seed), seed)` with its line of
-`rtec.blind.the_lines()`, this trial and this seed. At most {most} of a line are listed.
-
-"""
+TEMPLATE = Path(__file__).with_name("confusion.md.j2")
 
 
 def page(result: Confusion, *, seconds: float) -> str:
-    """Return the page as markdown."""
-    seed = "" if result.seed == 0 else f" --seed {result.seed}"
-    parts = [HEAD.format(trials=result.trials, seed=seed), "\n", result.as_markdown(), "\n"]
-    parts += ["\n".join(evidence(result.games)), "\n", TAIL.format(most=_MOST_MISSES)]
-    parts += [_misses(score) for score in result.scores]
-    processor = f"{seconds / 60.0:.0f} minutes" if seconds >= 120.0 else f"{seconds:.0f} seconds"
-    return "".join(parts) + f"\nPlayed in {processor}.\n"
-
-
-def _misses(score: LineScore) -> str:
-    missed = [game for game in score.games if game.right is False]
-    if not missed:
-        return ""
-    rows = [f"**{score.line.title}**: {len(missed)} of {score.trials}", ""]
-    rows += ["| trial | seed | plan | hidden | answered | named |", "|---|---|---|---|---|---|"]
-    rows += [
-        f"| {game.trial} | {game.seed} | {game.plan} | {game.hidden} | {game.said} "
-        f"| {' + '.join(sorted(game.effects))} |"
-        for game in missed[:_MOST_MISSES]
+    """Return the page as Markdown."""
+    missed = [
+        (score.line.title, len(wrong), score.trials, _answers(wrong))
+        for score in result.scores
+        if (wrong := [game for game in score.games if game.right is False])
     ]
-    return "\n".join(rows) + "\n\n"
+    return markdown_page(
+        TEMPLATE,
+        result=result,
+        seed="" if result.seed == 0 else f" --seed {result.seed}",
+        scores="\n".join(tables.scores(result.scores, result.pools)),
+        evidence="\n".join(evidence(result.games)).strip(),
+        most=_MOST_MISSES,
+        missed=missed,
+        duration=f"{seconds / 60.0:.0f} minutes" if seconds >= 120.0 else f"{seconds:.0f} seconds",
+    )
+
+
+def _answers(wrong: Sequence[Game]) -> str:
+    """Return what was answered, of as many games as are listed."""
+    counts = Counter(f"{game.hidden} → {game.said}" for game in wrong[:_MOST_MISSES])
+    return ", ".join(f"{what} ({count})" if count > 1 else what for what, count in counts.items())
+
+
+def matrices(scores: Sequence[LineScore]) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of every line that are not empty."""
+    yield "line", "row", "column", "games"
+    for score in scores:
+        for verdict, count in tables.verdicts(score):
+            yield score.line.title, "verdict", verdict, str(count)
+        (_, *columns), *rows = tables.grid(score)
+        for row, *cells in rows:
+            yield from ((score.line.title, row, *cell) for cell in zip(columns, cells, strict=True) if cell[1])
+
+
+def wrong_games(scores: Sequence[LineScore]) -> Iterator[tuple[str, ...]]:
+    """Yield the games that went wrong, as many of each line as are listed."""
+    yield "line", "trial", "seed", "plan", "hidden", "answered", "named"
+    for score in scores:
+        for game in [game for game in score.games if game.right is False][:_MOST_MISSES]:
+            named = " + ".join(sorted(game.effects))
+            yield score.line.title, str(game.trial), str(game.seed), game.plan, game.hidden, game.said, named
+
+
+def write_rows(path: Path, rows: Iterable[tuple[str, ...]]) -> None:
+    """Write a CSV file."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 def main() -> int:
@@ -122,6 +115,8 @@ def main() -> int:
         sys.stdout.write(text)
     else:
         given.output.write_text(text, encoding="utf-8")
+        write_rows(given.output.with_suffix(".csv"), matrices(result.scores))
+        write_rows(given.output.with_name(f"{given.output.stem}-games.csv"), wrong_games(result.scores))
     reached = all(line.reached for line in result.scores) and all(pool.reached for pool in result.pools)
     return 0 if reached else _BELOW
 
@@ -138,7 +133,12 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--compare", type=Path, metavar="OTHER.jsonl", help="play nothing, compare with the games of --resume"
     )
-    parser.add_argument("-o", "--output", type=Path, help="file to write the page to, instead of stdout")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="file to write the page to, instead of stdout; its tables go beside it as CSV",
+    )
     return parser
 
 

@@ -31,6 +31,7 @@ from rtec.inference.model_file import read_model
 from rtec.inference.results import Diagnosis, Value
 from rtec.metrology import write_measurement
 from rtec.readable import quantity_text
+from rtec.report.rendering import markdown_page
 from tests.bench.diagnosis_job import lathe_calibration
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -284,39 +285,34 @@ def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-HEAD = """\
-# Real measurements
-
-Written by `python -m tests.recovery.real_data -o docs/real-data.md`. Each row is one `rtec diagnose`, told nothing
-but the files; "held out" is the RMS on readings that took no part in the fit. The bars are those of independent
-least-squares fits, with the preprocessing stated, and count to the digits they have. Those of the stages are of fits
-with a drift, which the search does not believe: three runs cannot tell it from noise that wanders. The measurements
-are public data that the project does not carry; the lathe's curve is that of its printed network
-(`rtec.predictors.LatheNetwork`): four runs of 1561 targets in both directions with {noise:g} µm of noise, judged on
-the curve itself.
-
-| measurement | before | held out | bar | | judged on | verdict | effects, in order |
-|---|---|---|---|---|---|---|---|
-"""
+TEMPLATE = Path(__file__).with_name("real_data.md.j2")
 
 
 def page(rows: list[Row]) -> str:
-    """Return the page as markdown."""
-    parts = [HEAD.format(noise=LATHE_NOISE_UM)]
-    parts += [_table_row(row) for row in rows]
-    parts += [_section(row) for row in rows]
-    return "".join(parts)
+    """Return the page as Markdown."""
+    notes: dict[str, dict[str, None]] = {}
+    for row in rows:
+        for note in row.notes:
+            of_file = notes.setdefault(note, {})
+            of_file[row.case.command.split()[2].removesuffix(".csv")] = None
+    return markdown_page(
+        TEMPLATE,
+        noise=LATHE_NOISE_UM,
+        summary=[_summary(row) for row in rows],
+        cases=[_section(row) for row in rows],
+        notes=[(note, ", ".join(files)) for note, files in notes.items()],
+    )
 
 
 def _number(value: float) -> str:
     return f"{value:.3g}"
 
 
-def _table_row(row: Row) -> str:
+def _summary(row: Row) -> tuple[str, ...]:
     bar = "" if row.case.bar is None else f"≤ {row.case.bar}"
     met = {None: "recorded", True: "met", False: "missed"}[row.met]
     effects = ", ".join(effect for effect, _, _ in row.steps) or "none"
-    cells = (
+    return (
         row.case.name,
         f"{_number(row.before)} {row.unit}",
         f"{_number(row.heldout)} {row.unit}",
@@ -326,7 +322,6 @@ def _table_row(row: Row) -> str:
         row.verdict,
         effects,
     )
-    return f"| {' | '.join(cells)} |\n"
 
 
 def _values(values: tuple[Value, ...]) -> str:
@@ -339,16 +334,29 @@ def _values(values: tuple[Value, ...]) -> str:
     return ", ".join(texts) + (" ..." if len(values) > _SHOWN else "")
 
 
-def _section(row: Row) -> str:
-    lines = [f"\n## {row.case.name[:1].upper()}{row.case.name[1:]}", "", f"`{row.case.command}`", ""]
-    lines += [f"| step | training RMS ({row.unit}) | held-out RMS ({row.unit}) |", "|---|---|---|"]
-    lines += [f"| start | | {_number(row.before)} |"]
-    lines += [f"| {effect} | {_number(train)} | {_number(held)} |" for effect, train, held in row.steps]
-    floor = "" if row.floor is None else f" The noise floor from repeats is {_number(row.floor)} {row.unit}."
-    lines += ["", f"Judged on: {row.heldout_by}.{floor}"]
-    lines += ["", "What was found:", "", *(f"- {name}: {_values(values)}" for name, values in row.found)]
-    lines += ["", "Preprocessing:", "", *(f"- {note}" for note in row.notes or ("none",))]
-    return "\n".join(lines) + "\n"
+def _section(row: Row) -> dict[str, object]:
+    """Return title, command and steps of a row, each step with the numbers of its effect."""
+    left = list(row.found)
+
+    def found(step: str) -> str:
+        texts = []
+        for name in step.split(" + "):
+            term = next((term for term in left if term[0] == name), None)
+            if term is not None:
+                left.remove(term)
+                texts.append(_values(term[1]))
+        return "; ".join(texts)
+
+    steps = [(step, _number(train), _number(held), found(step)) for step, train, held in row.steps]
+    given = "; ".join(_values(values) for _, values in left)
+    floor = "" if row.floor is None else f", noise floor from repeats {_number(row.floor)} {row.unit}"
+    return {
+        "title": row.case.name[:1].upper() + row.case.name[1:],
+        "command": row.case.command,
+        "floor": floor,
+        "unit": row.unit,
+        "steps": [("start", "", _number(row.before), given), *steps],
+    }
 
 
 def main() -> int:

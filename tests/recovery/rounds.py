@@ -14,47 +14,24 @@ import sys
 from pathlib import Path
 
 from rtec.blind.rounds import Pair, Rounds, played, rows, the_pairs
+from rtec.report.rendering import markdown_page
 
 BAR = 0.95
 _BELOW = 1
 
-HEAD = """\
-# Twice round the loop
-
-Written by `python -m tests.recovery.rounds --games {games}{seed} -o docs/rounds.md`. Each game hides one of two
-look-alikes in the emulated axis and measures it by a plan too poor to tell them apart. `rtec diagnose --suggest`
-writes the plan of the next experiment, `rtec blind measure` carries it out on the same axis, and the diagnosis is
-asked again. The hidden effect has five times the noise.
-
-"TIED, right experiment": the first verdict is TIED, and the plan asks for what tells the two apart. "Open, right
-experiment": so for TIED, INCONCLUSIVE and LIKELY together. "Told apart": the second verdict is NAMED, with the hidden
-effect and no other. "Both rounds": open with the right experiment, then told apart. Shares with Wilson's 95 %
-interval. The plans stand in `rtec/blind/plan.py` (`one_heating`, `one_pose`, `one_way`, `one_day`, `two_runs`), the
-pairs in `rtec/blind/rounds.py`.
-
-A poor plan has readings enough, of the wrong kind: one pass while the machine warms up evenly or on one day, an arm
-moved at one speed where it lies level, or runs in one direction only. Spike and wind-up differ by a constant there
-(by a backlash, where there are both directions); on too few readings after reversals neither is tested, the verdict
-is INCONCLUSIVE, and the experiment is the same.
-
-"""
+TEMPLATE = Path(__file__).with_name("rounds.md.j2")
 
 
 def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int) -> str:
     """Return the page as Markdown, with the games that did not go through."""
-    of_seed = f" --seed {seed}" if seed else ""
-    lines = [*HEAD.format(games=games, seed=of_seed).splitlines(), *rows(results)]
-    missed = [(pair, one) for pair, of_pair in results for one in of_pair if not one.solved]
-    if missed:
-        lines += [
-            "",
-            "## Games that did not go through",
-            "",
-            "| hidden | seed | first | second |",
-            "|---|---|---|---|",
-        ]
-        lines += [f"| {one.hidden} | {one.seed} | {_said(one, 1)} | {_said(one, 2)} |" for _, one in missed]
-    return "\n".join(lines) + "\n"
+    missed = [one for _, of_pair in results for one in of_pair if not one.solved]
+    return markdown_page(
+        TEMPLATE,
+        games=games,
+        seed=f" --seed {seed}" if seed else "",
+        pairs="\n".join(rows(results)),
+        missed=[(one.hidden, one.seed, _said(one, 1), _said(one, 2)) for one in missed],
+    )
 
 
 def _said(one: Rounds, number: int) -> str:
