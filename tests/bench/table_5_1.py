@@ -9,6 +9,7 @@ Example::
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -51,6 +52,10 @@ PUBLISHED = {
     NETWORK: (0.000933, 0.000614, 0.001043, 0.0005),
 }
 """Of Table 5-1, in inches: maximum average error, maximum reversal, maximum repeat, cyclic (approximately)."""
+NOTE = (
+    "The stack, with 1 µm: roots of mean squares in µm, then how far the sum of the squares is off the whole's"
+    " ([all designs](predictors-stack.csv)):"
+)
 DRAWS, WHITE_DRAWS, WHITE_UM = 10, 5, range(13)
 
 
@@ -97,6 +102,10 @@ def uncompensated(lathe: Lathe, repeats: Repeatability, seed: int) -> Positionin
 def title_of(design: Design | None) -> str:
     """Return how a correction gets in."""
     return "ideally" if design is None else design.title
+
+
+SHOWN = (title_of(None), title_of(Design.ORIGINAL))
+"""On the page; the other designs lie between."""
 
 
 def row(*cells: str) -> str:
@@ -149,35 +158,48 @@ def thesis_table(lathe: Lathe, real: dict[str, Predictor]) -> Iterator[str]:
     yield "\n"
 
 
-def design_table(lathe: Lathe, real: dict[str, Predictor]) -> Iterator[str]:
-    """Yield the figures of each design."""
-    yield "The same through each design of the corrector:\n\n"
-    yield from head("compensation", "inserted by", *FIGURES)
+def design_rows(lathe: Lathe, real: dict[str, Predictor]) -> list[tuple[str, ...]]:
+    """Return the figures of each predictor through each design, below their headings."""
     jobs = [
         (name, design) for name in ("uni-directional", BI, NETWORK, f"two rounds: {NETWORK}") for design in Design
     ]
     found = side_by_side(lambda job: lathe.tested(real[job[0]], job[1], STUDY, 0), jobs)
-    for (name, design), figures in zip(jobs, found, strict=True):
-        yield row(name, design.title, *inches(figures))
+    rows = [(name, design.title, *inches(figures)) for (name, design), figures in zip(jobs, found, strict=True)]
+    return [("compensation", "inserted by", *FIGURES), *rows]
+
+
+def design_table(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield the maximum average error of each predictor by design."""
+    yield "Maximum average error through each design of the corrector ([all figures](predictors-designs.csv)):\n\n"
+    yield from head("compensation", *(design.title for design in Design))
+    for name in dict.fromkeys(name for name, *_ in rows[1:]):
+        yield row(name, *(average for other, _, average, *_ in rows[1:] if other == name))
     yield "\n"
 
 
-def stack_table(stacks: Sequence[Stack], note: str) -> Iterator[str]:
-    """Yield stacks: roots in µm, and how well squares add up."""
-    yield f"{note}\n\n"
-    yield from head("predictor", "inserted", *CAUSES, "sum", "whole", "sum off", "by chance", "taken out last")
+def stack_rows(stacks: Sequence[Stack]) -> list[tuple[str, ...]]:
+    """Return stacks below their headings: roots in µm, and how well squares add up."""
+    found = [("predictor", "inserted", *CAUSES, "sum", "whole", "sum off", "by chance", "taken out last")]
     for stack in stacks:
-        yield row(
-            stack.recipe,
-            title_of(stack.design),
-            *(_root_cell(stack.alone[cause]) for cause in CAUSES),
-            f"{root(stack.sum):.2f}",
-            f"{root(stack.whole):.2f}",
-            f"{stack.disagreement:+.1%}",
-            f"±{stack.by_chance:.1%}",
-            f"{stack.disagreement_last:.1%}",
-        )
+        roots = [_root_cell(stack.alone[cause]) for cause in CAUSES]
+        whole = (f"{root(stack.sum):.2f}", f"{root(stack.whole):.2f}", f"{stack.disagreement:+.1%}")
+        chance = (f"±{stack.by_chance:.1%}", f"{stack.disagreement_last:.1%}")
+        found.append((stack.recipe, title_of(stack.design), *roots, *whole, *chance))
+    return found
+
+
+def stack_table(rows: Sequence[Sequence[str]], note: str) -> Iterator[str]:
+    """Yield the rows without steps and with the largest one."""
+    yield f"{note}\n\n"
+    yield from head(*rows[0])
+    yield from (row(*cells) for cells in rows[1:] if cells[1] in SHOWN)
     yield "\n"
+
+
+def write_rows(path: Path, rows: Sequence[Sequence[str]]) -> None:
+    """Write all rows of a table as CSV."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 def _root_cell(square: float) -> str:
@@ -230,8 +252,8 @@ def model_table(lathe: Lathe, every: dict[str, Recipe], draws: int) -> Iterator[
     yield "\n"
 
 
-def tables(draws: int) -> tuple[str, list[Stack]]:
-    """Return all tables as markdown, and the stacks of the study's repeatability."""
+def tables(draws: int) -> tuple[str, list[Stack], dict[str, list[tuple[str, ...]]]]:
+    """Return the tables of the page, the stacks of the study's repeatability, and whole tables by name."""
     lathe = Lathe()
     every = recipes(lathe)
     measured, asked = Contributions(lathe, STUDY), Contributions(lathe, ASKED, designs=(None, Design.ORIGINAL))
@@ -240,33 +262,38 @@ def tables(draws: int) -> tuple[str, list[Stack]]:
     stacks = [stack for name in STACKED for stack in measured.stacks(every[name], splits[name])]
     few = (BI, NETWORK)
     others = [stack for name in few for stack in asked.stacks(every[name], asked.split(every[name]))]
-    note = (
-        "The stack, with 1 µm: roots of mean squares in µm, then how far the sum of the squares is off the whole's:"
-    )
-    other = "The same with 3 µm and a drift of 8 µm/√h:"
+    whole = {"designs": design_rows(lathe, real), "stack": stack_rows(stacks)}
     text = [
         *thesis_table(lathe, real),
-        *design_table(lathe, real),
-        *stack_table(stacks, note),
-        *stack_table(others, other),
+        *design_table(whole["designs"]),
+        *stack_table(whole["stack"], NOTE),
+        *stack_table(stack_rows(others), "The same with 3 µm and a drift of 8 µm/√h:"),
         *white_table(lathe, every[BI]),
         *model_table(lathe, every, draws),
     ]
-    return "".join(text), stacks
+    return "".join(text), stacks, whole
 
 
 def main() -> int:
     """Print the tables, or put them into a page; draw the stack."""
     parser = argparse.ArgumentParser(description="Make Table 5-1 again, and the stack of what is left.")
     parser.add_argument("--draws", type=int, default=DRAWS, help="calibrations and tests of each repeatability")
-    parser.add_argument("-o", "--output", type=Path, help="page in which the tables stand between two comments")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="page in which the tables stand between two comments; whole tables go beside it as CSV",
+    )
     parser.add_argument("--figure", type=Path, help="PNG of the stack")
     given = parser.parse_args()
     if given.draws < 2:
         parser.error(f"argument --draws: {given.draws} have no standard deviation; 2 or more")
 
     def made() -> str:
-        text, stacks = tables(given.draws)
+        text, stacks, whole = tables(given.draws)
+        if given.output is not None:
+            for name, rows in whole.items():
+                write_rows(given.output.with_name(f"{given.output.stem}-{name}.csv"), rows)
         if given.figure is not None:
             given.figure.write_bytes(stack_figure(stacks, DRAWN))
         return text
