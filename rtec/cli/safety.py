@@ -137,8 +137,8 @@ def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:
     OutputError
         One of them cannot be written.
     """
-    from rtec.campaign.safety_document import document
     from rtec.report.figures_safety import write_safety_figure
+    from rtec.report.safety_page import safety_page
 
     write_safety_figure(case.matrix, picture)
-    write_text(output, document(case, command=command, picture=picture.name))
+    write_text(output, safety_page(case, command=command, picture=picture.name))
