@@ -153,7 +153,7 @@ def _is_tied(answer: Answer, secret: Secret) -> bool:
 
 
 def _too_long(secret: Secret, span_mm: float) -> bool:
-    """Return whether a wave was hidden whose period nobody stated and that has fewer than five cycles in the span."""
+    """Return whether a wave of an unstated period with fewer than five cycles in the span was hidden."""
     periods = [p.value for e in secret.effects if e.name in WAVES for p in e.parameters if p.name == "period"]
     return any(FEWEST_CYCLES * period > span_mm for period in periods) and span_mm > 0.0
 

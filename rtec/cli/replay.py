@@ -51,7 +51,7 @@ def replay(
 ) -> None:
     """Play a bus log into a live node, at the log's own times, and compare its answers with those of the log.
 
-    Only one side's frames are sent, so that nobody speaks for the node. Exits with 1 where it answers differently.
+    Only one side's frames are sent, never those of the node under test. Exits with 1 where it answers differently.
 
     Example: rtec replay run.log
 

@@ -36,7 +36,7 @@ EDGE = 0.02
 WAVES_A_TARGET = 0.4
 """Amplitudes of a family, at most, for each target: more of them follow anything."""
 MOST_UNSTATED = 4
-"""Harmonics of a period that nobody stated: more of them fit anything that comes back a few times."""
+"""Harmonics of an unstated period: more of them fit anything that comes back a few times."""
 FEWEST_SUSPECTED = 1.5
 """Cycles over the span: less of a wave is a bend."""
 CYCLES_APART = 1.5
@@ -87,7 +87,7 @@ class Periodic(Effect):
         return float(max(frequencies(conditions).size, 1)) * MOST_UNSTATED
 
     def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return why the positions cannot bear out a period that nobody stated, or None."""
+        """Return why the positions cannot bear out an unstated period, or None."""
         return wave_doubt(conditions, period_of(shape))
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
@@ -269,18 +269,18 @@ def _aliases_alone(conditions: Conditions, stated: float | None, harmonics: int)
 
 
 def wave_doubt(conditions: Conditions, period: float) -> str | None:
-    """Return why the positions cannot bear out a wave whose period nobody stated; None where they can."""
+    """Return why the positions cannot bear out a wave of an unstated period; None where they can."""
     if stated_base(conditions, period) is not None:
         return None
     cycles, unit = conditions.span / period, conditions.position_unit
     if cycles < FEWEST_CYCLES + EDGE:
         return (
-            f"{cycles:.1f} cycles of {period:.4g} {unit} only, and nobody stated that period: a span of "
+            f"{cycles:.1f} cycles of {period:.4g} {unit} only, and the period is not stated: a span of "
             f"{FEWEST_CYCLES * period:.4g} {unit} would settle it"
         )
     if 1.0 / period > NEAR_TWO * alias_limit(conditions) * (1.0 + 1e-9):
         return (
-            f"a period of {period:.4g} {unit} is two readings long, and nobody stated it: targets "
+            f"a period of {period:.4g} {unit} is two readings long, and it is not stated: targets "
             "twice as dense would settle it"
         )
     return None

@@ -38,7 +38,7 @@ class Eccentricity(Effect):
     centre by e, read by one head at the radius r, gives ``arctan((e/r) sin a / (1 + (e/r) cos a))``: the amplitude
     e / r in radians, and half of its square twice a turn. A disc whose diameters differ by the share q, or that is
     tilted, adds a second wave of q / 2 radians. Because a turn closes, one turn is enough for all of them, where for
-    a period that nobody stated five cycles are asked for. The first wave has to take part: two waves a turn alone
+    an unstated period five cycles are asked for. The first wave has to take part: two waves a turn alone
     are no disc off centre, and ``cyclic``.
 
     Examples

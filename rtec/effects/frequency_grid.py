@@ -15,7 +15,7 @@ SPACING = 0.3
 """Of the frequencies, in units of 1 / span: between two of them a sine keeps a cosine of 0.96."""
 MOST_FREQUENCIES = 3000
 FEWEST_CYCLES = 5.0
-"""Over the span, of a wave whose period nobody stated: of real measurements every doubtful wave had four cycles or
+"""Over the span, of a wave of an unstated period: of real measurements every doubtful wave had four cycles or
 fewer, every confirmed one six or more. What comes back less often may as well be a smooth curve."""
 FEWEST_STATED = 0.9
 """Over the span, of a wave with a stated period: readings over a turn end a step before it is full."""

@@ -117,7 +117,7 @@ def experiment_of(sentences: Sequence[str]) -> Experiment:
 
 
 def experiment_for_likely(names: Sequence[str]) -> Experiment | None:
-    """Return what separates effects that may well be there although none was accepted; None where nobody knows.
+    """Return what separates effects that may well be there although none was accepted; None where none is known.
 
     Examples
     --------

@@ -115,5 +115,5 @@ class Model:
         return total
 
     def with_terms(self, terms: Iterable[Term], datum: float | None = None) -> Model:
-        """Return the model with other terms; how far off it then is, nobody knows."""
+        """Return the model with other terms; its error is then unknown."""
         return replace(self, terms=tuple(terms), datum=self.datum if datum is None else datum, interval=None)

@@ -12,7 +12,7 @@ from rtec.inference.results import NoiseFloor
 from rtec.inference.scored import Scored
 
 WANDERS = 16.0
-"""Readings over which noise is correlated, from which on it may as well be an effect in time that nobody knows."""
+"""Readings over which noise is correlated, from which on it may as well be an unknown effect in time."""
 MOSTLY_WHITE = 0.9
 """Share of the noise's variance that is white, from which on the slow rest is of no account."""
 _AT_BOUND = 0.01

@@ -103,7 +103,7 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
 
 
 def _not_too_many(texts: list[str]) -> list[str]:
-    """Cut a list that nobody would read to its end."""
+    """Shorten a long list for a message."""
     more = len(texts) - _MOST_SHOWN
     if more <= 0:
         return texts

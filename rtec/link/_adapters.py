@@ -34,7 +34,7 @@ _DECODED_HERE = frozenset({"slcan", "serial", "udp_multicast"})
 """Interfaces that python-can decodes itself, so that an error may be a broken frame and not a broken bus."""
 
 FIRST_WRITE_S = 1.0
-"""A terminal must take what is written within this time, else nobody empties it."""
+"""Time within which a terminal must accept what is written; beyond it nothing reads the other end."""
 
 SERIAL_READ_S = 0.02
 """Longest pause inside a frame of `serial`: the latency timer of a USB adapter is 16 ms."""
@@ -42,7 +42,7 @@ SERIAL_READ_S = 0.02
 AHEAD_BYTES = 4096
 
 _ASCII = bytes(range(128)) + b"?" * 128
-"""What is no text becomes a question mark: python-can would stumble over the line again with each byte."""
+"""Bytes that are not text become question marks: otherwise python-can would fail on the line again with each byte."""
 
 VIRTUAL_QUEUE = 4096
 """Frames that wait for a node of `virtual` that does not read; python-can's own queue has no end."""
@@ -100,7 +100,7 @@ class Adapter:
         except LinkError:
             self.release()
             raise
-        except Exception as error:  # drivers raise what they like
+        except Exception as error:  # drivers raise exceptions of any kind
             self.release()
             raise LinkError(
                 self.interface, self.channel, f"cannot be opened ({reason_of(error)})", self._hint(error)
@@ -144,7 +144,7 @@ class Adapter:
             hint = {
                 errno.ENOENT: "does the program that offers it run? 'python -m serial.tools.list_ports' lists all",
                 errno.EACCES: "on most systems the group 'dialout' may use it",
-            }.get(error.errno or 0, "is it plugged in, and in use by nobody else?")
+            }.get(error.errno or 0, "is it plugged in, and is no other program using it?")
             raise LinkError(self.interface, self.channel, f"cannot be opened ({reason_of(error)})", hint) from None
         try:
             if not os.isatty(descriptor):
@@ -238,7 +238,7 @@ class ReadAhead:
         return int(self._port.write(data))
 
     def flush(self) -> None:
-        """Do not wait until the last bit is out: that takes 2 ms at 115200 bit/s, and for ever where nobody reads."""
+        """Do not wait until the last bit is out: 2 ms at 115200 bit/s, endless where nothing reads."""
 
     def fileno(self) -> int:
         """Return the file descriptor."""

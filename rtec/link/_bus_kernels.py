@@ -22,7 +22,7 @@ NODES = 8
 DELAYED = 16
 
 BABBLER = NODES
-"""A node that is none of ours."""
+"""A node outside rtec."""
 
 SHORT_SHIFT = 32
 """A frame of fewer than 8 bytes carries in its identifier, from this bit on, how many are missing."""
@@ -118,7 +118,7 @@ def bits_of(seed: int, serial: int) -> int:
 
 @step
 def rank(identifier: int) -> int:
-    """Return by what number a frame competes for the bus: of equal first 11 bits, the base format wins."""
+    """Return the arbitration number of a frame: of equal first 11 bits, the base format wins."""
     if identifier & EXTENDED:
         return 2 * (identifier & 0x1FFFFFFF) + 1
     return (identifier & 0x7FF) << 19
@@ -152,7 +152,7 @@ def is_off(faults: NDArray[np.void], node: int, t_ps: int) -> bool:
 
 @helper
 def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
-    """Let the node with the lowest identifier begin, if the bus is idle and anybody wants to send."""
+    """Let the node with the lowest identifier begin, if the bus is idle and a frame is waiting."""
     if bus.ends_ps != NEVER:
         return
     winner = -1
@@ -164,7 +164,7 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
             fire(f, t_ps)
         elif f.kind == OFF and 0 <= f.place < NODES and f.from_ps <= t_ps < f.until_ps:
             queue = bus.queues[f.place]
-            if queue.waiting > 0:  # what a node that goes off wanted to send is not sent later
+            if queue.waiting > 0:  # a node that goes off drops the frames that it had queued
                 queue.waiting = 0
                 fire(f, t_ps)
     if winner != BABBLER:
@@ -277,7 +277,7 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
     bus.sending = -1
     bus.ends_ps = NEVER
     if node == BABBLER:
-        return False  # nobody asks for its frames, and no fault of another kind proves itself on them
+        return False  # its frames are not delivered, and no fault of another kind is activated by them
     delivered = True
     for i in range(faults.size):
         f = faults[i]
@@ -308,7 +308,7 @@ def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
                 f.kept_payload = payload
                 delivered = False
         elif identifier >> SHORT_SHIFT:
-            continue  # no word of ours to spoil
+            continue  # not one of our messages
         elif f.kind == CORRUPTED:
             payload = corrupted(f, payload)
             fire(f, t_ps)

@@ -17,7 +17,7 @@ START = 0xFF
 
 
 def _table() -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return what each byte does to the checksum."""
+    """Return the checksum table: the effect of each byte."""
     table = np.zeros(256, dtype=np.int64)
     for byte in range(256):
         value = byte

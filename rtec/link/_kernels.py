@@ -52,7 +52,7 @@ def deliver(m: Record, t_ps: int) -> None:
 def post(m: Record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
     """Send a message at ``t_ps``."""
     if m.waiting == SLOTS:
-        deliver(m, t_ps)  # what has arrived waits no longer, read or not
+        deliver(m, t_ps)  # a message that has arrived frees its slot, read or not
     if m.waiting == SLOTS:
         m.lost += 1
         return

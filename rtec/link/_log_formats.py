@@ -26,7 +26,7 @@ LONGEST_CONTAINER_BYTES = 1 << 24
 
 
 class Direction(enum.Enum):
-    """Which way a frame went, seen by whoever recorded it."""
+    """Direction of a frame, as seen by the recorder."""
 
     RECEIVED = "Rx"
     SENT = "Tx"
@@ -52,7 +52,7 @@ class Logged:
     time_ps
         Since the first frame of the log.
     direction
-        Which way it went for whoever recorded it.
+        Its direction as seen by the recorder.
     """
 
     frame: Frame

@@ -19,7 +19,7 @@ OUTBOX = np.dtype(
         ("waiting", np.int64),
         ("identifier", np.int64, (ROOM,)),
         ("payload", np.int64, (ROOM,)),
-        ("overrun", np.int64),  # frames that found no room: nobody took the ones before
+        ("overrun", np.int64),  # frames that found no room: the ones before were not taken
     ],
     align=True,
 )

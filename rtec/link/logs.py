@@ -47,7 +47,7 @@ _READERS = {".log": read_candump, ".asc": read_asc, ".blf": read_blf}
 
 
 class Existing(enum.Enum):
-    """What happens to a file that is there already."""
+    """What to do with an existing file."""
 
     REFUSE = "refuse"
     REPLACE = "replace"
@@ -334,6 +334,6 @@ def read_log(path: str | Path) -> LogReader:
     """
     log = Path(path)
     reader = LogReader(log)
-    if log.exists() and not log.is_file():  # a pipe would keep us waiting
+    if log.exists() and not log.is_file():  # reading a pipe would block
         raise FileFormatError(path, None, "this is no regular file", "a log")
     return reader

@@ -57,11 +57,11 @@ KINDS = {name: kind for kind, name in NAMES.items()}
 
 
 _NEED_NOT_BE_LISTED = (Kind.SETUP, Kind.EXPECTED)
-"""What a DBC of the user's may leave out: box and PC do without."""
+"""Messages that a user's DBC may leave out: box and PC work without them."""
 
 
 class Verdict(enum.Enum):
-    """What is to be thought of a frame under one of our identifiers."""
+    """Verdict on a frame under one of our identifiers."""
 
     RIGHT = "right"
     WRONG_LENGTH = "wrong length"
@@ -150,14 +150,14 @@ class MessageSet:
         return cls(ours)
 
     def decode(self, identifier: int, data: bytes) -> Message | None:
-        """Return what a standard frame says; None if the identifier is none of ours.
+        """Decode a standard frame; None if the identifier is not one of ours.
 
         Parameters
         ----------
         identifier
             Of 11 bits; a frame with an identifier of 29 bits is none of ours, whatever its number.
         data
-            Its bytes. What is wrong with them is said by the verdict, not by an exception.
+            Its bytes. Errors in them appear in the verdict, not as an exception.
 
         Returns
         -------
@@ -263,7 +263,7 @@ def _name_in_dbc(kind: Kind, axis: int) -> str:
 
 
 def _check_claims(path: str | Path, text: str) -> None:
-    """Refuse sizes that no bus has before the parser sets up memory for them."""
+    """Reject sizes that no bus has before the parser allocates memory for them."""
     bare = re.sub(
         r'//.*?\n|"(\\"|[^"])*?"', lambda skipped: " " + "\n" * skipped[0].count("\n"), text, flags=re.DOTALL
     )
@@ -283,7 +283,7 @@ def _parsed(path: str | Path, text: str) -> Database:
     _check_claims(path, text)
     try:
         database = cantools.database.load_string(text, database_format="dbc")
-    except Exception as error:  # of a hostile file, the parser raises whatever goes wrong in it first
+    except Exception as error:  # the parser raises exceptions of many kinds for a malformed file
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise FileFormatError(path, None, f"is no DBC that cantools reads: {reason}", "a DBC file") from error
     if not isinstance(database, CanDatabase):
@@ -297,7 +297,7 @@ def _packaged() -> Database:
 
 
 def _differences(ours: Database, theirs: Database) -> Iterator[tuple[str, str]]:
-    """Yield what a user's DBC says differently of our messages, and what we say, the lowest identifier first."""
+    """Yield the differences of a user's DBC from ours, with our values, the lowest identifier first."""
     by_name = {message.name: message for message in theirs.messages}
     by_identifier = {message.frame_id: message for message in theirs.messages if not message.is_extended_frame}
     for kind in Kind:

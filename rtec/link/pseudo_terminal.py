@@ -4,8 +4,8 @@
 
     box ── near (/dev/pts/3) ══ relay ══ (/dev/pts/4) far ── PC
 
-Whoever offers the line opens the near end and may keep it; programs at the far end come and go. What is sent while
-nobody holds the other end is dropped, as on a cable that hangs in the air.
+The program that offers the line opens the near end and may keep it; programs at the far end come and go. What is sent
+while the other end is closed is dropped, as on an open cable.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ READ_BYTES = 4096
 WITHOUT_TERMINALS = "use udp_multicast, or slcan with socket://host:port or a pair of virtual serial ports"
 
 LOOK_MS = 10
-"""While an end is not held by anybody, the relay looks this often whether somebody has come."""
+"""Interval at which the relay checks a closed end for a program that has opened it."""
 
 
 class Line:
@@ -177,7 +177,7 @@ class _End:
             os.close(slave)  # from here on a hang-up is reported until somebody opens it
 
     def look(self) -> None:
-        """See whether somebody has opened the terminal."""
+        """Check whether a program has opened the terminal."""
         poll = select.poll()
         poll.register(self.master, select.POLLIN)
         # what was written in haste by somebody who has left again is still to be read

@@ -22,7 +22,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 LONGEST_WAIT_S = 3600.0
-"""Simulated time after which a ``recv`` without a timeout gives up: nobody sends any more."""
+"""Simulated time after which a ``recv`` without a timeout gives up: no node sends any more."""
 
 
 class TimeIsUp(BaseException):
@@ -154,7 +154,7 @@ class SimulatedCan(can.BusABC):
         Raises
         ------
         can.CanOperationError
-            The bus is shut down, or nobody sends any more and there is no timeout.
+            The bus is shut down, or no node sends any more and there is no timeout.
         """
         bus = self._simulated
         self.clock.check()
@@ -180,7 +180,7 @@ class SimulatedCan(can.BusABC):
         self.clock.check()
         if timeout is None:
             raise can.CanOperationError(
-                f"nobody has sent anything for {LONGEST_WAIT_S:g} s, and recv() without a timeout would wait for ever"
+                f"no node has sent anything for {LONGEST_WAIT_S:g} s, and recv() without a timeout would never return"
             )
         return None
 

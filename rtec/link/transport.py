@@ -1,4 +1,4 @@
-"""What every way to a bus offers: send a frame, wait for the next one, say how the bus is."""
+"""Interface of every transport: send a frame, wait for the next one, report the state of the bus."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rtec.link.frame import Frame
 
 
 class BusState(enum.Enum):
-    """How the bus is, as far as the transport can tell."""
+    """State of the bus, as far as the transport knows it."""
 
     ACTIVE = "active"
     WARNING = "warning"
@@ -75,7 +75,7 @@ class Transport(Protocol):
 
     @property
     def state(self) -> BusState:
-        """Return how the bus is."""
+        """Return the state of the bus."""
 
     @property
     def traffic(self) -> Traffic:

@@ -59,11 +59,11 @@ class BoxLoop:
         self._begin_ps = stations[0].now_ps
         self._zero_ps = transport.now_ps()
         self.stalls = 0
-        """Times that this process was not let run."""
+        """Number of times that the process was stalled."""
         self.stalled_ps = 0
-        """How long that was, all together."""
+        """Total time of the stalls."""
         self.lost: LinkError | None = None
-        """Why the bus is gone; None: it is there."""
+        """Why the bus was lost; None while it is there."""
 
     @property
     def now_ps(self) -> int:

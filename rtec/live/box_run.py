@@ -18,7 +18,7 @@ from rtec.machine.station import StationView
 from rtec.units import PS_PER_S
 
 LOOK_PS = 20 * 10**9
-"""Orders are taken, and changes looked for, this often."""
+"""Interval at which orders are taken and changes are detected."""
 
 MOST_ORDERS = 8
 """Command rate limit: orders carried out between two passes, so that many orders do not stop the axes."""
@@ -48,7 +48,7 @@ class RefusedOrder:
 
 
 class BoxRun:
-    """Runs the boxes until somebody or something ends them.
+    """Runs the boxes until they are stopped.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class BoxRun:
             self._ended = "duration"
 
     def _lose(self, at_s: float) -> None:
-        """Let the boxes find out that nobody talks to them any more, then end."""
+        """Let the watchdogs of the boxes run out, then end."""
         longest_ps = max(s.settings.supervision.watchdog_ps for s in self._loop.stations)
         self._loop.advance(self._loop.now_ps + 2 * longest_ps)
         self._events.happen(at_s, f"the bus is lost: {self._loop.lost}")

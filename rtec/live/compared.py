@@ -77,7 +77,7 @@ class _Track:
         return self.frames[min(near)[1]][1] if near else None
 
     def forget(self, before_ps: int) -> None:
-        """Let go what has been compared and is too old to be compared with."""
+        """Drop frames that have been compared and are too old to be compared with."""
         while self.checked > 0 and self.frames[0][0] < before_ps:
             self.frames.popleft()
             self.checked -= 1
@@ -156,7 +156,7 @@ class ReplayComparison:
             self._compare(ready_ps)
 
     def finish(self, end_ps: int) -> None:
-        """Compare what is left, up to the end of the log; what it would hold later nobody knows."""
+        """Compare what is left, up to the end of the log; what follows is unknown."""
         self._compare(end_ps - self._tolerance_ps)
         self._compare(end_ps, sides=(0,))
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 MOST_EVENTS = 10_000
-"""Kept for the report at the end; older ones are let go."""
+"""Events kept for the report at the end; older ones are dropped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +34,7 @@ class Event:
 
 
 class Events:
-    """A list of what happened, told one by one as it grows.
+    """A list of events, reported one by one as it grows.
 
     Parameters
     ----------
@@ -48,13 +48,13 @@ class Events:
         self.all: deque[Event] = deque(maxlen=MOST_EVENTS)
 
     def happen(self, at_s: float, text: str, axis: int | None = None) -> None:
-        """Tell an event."""
+        """Report an event."""
         event = Event(at_s=at_s, axis=axis, text=text)
         self.all.append(event)
         self.tell(event)
 
     def compare(self, at_s: float, words: Mapping[int, str]) -> None:
-        """Tell each axis whose words are others than before."""
+        """Report each axis whose state in words has changed."""
         for axis, text in words.items():
             if self._said.get(axis) != text:
                 self._said[axis] = text

@@ -49,7 +49,7 @@ class PcLoop:
         self.heard_axes: set[int] = set()
         """Axes whose boxes were heard, of this PC or not."""
         self.lost: LinkError | None = None
-        """Why the bus is gone; None: it is there."""
+        """Why the bus was lost; None while it is there."""
 
     @property
     def due_ps(self) -> int:

@@ -18,11 +18,11 @@ LOOK_PS = 20 * 10**9
 TIDY_PS = PS_PER_S
 
 LINGER_S = 1.0
-"""So long a PC that holds the machine goes on saying so."""
+"""Time for which a PC that holds the machine goes on reporting it."""
 GOODBYE_TURNS = 10
-"""So often it says so when the operator ends it."""
+"""Number of reports when the operator ends it."""
 FATAL_S = 0.5
-"""A box that has stopped for good is waited for so long, in case it is being started again."""
+"""Time to wait for a box that has stopped for good, in case it is being restarted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +45,7 @@ class PcEnding:
 
 
 class PcRun:
-    """Runs the PC until somebody or something ends it.
+    """Runs the PC until it is stopped.
 
     Parameters
     ----------

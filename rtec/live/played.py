@@ -1,6 +1,6 @@
 """A log of box and PC from one side: what of it is played, and what the node under test is held to.
 
-Whoever is played speaks under its own identifiers only, so that nobody speaks for the node under test;
+The side that is played sends under its own identifiers only, never for the node under test;
 `rtec.live.replayed_side` is how it speaks.
 """
 
@@ -90,7 +90,7 @@ class Survey:
     role
         Whose frames are to be played.
     played, compared, others
-        Frames of that side, of the node under test, and of nobody of ours.
+        Frames of that side, of the node under test, and of other senders.
     entry_ps, end_ps
         The PC's first frame, at which playing begins, and the end: the last frame, or twenty cycles after the PC's
         last, since a box that is alone has nothing to answer.

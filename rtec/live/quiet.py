@@ -1,4 +1,4 @@
-"""Python's collector of garbage kept out of the way of a loop that has to be on time."""
+"""Python's garbage collector kept out of a loop with deadlines."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ YOUNG = 0
 
 @contextmanager
 def quiet_collector() -> Iterator[None]:
-    """Let the collector rest: what is there now is never looked at again, and `collect_young` takes the rest."""
+    """Switch automatic collection off: present objects are frozen, and `collect_young` collects newer ones."""
     was_on = gc.isenabled()
     gc.collect()
     gc.freeze()

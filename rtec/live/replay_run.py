@@ -23,7 +23,7 @@ from rtec.requester import BoxState
 from rtec.units import PS_PER_MS, PS_PER_S
 
 CYCLES = 5
-"""Of tolerance: so long either side itself takes a silence of the other for nothing (`watchdog_ps`)."""
+"""Tolerance in cycles: box and PC themselves tolerate a silence of that length (`watchdog_ps`)."""
 
 
 def tolerance_of(found: Survey) -> int:
@@ -54,7 +54,7 @@ class ReplayOutcome:
     garbled
         Frames of the node with a wrong checksum.
     rivals
-        Frames of somebody else who speaks as the side that is played.
+        Frames of another node that sends as the side that is played.
     differences, more
         What was found, and how much more than is kept.
     run_s
@@ -62,7 +62,7 @@ class ReplayOutcome:
     late
         How late frames were sent: number, median, 99th percentile, maximum in ms.
     notes
-        What the user should know before believing it.
+        What the user should know before relying on it.
     """
 
     met: bool

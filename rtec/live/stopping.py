@@ -20,7 +20,7 @@ class StopWish:
 
     def __init__(self) -> None:
         self.why: str | None = None
-        """Name of the signal that asked for it, None where nobody has."""
+        """Name of the signal that requested it; None without one."""
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:

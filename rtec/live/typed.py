@@ -1,4 +1,4 @@
-"""Lines typed on standard input, taken by a thread of their own so that nobody waits for them."""
+"""Lines typed on standard input, read by a thread of their own so that nothing blocks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections import deque
 
 READ_BYTES = 4096
 MOST_WAITING = 1000
-"""Lines that wait to be taken; whoever types faster is not read until some are."""
+"""Limit of waiting lines; beyond it input is not read until some are taken."""
 LOOK_AGAIN_S = 0.5
 """A process in the background of a terminal must not read from it; it looks this often whether it may again."""
 

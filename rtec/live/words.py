@@ -1,4 +1,4 @@
-"""What box and PC are doing, in a sentence for whoever stands before the machine."""
+"""What box and PC are doing, in a sentence for the operator."""
 
 from __future__ import annotations
 

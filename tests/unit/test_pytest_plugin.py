@@ -229,7 +229,7 @@ def test_filters_are_those_of_python_can(bus):
 
 
 def test_waiting_for_ever_ends_in_an_error(bus):
-    with pytest.raises(can.CanOperationError, match="without a timeout would wait for ever"):
+    with pytest.raises(can.CanOperationError, match="without a timeout would never return"):
         bus.recv()
 
 
