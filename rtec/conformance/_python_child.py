@@ -37,7 +37,7 @@ FULL, TWICE, LEVELS, TOTAL, TOO_OFTEN = 1, 2, 3, 4, 5
 _MOST_CALLS = 2_000_000
 
 
-def run(  # noqa: PLR0912, PLR0915 - one loop, as in the kernels
+def run(  # noqa: C901, PLR0912, PLR0915 - one loop, compiled and plain, calls nothing but the step
     step: Any,
     algorithm: Any,
     edges_ps: NDArray[np.int64],
