@@ -278,7 +278,7 @@ def test_index_is_high_at_every_multiple_of_its_counts():
     [
         (lambda: Imperfections(phase_error_deg=90.0), "phase_error_deg"),
         (lambda: Imperfections(duty_error_a=math.nan), "duty_error_a"),
-        (lambda: Imperfections(phase_error_deg=80.0, duty_error_a=0.2), "phase_error_deg with duty errors"),
+        (lambda: Imperfections(phase_error_deg=80.0, duty_error_a=0.2), "phase_error_deg"),
         (lambda: Imperfections(jitter_ps=-1), "jitter_ps"),
         (lambda: Imperfections(glitch_ps=0), "glitch_ps"),
         (lambda: Imperfections(glitch_probability=1.5), "glitch_probability"),

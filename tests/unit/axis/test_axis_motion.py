@@ -140,8 +140,8 @@ def test_a_programme_runs_its_fastest_feed_at_the_frequency():
     ("change", "name"),
     [
         ({"counts": 0}, "cycles"),
-        ({"frequency_hz": math.nan}, "frequency"),
-        ({"acceleration_hz_s": 0.0}, "acceleration"),
+        ({"frequency_hz": math.nan}, "frequency_hz"),
+        ({"acceleration_hz_s": 0.0}, "acceleration_hz_s"),
         ({"asks": 100_001}, "corrections"),
         ({"counts": 70, "asks": 10}, "cycles"),
         ({"window": None}, "window"),

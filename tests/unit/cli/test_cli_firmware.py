@@ -118,7 +118,7 @@ def test_a_bad_image_is_one_line(tmp_path, capsys, verb):
     code, out, err = said(capsys, verb, str(path))
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert f"{path}, line 1: checksum 81" in err
-    assert "allowed: 80" in err
+    assert "use 80" in err
 
 
 @pytest.mark.parametrize(
