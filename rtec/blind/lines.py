@@ -116,7 +116,7 @@ def the_lines() -> tuple[Line, ...]:
             above_detectable=True,
         ),
         Line(
-            title="two effects that are not confounded, 3 sigma each, white noise",
+            title="two effects that are no look-alikes, 3 sigma each, white noise",
             rule=Rule.NAMED,
             share=0.85,
             scenarios=_pairs(),
