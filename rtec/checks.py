@@ -104,17 +104,23 @@ def outside(name: str, value: float, low: float, high: float, *, unit: str = "")
 
 
 def _interval(low: float, high: float, unit: str) -> str:
-    name, _, remark = unit.partition(" ")
+    name, remark = _parted(unit)
     first = _with_unit(low, name if name in _SCALED else "")
     return f"{first} to {_with_unit(high, name)} {remark}".rstrip()
 
 
 def _with_unit(value: float, unit: str) -> str:
     """Return a number for people; a frequency or a time of the signal path in a unit that suits its size."""
-    name = unit.partition(" ")[0]
+    name, _ = _parted(unit)
     if name in _SCALED and math.isfinite(value):
         return _SCALED[name](value)
     return f"{value if isinstance(value, int) else format(value, '.10g')} {name}".rstrip()
+
+
+def _parted(unit: str) -> tuple[str, str]:
+    """Return a unit and the remark in parentheses behind it; either may be empty."""
+    name, bracket, remark = unit.partition("(")
+    return name.rstrip(), bracket + remark
 
 
 def _unit_of(name: str) -> str:

@@ -46,8 +46,11 @@ class TypedLines:
     >>> read, write = os.pipe()
     >>> typed = TypedLines(read)
     >>> _ = os.write(write, b"home\nstatus\n"), os.close(write)
-    >>> typed.wait_for_end(10.0), typed.take(), typed.take()
-    (True, ['home', 'status'], [])
+    >>> lines = []
+    >>> while len(lines) < 2:
+    ...     lines += typed.take()
+    >>> lines
+    ['home', 'status']
     """
 
     def __init__(self, descriptor: int) -> None:

@@ -72,7 +72,7 @@ class LayeredNetwork:
     def __post_init__(self) -> None:
         for name in self.inputs:
             if name not in tuple(INPUTS) and not is_other_axis(name):
-                raise unknown("inputs", name, [*INPUTS, "position_2"], noun="input")
+                raise unknown("inputs", str(name), [*INPUTS, "position_2"], noun="input")
         if not 1 <= len(self.inputs) <= _kernels.MOST_NEURONS:
             raise ArgumentError("inputs", len(self.inputs), "one or more")
         if not self.hidden or not all(1 <= n <= _kernels.MOST_NEURONS for n in self.hidden):

@@ -50,7 +50,7 @@ def test_a_peer_that_hangs_is_ended():
 def test_programs_are_decided_by_their_seed():
     assert programs.program(5, 200) == programs.program(5, 200)
     assert programs.program(5, 200).code != programs.program(6, 200).code
-    with pytest.raises(ValueError, match="allowed: 65536"):
+    with pytest.raises(ValueError, match="use 65536"):
         programs.program(1, 40_000)
 
 

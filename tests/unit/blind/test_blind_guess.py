@@ -48,7 +48,7 @@ def test_offsets_of_runs_are_no_mistake_where_they_are_the_noise():
     [
         ([], "no name"),
         (["driftt"], "did you mean 'drift'"),
-        (["zzz"], "'zzz' is not valid"),
+        (["zzz"], "'zzz' is not an effect"),
         (["drift", "drift"], "each name once"),
         (["nothing", "drift"], "'nothing' alone"),
     ],

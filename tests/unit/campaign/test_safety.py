@@ -221,7 +221,7 @@ def test_the_figure_has_a_mark_for_each_fault_and_phase(case):
     figure = safety_figure(case.matrix)
     words = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert len(words) == 2 * len(case.matrix.plan.variants)
-    assert set(words) <= {"r", "l", "h", "u", "S", "–"}
+    assert set(words) <= {"t", "d", "s", "u", "U", "–"}
 
 
 @pytest.mark.parametrize("changes", [{"seeds": 0}, {"seed": -1}])

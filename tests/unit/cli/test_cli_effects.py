@@ -92,7 +92,7 @@ def test_a_card_says_all_that_is_known(capsys, monkeypatch, effect):
         ("backlsh", "did you mean 'backlash'?"),
         ("jitter", "captures"),
         ("zzz", "known: offset"),
-        ("x" * 10_000, "not allowed"),
+        ("x" * 10_000, "is not an effect"),
         ("[red]", "[red]"),
     ],
 )

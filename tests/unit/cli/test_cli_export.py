@@ -70,7 +70,7 @@ def test_a_model_without_a_range_takes_that_of_its_maps_or_asks(here, capsys):
     (here / "bare.toml").write_text(bare)
     code, out, err = said(capsys, "bare.toml", "--csv", "z.csv")
     assert (code, out) == (2, "")
-    assert err.startswith("rtec: --from: nothing is not valid")
+    assert err.startswith("rtec: --from is missing; give a position")
     (here / "map.toml").write_text(
         bare + '\n[[effect]]\nname = "pitch_map"\nnodes = ["10 mm", "90 mm", "200 mm"]\n'
         'amplitudes = ["0 um", "3 um", "1 um"]\n'

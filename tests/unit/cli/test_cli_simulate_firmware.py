@@ -39,13 +39,12 @@ def test_the_table_says_what_runs():
 def test_what_the_word_does_not_hold_is_refused():
     error = run(simulate, *SIMULATE[:6], "--corrections", "128", *SIMULATE[8:]).exception
     assert isinstance(error, ArgumentError)
-    assert "--corrections" in str(error)
-    assert "127" in str(error)
+    assert str(error).startswith("corrections: 128 is too large; use -127 to 127 ")
 
 
 @pytest.mark.parametrize("words", [["--poll", "2us"], ["--decide", "4us"], ["--gate-margin", "10%"], ["--no-gate"]])
 def test_simulate_refuses_times_that_are_the_programs(words):
     error = run(simulate, *SIMULATE, *words).exception
     assert isinstance(error, ArgumentError)
-    assert words[0] in str(error)
+    assert words[0].strip("-").replace("-", "_").removeprefix("no_") in str(error)
     assert "--timing firmware" in str(error)

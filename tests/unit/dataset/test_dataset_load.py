@@ -98,7 +98,7 @@ def test_nothing_or_too_much_to_explain(load):
     with pytest.raises(ArgumentError, match=r"--observe: 'currents' is not valid; use .*did you mean 'current'"):
         load("target_mm,actual_mm,current_a\n1,2,3\n2,3,4\n3,4,5\n", observe="currents")
     for word in ("target", "run", "time", "pulse_v", "x" * 1000, "\n"):
-        with pytest.raises(ArgumentError, match=r"--observe.*allowed: deviation, actual") as caught:
+        with pytest.raises(ArgumentError, match=r"--observe.*use deviation or actual") as caught:
             load("run,time_s,target_mm,actual_mm,pulse_v\n1,1,1,1,1\n1,2,2,2,1\n1,3,3,3,1\n", observe=word)
         assert len(str(caught.value)) < 300
 

@@ -38,7 +38,7 @@ def refusal(path):
         read_hex(path)
     message = str(caught.value)
     assert str(path) in message
-    assert "allowed: " in message
+    assert "; use " in message
     assert "\n" not in message
     return message.removeprefix(str(path))
 
@@ -133,9 +133,9 @@ def test_segments_and_start_addresses(file_of):
         ([":010000000\xb9FE", END], [", line 1: ", "column 11"]),
         (["hello", END], [", line 1: ", "'hello'", "colon"]),
         ([record(0, [1], 6), END], [", line 1: ", "type 06", "types 00 to 05"]),
-        ([record(0, [1], 4), END], [", line 1: ", "1 data bytes", "type 04", "allowed: 2"]),
-        ([record(0, [1, 2], 5), END], [", line 1: ", "type 05", "allowed: 4"]),
-        ([record(0, [1, 2], 1)], [", line 1: ", "type 01", "allowed: 0"]),
+        ([record(0, [1], 4), END], [", line 1: ", "1 data bytes", "type 04", "use 2"]),
+        ([record(0, [1, 2], 5), END], [", line 1: ", "type 05", "use 4"]),
+        ([record(0, [1, 2], 1)], [", line 1: ", "type 01", "use 0"]),
         ([record(0, [1])], ["no end-of-file record", ":00000001FF"]),
         ([END], ["without code", "data record"]),
         ([record(3, []), END], ["without code"]),

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rtec.inference.noise import NoiseFloor
 from rtec.inference.spectra import highest_frequency, mirrored, spectrum, threshold
+
+
+def floor(sigma: float, correlation: float = 0.0, white_share: float = 1.0) -> NoiseFloor:
+    return NoiseFloor(
+        from_repeats=True, sigma=sigma, correlation=correlation, white_share=white_share,
+        degrees_of_freedom=168.0, sigma_adjacent=None,
+    )  # fmt: skip
 
 
 def _least_squares(x: np.ndarray, y: np.ndarray, frequency: float) -> float:
@@ -49,10 +57,10 @@ def test_a_constant_has_no_lines_and_places_of_one_phase_do_not_break():
     assert np.isfinite(found.amplitude).all() and found.amplitude.max() < 2.0
 
 
-def test_noise_alone_passes_the_threshold_as_seldom_as_it_says(make_noise):
+def test_noise_alone_passes_the_threshold_as_seldom_as_it_says():
     rng = np.random.default_rng(7)
     x, trials = np.linspace(0.0, 100.0, 128), 600
-    noise = make_noise(sigma=2.0)
+    noise = floor(sigma=2.0)
     passed = 0
     for _ in range(trials):
         found = spectrum(x, rng.normal(0.0, 2.0, x.size), 0.5)
@@ -62,10 +70,10 @@ def test_noise_alone_passes_the_threshold_as_seldom_as_it_says(make_noise):
     assert 0.001 < passed / trials < 0.05
 
 
-def test_correlated_noise_passes_no_oftener(make_noise):
+def test_correlated_noise_passes_no_oftener():
     rng = np.random.default_rng(8)
     n, trials, rho = 256, 300, 0.9
-    noise = make_noise(sigma=1.0, correlation=rho, white_share=0.0)
+    noise = floor(sigma=1.0, correlation=rho, white_share=0.0)
     red = white = 0
     for _ in range(trials):
         e = rng.normal(0.0, np.sqrt(1 - rho**2), n)
@@ -75,7 +83,7 @@ def test_correlated_noise_passes_no_oftener(make_noise):
             y[k] = rho * y[k - 1] + e[k]
         found = spectrum(np.arange(n), y, 0.5)
         red += bool((found.amplitude > threshold(found.frequency, noise, rows=n, resolved=n / 2, spacing=1.0)).any())
-        flat = make_noise(sigma=1.0)
+        flat = floor(sigma=1.0)
         white += bool((found.amplitude > threshold(found.frequency, flat, rows=n, resolved=n / 2, spacing=1.0)).any())
     assert red / trials < 0.06 and white / trials > 0.9
 

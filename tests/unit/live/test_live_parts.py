@@ -48,7 +48,7 @@ def test_orders(text, expected):
         ("switch", "on or off"),
         ("fault cable", "did you mean 'cable-open'"),
         ("fault frame-lost", "cable-open"),
-        ("quit now", "nothing behind it"),
+        ("quit now", "use the word alone"),
         ("wait 3", "unit"),
         ("wait -1 s", "wait: -1"),
         ("wait 1e99 s", "wait: "),

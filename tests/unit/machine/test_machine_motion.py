@@ -158,7 +158,7 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(ArgumentError, match="two cycles for each correction"):
         set_in_motion(path_of(Design.C, cycles=10, corrections=6), MotionKind.REVERSAL)
     moved = set_in_motion(path_of(Design.C), MotionKind.RAMP)
-    with pytest.raises(ArgumentError, match="those of the motion, 40"):
+    with pytest.raises(ArgumentError, match="use 40, as the motion asks"):
         replace(moved, corrections=3)
 
 

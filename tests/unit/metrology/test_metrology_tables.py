@@ -78,7 +78,7 @@ def test_one_clear_error(read, text, words):
         (("Soll [mm]",), "such as 'nominal=target_mm'"),
         (("Soll [mm]=targt_mm",), "did you mean 'target_mm'?"),
         (("Soll [mm]=target_mm", "Soll [mm]=actual_mm"), "has two"),
-        (("Soll [mm]=force",), "a unit with it: force_n"),
+        (("Soll [mm]=force",), "with a unit, such as force_n"),
     ],
 )
 def test_choices_that_are_none(read, maps, words):
@@ -113,7 +113,7 @@ def test_a_heading_that_nobody_can_type_is_asked_about_by_its_number(read):
 def test_a_table_that_is_not_there(read):
     text = "Achse X\nSoll [mm];Fehler [um]\n0;1\n10;2\n\nAchse Y\nSoll [mm];Fehler [um]\n0;3\n10;4\n"
     assert read(text, table=2).columns["deviation"].values.tolist() == [0.003, 0.004]
-    with pytest.raises(ArgumentError, match="is a file of a laser system"):
+    with pytest.raises(ArgumentError, match="is one of a laser system"):
         read(RTL, name="x.rtl", table=1)
     with pytest.raises(ArgumentError, match=r"1 to 2 in .*: 'Achse X', rows from line 3; 'Achse Y', rows"):
         read(text, table=3)
@@ -216,7 +216,7 @@ def test_a_sheet_that_is_not_there(tmp_path):
     with pytest.raises(ArgumentError, match="did you mean 'after'"):
         read_measurement(file, column_choices(sheet="aftr"))
     (tmp_path / "x.csv").write_text("target_mm\n1\n")
-    with pytest.raises(ArgumentError, match="is no workbook"):
+    with pytest.raises(ArgumentError, match="use it for a workbook"):
         read_measurement(tmp_path / "x.csv", column_choices(sheet="after"))
 
 

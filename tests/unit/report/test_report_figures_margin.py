@@ -35,7 +35,7 @@ def test_check_draws_its_margin_and_says_where_there_is_none(tmp_path, capsys):
     assert "--force" in capsys.readouterr().err
     words = ["check", "original", "--stream", "00 1us:+ 9us:end", "--margin-figure", str(tmp_path / "other.png")]
     assert main(words) == 2
-    assert "nothing with --stream" in capsys.readouterr().err
+    assert "does not go with --stream" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("ending", ["gif", "txt"])

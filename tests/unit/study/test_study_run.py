@@ -210,11 +210,11 @@ def test_an_error_beyond_the_word_is_pending_and_said(tmp_path):
     for name, step_um, held_um in (("original", 4, 508), ("a", 4, 508), ("c", 2, 254)):
         left = rows[name].readings.deviation_mm.max() * 1000
         assert left == pytest.approx(640 - held_um, abs=12)
-        assert rows[name].beyond_word_steps == pytest.approx(
+        assert rows[name].run.beyond_word_steps == pytest.approx(
             (668 - held_um) / step_um, abs=2
         )  # reverse, at the overshoot
-        assert rows[name].audit
-    assert rows["b"].beyond_word_steps == 0
+        assert rows[name].run.audit
+    assert rows["b"].run.beyond_word_steps == 0
     assert rows["b"].figures.peak_to_peak < 0.003
     result = run_study(replace(read_study(path), designs=(Design.A,)))
     assert any("word is too small by" in warning for warning in result.warnings)
@@ -235,10 +235,10 @@ def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
     axis = read_study(path)
     result = run_study(small(axis_error=axis.axis_error, model=axis.model, designs=(Design.B,), repeatability_mm=0.0))
     held = result.rows[-1]
-    assert held.ending == "HELD"
-    assert held.refused == 3
+    assert held.run.ending is Ending.HELD
+    assert held.run.refused == 3
     assert 1 <= held.readings.size < 12
-    assert held.audit
+    assert held.run.audit
     assert not result.good
     assert study_document(result)["rows"][-1]["ending"] == "HELD"
 
