@@ -148,7 +148,9 @@ def external(m: Bytes, h: Hidden, log: Log, now: int) -> None:
 
 
 @kernel
-def execute(words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64]) -> None:
+def execute(  # noqa: C901 - one instruction set is one table
+    words: NDArray[np.int64], code: Bytes, m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64]
+) -> None:
     """Execute from PC until END or until STOP says why not; counts and faults are left in ``h``."""
     pc, cycles, executed = int(h[PC]), int(h[CYCLES]), int(h[COUNT])
     top = int(h[TOP])

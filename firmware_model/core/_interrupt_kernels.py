@@ -140,6 +140,17 @@ def until(h: Hidden, changes: NDArray[np.int64], cycle: int) -> None:
             h[DUE] = min(h[DUE], changes[h[CHANGE], 0])
 
 
+@step
+def first_ripe(h: Hidden, asked: int, now: int, due: int) -> int:
+    """Return when the first of the sources that ask is recognised, if that is after ``now`` and before ``due``."""
+    for source in range(6):
+        if asked & (1 << source) != 0:
+            ripe = h[STAMP + source] + h[RECOGNISE]
+            if ripe > now:
+                due = min(due, ripe)
+    return due
+
+
 @helper
 def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) -> int:
     """Look up at the boundary ``now``: pins, timers, interrupts, idle; set DUE; return the cycle to go on from."""
@@ -162,11 +173,7 @@ def attend(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) 
         due = min(due, h[LEVELS_AT] + 1)
     if held != 0 and asked != 0:
         due = min(due, now + 1)
-    for source in range(6):
-        if asked & (1 << source) != 0:
-            ripe = h[STAMP + source] + h[RECOGNISE]
-            if ripe > now:
-                due = min(due, ripe)
+    due = first_ripe(h, asked, now, due)
     h[OTHERS] = due
     h[INPUTS + 1] = 3 if h[HAS_TIMER2] != 0 and m[T2CON] & 0x0A != 0 else 0
     h[INPUTS + 3] = inputs_of_port_3(m)

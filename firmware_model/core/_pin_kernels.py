@@ -63,6 +63,21 @@ def inputs_of_port_3(m: Bytes) -> int:
     return watched
 
 
+@step
+def sample_timer_2(m: Bytes, h: Hidden, log: Log, fell: int, cycle: int) -> None:
+    """Let timer 2 see which of its inputs T2 and T2EX fell."""
+    control = byte(m, T2CON)
+    if fell & 0x100 != 0 and control & 0x06 == 0x06:
+        count_timer_2(m, h, log, 1, cycle - 1, 1, 1)
+    if fell & 0x200 != 0 and control & 0x08 != 0:
+        if control & 0x30 == 0:
+            if control & 1 != 0:
+                m[RCAP2L], m[RCAP2H] = m[TL2], m[TH2]
+            else:
+                m[TL2], m[TH2] = m[RCAP2L], m[RCAP2H]
+        request(m, h, T2CON, 0x40, TIMER_2, cycle)
+
+
 @helper
 def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Let the inputs see the levels that have stood for a cycle: edges of INT0, INT1, T0, T1, T2, T2EX."""
@@ -86,16 +101,7 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         if n > 0:
             timer_1_overflowed(m, h, log, n, tick, 1)
     if h[HAS_TIMER2] != 0:
-        control = byte(m, T2CON)
-        if fell & 0x100 != 0 and control & 0x06 == 0x06:
-            count_timer_2(m, h, log, 1, cycle - 1, 1, 1)
-        if fell & 0x200 != 0 and control & 0x08 != 0:
-            if control & 0x30 == 0:
-                if control & 1 != 0:
-                    m[RCAP2L], m[RCAP2H] = m[TL2], m[TH2]
-                else:
-                    m[TL2], m[TH2] = m[RCAP2L], m[RCAP2H]
-            request(m, h, T2CON, 0x40, TIMER_2, cycle)
+        sample_timer_2(m, h, log, fell, cycle)
 
 
 @helper

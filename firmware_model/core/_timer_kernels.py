@@ -131,6 +131,24 @@ def count_timer_2(m: Bytes, h: Hidden, log: Log, ticks: int, before: int, num: i
         clock_serial(m, h, log, 2, n, before + first, period, num, den)
 
 
+@step
+def count_timers_0_and_1(m: Bytes, h: Hidden, log: Log, before: int, ticks: int) -> None:
+    """Count timers 0 and 1 by the clock; in mode 3 timer 0 is two, and the second has timer 1's flag."""
+    if m[TMOD] & 4 == 0 and on(m, h, 0):
+        n, first, period = count(m, 0, ticks)
+        if n > 0:
+            request(m, h, TCON, 0x20, TIMER_0, (before + first) * h[TICK])
+    if mode_of(m, 0) == 3 and m[TCON] & 0x40 != 0:
+        value, n, first, period = rolled(byte(m, TH0), ticks, 256, 0)
+        m[TH0] = value
+        if n > 0:
+            request(m, h, TCON, 0x80, TIMER_1, (before + first) * h[TICK])
+    if m[TMOD] & 0x40 == 0 and on(m, h, 1):
+        n, first, period = count(m, 1, ticks)
+        if n > 0:
+            timer_1_overflowed(m, h, log, n, before + first, period)
+
+
 @helper
 def advance(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Count the timers and shift the serial port up to ``now``."""
@@ -141,19 +159,7 @@ def advance(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     before = ticks_of(h, since)
     ticks = ticks_of(h, now) - before
     if ticks > 0:
-        if m[TMOD] & 4 == 0 and on(m, h, 0):
-            n, first, period = count(m, 0, ticks)
-            if n > 0:
-                request(m, h, TCON, 0x20, TIMER_0, (before + first) * h[TICK])
-        if mode_of(m, 0) == 3 and m[TCON] & 0x40 != 0:
-            value, n, first, period = rolled(byte(m, TH0), ticks, 256, 0)
-            m[TH0] = value
-            if n > 0:
-                request(m, h, TCON, 0x80, TIMER_1, (before + first) * h[TICK])
-        if m[TMOD] & 0x40 == 0 and on(m, h, 1):
-            n, first, period = count(m, 1, ticks)
-            if n > 0:
-                timer_1_overflowed(m, h, log, n, before + first, period)
+        count_timers_0_and_1(m, h, log, before, ticks)
     if h[HAS_TIMER2] != 0 and m[T2CON] & 0x06 == 0x04:
         num, den = timer_2_rate(m, h)
         before = since * num // den
@@ -193,6 +199,17 @@ def overflow_cycle(m: Bytes, h: Hidden, timer: int, n: int) -> int:
     return int((ticks_of(h, h[SYNCED]) + until_overflow(m, 1) + (n - 1) * period) * h[TICK])
 
 
+@step
+def next_serial_request(m: Bytes, h: Hidden) -> int:
+    """Return the earliest cycle at which the serial port will set one of its flags."""
+    due = min(h[SEND_AT], h[RECEIVE_AT])
+    if h[SEND_LEFT] > 0:
+        due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x10), h[SEND_LEFT]))
+    if h[RECEIVE_LEFT] > 0:
+        due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x20), h[RECEIVE_LEFT]))
+    return due
+
+
 @helper
 def next_timer_request(m: Bytes, h: Hidden, enabled: int) -> int:
     """Return the earliest cycle at which a timer or the serial port will set the flag of an ``enabled`` interrupt."""
@@ -213,9 +230,5 @@ def next_timer_request(m: Bytes, h: Hidden, enabled: int) -> int:
     if h[HAS_TIMER2] != 0 and enabled & 0x20 != 0 and m[T2CON] & 0xB6 == 0x04:
         due = min(due, (base + 65536 - ((byte(m, TH2) << 8) | byte(m, TL2))) * tick)
     if enabled & 0x10 != 0:
-        due = min(due, h[SEND_AT], h[RECEIVE_AT])
-        if h[SEND_LEFT] > 0:
-            due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x10), h[SEND_LEFT]))
-        if h[RECEIVE_LEFT] > 0:
-            due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x20), h[RECEIVE_LEFT]))
+        due = min(due, next_serial_request(m, h))
     return due

@@ -376,6 +376,16 @@ def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, rows: int, cycle: int
         h[CHANGE] += 1
 
 
+@step
+def note_said(b: Record, m: Bytes, said: Longs, published: int, t_ps: int) -> None:
+    """Keep what was published at ``t_ps``, if anything was since ``published``."""
+    if b.published > published:
+        row = published % said.shape[0]
+        said[row, 0] = t_ps
+        said[row, 1] = signed_word(m, WORDS + COMPLETED, 2)
+        said[row, 2] = m[XRAM + WORDS + STATUS]
+
+
 @kernel
 def play(
     b: Record,
@@ -423,11 +433,7 @@ def play(
         elif b.next_ps < until_ps:
             held, published = b.holding, b.published
             board_fire(b, m, h, log)
-            if b.published > published:
-                row = published % said.shape[0]
-                said[row, 0] = stop_ps
-                said[row, 1] = signed_word(m, WORDS + COMPLETED, 2)
-                said[row, 2] = m[XRAM + WORDS + STATUS]
+            note_said(b, m, said, published, stop_ps)
             if i < edges and times_ps[i] == stop_ps:
                 pass_edge(b, stop_ps, int(levels[i]))
                 i += 1

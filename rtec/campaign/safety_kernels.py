@@ -103,6 +103,31 @@ def is_off(a: Record, st: Record, wanted: float, speed: float) -> float:
 
 
 @step
+def note_stop(a: Record, st: Record, t_ps: int, ahead: int) -> None:
+    """Note that the axis is stopped, and the first time by whom and how far off."""
+    a.wrong_since_ps = NEVER
+    if a.stop_ps == NEVER:
+        a.stop_ps = t_ps
+        a.stopped_by = stopper(st) if is_held(st) else BY_HOMING
+        a.stop_error = a.error
+        a.stop_ahead = ahead
+
+
+@step
+def note_off(a: Record, t_ps: int, off: float) -> None:
+    """Note by how much the axis is off at ``t_ps``, and since when."""
+    if off <= 1e-6:
+        a.wrong_since_ps = NEVER
+        a.checks += a.settled
+        return
+    if a.wrong_since_ps == NEVER:
+        a.wrong_since_ps = t_ps
+    if t_ps - a.wrong_since_ps > a.wrong_ps:
+        a.wrong_ps = t_ps - a.wrong_since_ps
+        a.wrong = off
+
+
+@step
 def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
     """Take a look at an axis at ``t_ps``; ``deviation_mm`` is that of its true position."""
     count = st.encoder.count
@@ -129,12 +154,7 @@ def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
         return
     a.error = ahead - wanted
     if stopped:
-        a.wrong_since_ps = NEVER
-        if a.stop_ps == NEVER:
-            a.stop_ps = t_ps
-            a.stopped_by = stopper(st) if is_held(st) else BY_HOMING
-            a.stop_error = a.error
-            a.stop_ahead = ahead
+        note_stop(a, st, t_ps, ahead)
         return
     if a.stop_ps != NEVER:
         return
@@ -143,16 +163,7 @@ def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
         a.late_slices += 1
     behind = st.servo.command - st.receiver.count - st.lag
     a.following = max(a.following, abs(behind))
-    off = is_off(a, st, wanted, speed)
-    if off <= 1e-6:
-        a.wrong_since_ps = NEVER
-        a.checks += a.settled
-        return
-    if a.wrong_since_ps == NEVER:
-        a.wrong_since_ps = t_ps
-    if t_ps - a.wrong_since_ps > a.wrong_ps:
-        a.wrong_ps = t_ps - a.wrong_since_ps
-        a.wrong = off
+    note_off(a, t_ps, is_off(a, st, wanted, speed))
 
 
 @kernel

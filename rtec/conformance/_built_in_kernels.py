@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from rtec._jit import Record, kernel
 from rtec.injector._kernels import injector_edge, injector_fire, injector_request
 from rtec.injector._monitor_kernels import observe
+from rtec.signal._kernels import earlier
 
 
 @kernel
@@ -29,11 +30,7 @@ def play(
     """
     i, k, made, booked = 0, 0, 0, 0
     while True:
-        t_ps = min(s.next_ps, until_ps)
-        if i < edges_ps.size:
-            t_ps = min(t_ps, edges_ps[i])
-        if k < asked_ps.size:
-            t_ps = min(t_ps, asked_ps[k])
+        t_ps = earlier(earlier(min(s.next_ps, until_ps), edges_ps, i), asked_ps, k)
         if t_ps >= until_ps:
             return made, booked
         if made == out_ps.size or booked == done_ps.size:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, kernel
-from rtec.signal._kernels import ILLEGAL, NEVER, count_delta
+from rtec._jit import Record, helper, kernel, step
+from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, earlier
 
 SEEN = np.dtype(
     [
@@ -54,6 +54,68 @@ def beyond(
     return nearest
 
 
+@step
+def note_delay(s: Record, left_ps: NDArray[np.int64], t_ps: int) -> None:
+    """Note for how long the controller's count has been behind at ``t_ps``, where it is."""
+    if s.off_counts != 0:
+        at = left_ps.size // 2 + s.controller_counts
+        since_ps = s.off_since_ps
+        if 0 <= at < left_ps.size and left_ps[at] > since_ps:
+            since_ps = left_ps[at]
+        if t_ps - since_ps > s.delay_ps:
+            s.delay_ps = t_ps - since_ps
+            s.delay_at_ps = since_ps
+
+
+@step
+def count_out(s: Record, delta: int, t_ps: int) -> None:
+    """Count a change of the lines at the controller."""
+    if delta == ILLEGAL:
+        s.illegal += 1
+        if s.illegal_ps < 0:
+            s.illegal_ps = t_ps
+    else:
+        s.controller_counts += delta
+
+
+@step
+def note_spacing(s: Record, same_line: bool, since_ps: int, t_ps: int) -> None:
+    """Note the time between two changes of one line, or of one and then the other."""
+    if same_line:
+        s.pulse_ps = min(s.pulse_ps, since_ps)
+    elif since_ps < s.separation_ps:
+        s.separation_ps = since_ps
+        s.separation_at_ps = t_ps
+
+
+@step
+def note_left(left_ps: NDArray[np.int64], right: int, t_ps: int) -> None:
+    """Note that a count that was right has been left."""
+    at = left_ps.size // 2 + right
+    if 0 <= at < left_ps.size:
+        left_ps[at] = t_ps
+
+
+@step
+def note_beyond(
+    s: Record,
+    low: int,
+    high: int,
+    in_ps: NDArray[np.int64],
+    in_levels: NDArray[np.uint8],
+    in_initial: int,
+    seen: int,
+    since_ps: int,
+    t_ps: int,
+) -> None:
+    """Note the first time at which the controller's count went beyond all that was sent and asked for."""
+    if s.beyond_counts == 0:
+        inserted = s.controller_counts - s.encoder_counts
+        s.beyond_counts = beyond(inserted, low, high, in_ps, in_levels, in_initial, seen, since_ps)
+        if s.beyond_counts != 0:
+            s.beyond_ps = t_ps
+
+
 @kernel
 def look(
     s: Record,
@@ -77,7 +139,6 @@ def look(
     ``left_ps`` has room for every count that is right at some time, 0 in its middle, and holds -1. A count of the
     controller is as late as the time since it was right last; one that was not right yet is as old as the difference.
     """
-    middle = left_ps.size // 2
     right = 0
     i, j, k = 0, 0, 0
     before_in, before_out = in_initial, out_initial
@@ -92,21 +153,8 @@ def look(
     s.delay_at_ps = -1
     s.beyond_ps = -1
     while True:
-        t_ps = until_ps
-        if i < in_ps.size:
-            t_ps = min(t_ps, in_ps[i])
-        if j < out_ps.size:
-            t_ps = min(t_ps, out_ps[j])
-        if k < done_ps.size:
-            t_ps = min(t_ps, done_ps[k])
-        if s.off_counts != 0:
-            at = middle + s.controller_counts
-            since_ps = s.off_since_ps
-            if 0 <= at < left_ps.size and left_ps[at] > since_ps:
-                since_ps = left_ps[at]
-            if t_ps - since_ps > s.delay_ps:
-                s.delay_ps = t_ps - since_ps
-                s.delay_at_ps = since_ps
+        t_ps = earlier(earlier(earlier(until_ps, in_ps, i), out_ps, j), done_ps, k)
+        note_delay(s, left_ps, t_ps)
         if t_ps >= until_ps:
             break
         if i < in_ps.size and in_ps[i] == t_ps:
@@ -114,38 +162,23 @@ def look(
             before_in = int(in_levels[i])
             i += 1
         if j < out_ps.size and out_ps[j] == t_ps:
-            delta = count_delta(before_out, int(out_levels[j]))
-            if delta == ILLEGAL:
-                s.illegal += 1
-                if s.illegal_ps < 0:
-                    s.illegal_ps = t_ps
-            else:
-                s.controller_counts += delta
+            count_out(s, count_delta(before_out, int(out_levels[j])), t_ps)
             changed = before_out ^ int(out_levels[j])
             before_out = int(out_levels[j])
-            if changed == last_changed:
-                s.pulse_ps = min(s.pulse_ps, t_ps - last_ps)
-            elif t_ps - last_ps < s.separation_ps:
-                s.separation_ps = t_ps - last_ps
-                s.separation_at_ps = t_ps
+            note_spacing(s, changed == last_changed, t_ps - last_ps, t_ps)
             last_ps, last_changed = t_ps, changed
             j += 1
             while q < asked_ps.size and asked_ps[q] <= t_ps:
                 least_asked, most_asked = min(least_asked, asked[q]), max(most_asked, asked[q])
                 q += 1
-            if s.beyond_counts == 0:
-                inserted = s.controller_counts - s.encoder_counts
-                low, high = step_counts * least_asked, step_counts * most_asked
-                s.beyond_counts = beyond(inserted, low, high, in_ps, in_levels, in_initial, i, t_ps - delay_ps)
-                if s.beyond_counts != 0:
-                    s.beyond_ps = t_ps
+            low, high = step_counts * least_asked, step_counts * most_asked
+            note_beyond(s, low, high, in_ps, in_levels, in_initial, i, t_ps - delay_ps, t_ps)
         if k < done_ps.size and done_ps[k] == t_ps:
             total = done[k]
             k += 1
         now_right = s.encoder_counts + step_counts * total
         if now_right != right:
-            if 0 <= middle + right < left_ps.size:
-                left_ps[middle + right] = t_ps
+            note_left(left_ps, right, t_ps)
             right = now_right
         off = s.controller_counts - right
         if off != 0 and s.off_counts == 0:

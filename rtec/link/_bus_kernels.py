@@ -150,13 +150,10 @@ def is_off(faults: NDArray[np.void], node: int, t_ps: int) -> bool:
     return False
 
 
-@helper
-def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
-    """Let the node with the lowest identifier begin, if the bus is idle and a frame is waiting."""
-    if bus.ends_ps != NEVER:
-        return
+@step
+def next_sender(bus: Record, faults: NDArray[np.void], t_ps: int) -> int:
+    """Return the node that begins at ``t_ps``: a babbler, else that with the lowest identifier; -1 for nobody."""
     winner = -1
-    lowest = 1 << 30
     for i in range(faults.size):
         f = faults[i]
         if f.kind == BABBLING and f.from_ps <= t_ps < f.until_ps:
@@ -168,11 +165,21 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
                 queue.waiting = 0
                 fire(f, t_ps)
     if winner != BABBLER:
+        lowest = 1 << 30
         for node in range(NODES):
             queue = bus.queues[node]
             if queue.waiting > 0 and rank(queue.identifier[0]) < lowest:
                 winner = node
                 lowest = rank(queue.identifier[0])
+    return winner
+
+
+@helper
+def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
+    """Let the node with the lowest identifier begin, if the bus is idle and a frame is waiting."""
+    if bus.ends_ps != NEVER:
+        return
+    winner = next_sender(bus, faults, t_ps)
     if winner == -1:
         return
     bus.sending = winner
@@ -271,7 +278,9 @@ def masquerade(f: Record, identifier: int, payload: int) -> int:
 
 
 @helper
-def take_off(bus: Record, faults: NDArray[np.void], t_ps: int) -> bool:
+def take_off(  # noqa: C901 - what strikes a frame is one table
+    bus: Record, faults: NDArray[np.void], t_ps: int
+) -> bool:
     """End the frame on the wires and apply the faults to it; return whether it is delivered now."""
     node, identifier, payload = bus.sending, bus.sending_identifier, bus.sending_payload
     bus.sending = -1

@@ -159,7 +159,7 @@ def start(c: Record, pcs: NDArray[np.void], bit_ps: int, pc_first_ps: int, pc_ga
 
 
 @kernel
-def run(
+def run(  # noqa: C901 - the order of events in a cell is one table
     c: Record,
     axes: Any,
     boxes: Any,

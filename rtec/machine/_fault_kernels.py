@@ -39,6 +39,26 @@ def behind_cable(st: Record, level: int) -> int:
     return level ^ (st.cable >> (8 * st.cable_level + 2 * level)) & 3
 
 
+@step
+def throw_switch(st: Record, box: Any, t_ps: int) -> None:
+    """Disable corrections by the hardware switch."""
+    st.node.box.switch_on = 0
+    if box is None:
+        injector_enable(st.injector, t_ps, 0)
+    else:
+        set_inputs(st, box[0], t_ps)
+
+
+@step
+def trip_probe(st: Record, box: Any, t_ps: int) -> None:
+    """Let the probe trip."""
+    if box is None:
+        node_trip(st.node, st.box_count)
+    else:
+        st.trip_ps = t_ps
+        set_inputs(st, box[0], t_ps)
+
+
 @helper
 def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     """Let a fault of an axis begin; ``box`` is None, or that of `rtec.machine._firmware_kernels`."""
@@ -53,17 +73,9 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     elif kind == POWER_OFF:
         switch_power(st, box, t_ps, 0)
     elif kind == SWITCH_THROWN:
-        n.box.switch_on = 0
-        if box is None:
-            injector_enable(st.injector, t_ps, 0)
-        else:
-            set_inputs(st, box[0], t_ps)
+        throw_switch(st, box, t_ps)
     elif kind == PROBE_TRIP:
-        if box is None:
-            node_trip(n, st.box_count)
-        else:
-            st.trip_ps = t_ps
-            set_inputs(st, box[0], t_ps)
+        trip_probe(st, box, t_ps)
     elif kind == STALE_WORD or kind == TORN_WORD:
         n.word_kept = st.box_count - n.box.zero
         n.word_fault = WORD_STALE if kind == STALE_WORD else WORD_TORN

@@ -153,6 +153,49 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
     m.status = RUNNING
 
 
+@step
+def trace_tick(m: Record, trace: Any, error: Any) -> None:
+    """Write down how things stand, if this tick is one of those that are kept."""
+    servo = m.servo
+    rows, every, used = trace
+    if used[0] < rows.shape[0] and servo.ticks % every == 0:
+        follow_play(m, error)
+        row = rows[used[0]]
+        row[0] = servo.now_ps / PS_PER_S
+        row[1] = servo.command * servo.count_mm
+        row[2] = servo.x * servo.count_mm
+        row[3] = true_mm(m, servo.now_ps)
+        row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
+        row[5] = m.pc.target
+        row[6] = m.injector.completed
+        row[7] = m.encoder.count
+        used[0] += 1
+
+
+@step
+def pass_ticks(m: Record, box: Any, ticks: int) -> None:
+    """Let so many ticks pass at rest."""
+    servo = m.servo
+    servo.now_ps += ticks * servo.period_ps
+    servo.skipped += ticks
+    servo.ticks += ticks
+    if box is None:
+        carry_to(m, servo.now_ps)
+    else:
+        carry_pc_to(m, servo.now_ps)
+
+
+@step
+def make_tick(m: Record, box: Any, acceleration: float, error: Any, model: Any, faults: NDArray[np.void]) -> None:
+    """Run one tick of the servo, from one turn of box or PC to the next."""
+    open_tick(m, acceleration, error)
+    while m.tick_open == 1:
+        turn_ps = next_turn(m, box)
+        run_tick(m, box, turn_ps, error)
+        if m.tick_open == 1:
+            take_turn(m, box, turn_ps, model, faults)
+
+
 @kernel
 def run(
     m: Record,
@@ -179,23 +222,11 @@ def run(
     (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
     """
     servo = m.servo
-    rows, every, used = trace
     m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
         acceleration = servo_tick(m, speed, own, plant, 0)
-        if used[0] < rows.shape[0] and servo.ticks % every == 0:
-            follow_play(m, error)
-            row = rows[used[0]]
-            row[0] = servo.now_ps / PS_PER_S
-            row[1] = servo.command * servo.count_mm
-            row[2] = servo.x * servo.count_mm
-            row[3] = true_mm(m, servo.now_ps)
-            row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
-            row[5] = m.pc.target
-            row[6] = m.injector.completed
-            row[7] = m.encoder.count
-            used[0] += 1
+        trace_tick(m, trace, error)
         resting = servo.v == 0.0 and acceleration == 0.0
         ticks = 1
         if resting:
@@ -209,20 +240,9 @@ def run(
                 ticks = 1
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error)
         if ticks > 1:
-            servo.now_ps += ticks * servo.period_ps
-            servo.skipped += ticks
-            servo.ticks += ticks
-            if box is None:
-                carry_to(m, servo.now_ps)
-            else:
-                carry_pc_to(m, servo.now_ps)
+            pass_ticks(m, box, ticks)
             continue
-        open_tick(m, acceleration, error)
-        while m.tick_open == 1:
-            turn_ps = next_turn(m, box)
-            run_tick(m, box, turn_ps, error)
-            if m.tick_open == 1:
-                take_turn(m, box, turn_ps, model, faults)
+        make_tick(m, box, acceleration, error, model, faults)
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return

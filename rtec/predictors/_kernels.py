@@ -45,7 +45,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rtec._jit import fused_kernel, helper, kernel, summing_helper
+from rtec._jit import fused_kernel, fused_step, helper, kernel, summing_helper
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors._logistic_kernels import logistic
 
@@ -176,6 +176,18 @@ def cubic_error(
     return float(_cubic(numbers, reverse + 1, int(numbers[reverse]), inputs[0]))
 
 
+@fused_step
+def input_value(value: float, kind: int, middle: float, half: float, first_mm: float, pitch_mm: float) -> float:
+    """Return an input of a network as it is trained: what kind of input it is stands with it."""
+    if kind == SIGN:
+        value = 0.0 if value >= 0.0 else 1.0
+    elif kind == TURN:
+        value = within_turn(value, first_mm, pitch_mm)
+    elif kind == HELD:
+        value = min(max(value, middle - half), middle + half)
+    return (value - middle) / half
+
+
 @fused_kernel
 def layered_error(
     numbers: npt.NDArray[np.float64],
@@ -197,13 +209,8 @@ def layered_error(
         for i in range(before):
             place = int(numbers[at])
             value = held_mm if place == 0 else inputs[place]
-            if int(numbers[at + 1]) == SIGN:
-                value = 0.0 if value >= 0.0 else 1.0
-            elif int(numbers[at + 1]) == TURN:
-                value = within_turn(value, numbers[2], numbers[3])
-            elif int(numbers[at + 1]) == HELD:
-                value = min(max(value, numbers[at + 2] - numbers[at + 3]), numbers[at + 2] + numbers[at + 3])
-            numbers[seen + i] = (value - numbers[at + 2]) / numbers[at + 3]
+            kind, middle, half = int(numbers[at + 1]), numbers[at + 2], numbers[at + 3]
+            numbers[seen + i] = input_value(value, kind, middle, half, numbers[2], numbers[3])
             at += 4
         for layer in range(layers):
             after = int(numbers[widths + layer])

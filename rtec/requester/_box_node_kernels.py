@@ -188,6 +188,47 @@ def take_expected(n: Record, t_ps: int, payload: int) -> None:
             box_fail(n, SETUP_DIFFERS)
 
 
+@step
+def is_due(n: Record, payload: int, order: int) -> bool:
+    """Return whether a request comes in order, from the PC in charge, and does not contradict itself."""
+    running = n.box.state == RUNNING
+    if order != IN_ORDER and running:
+        if order == REPEATED:
+            n.repeated += 1
+        elif order == DISORDERED:
+            n.disordered += 1
+        else:
+            n.jumped += 1
+        return False
+    if running and request_requester(payload) != n.requester:
+        n.wrong_requester += 1
+        return False
+    if not request_agrees(payload):
+        n.contradictory += 1
+        return False
+    return True
+
+
+@step
+def take_home(n: Record, t_ps: int, flags: int, payload: int) -> None:
+    """Take home where the axis is there; the PC that asks is in charge from now on."""
+    n.heard_ps = t_ps
+    n.judged = n.heard_sequence
+    if flags & GO_HOME and n.at_home == 1 and not setup_differs(n, t_ps):
+        n.requester = request_requester(payload)
+        post(n.down, t_ps, 0, GO_HOME, 0, 0)
+
+
+@step
+def spent(n: Record, flags: int) -> int:
+    """Return the flags without Large Correction where it has been used: it admits one change."""
+    if not flags & LARGE_CORRECTION:
+        n.large_spent = 0
+    elif n.large_spent == 1:
+        flags &= ~LARGE_CORRECTION  # the flag must be cleared before the next
+    return flags
+
+
 @helper
 def take_request(n: Record, t_ps: int, payload: int) -> None:
     """Receive a request with a valid checksum."""
@@ -196,19 +237,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
         n.wrong_session += 1  # meant for the box before it started again
         return
     order = order_of(n.heard_sequence, sequence_of(payload)) if n.heard == 1 else IN_ORDER
-    if order != IN_ORDER and b.state == RUNNING:
-        if order == REPEATED:
-            n.repeated += 1
-        elif order == DISORDERED:
-            n.disordered += 1
-        else:
-            n.jumped += 1
-        return
-    if b.state == RUNNING and request_requester(payload) != n.requester:
-        n.wrong_requester += 1
-        return
-    if not request_agrees(payload):
-        n.contradictory += 1
+    if not is_due(n, payload, order):
         return
     flags = request_flags(payload)
     total = request_total(payload)
@@ -219,11 +248,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
         take_reset(n, t_ps, flags, order)
         return
     if b.state == NOT_HOMED:
-        n.heard_ps = t_ps
-        n.judged = n.heard_sequence
-        if flags & GO_HOME and n.at_home == 1 and not setup_differs(n, t_ps):
-            n.requester = request_requester(payload)
-            post(n.down, t_ps, 0, GO_HOME, 0, 0)
+        take_home(n, t_ps, flags, payload)
         return
     if flags & GO_HOME or not flags & ENABLE:
         return  # a request for nothing does not reset the watchdog: nobody knows the error of the axis then
@@ -233,10 +258,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
         return
     n.judged_ps = t_ps
     n.judged = n.heard_sequence
-    if not flags & LARGE_CORRECTION:
-        n.large_spent = 0
-    elif n.large_spent == 1:
-        flags &= ~LARGE_CORRECTION  # the flag admits one change; it must be cleared before the next
+    flags = spent(n, flags)
     if n.limit_steps > 0 and abs(total) > n.limit_steps:
         b.refused += 1
         box_fail(n, IMPLAUSIBLE)

@@ -131,6 +131,31 @@ def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
 
 
 @step
+def judge_status(n: Record, t_ps: int, completed: int, moments: int) -> None:
+    """See which status code the box is in, as far as the bus is concerned."""
+    b = n.box
+    n.code = b.status
+    if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
+        n.code = REFUSED_TOO_FAST
+    kept_back = completed != b.accepted or n.down.word0 != b.accepted
+    if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
+        n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
+    elif b.state == NOT_HOMED and setup_differs(n, t_ps):
+        n.code = SETUP_DIFFERS
+
+
+@step
+def cycle_is_due(n: Record, t_ps: int) -> bool:
+    """Return whether the time of the next cycle has come, and set the time of the one after."""
+    if t_ps < n.cycle_next_ps:
+        return False
+    n.cycle_next_ps += n.cycle_ps
+    if n.cycle_next_ps <= t_ps:
+        n.cycle_next_ps = t_ps + n.cycle_ps
+    return True
+
+
+@step
 def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> None:
     """Want to send what is due; ``moments`` counts those at which the speed gate refused to insert."""
     b = n.box
@@ -144,19 +169,9 @@ def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> N
     elif abs(b.accepted - n.said_accepted) > b.window:
         n.large_spent = 1
     n.said_accepted = b.accepted
-    n.code = b.status
-    if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
-        n.code = REFUSED_TOO_FAST
-    kept_back = completed != b.accepted or n.down.word0 != b.accepted
-    if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
-        n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
-    elif b.state == NOT_HOMED and setup_differs(n, t_ps):
-        n.code = SETUP_DIFFERS
-    due = t_ps >= n.cycle_next_ps
+    judge_status(n, t_ps, completed, moments)
+    due = cycle_is_due(n, t_ps)
     if due:
-        n.cycle_next_ps += n.cycle_ps
-        if n.cycle_next_ps <= t_ps:
-            n.cycle_next_ps = t_ps + n.cycle_ps
         n.said_moments = moments
     due = due or homed  # the PC waits for the home position, and the axis may move on any time
     if due or (n.code != n.said_code and REFUSED_TOO_FAST not in (n.code, n.said_code)):

@@ -285,15 +285,31 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
         n.home_seen = 1
 
 
+@step
+def take_probe(n: Record, payload: int) -> None:
+    """Take where the probe tripped."""
+    if session_of(payload) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
+        n.has_probe = 1
+        n.probe_sequence = sequence_of(payload)
+        n.trips = probe_trips(payload)
+        n.trip_position = position_of(payload)
+
+
+@step
+def take_hold(n: Record, t_ps: int, identifier: int, payload: int) -> None:
+    """Take a hold: only a PC says it, and this one does not hear itself."""
+    if is_sealed(identifier, payload):
+        pc_hold(n, t_ps, ANOTHER_PC)
+    else:
+        n.wrong_checksum += 1
+
+
 @helper
 def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     """Take a frame from the bus."""
     kind = identifier & ~AXIS_BITS
     if identifier == HOLD:
-        if is_sealed(identifier, payload):
-            pc_hold(n, t_ps, ANOTHER_PC)  # only a PC says hold, and this one does not hear itself
-        else:
-            n.wrong_checksum += 1
+        take_hold(n, t_ps, identifier, payload)
         return
     if identifier & AXIS_BITS != n.axis or kind not in KINDS_HEARD:
         return
@@ -309,11 +325,8 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
         take_position(n, t_ps, payload)
     elif kind in (REQUEST, EXPECTED):
         pc_hold(n, t_ps, ANOTHER_PC)
-    elif session_of(payload) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
-        n.has_probe = 1
-        n.probe_sequence = sequence_of(payload)
-        n.trips = probe_trips(payload)
-        n.trip_position = position_of(payload)
+    else:
+        take_probe(n, payload)
 
 
 @kernel

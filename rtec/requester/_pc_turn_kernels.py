@@ -78,28 +78,33 @@ from rtec.signal._kernels import NEVER
 
 
 @step
+def reason_in_fatal(code: int) -> int:
+    """Return why the box stands still for good, by its status code."""
+    if code == I_STILL_DONT_BELIEVE_YOU:
+        return BOX_STILL_DOUBTS
+    if code == LINK_LOST:
+        return BOX_LOST_LINK
+    if code == BOX_AXIS_TAKEN:
+        return AXIS_TAKEN
+    if code == IMPLAUSIBLE:
+        return BOX_IMPLAUSIBLE
+    if code == BOX_ENCODER_FAULT:
+        return ENCODER_FAULT
+    if code == BOX_SETUP_DIFFERS:
+        return SETUP_DIFFERS
+    if code == BOX_DRIVE_STOPPED:
+        return DRIVE_STOPPED
+    return BOX_HELD
+
+
+@step
 def reason_in_status(n: Record) -> int:
     """Return why the box's status makes the PC hold, if it does."""
     state = n.box_flags & 7
     if state == NOT_HOMED:
         return BOX_RESTARTED
     if state == FATAL:
-        code = n.code
-        if code == I_STILL_DONT_BELIEVE_YOU:
-            return BOX_STILL_DOUBTS
-        if code == LINK_LOST:
-            return BOX_LOST_LINK
-        if code == BOX_AXIS_TAKEN:
-            return AXIS_TAKEN
-        if code == IMPLAUSIBLE:
-            return BOX_IMPLAUSIBLE
-        if code == BOX_ENCODER_FAULT:
-            return ENCODER_FAULT
-        if code == BOX_SETUP_DIFFERS:
-            return SETUP_DIFFERS
-        if code == BOX_DRIVE_STOPPED:
-            return DRIVE_STOPPED
-        return BOX_HELD
+        return reason_in_fatal(n.code)
     if state != RUNNING or n.code not in (
         OK,
         STATUS_PROBING,

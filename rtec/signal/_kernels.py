@@ -60,6 +60,12 @@ def count_of_one_line(before_ab: int, after_ab: int) -> int:
     return 1 - 2 * ((before_ab ^ (after_ab >> 1)) & 1)
 
 
+@step
+def earlier(t_ps: int, times_ps: NDArray[np.int64], i: int) -> int:
+    """Return ``t_ps``, or the i-th of some times where there is one and it is earlier."""
+    return min(t_ps, times_ps[i]) if i < times_ps.size else t_ps
+
+
 @kernel
 def merge(
     times_a_ps: NDArray[np.int64],

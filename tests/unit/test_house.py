@@ -20,6 +20,7 @@ LONG = {
     "rtec/study/definition.py": "every key of a study",
 }
 """Modules of more than 400 lines, each with its reason."""
+MOST_BRANCHING = 8
 EXCEPTION = re.compile(r"#\s*(?:noqa|type:\s*ignore)\b.*")
 REASONED = re.compile(r"#\s*(?:noqa:(?:\s*[A-Z]+\d+,?)+|type:\s*ignore\[[\w, -]+\])\s+(?:#|-)\s*\w.*")
 
@@ -126,3 +127,9 @@ def test_what_a_check_passes_over_has_its_reason():
         if path != Path(__file__).resolve()
     }
     assert not {name: comments for name, comments in bare.items() if comments}
+
+
+def test_few_functions_have_more_than_ten_branches():
+    """What ruff's C901 finds is told to pass at the function, and so seldom that it stays an exception."""
+    passed = [one for path in MODULES for one in excepted(path.read_text(encoding="utf-8")) if "C901" in one]
+    assert 0 < len(passed) <= MOST_BRANCHING
