@@ -77,9 +77,12 @@ def expect_addresses() -> None:
     """Ignore that numba calls functions as values experimental, with each kernel that takes one; tests hold us to it.
 
     By the category: its words begin with a colour where colorama is installed. It has to be said again wherever such
-    a kernel is compiled or loaded: test frameworks forget from test to test what is ignored.
+    a kernel is compiled or loaded: test frameworks forget from test to test what is ignored. But not where it is said
+    already: for a moment the filter is taken out of the list, and a warning in another thread passes through the gap.
     """
-    warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
+    ignored = ("ignore", None, numba.core.errors.NumbaExperimentalFeatureWarning, None, 0)
+    if warnings.filters[:1] != [ignored]:
+        warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
 
 
 def address_of(function: Any, arguments: tuple[Any, ...]) -> Any:

@@ -167,7 +167,7 @@ class Soak:
         return Counter(episode.outcome for episode in self.episodes if episode.design in designs)
 
     def undetected(self, *, upstream: bool, designs: Sequence[Design] = BESIDE) -> tuple[Episode, ...]:
-        """Return the episodes with a undetected error whose fault was the encoder's, or was not."""
+        """Return the episodes with an undetected error whose fault was the encoder's, or was not."""
         return tuple(
             episode
             for episode in self.episodes

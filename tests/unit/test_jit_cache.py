@@ -5,14 +5,18 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
+import warnings
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
+from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.core.registry import CPUDispatcher
 
 from firmware_model import _machine_code
+from firmware_model._jit import expect_addresses
 from rtec import _jit
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -89,3 +93,21 @@ def test_what_kernels_take_in_becomes_machine_code_in_them_only():
     ]
     assert begins[0] != 0
     assert begins[1] == 0
+
+
+def test_what_is_ignored_stays_ignored_while_another_thread_says_so_too():
+    said = threading.Event()
+
+    def say():
+        while not said.is_set():
+            expect_addresses()
+
+    expect_addresses()
+    other = threading.Thread(target=say)
+    other.start()
+    try:
+        for _ in range(50_000):
+            warnings.warn("a function as a value", NumbaExperimentalFeatureWarning, stacklevel=1)
+    finally:
+        said.set()
+        other.join()
