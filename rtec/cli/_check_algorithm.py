@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rtec.cli._check_options import Options
 from rtec.cli._parameters import apart
 from rtec.conformance.contract import Contract
 from rtec.errors import ArgumentError, nearest
 from rtec.injector import Algorithm, Design
-
-if TYPE_CHECKING:
-    from rtec.cli.check import Options
 
 _DESIGNS = tuple(design.value for design in Design)
 _FORMS = "file.py:Name, top.v, image.ihx, or a design of rtec: " + ", ".join(_DESIGNS)
@@ -110,7 +108,7 @@ def _machine_code(options: Options) -> Chosen:
     from rtec.board import Microcontroller
     from rtec.campaign.firmware_algorithm import Firmware
     from rtec.campaign.firmware_check_bench import Bench
-    from rtec.cli.firmware import as_bad_input, with_part
+    from rtec.cli._image import as_bad_input, with_part
 
     _refuse_others(options, "machine code")
     if options.design is None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._check_options import Options
 from rtec.cli._kinds import Clock, Design, Microcontroller, Processor, RealEdges, States, Stream
 from rtec.cli._motion import AskedMotion, motion
 from rtec.cli._parameters import (
@@ -46,29 +47,6 @@ def _algorithms(incomplete: str) -> list[str]:
     """Complete a design or a file."""
     files = files_ending(".py", ".v", ".sv", ".ihx", ".hex")
     return [*completing(("original", "a", "b", "c"))(incomplete), *files(incomplete)]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Options:
-    """What the user said about an algorithm and its contract; None where nothing was said."""
-
-    algorithm: str
-    design: Design | None
-    step_counts: int | None
-    states: States | None
-    frequency_hz: float | None
-    acceleration_hz_s: float | None
-    jitter: float | None
-    separation_ps: int | None
-    delay_ps: int | None
-    clock_ps: Clock | None
-    pins: Path | None
-    simulator: str | None
-    processor: Microcontroller | None
-    part: str | None
-    hold_latch: bool | None
-    timing: Processor | None
-    real_edges: RealEdges | None
 
 
 def again(algorithm: str, words: list[str], stream: object) -> str:

@@ -82,7 +82,7 @@ def envelope(
     from firmware_model import read_hex
     from rtec.board import MICROCONTROLLERS
     from rtec.campaign.envelope import EnvelopePlan, find_envelope
-    from rtec.cli.firmware import as_bad_input
+    from rtec.cli._image import as_bad_input
     from rtec.injector.design import IN_PATH, Design
 
     if motion is None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -14,10 +12,8 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress
 from rtec.cli._help import help_of, markup_mode
-from rtec.cli._kinds import Microcontroller
+from rtec.cli._image import Hex, as_bad_input
 from rtec.cli._parameters import Verb, default, force, quantity, whole, word, written
-from rtec.cli._words import files_ending
-from rtec.errors import RtecError
 from rtec.units import FREQUENCY, PS_PER_S
 
 if TYPE_CHECKING:
@@ -26,16 +22,6 @@ if TYPE_CHECKING:
 _COMPILING = "compiling the processor for this machine, once (less than a minute) ..."
 _SLICE_CYCLES = 20_000_000
 """Cycles between two looks at Ctrl-C and the progress bar: some tenths of a second."""
-
-Hex = Annotated[
-    Path,
-    typer.Argument(
-        metavar="IMAGE.hex",
-        help="Machine code as Intel HEX.",
-        show_default=False,
-        autocompletion=files_ending(".hex", ".ihx"),
-    ),
-]
 
 
 def frame() -> None:
@@ -236,23 +222,6 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     for name, verb in verbs.items():
         app.command(name, cls=Verb, help=help_of(verb))(verb)
     return app
-
-
-@contextmanager
-def as_bad_input() -> Iterator[None]:
-    """Say what the firmware model refuses as rtec says it."""
-    from firmware_model import FirmwareError
-
-    try:
-        yield
-    except FirmwareError as error:
-        raise RtecError(str(error)) from error
-
-
-def with_part(chip: Microcontroller, part: str | None) -> Microcontroller:
-    """Return a processor with the memory of a part; without one the smaller on a 12-clock processor."""
-    known = "8051" if chip.timing == "12-clock" else "8052"
-    return dataclasses.replace(chip, part=cast("Literal['8051', '8052']", part or known))
 
 
 def _processor(image: Path, part: str, timing: str) -> Mcs51:

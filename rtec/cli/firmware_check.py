@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._image import Hex, as_bad_input, with_part
 from rtec.cli._kinds import Design, Microcontroller
 from rtec.cli._parameters import default, design, flag, force, processor, quantity, said, whole, word, written
 from rtec.cli._words import PROCESSORS
-from rtec.cli.firmware import Hex, as_bad_input, with_part
 from rtec.io import FIGURES, read_any_text
 from rtec.units import FREQUENCY
 

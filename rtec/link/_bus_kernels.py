@@ -31,18 +31,8 @@ EXTENDED = 1 << 36
 
 NO_FAULT = 0
 # what can happen to a frame; the node that sent it, or all nodes, is the place
-LOST, LATE, DUPLICATED, REORDERED, CORRUPTED, MASQUERADE, FLIPPED, STUCK, BABBLING, OFF = (
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-)
+LOST, LATE, DUPLICATED, REORDERED, CORRUPTED = 1, 2, 3, 4, 5
+MASQUERADE, FLIPPED, STUCK, BABBLING, OFF = 6, 7, 8, 9, 10
 LAST_OF_BUS = OFF
 
 ANY = -1
@@ -278,7 +268,7 @@ def masquerade(f: Record, identifier: int, payload: int) -> int:
 
 
 @helper
-def take_off(  # noqa: C901 - what strikes a frame is one table
+def take_off(  # noqa: C901 - what happens to a frame is one table
     bus: Record, faults: NDArray[np.void], t_ps: int
 ) -> bool:
     """End the frame on the wires and apply the faults to it; return whether it is delivered now."""

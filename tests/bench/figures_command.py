@@ -45,7 +45,7 @@ def _wrapped(count: int) -> int:
 
 def start_up(setting: Setting) -> Iterator[Figure]:
     """Measure how soon commands answer whose code is compiled and in the system's file cache."""
-    for words, bar_s in ((("--help",), 0.3), (_SMALL, 1.5)):
+    for words, bar_s in ((("--help",), 0.2), (_SMALL, 0.8)):
         with tempfile.TemporaryDirectory() as name:
             measure([rtec(), *words], Path(name))
             children = [measure([rtec(), *words], Path(name)) for _ in range(setting.of(15, 5))]
