@@ -1,7 +1,6 @@
 """The hidden-effect game: an emulated axis with something hidden in it, measured for others to find."""
 
 from rtec.blind.answer import EXPERIMENTS, Answer, Judge, Rule, answer_of, is_right
-from rtec.blind.calibration import evidence
 from rtec.blind.confusion import Confusion, Refit, confusion
 from rtec.blind.drawn_plans import drawn_log, drawn_plan
 from rtec.blind.game import again, play
@@ -13,14 +12,12 @@ from rtec.blind.line import Line, Pool
 from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Plan, plan_named
-from rtec.blind.record import appending, paired, read_games
 from rtec.blind.scenario import CONFOUNDED, INSIDE, OF_DRIVE, OUTSIDE, Scenario, scenario_of
 from rtec.blind.scored import Game, LineScore
 from rtec.blind.sealing import document_of, measure, new, reveal, sealed_path
 from rtec.blind.secret import Secret
-from rtec.blind.shares import mcnemar, wilson
+from rtec.blind.shares import wilson
 from rtec.blind.sizes import PLAIN_SIGMA, SIZES, Size, plans_showing, read_size, scenario_of_sizes, size_of
-from rtec.blind.tables import comparison
 
 __all__ = [
     "CONFOUNDED",
@@ -53,27 +50,21 @@ __all__ = [
     "again",
     "answer_of",
     "answers_path",
-    "appending",
-    "comparison",
     "confusion",
     "document_of",
     "drawn_log",
     "drawn_plan",
-    "evidence",
     "guessed",
     "is_right",
     "keep",
-    "mcnemar",
     "measure",
     "new",
-    "paired",
     "plan_named",
     "plans_showing",
     "play",
     "points_of",
     "read_answer",
     "read_answers",
-    "read_games",
     "read_size",
     "reveal",
     "scenario_of",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from rtec.blind import tables
 from rtec.blind.answer import Answer, Judge, Rule, is_right, label_of, truth_label
 from rtec.blind.draws import Draw
-from rtec.blind.found import Belief, Figure, Wave, beliefs_of, figures_of, waves_of
 from rtec.blind.game import play
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.line import Line
@@ -26,6 +26,8 @@ from rtec.metrology import Measurement
 Progress = Callable[[str, float], None]
 Refit = Callable[[Measurement, tuple[str, ...]], tuple[float, float]]
 """Adds effects to an empty model, refits; returns held-out RMS and noise floor in the same unit."""
+Examine = Callable[[Answer, Secret], object]
+"""Takes down what else an answer says, beside what was hidden."""
 Known = Mapping[tuple[str, int], Game]
 """Games that were played before, by the title of their line and their trial."""
 Record = Callable[[str, Game], None]
@@ -69,11 +71,6 @@ class Confusion:
             if set(pool.members) <= set(by_title)
         )
 
-    @property
-    def games(self) -> tuple[Game, ...]:
-        """All games of all lines."""
-        return tuple(game for score in self.scores for game in score.games)
-
     def as_markdown(self) -> str:
         """Return the scores and a confusion matrix for each line, as Markdown."""
         matrices = [text for score in self.scores for text in ("", *tables.section(score))]
@@ -89,6 +86,7 @@ def confusion(
     progress: Progress | None = None,
     *,
     refit: Refit | None = None,
+    examine: Examine | None = None,
     workers: int = 1,
     patience: int = 1,
     known: Known = MappingProxyType({}),
@@ -110,9 +108,11 @@ def confusion(
         Called with the line's title and the share of the whole that is done.
     refit
         Adds the true effects and says what is left.
+    examine
+        Takes down more of each answer: `Game.examined`.
     workers
-        Processes that play at the same time, 1 to 64; the result does not depend on it. With more than one, ``judge``
-        and ``refit`` have to be functions of a module.
+        Processes that play at the same time, 1 to 64; the result does not depend on it. With more than one,
+        ``judge``, ``refit`` and ``examine`` have to be functions of a module.
     patience
         Where games can be left out as too weak, up to so many times ``trials`` are played until ``trials`` count.
     known
@@ -150,9 +150,8 @@ def confusion(
             most = trials * (patience if line.above_detectable else 1)
 
             def fresh(trials: Sequence[int], line: Line = line) -> Iterator[Game]:
-                return pool.results(
-                    [GameJob(line=line, trial=trial, seed=seed, judge=judge, refit=refit) for trial in trials]
-                )
+                job = partial(GameJob, line=line, seed=seed, judge=judge, refit=refit, examine=examine)
+                return pool.results([job(trial=trial) for trial in trials])
 
             games = _games(line.title, trials, most, fresh, known, record, tell)
             scores.append(scored(line, games))
@@ -218,6 +217,7 @@ class GameJob:
     seed: int
     judge: Judge
     refit: Refit | None
+    examine: Examine | None
 
     def run(self) -> Game:
         """Play it."""
@@ -228,9 +228,7 @@ class GameJob:
         right: bool | None
         effects: tuple[str, ...] = ()
         verdict = ""
-        waves: tuple[Wave, ...] = ()
-        figures: tuple[Figure, ...] = ()
-        beliefs: tuple[Belief, ...] = ()
+        examined: object = None
         if line.rule is Rule.FLOOR and refit is not None:
             right, said = _at_floor(*refit(measurement, secret.names))
         else:
@@ -240,8 +238,8 @@ class GameJob:
             if line.above_detectable and _too_weak(answer, secret):
                 right = None
             effects, verdict = answer.effects, answer.verdict
-            waves, figures = waves_of(answer, secret), figures_of(answer, secret)
-            beliefs = beliefs_of(answer, secret)
+            if self.examine is not None:
+                examined = self.examine(answer, secret)
         return Game(
             trial=trial,
             seed=own_seed,
@@ -252,9 +250,7 @@ class GameJob:
             effects=effects,
             names=secret.names,
             verdict=verdict,
-            waves=waves,
-            figures=figures,
-            beliefs=beliefs,
+            examined=examined,
         )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rtec.blind.found import Belief, Figure, Wave
 from rtec.blind.line import Line, Pool
 from rtec.blind.shares import wilson
 
@@ -30,10 +29,8 @@ class Game:
         What was hidden, one by one.
     verdict
         Of the judge; empty where none was asked for.
-    waves, figures
-        Periods and numbers of what was hidden and named.
-    beliefs
-        Probabilities of what was accepted.
+    examined
+        What else was taken down of the answer; None where nothing was asked for.
     """
 
     trial: int
@@ -45,9 +42,7 @@ class Game:
     effects: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     verdict: str = ""
-    waves: tuple[Wave, ...] = ()
-    figures: tuple[Figure, ...] = ()
-    beliefs: tuple[Belief, ...] = ()
+    examined: object = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

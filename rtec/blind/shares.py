@@ -1,4 +1,4 @@
-"""Shares and their uncertainty: an interval for one, and a test for two judges of the same games."""
+"""A share and its uncertainty."""
 
 from __future__ import annotations
 
@@ -42,30 +42,3 @@ def wilson(right: int, trials: int, *, z: float = 1.959963984540054) -> tuple[fl
     half = z * math.sqrt(share * (1.0 - share) / trials + z * z / (4.0 * trials * trials))
     scale = 1.0 + z * z / trials
     return max((middle - half) / scale, 0.0), min((middle + half) / scale, 1.0)
-
-
-def mcnemar(first_only: int, second_only: int) -> float:
-    """Return the probability that two judges alike differ by as much on the same games.
-
-    Parameters
-    ----------
-    first_only, second_only
-        Games that only the first, and only the second, got right.
-
-    Notes
-    -----
-    McNemar's test in its exact form: each game on which they differ is a fair coin, counted on both sides.
-
-    References
-    ----------
-    Q. McNemar, Note on the sampling error of the difference between correlated proportions or percentages,
-    Psychometrika 12 (1947) 153.
-
-    Examples
-    --------
-    >>> mcnemar(0, 5), mcnemar(3, 3)
-    (0.0625, 1.0)
-    """
-    games, fewer = first_only + second_only, min(first_only, second_only)
-    ways = sum(math.comb(games, k) for k in range(fewer + 1))
-    return float(min(2 * ways / 2**games, 1.0))

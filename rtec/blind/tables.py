@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from rtec.blind.answer import Rule
 from rtec.blind.scored import LineScore, PoolScore
-from rtec.blind.shares import mcnemar, wilson
+from rtec.blind.shares import wilson
 
 _RARE = 0.02
 _OTHER = "another"
@@ -117,30 +117,3 @@ def _tally(score: LineScore) -> list[list[str]]:
     head = ["effect", "hidden", "accepted where hidden", "accepted elsewhere"]
     rows = sorted({*hidden, *made_up})
     return [head, *([name, str(hidden[name]), str(found[name]), str(made_up[name] or "")] for name in rows)]
-
-
-def comparison(pairs: Sequence[tuple[str, Sequence[tuple[bool, bool]]]]) -> list[str]:
-    """Return, line by line, how two judges did on the same games, with McNemar's test.
-
-    Parameters
-    ----------
-    pairs
-        Title of each line, and of each game whether the first and the second judge were right.
-
-    Examples
-    --------
-    >>> print(comparison([("a line", [(True, True)] * 8 + [(False, True)] * 5)])[-1])
-    | a line | 13 | 61.5% | 100.0% | 0 | 5 | 0.0625 |
-    """
-    rows = [
-        "| what is hidden | games of both | right here | right there | only here | only there | p |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for title, games in pairs:
-        here, there = sum(first for first, _ in games), sum(second for _, second in games)
-        only_here = sum(first and not second for first, second in games)
-        only_there = sum(second and not first for first, second in games)
-        shares = [f"{right / len(games):.1%}" if games else "none" for right in (here, there)]
-        p = mcnemar(only_here, only_there)
-        rows.append(f"| {title} | {len(games)} | {shares[0]} | {shares[1]} | {only_here} | {only_there} | {p:.3g} |")
-    return rows

@@ -25,18 +25,15 @@ from rtec.blind import (
     Game,
     Line,
     LineScore,
-    appending,
-    comparison,
     confusion,
-    evidence,
-    paired,
-    read_games,
     tables,
     the_lines,
 )
 from rtec.blind.judged import judged, refitted
 from rtec.errors import RtecError
 from rtec.report.rendering import markdown_page
+from tests.recovery.evidence import evidence, evidence_of
+from tests.recovery.record import appending, comparison, paired, read_games
 
 TRIALS = 200
 PATIENCE = 4
@@ -60,7 +57,7 @@ def page(result: Confusion, *, seconds: float) -> str:
         result=result,
         seed="" if result.seed == 0 else f" --seed {result.seed}",
         scores="\n".join(tables.scores(result.scores, result.pools)),
-        evidence="\n".join(evidence(result.games)).strip(),
+        evidence="\n".join(evidence([game for score in result.scores for game in score.games])).strip(),
         most=_MOST_MISSES,
         missed=missed,
         duration=f"{seconds / 60.0:.0f} minutes" if seconds >= 120.0 else f"{seconds:.0f} seconds",
@@ -159,6 +156,7 @@ def _played(lines: tuple[Line, ...], given: argparse.Namespace) -> tuple[Confusi
         given.seed,
         tell,
         refit=refitted,
+        examine=evidence_of,
         workers=given.workers,
         patience=PATIENCE,
         known={} if given.resume is None else read_games(given.resume, given.seed),

@@ -6,11 +6,11 @@ import pytest
 
 from rtec.blind import PLANS, Scenario, play
 from rtec.blind.plan import Passes
-from rtec.blind.rounds import two_rounds
 from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.inference.diagnose import diagnose
 from rtec.inference.results import Verdict
+from tests.recovery.rounds import two_rounds
 
 TURN = PLANS["turn"]
 SURE = (Verdict.NAMED, Verdict.LIKELY)

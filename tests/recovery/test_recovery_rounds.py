@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from rtec.blind import Answer, wilson
-from rtec.blind.rounds import Rounds, played, rows, the_pairs
-from tests.recovery.rounds import BAR, page
+from tests.recovery.rounds import BAR, Rounds, page, played, rows, the_pairs
 
 PAGE = Path(__file__).parents[2] / "docs" / "rounds.md"
 PAIRS = the_pairs()

@@ -3,43 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rtec.blind import Game
 from rtec.blind.confusion import Known, Record, seed_of
-from rtec.blind.found import Belief, Figure, Wave
-from rtec.blind.scored import Game
 from rtec.errors import FileFormatError
 from rtec.io import json_text, parse_json, read_bytes, read_text, write_bytes
+from tests.recovery.evidence import Belief, Evidence, Figure, Wave, told_by
 
 _ALLOWED = "games of these lines and this seed, as the command writes them"
 _NESTED = {"waves": Wave, "figures": Figure, "beliefs": Belief}
 
 
 def game_line(title: str, game: Game) -> str:
-    """Return a game as one line of JSON.
-
-    Examples
-    --------
-    >>> game_line("a", Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True))[:32]
-    '{"line": "a", "trial": 0, "seed"'
-    """
-    return json_text({"line": title, **dataclasses.asdict(game)}) + "\n"
+    """Return a game as one line of JSON."""
+    document = {"line": title, **dataclasses.asdict(game), **dataclasses.asdict(told_by(game))}
+    del document["examined"]
+    return json_text(document) + "\n"
 
 
 def appending(path: Path) -> Record:
     """Return what appends games to a file, each whole and at once.
 
     What was being written when the last session stopped is taken away first.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "games.jsonl"
-    >>> appending(file)("a", Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True))
-    >>> len(file.read_text().splitlines())
-    1
     """
     if path.exists():
         whole = read_bytes(path)
@@ -84,25 +73,60 @@ def read_games(path: Path, seed: int) -> dict[tuple[str, int], Game]:
 
 def _game_from(document: dict[str, Any]) -> tuple[str, Game]:
     title = str(document.pop("line"))
-    for key, kind in _NESTED.items():
-        document[key] = tuple(kind(**one) for one in document[key])
+    told = Evidence(**{key: tuple(kind(**one) for one in document.pop(key)) for key, kind in _NESTED.items()})
     document["effects"], document["names"] = tuple(document["effects"]), tuple(document["names"])
-    return title, Game(**document)
+    return title, Game(**document, examined=told)
 
 
 def paired(here: Known, there: Known, titles: Sequence[str]) -> list[tuple[str, list[tuple[bool, bool]]]]:
-    """Return line by line how the games went that two judges played and that count with both.
-
-    Examples
-    --------
-    >>> one = Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True)
-    >>> other = dataclasses.replace(one, right=False)
-    >>> paired({("a", 0): one}, {("a", 0): other}, ["a"])
-    [('a', [(True, False)])]
-    """
+    """Return line by line how the games went that two judges played and that count with both."""
     found = []
     for title in titles:
         both = [key for key in here if key[0] == title and key in there]
         rights = [(here[key].right, there[key].right) for key in both]
         found.append((title, [(a, b) for a, b in rights if a is not None and b is not None]))
     return found
+
+
+def mcnemar(first_only: int, second_only: int) -> float:
+    """Return the probability that two judges alike differ by as much on the same games.
+
+    Parameters
+    ----------
+    first_only, second_only
+        Games that only the first, and only the second, got right.
+
+    Notes
+    -----
+    McNemar's test in its exact form: each game on which they differ is a fair coin, counted on both sides.
+
+    References
+    ----------
+    Q. McNemar, Note on the sampling error of the difference between correlated proportions or percentages,
+    Psychometrika 12 (1947) 153.
+    """
+    games, fewer = first_only + second_only, min(first_only, second_only)
+    ways = sum(math.comb(games, k) for k in range(fewer + 1))
+    return float(min(2 * ways / 2**games, 1.0))
+
+
+def comparison(pairs: Sequence[tuple[str, Sequence[tuple[bool, bool]]]]) -> list[str]:
+    """Return, line by line, how two judges did on the same games, with McNemar's test.
+
+    Parameters
+    ----------
+    pairs
+        Title of each line, and of each game whether the first and the second judge were right.
+    """
+    rows = [
+        "| what is hidden | games of both | right here | right there | only here | only there | p |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for title, games in pairs:
+        here, there = sum(first for first, _ in games), sum(second for _, second in games)
+        only_here = sum(first and not second for first, second in games)
+        only_there = sum(second and not first for first, second in games)
+        shares = [f"{right / len(games):.1%}" if games else "none" for right in (here, there)]
+        p = mcnemar(only_here, only_there)
+        rows.append(f"| {title} | {len(games)} | {shares[0]} | {shares[1]} | {only_here} | {only_there} | {p:.3g} |")
+    return rows

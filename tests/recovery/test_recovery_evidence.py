@@ -15,19 +15,10 @@ from rtec.blind import (
     Rule,
     Scenario,
     Secret,
-    appending,
-    comparison,
     confusion,
-    evidence,
-    mcnemar,
-    paired,
     play,
-    read_games,
 )
-from rtec.blind.calibration import deciles_of
-from rtec.blind.found import TRUTHS, Belief, Figure, Wave, beliefs_of, figures_of, waves_of
 from rtec.blind.plan import PLANS
-from rtec.blind.record import game_line
 from rtec.blind.scenario import OF_AIR, OF_HEAT
 from rtec.blind.scored import Game
 from rtec.dataset.load import load_dataset
@@ -37,6 +28,20 @@ from rtec.inference.compare import compare
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Value
+from tests.recovery.evidence import (
+    TRUTHS,
+    Belief,
+    Evidence,
+    Figure,
+    Wave,
+    beliefs_of,
+    deciles_of,
+    evidence,
+    evidence_of,
+    figures_of,
+    waves_of,
+)
+from tests.recovery.record import appending, comparison, game_line, mcnemar, paired, read_games
 
 GAME = Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True)
 
@@ -129,10 +134,9 @@ def test_tenths_are_calibrated_where_there_are_a_hundred_cases():
 
 def test_evidence_counts_right_answers_for_numbers_and_all_games_for_probabilities():
     belief = Belief(effect="drift", probability=0.95, right=False)
-    good = dataclasses.replace(
-        GAME, waves=(wave(20.0), wave(40.0)), figures=(Figure(name="drift.rate", found=1.0, error=0.1, truth=1.1),)
-    )
-    bad = dataclasses.replace(GAME, right=False, waves=(wave(9.0),), beliefs=(belief,) * 100)
+    figure = Figure(name="drift.rate", found=1.0, error=0.1, truth=1.1)
+    good = dataclasses.replace(GAME, examined=Evidence(waves=(wave(20.0), wave(40.0)), figures=(figure,)))
+    bad = dataclasses.replace(GAME, right=False, examined=Evidence(waves=(wave(9.0),), beliefs=(belief,) * 100))
     text = "\n".join(evidence([good, bad]))
     assert "| right | at least 98% | 1 of 2 | 50.0% |" in text
     assert "| a multiple of the true one | at most 1% | 1 of 2 | 50.0% |" in text
@@ -163,23 +167,25 @@ VALUED = Answer(
 
 def test_games_are_written_down_and_not_played_again(tmp_path):
     file = tmp_path / "games.jsonl"
-    whole = confusion([LINE], 3, lambda _: VALUED, record=appending(file))
+    whole = confusion([LINE], 3, lambda _: VALUED, examine=evidence_of, record=appending(file))
     assert len(file.read_text().splitlines()) == 3
     with file.open("a") as torn:
         torn.write(game_line(LINE.title, whole.scores[0].games[0])[:40])
     known = read_games(file, 0)
     assert known == {("a line", game.trial): game for game in whole.scores[0].games}
     asked = []
-    more = confusion([LINE], 5, lambda m: (asked.append(m), VALUED)[1], known=known, record=appending(file))
+    more = confusion(
+        [LINE], 5, lambda m: (asked.append(m), VALUED)[1], known=known, examine=evidence_of, record=appending(file)
+    )
     assert len(asked) == 2
     assert [json.loads(line)["trial"] for line in file.read_text().splitlines()] == [0, 1, 2, 3, 4]
-    assert more == confusion([LINE], 5, lambda _: VALUED)
+    assert more == confusion([LINE], 5, lambda _: VALUED, examine=evidence_of)
 
 
 def test_a_record_of_other_games_is_refused(tmp_path):
     file = tmp_path / "games.jsonl"
     assert read_games(file, 0) == {}
-    confusion([LINE], 1, lambda _: VALUED, record=appending(file))
+    confusion([LINE], 1, lambda _: VALUED, examine=evidence_of, record=appending(file))
     with pytest.raises(FileFormatError, match="not played with --seed 1"):
         read_games(file, 1)
     file.write_text(file.read_text() + "{}\n")
@@ -195,7 +201,9 @@ def test_games_left_out_are_replaced_whether_known_or_not(tmp_path):
         return lambda _: Answer("NAMED", ("scale",), detectable_um={"scale": next(answers)})
 
     def play_on(answers, trials, known):
-        given = confusion([line], trials, judge(answers), patience=3, known=known, record=appending(file))
+        given = confusion(
+            [line], trials, judge(answers), patience=3, known=known, examine=evidence_of, record=appending(file)
+        )
         return given.scores[0]
 
     first = play_on(itertools.cycle([99.0, 0.1]), 2, {})
