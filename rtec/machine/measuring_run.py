@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,8 @@ from numpy.typing import NDArray
 from rtec import axis, metrology
 from rtec.axis import Limits, MotionSegments, ProfileShape, plan
 from rtec.checks import number_within
-from rtec.errors import ArgumentError
 from rtec.units import PS_PER_S
 
-_SAME_MM = 1e-8
 HOME_DWELL_S = 0.5
 """At home, before the program: box and PC start up and agree on the home position."""
 LAST_DWELL_S = 1.0
@@ -76,11 +75,11 @@ def measuring_run(
     stop_s: float | None = None,
     shape: ProfileShape = ProfileShape.TRAPEZOIDAL,
 ) -> MeasuringRun:
-    """Let the axis carry out the measuring program of the thesis (Appendix B).
+    """Let the axis carry out a measuring plan, at its millimetres, in the order of the thesis's program (Appendix B).
 
-    The program is written and read back as the control would; every dwell at a target that is not an overshoot is a
-    reading, and so is the program stop at which the laser is zeroed, which is continued after ``stop_s`` (default:
-    the dwell of the plan).
+    A run is: overshoot below the start, the targets forward, overshoot beyond the end, the targets back. Every dwell
+    at a target is a reading; the first is the program stop at which the laser is zeroed, and lasts ``stop_s``
+    (default: the dwell of the plan).
 
     Raises
     ------
@@ -97,38 +96,19 @@ def measuring_run(
     >>> measuring_run(figure_4_3, limits).target_mm.size
     42
     """
-    blocks = metrology.parse_program(metrology.measuring_program(plan_))
-    moves: list[axis.Block] = [axis.Dwell(seconds=HOME_DWELL_S)]
+    targets, (below, beyond) = plan_.targets_mm.tolist(), plan_.turns_mm.tolist()
+    move = partial(axis.Move, feed_mm_s=plan_.programmed_feed_mm_s)
+    moves: list[axis.Block] = [axis.Dwell(seconds=HOME_DWELL_S), move(target_mm=targets[0])]
     readings: list[tuple[int, float, int, int]] = []
-    position, direction, run = 0.0, 1, 1
-    seen: set[tuple[float, int]] = set()
-    for block in blocks:
-        if isinstance(block, metrology.Move):
-            target = block.position_mm
-            direction = 1 if target > position else -1 if target < position else direction
-            position = target
-            moves.append(axis.Move(target_mm=target, feed_mm_s=block.feed_mm_s))
-        elif isinstance(block, metrology.Dwell) or _is_reading_stop(block):
-            if isinstance(block, metrology.Dwell):
-                seconds = block.duration_s
-            else:
-                seconds = plan_.dwell_s if stop_s is None else stop_s
-            moves.append(axis.Dwell(seconds=seconds))
-            if plan_.start_mm - _SAME_MM <= position <= plan_.end_mm + _SAME_MM:
-                if (position, direction) in seen:
-                    seen.clear()
-                    run += 1
-                seen.add((position, direction))
-                readings.append((len(moves) - 1, position, direction, run))
+    for run in range(1, int(plan_.runs) + 1):
+        for direction, turn_mm, passed in ((1, below, targets), (-1, beyond, targets[::-1])):
+            moves += [move(target_mm=turn_mm), axis.Dwell(seconds=plan_.dwell_s)]
+            for target_mm in passed:
+                seconds = plan_.dwell_s if readings or stop_s is None else stop_s
+                moves += [move(target_mm=target_mm), axis.Dwell(seconds=seconds)]
+                readings.append((len(moves) - 1, target_mm, direction, run))
     moves.append(axis.Dwell(seconds=LAST_DWELL_S))
-    motion = plan(axis.Program(blocks=tuple(moves)), limits, shape)
-    if not readings:
-        raise ArgumentError("plan", "no reading", "a plan with at least one target")
-    return _schedule(motion, readings)
-
-
-def _is_reading_stop(block: metrology.Block) -> bool:
-    return isinstance(block, metrology.Stop) and block.kind is metrology.StopKind.PROGRAM
+    return _schedule(plan(axis.Program(blocks=tuple(moves)), limits, shape), readings)
 
 
 def _schedule(motion: MotionSegments, readings: Sequence[tuple[int, float, int, int]]) -> MeasuringRun:

@@ -1,4 +1,4 @@
-"""The plan of a laser measurement: what the operator enters, checked as the thesis's macro checks it."""
+"""The plan of a laser measurement, in mm: what the operator enters, checked as the thesis's macro checks it."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.metrology.number_format import vb_format
 from rtec.metrology.readings import Floats
 from rtec.units import MM_PER_INCH
 
-NEAR_ZERO_INCH = 0.0001
+_NEAR_ZERO_MM = 0.0001 * MM_PER_INCH
 """What the macro calls NearZero."""
-_NEAR_ZERO_MM = NEAR_ZERO_INCH * MM_PER_INCH
 _FEEDS_MM_S = 0.1 * MM_PER_INCH / 60.0, 50.0 * MM_PER_INCH / 60.0
 _FARTHEST_MM = 10_000 * MM_PER_INCH
 _LEAST = 1e-9
 """By which lengths and feeds may differ that were inches before."""
-POSITION_PATTERN = "##0.0###"
-"""The macro's pattern for positions: one to four decimals."""
+_DIGITS = 9
+"""Decimals of a length in its unit; what is behind them is round-off."""
+PROGRAM_DECIMALS = {MM_PER_INCH: 4, 1.0: 3}
+"""Decimals to which programs state a length, by its unit in mm; those of inches are the macro's."""
 LATHE_MM = 41.0 * MM_PER_INCH
 """How far the axis of the thesis's lathe goes at least."""
 MAX_TARGETS = 1_000_000
@@ -103,9 +104,9 @@ class MeasuringPlan:
     start_mm, end_mm
         First and last target, in machine coordinates.
     increment_mm
-        Distance between targets; it divides the travel evenly.
+        Distance between targets; it divides the travel into equal parts.
     dwell_s
-        Rest at each target, 1 to 99 s. The program holds whole seconds: the macro rounds half up.
+        Rest at each target, 1 to 99 s.
     runs
         Number of bidirectional runs, 1 to 99.
     feed_mm_s
@@ -181,7 +182,7 @@ class MeasuringPlan:
             raise self._refused("increment_mm", f"{_NEAR_ZERO_MM:g} to {travel:g} mm, the travel")
         if travel / self.increment_mm > MAX_TARGETS:
             raise self._refused("increment_mm", f"at most {MAX_TARGETS} targets in a pass")
-        if not _divides_evenly(self.start_mm, self.end_mm, self.increment_mm):
+        if abs(travel - self._intervals * self.increment_mm) > _NEAR_ZERO_MM:
             raise self._refused("increment_mm", f"a whole part of the travel, {travel:g} mm")
 
     def _check_cycle(self) -> None:
@@ -204,75 +205,39 @@ class MeasuringPlan:
             raise self._refused("overshoot_mm", room)
 
     @property
+    def unit_mm(self) -> float:
+        """Unit of the lengths, in mm: an inch where four decimals of it state them exactly, else a millimetre."""
+        lengths = np.array([self.start_mm, self.increment_mm, self.overshoot_mm]) / MM_PER_INCH
+        exact = np.allclose(lengths, lengths.round(PROGRAM_DECIMALS[MM_PER_INCH]), rtol=0.0, atol=_LEAST)
+        return MM_PER_INCH if exact else 1.0
+
+    def _in_unit(self, lengths_mm: npt.ArrayLike) -> Floats:
+        """Return lengths without the digits that a conversion from their unit leaves."""
+        return (np.asarray(lengths_mm) / self.unit_mm).round(_DIGITS) * self.unit_mm
+
+    @property
     def targets_mm(self) -> Floats:
-        """Targets of a forward pass as the program holds them, to four decimals of an inch, shape (targets,)."""
-        forward = [inches(self.start_mm), *forward_positions_inch(self)]
-        return np.array([float(vb_format(position, POSITION_PATTERN)) for position in forward]) * MM_PER_INCH
+        """Targets of a forward pass, from ``start_mm`` to ``end_mm``, shape (targets,)."""
+        return self._in_unit(np.linspace(self.start_mm, self.end_mm, self._intervals + 1))
+
+    @property
+    def turns_mm(self) -> Floats:
+        """Where the axis turns, beyond the start and beyond the end, shape (2,)."""
+        return self._in_unit([self.start_mm - self.overshoot_mm, self.end_mm + self.overshoot_mm])
+
+    @property
+    def programmed_feed_mm_s(self) -> float:
+        """Feed of every move, as programs state it: per minute."""
+        return float(self._in_unit(60.0 * self.feed_mm_s)) / 60.0
 
     @property
     def number_of_readings(self) -> int:
         """Readings of the whole measurement: every target in both directions of every run."""
-        return int(self.runs) * 2 * (1 + len(forward_positions_inch(self)))
+        return int(self.runs) * 2 * (self._intervals + 1)
 
-
-def inches(length_mm: float) -> float:
-    """Return a length in inches, without the last digits that a conversion leaves.
-
-    Examples
-    --------
-    >>> inches(13.208), inches(2.54)
-    (0.52, 0.1)
-    """
-    return round(length_mm / MM_PER_INCH, 12)
-
-
-def forward_positions_inch(plan: MeasuringPlan) -> list[float]:
-    """Return the positions of the forward pass behind the start, added up as the macro does.
-
-    Examples
-    --------
-    >>> forward_positions_inch(MeasuringPlan(start_mm=25.4, end_mm=50.8, increment_mm=12.7, dwell_s=2, runs=1,
-    ...                                      feed_mm_s=20, overshoot_mm=2.54))
-    [1.5, 2.0]
-    """
-    positions: list[float] = []
-    end, increment = inches(plan.end_mm), inches(plan.increment_mm)
-    position = inches(plan.start_mm) + increment
-    while not positions or position <= end + NEAR_ZERO_INCH:
-        positions.append(position)
-        position += increment
-    return positions
-
-
-def return_positions_inch(plan: MeasuringPlan) -> list[float]:
-    """Return the positions of the return pass, from the end to the start, added up as the macro does.
-
-    Examples
-    --------
-    >>> return_positions_inch(MeasuringPlan(start_mm=25.4, end_mm=50.8, increment_mm=12.7, dwell_s=2, runs=1,
-    ...                                     feed_mm_s=20, overshoot_mm=2.54))
-    [2.0, 1.5, 1.0]
-    """
-    positions: list[float] = []
-    start, increment = inches(plan.start_mm), inches(plan.increment_mm)
-    position = inches(plan.end_mm)
-    while not positions or position >= start - NEAR_ZERO_INCH:
-        positions.append(position)
-        position -= increment
-    return positions
-
-
-def _divides_evenly(start: float, end: float, increment: float) -> bool:
-    """Return whether steps of ``increment`` from each end meet the other within NearZero (CheckIncrement)."""
-    up = start + increment
-    while abs(end - up) >= _NEAR_ZERO_MM and up <= end:
-        up += increment
-    if up > end and abs(end - up) > _NEAR_ZERO_MM:
-        return False
-    down = end - increment
-    while abs(start - down) >= _NEAR_ZERO_MM and down >= start:
-        down -= increment
-    return not (down < start and abs(start - down) > _NEAR_ZERO_MM)
+    @property
+    def _intervals(self) -> int:
+        return round((self.end_mm - self.start_mm) / self.increment_mm)
 
 
 def _refuse_not_finite(name: str, value: object) -> None:

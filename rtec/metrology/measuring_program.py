@@ -14,27 +14,22 @@ import enum
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import accumulate
+from operator import add, sub
 
 from rtec.errors import FileFormatError
-from rtec.metrology.measuring_plan import (
-    POSITION_PATTERN,
-    AxisMeasure,
-    InchMode,
-    MeasuringPlan,
-    forward_positions_inch,
-    inches,
-    return_positions_inch,
-)
+from rtec.metrology.measuring_plan import AxisMeasure, InchMode, MeasuringPlan
 from rtec.metrology.number_format import vb_format
 from rtec.metrology.plain_numbers import shown
 from rtec.units import MM_PER_INCH
 
 _DWELL = "##"
 _FEED = "##.#"
+_POSITION = "##0.0###"
 
 
 def measuring_program(plan: MeasuringPlan) -> list[str]:
-    """Return the measuring program of a plan.
+    """Export a plan as the macro's program: in inches, to four decimals; feeds to a tenth, dwells in whole seconds.
 
     Parameters
     ----------
@@ -60,14 +55,15 @@ def measuring_program(plan: MeasuringPlan) -> list[str]:
     ['G70', 'G01G59G90G94  (Setting Machine Modals)', 'G53Z1.0F50.', 'G53Z0.9F50.', 'G04F2', 'G53Z1.0F50.',
      'M00  (Program Stop for Zero Laser)', '(Measurement run: 1)']
     """
-    feed = f"F{vb_format(60.0 * inches(plan.feed_mm_s), _FEED)}"
+    feed = f"F{vb_format(60.0 * _inches(plan.feed_mm_s), _FEED)}"
     dwell = f"G04F{vb_format(plan.dwell_s, _DWELL)}"
-    first, last, overshoot = inches(plan.start_mm), inches(plan.end_mm), inches(plan.overshoot_mm)
+    first, last, overshoot = _inches(plan.start_mm), _inches(plan.end_mm), _inches(plan.overshoot_mm)
+    steps = [_inches(plan.increment_mm)] * (plan.targets_mm.size - 1)
     start = _move(plan, first) + feed
     below = _move(plan, first - overshoot) + feed
     beyond = _move(plan, last + overshoot)
-    forward = [_move(plan, position) for position in forward_positions_inch(plan)]
-    back = [_move(plan, position) for position in return_positions_inch(plan)]
+    forward = [_move(plan, position) for position in accumulate(steps, add, initial=first)][1:]
+    back = [_move(plan, position) for position in accumulate(steps, sub, initial=last)]
     lines = ["G07"] if plan.axis.measure is AxisMeasure.DIAMETER else []
     lines += [plan.axis.inch_mode.name, "G01G59G90G94  (Setting Machine Modals)", start]
     for run in range(1, int(plan.runs) + 1):
@@ -79,8 +75,13 @@ def measuring_program(plan: MeasuringPlan) -> list[str]:
     return lines
 
 
+def _inches(length_mm: float) -> float:
+    """Return a length in inches, without the last digits that a conversion leaves."""
+    return round(length_mm / MM_PER_INCH, 12)
+
+
 def _move(plan: MeasuringPlan, position_inch: float) -> str:
-    return f"G53{plan.axis.letter}{vb_format(position_inch, POSITION_PATTERN)}"
+    return f"G53{plan.axis.letter}{vb_format(position_inch, _POSITION)}"
 
 
 class StopKind(enum.Enum):

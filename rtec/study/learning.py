@@ -21,18 +21,16 @@ from rtec.inference.static_predictor import LeftOut, predictor_of_model, static_
 from rtec.jobs import Report
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, MeasuringPlan, Readings, joined, measurement_of_readings
+from rtec.metrology.measuring_plan import PROGRAM_DECIMALS
 from rtec.predictors import BidirectionalTable, Predictor
 from rtec.study.definition import Study
 from rtec.study.results import Learned, Round, TruthScore
-from rtec.units import MM_PER_INCH
 
 SOURCE = "readings/calibration.csv"
 """File of the report that holds the readings."""
 CALIBRATING_S, SEARCHING_S = 1.0, 6.0
 """About what the parts take."""
 _WHOLE = 1e-9
-POSITION_DECIMALS = 4
-"""Of an inch, that a measuring program writes."""
 _PLACES = 50_001
 """At which a model is scored: a hundred thousandth of a travel apart in both directions."""
 
@@ -177,10 +175,11 @@ def _asked_for(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | Non
     step = other_step(diagnosis.dataset.coordinates)
     if step is None:
         return None
-    increment = round(step / MM_PER_INCH, POSITION_DECIMALS)
-    if increment <= round(plan.increment_mm / MM_PER_INCH, POSITION_DECIMALS):
-        return None  # the program cannot write a distance that is so little larger
-    step_mm = increment * MM_PER_INCH
+    unit_mm, decimals = plan.unit_mm, PROGRAM_DECIMALS[plan.unit_mm]
+    increment = round(step / unit_mm, decimals)
+    if increment <= round(plan.increment_mm / unit_mm, decimals):
+        return None  # a program cannot state a distance that is so little larger
+    step_mm = increment * unit_mm
     intervals = math.floor((plan.end_mm - plan.start_mm) / step_mm + _WHOLE)
     return replace(plan, end_mm=plan.start_mm + intervals * step_mm, increment_mm=step_mm, runs=1)
 

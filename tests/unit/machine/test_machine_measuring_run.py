@@ -6,7 +6,7 @@ import pytest
 from rtec.axis import Limits, ProfileShape, Servo
 from rtec.errors import ArgumentError, RtecError
 from rtec.machine import Laser, Machine, closed_loop, measuring_run, readings_of, run_machine, straight_pass
-from rtec.metrology import MeasuringPlan
+from rtec.metrology import MeasuringPlan, measuring_program
 
 LIMITS = Limits(max_speed_mm_s=120.0, max_acceleration_mm_s2=500.0, rapid_mm_s=120.0, max_jerk_mm_s3=5000.0)
 S = 1_000_000_000_000
@@ -32,6 +32,18 @@ def test_the_calibration_of_the_thesis():
         assert np.sort(task.target_mm[one & (task.direction == -1)]) == pytest.approx(grid, abs=1e-9)
     hours = (task.motion.start_ps[-1] + task.motion.duration_ps[-1]) / S / 3600
     assert hours == pytest.approx(12_488 * 6.05 / 3600, rel=0.01)  # "about 20 hours", nearly all of it dwells
+
+
+def test_a_metric_plan_runs_at_its_millimetres():
+    metric = plan(start_mm=10, end_mm=11, increment_mm=0.1, dwell_s=2.5, runs=1, feed_mm_s=7, overshoot_mm=1)
+    task = measuring_run(metric, LIMITS)
+    there = [10.0, 10.1, 10.2, 10.3, 10.4, 10.5, 10.6, 10.7, 10.8, 10.9, 11.0]
+    assert task.target_mm.tolist() == there + there[::-1]
+    assert (task.ends_ps - task.begins_ps == 2.5 * S).all()
+    extremes = task.motion.extremes()
+    assert (extremes.max_mm, extremes.speed_mm_s) == (12.0, pytest.approx(7.0))
+    exported = [line for line in measuring_program(metric) if line.startswith("G53")]
+    assert exported[0] == "G53Z0.3937F16.5"  # the inch macro has four decimals: 9.99998 mm
 
 
 @pytest.mark.parametrize("shape", ProfileShape)
