@@ -1,19 +1,23 @@
 """The parts joined: the open signal path and the closed loop."""
 
-from rtec.machine.closed_loop import (
-    TRACE_COLUMNS,
-    Ending,
-    Growth,
-    LoopResult,
-    Machine,
-    readings_of,
-    run_machine,
-)
-from rtec.machine.in_motion import insertion_at_rest, set_in_motion
-from rtec.machine.measuring_run import Laser, MeasuringRun, measuring_run, straight_pass
-from rtec.machine.open_path import OpenPath, OpenPathResult
-from rtec.machine.open_run import simulate
-from rtec.machine.thermometers import Thermometer
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rtec.machine.closed_loop import (
+        TRACE_COLUMNS,
+        Ending,
+        Growth,
+        LoopResult,
+        Machine,
+        readings_of,
+        run_machine,
+    )
+    from rtec.machine.in_motion import insertion_at_rest, set_in_motion
+    from rtec.machine.laser_readings import Laser, MeasuringRun, measuring_run, straight_pass
+    from rtec.machine.open_path import OpenPath, OpenPathResult
+    from rtec.machine.open_run import simulate
+    from rtec.machine.thermometers import Thermometer
 
 __all__ = [
     "TRACE_COLUMNS",
@@ -34,3 +38,15 @@ __all__ = [
     "simulate",
     "straight_pass",
 ]
+
+_MODULES = ("open_path", "open_run", "in_motion", "laser_readings", "closed_loop", "thermometers")
+"""Where a name is looked for when it is asked for: the open path starts without the closed loop."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        for module in _MODULES:
+            found = vars(import_module(f"{__name__}.{module}"))
+            if name in found:
+                return found[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -36,7 +36,7 @@ from rtec.machine.faults import (
     probing_records,
 )
 from rtec.machine.firmware_box import FirmwareBox, check_windows
-from rtec.machine.measuring_run import Laser, MeasuringRun, end_ps
+from rtec.machine.laser_readings import Laser, MeasuringRun, end_ps
 from rtec.machine.play import check_play
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.metrology import Readings

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rtec.board import Board, Microcontroller
 from rtec.injector import Design, Injector, RealEdges
 from rtec.machine import TRACE_COLUMNS, Machine, Thermometer, run_machine, straight_pass
-from rtec.machine.measuring_run import HOME_DWELL_S, end_ps
+from rtec.machine.laser_readings import HOME_DWELL_S, end_ps
 from rtec.predictors import NoError, growth
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study

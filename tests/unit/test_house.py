@@ -39,9 +39,10 @@ def defining_modules(room):
     """Modules of a room from which its names come, as the ``__init__`` imports them."""
     tree = ast.parse((room / "__init__.py").read_text(encoding="utf-8"))
     package = name_of(room).replace("/", ".")
+    late = [node for block in tree.body if isinstance(block, ast.If) for node in block.body]  # for types only
     return {
         node.module.removeprefix(f"{package}.")
-        for node in tree.body
+        for node in [*tree.body, *late]
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(f"{package}.")
     }
 

@@ -7,7 +7,7 @@ from rtec.axis import Encoder, Limits, Servo
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Ending, Machine, _loop_kernels, closed_loop, run_machine, straight_pass
 from rtec.machine.faults import fault_records
-from rtec.machine.measuring_run import end_ps
+from rtec.machine.laser_readings import end_ps
 from rtec.predictors import LatheNetwork, UnidirectionalTable
 from rtec.requester import HandshakeSettings, PcState, Status
 
