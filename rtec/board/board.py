@@ -16,7 +16,7 @@ from rtec.board.microcontroller import Microcontroller
 from rtec.checks import whole_within
 from rtec.controller import ReceiverSettings
 from rtec.injector import DesignRow
-from rtec.requester import Status
+from rtec.requester.status import Status
 from rtec.signal import NEVER, EdgeStream
 
 Snapshot: TypeAlias = tuple[Any, NDArray[np.uint8], NDArray[np.int64], int]

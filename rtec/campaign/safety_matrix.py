@@ -14,7 +14,8 @@ from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
 from rtec.jobs import JobPool
-from rtec.requester import HoldReason, Status
+from rtec.requester.status import Status
+from rtec.requester.supervision import HoldReason
 from rtec.units import PS_PER_MS, PS_PER_S
 
 LATE_S = 0.25

@@ -13,7 +13,7 @@ from rtec.injector import Design
 from rtec.machine.faults import Fault
 from rtec.machine.station import Move
 from rtec.predictors import Predictor
-from rtec.requester import SupervisionLimits
+from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS
 
 END_PS = 8_000 * PS_PER_MS

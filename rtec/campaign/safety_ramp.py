@@ -8,7 +8,7 @@ from rtec.campaign.safety_matrix import Outcome, is_wrong, reason_of
 from rtec.campaign.safety_phases import END_PS, Phase, new_cell
 from rtec.campaign.safety_watch import sinusoidal_table
 from rtec.injector import Design
-from rtec.requester import SupervisionLimits
+from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
 
 LIMIT_MM = 0.050

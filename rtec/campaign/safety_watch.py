@@ -16,7 +16,9 @@ from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.predictors import BidirectionalTable, Predictor
 from rtec.predictors.binding import bound_curve
-from rtec.requester import HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 from rtec.signal import NEVER
 from rtec.units import PS_PER_MS, PS_PER_S
 

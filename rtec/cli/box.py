@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from rtec.live.screen import Screen
     from rtec.live.typed import TypedLines
     from rtec.machine.station import Move, Station, StationSettings
-    from rtec.requester import HandshakeSettings, SupervisionLimits
+    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.supervision import SupervisionLimits
 
 _FAILS = 1
 _HOME_REST_S = 1.0
@@ -86,7 +87,8 @@ def box(
     from rtec.live.quiet import quiet_collector
     from rtec.live.stopping import StopWish
     from rtec.machine.station import StationSettings
-    from rtec.requester import HandshakeSettings, SupervisionLimits
+    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.supervision import SupervisionLimits
 
     bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
     _live.check_dbc(dbc)

@@ -21,7 +21,9 @@ from rtec.units import LENGTH, PS_PER_S
 
 if TYPE_CHECKING:
     from rtec.predictors import Predictor
-    from rtec.requester import HandshakeSettings, PcNode, SupervisionLimits
+    from rtec.requester.pc_node import PcNode
+    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.supervision import SupervisionLimits
 
 _FAILS = 1
 MARGIN_MM = 1.0
@@ -103,7 +105,8 @@ def pc(
     from rtec.live.quiet import quiet_collector
     from rtec.live.shown import pc_screen
     from rtec.live.stopping import StopWish
-    from rtec.requester import HandshakeSettings, SupervisionLimits
+    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.supervision import SupervisionLimits
 
     bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
     _live.check_dbc(dbc)
@@ -256,7 +259,8 @@ class _NodeOptions:
 
 
 def _nodes(predictors: dict[int, Predictor], options: _NodeOptions, *, at_ps: int) -> list[PcNode]:
-    from rtec.requester import PcNode, Setup
+    from rtec.requester.pc_node import PcNode
+    from rtec.requester.setup import Setup
 
     period_ps, step_counts = options.handshake.pc_period_ps, options.design.step_counts
     setup = Setup(design=options.design.key, step_mm=step_counts * options.count_mm, cycle_ps=period_ps)
@@ -284,7 +288,7 @@ def _nodes(predictors: dict[int, Predictor], options: _NodeOptions, *, at_ps: in
 def _warm_up(node: PcNode) -> None:
     """Run what the live loop will run, so that its machine code is loaded before the clock counts."""
     from rtec.link.frame import Frame
-    from rtec.requester import HoldReason
+    from rtec.requester.supervision import HoldReason
 
     node.receive(Frame(identifier=0x181, data=bytes(8)), at_ps=1)
     node.turn(at_ps=node.due_ps)

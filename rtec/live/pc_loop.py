@@ -9,7 +9,9 @@ from rtec.errors import ArgumentError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, MOST_AXES, STATUS
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.transport import BusState, Transport
-from rtec.requester import HoldReason, PcNode, PcState
+from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import PcState
+from rtec.requester.supervision import HoldReason
 
 MOST_KEPT = 1 << 20
 """Turns and answers that are kept for the figures at the end: three hours at 10 ms."""

@@ -11,7 +11,10 @@ from rtec.live.pc_loop import PcLoop
 from rtec.live.quiet import collect_young
 from rtec.live.stopping import StopWish
 from rtec.live.words import hold_words, pc_words, waiting_words
-from rtec.requester import BoxState, HoldReason, PcState, PcView
+from rtec.requester.pc_node import PcView
+from rtec.requester.settings import PcState
+from rtec.requester.status import BoxState
+from rtec.requester.supervision import HoldReason
 from rtec.units import PS_PER_MS, PS_PER_S
 
 LOOK_PS = 20 * 10**9

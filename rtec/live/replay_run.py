@@ -19,7 +19,7 @@ from rtec.live.compared import Difference, ReplayComparison
 from rtec.live.figures import spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
 from rtec.live.replayed_side import repeated, resealed, side_of
-from rtec.requester import BoxState
+from rtec.requester.status import BoxState
 from rtec.units import PS_PER_MS, PS_PER_S
 
 CYCLES = 5

@@ -8,7 +8,8 @@ from rtec.live.figures import spread_ms
 from rtec.live.pc_loop import PcLoop
 from rtec.live.words import box_words, pc_words
 from rtec.machine.station import Station
-from rtec.requester import PcNode, PcState
+from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import PcState
 from rtec.units import PS_PER_MS
 
 LAST_TURNS = 500

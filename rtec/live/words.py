@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from rtec.machine.station import Alarm, StationView
-from rtec.requester import BoxState, HoldReason, PcState, PcView, Status
+from rtec.requester.pc_node import PcView
+from rtec.requester.settings import PcState
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import HoldReason
 
 STATUS_WORDS = {
     Status.OK: "corrections follow the PC's requests",

@@ -19,7 +19,10 @@ from rtec.machine.station_view import StationView
 from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
 from rtec.predictors.binding import bound, check_axis
-from rtec.requester import HoldReason, PcState, Status, _pc_node_kernels
+from rtec.requester import _pc_node_kernels
+from rtec.requester.settings import PcState
+from rtec.requester.status import Status
+from rtec.requester.supervision import HoldReason
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 

@@ -42,7 +42,8 @@ from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
 from rtec.predictors.binding import bound, bound_curve, rests
-from rtec.requester import HandshakeSettings, Status
+from rtec.requester.settings import HandshakeSettings
+from rtec.requester.status import Status
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000

@@ -14,7 +14,7 @@ from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
 from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, RealEdges
 from rtec.machine import _firmware_kernels
-from rtec.requester import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings
 
 _WARM_UP_PS = 2_000_000_000
 """How long the box is on before the machine: Design B's lines are through by then."""

@@ -15,7 +15,9 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
-from rtec.requester import HandshakeSettings, Setup, SupervisionLimits
+from rtec.requester.settings import HandshakeSettings
+from rtec.requester.setup import Setup
+from rtec.requester.supervision import SupervisionLimits
 
 
 def _hold_edges() -> InjectorSettings:

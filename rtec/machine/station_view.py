@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from rtec._jit import Record
 from rtec.machine import _line_kernels
 from rtec.machine.station_settings import StationSettings
-from rtec.requester import BoxState, Setup, Status
+from rtec.requester.setup import Setup
+from rtec.requester.status import BoxState, Status
 from rtec.signal import NEVER
 
 

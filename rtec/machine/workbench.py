@@ -13,7 +13,9 @@ from rtec.link.simulated import SimulatedBus
 from rtec.machine.fault_kinds import FaultPlace
 from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView
-from rtec.requester import BoxState, HandshakeSettings, Status, SupervisionLimits
+from rtec.requester.settings import HandshakeSettings
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS
 
 _MOST_AXES = 7

@@ -8,7 +8,8 @@ from rtec._jit import new_record
 from rtec.checks import number_within, whole_within
 from rtec.link._kernels import MAILBOX
 from rtec.requester import _box_kernels, _pc_kernels
-from rtec.requester.settings import HandshakeSettings, PcState, Status
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,8 +15,9 @@ from rtec.predictors import Model
 from rtec.predictors._kernels import AXES, TEMPERATURES
 from rtec.predictors.binding import bound, check_axis, sees_axes, sensor_names
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
-from rtec.requester.settings import BoxState, HandshakeSettings, PcState, Status
+from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.setup import Setup
+from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import HoldReason, SupervisionLimits
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S

@@ -16,7 +16,9 @@ from rtec.machine import _exchange_kernels
 from rtec.machine.cell import Cell
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import NoError
-from rtec.requester import HandshakeSettings, SupervisionLimits, _box_node_kernels, _pc_node_kernels
+from rtec.requester import _box_node_kernels, _pc_node_kernels
+from rtec.requester.settings import HandshakeSettings
+from rtec.requester.supervision import SupervisionLimits
 from rtec.signal import NEVER
 
 THIS = "python tests/bench/measure.py --only link"

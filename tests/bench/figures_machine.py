@@ -11,7 +11,7 @@ from open_path_job import WrongResultError, box
 
 from rtec.injector import Design
 from rtec.machine import LoopResult, Machine, _loop_kernels, measuring_run, run_machine
-from rtec.requester import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings
 from rtec.study import Study, builtin_study
 from rtec.units import MM_PER_INCH
 

@@ -3,7 +3,7 @@
 import pytest
 from figures_link import cut, exchange
 
-from rtec.requester import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings
 
 
 def test_exchanges_over_the_bus(benchmark):

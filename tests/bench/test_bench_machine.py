@@ -5,7 +5,7 @@ import pytest
 from figures_machine import calibrate, converse
 
 from rtec.predictors import LatheNetwork
-from rtec.requester import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings
 
 
 @pytest.mark.parametrize("skip_rest", [True, False], ids=["rest skipped", "every tick"])

@@ -9,7 +9,7 @@ from rtec.axis import Dwell, Encoder, Limits, Move, Program, Servo, plan
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Laser, Machine, MeasuringRun, run_machine
 from rtec.predictors import BidirectionalTable
-from rtec.requester import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings
 
 LIMITS = Limits(max_speed_mm_s=60.0, max_acceleration_mm_s2=800.0, rapid_mm_s=60.0)
 MS = 1_000_000_000

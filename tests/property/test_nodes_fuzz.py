@@ -38,17 +38,12 @@ from rtec.machine import _station_kernels
 from rtec.machine.station import Station, StationSettings
 from rtec.predictors import UnidirectionalTable
 from rtec.predictors.binding import bound
-from rtec.requester import (
-    HandshakeSettings,
-    HoldReason,
-    PcNode,
-    PcState,
-    Setup,
-    Status,
-    SupervisionLimits,
-    _pc_node_kernels,
-    _pc_turn_kernels,
-)
+from rtec.requester import _pc_node_kernels, _pc_turn_kernels
+from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.setup import Setup
+from rtec.requester.status import Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 
 MS = 10**9
 AXIS = 1

@@ -25,7 +25,10 @@ from rtec.link.frame import Frame
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import BoxState, HandshakeSettings, HoldReason, PcNode, PcState, Status, SupervisionLimits
+from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 
 US, MS = 10**6, 10**9
 FRAME_PS = 270 * US

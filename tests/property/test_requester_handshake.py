@@ -6,15 +6,10 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 
 from rtec._jit import new_record
 from rtec.link import _kernels as link
-from rtec.requester import (
-    Answer,
-    BoxSide,
-    HandshakeSettings,
-    PcSide,
-    Status,
-    _box_kernels as box_kernels,
-    _pc_kernels as pc_kernels,
-)
+from rtec.requester import _box_kernels as box_kernels, _pc_kernels as pc_kernels
+from rtec.requester.dialogue import Answer, BoxSide, PcSide
+from rtec.requester.settings import HandshakeSettings
+from rtec.requester.status import Status
 
 compiles = settings(deadline=None)
 MS = 10**9

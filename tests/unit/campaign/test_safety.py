@@ -18,7 +18,7 @@ from rtec.machine.faults import Fault, FaultKind
 from rtec.machine.station import Move
 from rtec.report.figures_safety import safety_figure
 from rtec.report.safety_page import grouped, safety_page
-from rtec.requester import SupervisionLimits
+from rtec.requester.supervision import SupervisionLimits
 
 MS, S = 10**9, 10**12
 MAIN = (Design.ORIGINAL, Design.A, Design.C)

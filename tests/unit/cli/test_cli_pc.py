@@ -25,7 +25,7 @@ def box(on_a_bus):
     """A box on a virtual bus, in a thread: its channel."""
     from rtec.cli.box import _warm_up
     from rtec.machine.station import Station, StationSettings
-    from rtec.requester import SupervisionLimits
+    from rtec.requester.supervision import SupervisionLimits
 
     settings = StationSettings(supervision=SupervisionLimits(cycle_ps=50 * 10**9, watchdog_ps=300 * 10**9))
     _warm_up(settings)  # as rtec box does: compiling with a PC on the bus would take longer than the watchdog timeout

@@ -17,7 +17,7 @@ CYCLE_PS = 200 * MS
 
 def parts():
     from rtec.machine.station import Station, StationSettings
-    from rtec.requester import SupervisionLimits
+    from rtec.requester.supervision import SupervisionLimits
 
     supervision = SupervisionLimits(cycle_ps=CYCLE_PS, watchdog_ps=6 * CYCLE_PS)
     return Station(StationSettings(supervision=supervision), session=5), supervision
@@ -27,7 +27,8 @@ def parts():
 def log(tmp_path):
     """A log of box and PC in simulated time: 2 s, three steps asked for and inserted."""
     from rtec.predictors import UnidirectionalTable
-    from rtec.requester import HandshakeSettings, PcNode
+    from rtec.requester.pc_node import PcNode
+    from rtec.requester.settings import HandshakeSettings
 
     station, supervision = parts()
     table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.012, 0.012], backlash_mm=0.0)

@@ -14,7 +14,8 @@ from crc_oracle import frame_checksum
 from hypothesis import given, settings, strategies as st
 
 from rtec.link import _frame_kernels as frames
-from rtec.requester import Status, _box_kernels, _pc_node_kernels
+from rtec.requester import _box_kernels, _pc_node_kernels
+from rtec.requester.status import Status
 
 ROOT = Path(__file__).parents[3]
 DBC = cantools.database.load_string((files("rtec.link") / "rtec.dbc").read_text(), database_format="dbc")

@@ -109,7 +109,9 @@ def together(cable):
     """Return a maker of a box and a PC on a cable; the axis is off by 12 µm everywhere, 3 steps of 4 counts."""
     from rtec.machine.station import Station, StationSettings
     from rtec.predictors import BidirectionalTable
-    from rtec.requester import HandshakeSettings, PcNode, SupervisionLimits
+    from rtec.requester.pc_node import PcNode
+    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.supervision import SupervisionLimits
 
     def make(moves=(), axes=(1,), table=None, speed=1.0, temperatures=(), setup=None):
         table = table or BidirectionalTable(

@@ -10,7 +10,9 @@ from rtec.live.box_loop import BoxLoop
 from rtec.live.pc_loop import PcLoop
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import StepModel
-from rtec.requester import BoxState, HoldReason, PcState, Status
+from rtec.requester.settings import PcState
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import HoldReason
 
 MS = 10**9
 S = 10**12

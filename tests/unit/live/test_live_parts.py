@@ -18,7 +18,7 @@ from rtec.live.words import ALARM_WORDS, STATUS_WORDS
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.metrology import MeasuringPlan, measuring_program
-from rtec.requester import Status
+from rtec.requester.status import Status
 
 US = 10**6
 

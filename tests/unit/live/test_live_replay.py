@@ -17,7 +17,9 @@ from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
 from rtec.live.replayed_side import side_of
 from rtec.machine.station import Move, Station, StationSettings
-from rtec.requester import BoxState, HandshakeSettings, PcState, Setup
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.setup import Setup
+from rtec.requester.status import BoxState
 
 MS = 10**9
 MOVES = [Move(target_mm=8.0, speed_mm_s=20.0, rest_s=0.2)]

@@ -9,7 +9,10 @@ from rtec.live.events import Events
 from rtec.live.pc_run import PcRun, pc_document
 from rtec.live.shown import box_screen, pc_screen
 from rtec.machine.faults import FaultKind
-from rtec.requester import BoxState, HoldReason, PcState, Setup, Status
+from rtec.requester.settings import PcState
+from rtec.requester.setup import Setup
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import HoldReason
 
 
 class Stop:

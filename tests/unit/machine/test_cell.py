@@ -11,7 +11,9 @@ from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 
 MS, S = 10**9, 10**12
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)

@@ -16,7 +16,7 @@ from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow,
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.machine.workbench import bench_of
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import Status
+from rtec.requester.status import Status
 
 MS, S = 10**9, 10**12
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)

@@ -13,8 +13,10 @@ from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind, Trigger
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import BoxState, HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
 from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 
 US, MS, S = 10**6, 10**9, 10**12
 MCS51 = Microcontroller.named("8051-12mhz")

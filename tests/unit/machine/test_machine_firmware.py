@@ -12,7 +12,8 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.closed_loop import Ending
 from rtec.predictors import BidirectionalTable
-from rtec.requester import HandshakeSettings, Status
+from rtec.requester.settings import HandshakeSettings
+from rtec.requester.status import Status
 
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 # 0.2 mm over 40 mm of travel, and 30 um of play

@@ -15,7 +15,8 @@ from rtec.machine.volume import Slide, Volume, Waves, there_and_back
 from rtec.metrology import read_measurement, write_measurement
 from rtec.predictors import AxisTable, AxisTables, NoError
 from rtec.predictors.fitting.several_axes import Geometry, fit_across
-from rtec.requester import HoldReason, PcState
+from rtec.requester.settings import PcState
+from rtec.requester.supervision import HoldReason
 from rtec.training import samples_of
 
 BEND = Waves(amplitudes=(0.008,), lengths_mm=(55.0,), phases_rad=(0.4,))

@@ -9,7 +9,8 @@ from rtec.machine import Ending, Machine, _loop_kernels, closed_loop, run_machin
 from rtec.machine.faults import fault_records
 from rtec.machine.laser_readings import end_ps
 from rtec.predictors import LatheNetwork, UnidirectionalTable
-from rtec.requester import HandshakeSettings, PcState, Status
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import Status
 
 MS = 1_000_000_000
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)

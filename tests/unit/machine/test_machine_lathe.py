@@ -8,7 +8,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Ending, Machine, measuring_run, readings_of, run_machine
 from rtec.metrology import MeasuringPlan, positioning_figures
 from rtec.predictors import BidirectionalTable, LatheNetwork
-from rtec.requester import Status
+from rtec.requester.status import Status
 
 LIMITS = Limits(max_speed_mm_s=120.0, max_acceleration_mm_s2=500.0, rapid_mm_s=120.0)
 COUNT_INCH = 0.001 / 25.4

@@ -9,7 +9,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import Ending, Machine, run_machine, straight_pass
 from rtec.machine.faults import Fault, FaultKind, Trigger
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import Status
+from rtec.requester.status import Status
 
 S = 10**12
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)

@@ -13,7 +13,8 @@ from rtec.machine import TRACE_COLUMNS, Ending, Growth, Machine, Thermometer, ru
 from rtec.machine.cell import Cell
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import StepModel
-from rtec.requester import HoldReason, PcState
+from rtec.requester.settings import PcState
+from rtec.requester.supervision import HoldReason
 
 S = 10**12
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)

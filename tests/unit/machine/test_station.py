@@ -11,8 +11,10 @@ from rtec.link._frame_kernels import CORRECTIONS, POSITION, STATUS
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester import BoxState, HandshakeSettings, HoldReason, PcState, Status, SupervisionLimits
 from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 
 US, MS, S = 10**6, 10**9, 10**12
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.27], backlash_mm=0.0)

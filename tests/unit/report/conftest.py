@@ -11,7 +11,7 @@ from rtec.controller import Receiver, ReceiverSettings
 from rtec.injector import Insertions
 from rtec.machine import Ending, LoopResult
 from rtec.metrology import Readings, positioning_figures
-from rtec.requester import Status
+from rtec.requester.status import Status
 from rtec.signal import EdgeStream
 from rtec.study.results import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, TruthScore, Waveform
 

@@ -23,7 +23,8 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.frame import Frame
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Move, Station, StationSettings
-from rtec.requester import BoxState, Status, SupervisionLimits
+from rtec.requester.status import BoxState, Status
+from rtec.requester.supervision import SupervisionLimits
 
 MS = 10**9
 

@@ -20,7 +20,11 @@ from node_oracle import (
 from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
 from rtec.predictors import LatheNetwork, StepModel, UnidirectionalTable
-from rtec.requester import HandshakeSettings, HoldReason, PcNode, PcState, Setup, Status, SupervisionLimits
+from rtec.requester.pc_node import PcNode
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.setup import Setup
+from rtec.requester.status import Status
+from rtec.requester.supervision import HoldReason, SupervisionLimits
 
 MS = 10**9
 NOT_HOMED, RUNNING, FATAL = 0, 1, 2

@@ -5,16 +5,10 @@ import pytest
 from rtec._jit import new_record
 from rtec.errors import ArgumentError
 from rtec.link import _kernels as link
-from rtec.requester import (
-    Answer,
-    BoxSide,
-    HandshakeSettings,
-    PcSide,
-    PcState,
-    Status,
-    _box_kernels as box_kernels,
-    _pc_kernels as pc_kernels,
-)
+from rtec.requester import _box_kernels as box_kernels, _pc_kernels as pc_kernels
+from rtec.requester.dialogue import Answer, BoxSide, PcSide
+from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.status import Status
 
 MS = 10**9
 

@@ -16,7 +16,7 @@ from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
 from rtec.report.document import study_document
 from rtec.report.folder import write_report
-from rtec.requester import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings
 from rtec.study import builtin_study, read_study, run_study
 from rtec.study.figures import feed_curve
 from rtec.study.limits import limit_of, steepest_slope
