@@ -41,23 +41,13 @@ def page() -> str:
 
 
 def cards() -> str:
-    """Return the cards of all effects as they stand in docs/effects.md."""
+    """Return what docs/effects.md shows of each card: how to recognise the effect, and what to do about it."""
     return "\n".join(_card(effect) for effect in LIBRARY)
 
 
 def _card(effect: Effect) -> str:
     card = effect.card
-    lines = [
-        f"In the plot: {card.plot}",
-        f"Cause: {card.cause}",
-        f"Consequence: {card.consequence}",
-        f"Action: {card.action}",
-        f"Invariant to: {card.invariant_to}",
-        f"Source: {card.source}",
-    ]
-    if effect.rivals:
-        names = [f"`{rival.name}`{' (always)' if rival.permanent else ''}" for rival in effect.rivals]
-        lines.append(f"Looks like: {', '.join(names)}.")
+    lines = [f"In the plot: {card.plot}", f"Cause: {card.cause}", f"Action: {card.action}"]
     items = [textwrap.fill(f"- {line}", 118, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
     return f"### `{effect.name}`: {card.title}\n\n" + "\n".join(items) + "\n"
 
