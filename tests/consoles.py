@@ -14,7 +14,7 @@ import re
 import shlex
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,7 @@ FENCE = re.compile(r"^```(?P<kind>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | r
 ENDLESS = {"box", "pc"}
 """Go on until somebody ends them; `test_two_terminals` in test_cli_box.py does."""
 NUMBER = re.compile(r"\d{1,3}(?: \d{3})+(?!\d)|\d+(?:\.\d+)?(?:e[+-]\d+)?")
+MEASURED = re.compile(rf"(?<![\w.])({NUMBER.pattern})[ -](?:[mµnkM]?(?:m|s|Hz)|inch|h|%|counts?|readings|targets)\b")
 LEFT_OUT = "..."
 
 
@@ -69,8 +70,15 @@ def steps_of(text: str) -> list[Step]:
     return found
 
 
-def carried_out(text: str) -> list[tuple[Step, list[str]]]:
+def carried_out(text: str, but: Collection[tuple[str, ...]] = ()) -> list[tuple[Step, list[str]]]:
     """Carry out the commands of a page in the folder at hand, its files in it; return each with the lines it prints.
+
+    Parameters
+    ----------
+    text
+        The page.
+    but
+        Words of commands to leave out.
 
     Raises
     ------
@@ -81,7 +89,7 @@ def carried_out(text: str) -> list[tuple[Step, list[str]]]:
         Path(name).write_text(body, encoding="utf-8")
     found = []
     for step in steps_of(text):
-        if step.words[0] in ENDLESS:
+        if step.words[0] in ENDLESS or tuple(step.words) in but:
             continue
         with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
             code = main(step.words)
@@ -130,23 +138,20 @@ def _but_numbers(line: str) -> str:
     return re.sub("─+", "─", squeezed(NUMBER.sub("#", line)).replace(" ", ""))
 
 
-def strangers(text: str, done: Sequence[tuple[Step, list[str]]], facts: Sequence[float]) -> list[str]:
-    """Return the numbers of a page's prose that come from nowhere.
+def unfounded(text: str) -> list[str]:
+    """Return the numbers with a unit in a page's prose that no console beside it shows.
 
-    A number of the prose is one that a command prints or rounds to, stands in a command or a file of the page,
-    or is among ``facts``.
+    A number has to stand, digit by digit, in a command, a line or a file of its section; a section without a console
+    is left out.
     """
-    prose = re.sub(r"`[^`\n]*`|\]\([^)]*\)|ISO \d+-\d+", " ", FENCE.sub("", text))
-    given = [m["body"] for m in FENCE.finditer(text) if m["kind"].startswith("file ")]
-    sources = [*given, *(" ".join(step.words) for step, _ in done), *(line for _, lines in done for line in lines)]
-    known = {float(one.replace(" ", "")) for source in sources for one in NUMBER.findall(source)} | set(
-        map(float, facts)
-    )
     found = []
-    for one in re.findall(r"(?<![\w.-])\d+(?:\.\d+)?(?![\w])", prose):
-        digits = len(one.partition(".")[2])
-        if not any(f"{value:.{digits}f}" == one for value in known):
-            found.append(one)
+    for section in re.split(r"^## ", text, flags=re.MULTILINE):
+        fences = [fence for fence in FENCE.finditer(section) if fence["kind"].split()[0] in {"console", "file"}]
+        if not any(fence["kind"] == "console" for fence in fences):
+            continue
+        shown = {float(one.replace(" ", "")) for fence in fences for one in NUMBER.findall(fence["body"])}
+        prose = " ".join(re.sub(r"`[^`\n]*`", " ", FENCE.sub("", section)).split())
+        found += [one[0] for one in MEASURED.finditer(prose) if float(one[1].replace(" ", "")) not in shown]
     return found
 
 

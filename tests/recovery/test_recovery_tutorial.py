@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.consoles import carried_out, differences, strangers
+from tests.consoles import carried_out, differences, steps_of
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "tutorial-diagnosis.md"
@@ -27,9 +27,12 @@ def test_commands_print_what_the_page_shows(printed):
     assert sum(len(step.shown) for step, _ in printed) > 25
 
 
-def test_numbers_of_the_prose_come_from_the_commands(printed):
-    targets = 21  # of the emulated measurement
-    assert strangers(PAGE.read_text(encoding="utf-8"), printed, [targets]) == []
+def test_the_readme_shows_the_same(printed):
+    lines = {tuple(step.words): lines for step, lines in printed}
+    steps = steps_of((ROOT / "README.md").read_text(encoding="utf-8"))
+    same = [(step, lines[tuple(step.words)]) for step in steps if tuple(step.words) in lines]
+    assert len(same) == 3
+    assert differences(same) == [], "python -m tests.consoles README.md writes them anew"
 
 
 def test_pictures_are_there_and_small():

@@ -3,42 +3,33 @@
 import json
 import math
 import re
-import shlex
 import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 
+import rtec.report.folder
+import rtec.study
 from rtec.cli import main
+from rtec.cli._verbs import application
 from rtec.metrology import ExperimentPlan, Reading
 from rtec.metrology.experiment_file import KEYS, experiment_lines
 from rtec.report.diagnosis import diagnosis_document
 from rtec.report.document import row_dict, study_document
-from rtec.report.folder import write_report
 from rtec.study import builtin_study, builtin_text, run_study
+from tests.consoles import FENCE, carried_out, differences, files_of, steps_of, unfounded
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
-FENCE = re.compile(r"^```(?P<kind>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
-VERBS = (
-    "run",
-    "simulate",
-    "check",
-    "iso230",
-    "compare",
-    "diagnose",
-    "add",
-    "effects",
-    "blind new",
-    "blind measure",
-    "blind guess",
-    "blind reveal",
-    "blind score",
-    "firmware run",
-    "firmware disassemble",
+TUTORIAL, OF_THE_DIAGNOSIS, README = (
+    ROOT / "docs/tutorial.md",
+    ROOT / "docs/tutorial-diagnosis.md",
+    ROOT / "README.md",
 )
+COMMANDS = typer.main.get_command(application()).commands
 
 
 def identity(page):
@@ -53,27 +44,9 @@ def blocks(page, kind):
     return [match["body"] for match in FENCE.finditer(text_of(page)) if match["kind"] == kind]
 
 
-def files_of(page):
-    return {m["kind"].split()[1]: m["body"] for m in FENCE.finditer(text_of(page)) if m["kind"].startswith("file ")}
-
-
 def anchors(page):
     heads = re.findall(r"^#+ (.*)$", FENCE.sub("", text_of(page)), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
-
-
-def steps(page):
-    """Return the commands of a page's consoles with the lines shown under each: (words, lines, exit code shown)."""
-    found = []
-    for body in blocks(page, "console"):
-        lines = body.splitlines()
-        for number, line in enumerate(lines):
-            if not line.startswith("$ rtec"):
-                continue
-            end = next((i for i in range(number + 1, len(lines)) if lines[i].startswith("$")), len(lines))
-            code = int(lines[end + 1]) if lines[end : end + 1] == ["$ echo $?"] else None
-            found.append((shlex.split(line)[2:], lines[number + 1 : end], code))
-    return found
 
 
 def code_spans(page):
@@ -123,7 +96,7 @@ def test_names_in_the_architecture_exist_somewhere():
         for name in re.findall(r"^[A-Za-z_]\w+(?:\.\w+)?$", span):
             last = name.rpartition(".")[2]
             is_module = any((ROOT / "rtec" / file).exists() for file in (last, f"{last}.py"))
-            assert is_module or last in VERBS or last in used, span
+            assert is_module or last in COMMANDS or last in used, span
 
 
 def test_rooms_are_those_of_the_package():
@@ -142,7 +115,7 @@ def test_layers_are_those_of_the_project_file():
 
 
 def test_readme_opens_with_the_two_commands():
-    lines = text_of(ROOT / "README.md").splitlines()
+    lines = text_of(README).splitlines()
     assert lines[:4] == [
         "# rtec",
         "",
@@ -152,56 +125,15 @@ def test_readme_opens_with_the_two_commands():
     assert (ROOT / "docs" / "lathe.png").stat().st_size < 200_000
 
 
-@pytest.mark.parametrize("verb", VERBS)
-def test_verbs_of_the_reference_have_help(capsys, verb):
-    assert main([*verb.split(), "--help"]) == 0
-    known = capsys.readouterr().out
-    for page in PAGES:
-        for line in text_of(page).splitlines():
-            if re.match(rf"(?:    |\$ )rtec {verb}\b", line):
-                for option in re.findall(r"\s(--[a-z-]+)", line):
-                    assert option in known, f"{identity(page)}: {line}"
-
-
-@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "docs" / "tutorial.md"], ids=identity)
-def test_consoles_show_what_the_commands_print(page, tmp_path, monkeypatch, capsys, before_after):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "100")
-    for name, text in files_of(page).items():
-        Path(name).write_text(text, encoding="utf-8")
-    Path("before-after").symlink_to(before_after)
-    shown = 0
-    for words, expected, code in steps(page):
-        if words[0] == "run" and "--write-study" not in words:
-            continue  # its figures are compared below, and the study is read
-        if words[0] in {"box", "pc"}:
-            continue  # these two go on until somebody ends them: test_two_terminals in test_cli_box.py does
-        found = main(words)
-        out, err = capsys.readouterr()
-        assert found == (code or 0) or code is None, words
-        # a column is as wide as its widest cell, and one of them is the time that the run took
-        printed = iter([" ".join(line.split()) for line in (out + err).splitlines()])
-        for line in expected:
-            if line != "...":
-                assert " ".join(line.split()) in printed, (words, line)  # in this order
-                shown += 1
-    assert shown > 10
-
-
-def test_tutorial_study_runs(tmp_path, monkeypatch):
-    from rtec.study import read_study
-
-    monkeypatch.chdir(tmp_path)
-    for name, text in files_of(ROOT / "docs" / "tutorial.md").items():
-        Path(name).write_text(text, encoding="utf-8")
-    study = read_study(Path("my.toml"))
-    assert study.name == "mine"
-    # 4 lines of the table; at 500 mm the reverse curve lies 8 um above the forward one
-    forward, reverse = (float(study.model.error_mm(500.0, way)) for way in (1, -1))
-    assert (round(forward, 6), round(reverse - forward, 6)) == (0.011, 0.008)
-
-
-# figures
+@pytest.mark.parametrize("page", PAGES, ids=identity)
+def test_options_of_the_commands_shown_exist(page):
+    for line in re.findall(r"^(?:    |\$ )rtec (.+)$", text_of(page), re.MULTILINE):
+        command, *words = line.split()
+        parser = COMMANDS[command]
+        if words and words[0] in getattr(parser, "commands", {}):
+            parser = parser.commands[words[0]]
+        known = {option for parameter in parser.params for option in parameter.opts} | {"--help"}
+        assert set(re.findall(r"\s(--[a-z-]+)", line.partition(" && ")[0])) <= known, f"{identity(page)}: {line}"
 
 
 @pytest.fixture(scope="module")
@@ -210,14 +142,50 @@ def quiet_run():
 
 
 @pytest.fixture(scope="module")
-def before_after(quiet_run, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("before-after")
-    write_report(quiet_run, folder)
-    return folder
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("pages")
+
+
+@pytest.fixture(scope="module")
+def printed(quiet_run, folder):
+    """Return the commands of the tutorial and the README with what each prints, `rtec run` once and without pictures.
+
+    What the tutorial of the diagnosis shows as well is held by the test that runs that.
+    """
+    held = {tuple(step.words) for step in steps_of(text_of(OF_THE_DIAGNOSIS))}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv("COLUMNS", "100")
+        patch.setattr(rtec.study, "run_study", lambda *_, **__: quiet_run)
+        for name in ("illustrations", "search_figures"):
+            patch.setattr(rtec.report.folder, name, lambda *_: ())
+        return {page: carried_out(text_of(page), but=held) for page in (TUTORIAL, README)}
+
+
+@pytest.mark.parametrize("page", [README, TUTORIAL], ids=identity)
+def test_consoles_show_what_the_commands_print(page, printed):
+    assert differences(printed[page]) == [], f"python -m tests.consoles {identity(page)} writes them anew"
+    assert sum(len(step.shown) for step, _ in printed[page]) > 20
+
+
+@pytest.mark.parametrize("page", [README, TUTORIAL, OF_THE_DIAGNOSIS], ids=identity)
+def test_numbers_of_the_prose_stand_in_the_console_beside_it(page):
+    assert unfounded(text_of(page)) == []
+
+
+def test_tutorial_study_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, text in files_of(text_of(TUTORIAL)).items():
+        Path(name).write_text(text, encoding="utf-8")
+    study = rtec.study.read_study(Path("my.toml"))
+    assert study.name == "mine"
+    # 4 lines of the table; at 500 mm the reverse curve lies 8 um above the forward one
+    forward, reverse = (float(study.model.error_mm(500.0, way)) for way in (1, -1))
+    assert (round(forward, 6), round(reverse - forward, 6)) == (0.011, 0.008)
 
 
 def test_readme_table_is_what_the_command_measures(quiet_run):
-    lines = text_of(ROOT / "README.md").split("## What each design leaves")[1].split("\n## ")[0].splitlines()
+    lines = text_of(README).split("## What each design leaves")[1].split("\n## ")[0].splitlines()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
     stairs, table = [row for row in cells if len(row) == 3][2:], [row for row in cells if len(row) == 6][2:]
     training = [quiet_run.learned.diagnosis.rms_before, *(s.rms_train for s in quiet_run.learned.diagnosis.steps)]
@@ -230,17 +198,6 @@ def test_readme_table_is_what_the_command_measures(quiet_run):
         keys = ("max_average_error_um", "max_reversal_error_um", "pp_um", "rms_um")
         assert [float(cell) for cell in cells[1:5]] == [round(measured[key], 1) for key in keys], cells[0]
         assert int(cells[5].replace(" ", "") or 0) == measured["corrections_inserted"]
-
-
-def test_tutorial_table_is_what_the_command_measures(quiet_run):
-    page = text_of(ROOT / "docs" / "tutorial.md")
-    for words, key in (
-        ("max average error", "max_average_error_um"),
-        ("max reversal", "max_reversal_error_um"),
-    ):
-        line = next(line for line in page.splitlines() if words in line)
-        figures = [float(number) for number in re.findall(r"\d+\.\d", line)]
-        assert figures == [round(row_dict(row)[key], 1) for row in quiet_run.rows]
 
 
 # reference
@@ -280,7 +237,8 @@ def json_keys():
     }
 
 
-def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after, json_keys):
+@pytest.mark.usefixtures("printed")
+def test_json_keys_are_those_of_the_commands(quiet_run, capsys, folder, json_keys):
     rows = row_dict(quiet_run.rows[0])
     names = {row.name for row in quiet_run.rows}
     document = study_document(quiet_run)
@@ -298,7 +256,7 @@ def test_json_keys_are_those_of_the_commands(quiet_run, capsys, before_after, js
     assert document["diagnosis"] == diagnosis_document(quiet_run.learned.diagnosis)
     main(["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"])
     assert json_keys["simulate"] == set(json.loads(capsys.readouterr().out))
-    main(["iso230", str(before_after / "readings" / "b.csv"), "--json"])
+    main(["iso230", str(folder / "before-after" / "readings" / "b.csv"), "--json"])
     document = json.loads(capsys.readouterr().out)
     found = set(document)
     more = {"report", "files", "name", *document["vdi3441"], *document["uncertainty"]}  # a report, several files
@@ -326,23 +284,21 @@ def bumpy_axis(moving_bump_um):
 
 def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    *lines, last = bumpy_axis(12.0).splitlines()
     Path("z.csv").write_text(bumpy_axis(0.0))
-    Path("bump.csv").write_text(bumpy_axis(12.0))
+    Path("bump.csv").write_text("\n".join([*lines, last.rpartition(",")[0] + ",500.0"]) + "\n")
 
     def printed(*words):
         main([*words, "--json"])
         return keys_of(json.loads(capsys.readouterr().out))
 
-    assert json_keys["compare"] == printed("compare", "z.csv", "-o", "report")
-    found = printed("diagnose", "z.csv", "-o", "report", "--save", "m.toml", "--suggest", "p.toml", "--force")
+    assert json_keys["compare"] == printed("compare", "z.csv") | {"report"}
+    written = {"report", "model", "plan"}  # where they were asked for; tests of these commands ask
+    found = printed("diagnose", "z.csv") | written
     # what only some answers hold: an unknown structure, and readings that were left out
-    of_outliers = {"row", "deviation"}
-    sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description"} | of_outliers
+    sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description", "row", "deviation"}
     assert json_keys["diagnose"] - sometimes <= found <= json_keys["diagnose"]
-    assert sometimes - of_outliers <= printed("diagnose", "bump.csv") <= json_keys["diagnose"]
-    *lines, last = bumpy_axis(0.0).splitlines()
-    Path("far.csv").write_text("\n".join([*lines, last.rpartition(",")[0] + ",500.0"]) + "\n")
-    assert of_outliers <= printed("diagnose", "far.csv") <= json_keys["diagnose"]
+    assert json_keys["diagnose"] == found | printed("diagnose", "bump.csv")
     assert printed("add", "backlash", "z.csv", "-o", "b.toml") <= json_keys["diagnose"]
     assert json_keys["effects"] == printed("effects")
     assert json_keys["blind new"] == printed("blind", "new", "--seed", "7", "-o", "data.csv")
@@ -411,7 +367,7 @@ def test_verdicts_are_those_of_the_search():
 
 
 def test_python_of_the_readme_runs():
-    for code in blocks(ROOT / "README.md", "python"):
+    for code in blocks(README, "python"):
         exec(compile(code, "README.md", "exec"), {})  # noqa: S102 - our own page
 
 
