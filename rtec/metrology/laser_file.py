@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.io import read_text, write_lines
+from rtec.io import write_lines
 from rtec.metrology.plain_numbers import PLAIN_NUMBER, plain_numbers, shown
 from rtec.metrology.readings import Floats, Integers, Readings
 from rtec.units import MM_PER_INCH
@@ -83,13 +83,15 @@ def _find_header(lines: list[str]) -> int | None:
     return None
 
 
-def read_laser_file(path: str | Path) -> Readings:
-    r"""Read a data file of the laser system.
+def readings_of_text(path: str | Path, text: str) -> Readings:
+    r"""Return the readings in the text of a data file of the laser system.
 
     Parameters
     ----------
     path
-        The file. Free text before the header is passed over; the header may be wrapped or run together.
+        The file, for messages.
+    text
+        What it holds. Free text before the header is passed over; the header may be wrapped or run together.
 
     Returns
     -------
@@ -108,20 +110,12 @@ def read_laser_file(path: str | Path) -> Readings:
 
     Examples
     --------
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "z.dat"
-    >>> _ = file.write_text("Position LasRead LinearError Status AirTempAirPress\n MatTemp\n"
-    ...                     "  1.00000  0.000010 -0.000010 0 70.37 29.25 71.49\n"
-    ...                     "  2.00000 -0.999691 -0.000309 0 70.36 29.25 71.49\n")
-    >>> r = read_laser_file(file)
+    >>> r = readings_of_text("z.dat", "Position LasRead LinearError Status AirTempAirPress\n MatTemp\n"
+    ...                               "  1.00000  0.000010 -0.000010 0 70.37 29.25 71.49\n"
+    ...                               "  2.00000 -0.999691 -0.000309 0 70.36 29.25 71.49\n")
     >>> (r.deviation_mm * 1e3).round(3).tolist(), r.direction.tolist(), r.run.tolist()
     ([-0.254, -7.849], [1, 1], [1, 1])
     """
-    return readings_of_text(path, read_text(path))
-
-
-def readings_of_text(path: str | Path, text: str) -> Readings:
-    """Return the readings in the text of a laser file, as `read_laser_file` does; ``path`` is for messages."""
     lines = text.split("\n")
     start = _find_header(lines)
     if start is None:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.measurement import Measurement
-from rtec.metrology.measurement_file import read_measurement
 from rtec.metrology.readings import Readings, RotaryReadings
-from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.units import ANGLE, LENGTH, parse_quantity
 
 
@@ -70,33 +67,6 @@ class PositioningTest:
             problem = f"screw_pitch: {error.value} {error.problem or 'is not valid'}"
             raise FileFormatError(self.source, None, problem, error.allowed) from None
         return period
-
-
-def read_positioning_test(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> PositioningTest:
-    r"""Read a positioning test from a measurement in any form that `read_measurement` knows.
-
-    Parameters
-    ----------
-    path
-        The file.
-    choices
-        What the user says of its columns.
-
-    Raises
-    ------
-    FileFormatError
-        The file is no measurement, or holds no positioning test.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "x.csv"
-    >>> _ = file.write_text("# screw_pitch: 0.25 inch\ntarget_mm,deviation_um\n0,1\n1,2\n")
-    >>> test = read_positioning_test(file)
-    >>> test.readings.size, test.period(None), test.period("5 mm")
-    (2, 6.35, 5.0)
-    """
-    return positioning_test(read_measurement(path, choices))
 
 
 def positioning_test(measurement: Measurement) -> PositioningTest:

@@ -8,12 +8,10 @@ control holds its negative.
 """
 
 from rtec.predictors._rows import LengthUnit
-from rtec.predictors.axis_tables import AxisTable, AxisTables
-from rtec.predictors.between import Between
+from rtec.predictors.axis_tables import AxisTables
 from rtec.predictors.cautious import Cautious
 from rtec.predictors.curve import NoError
-from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.linuxcnc_table import CompensationKind, read_linuxcnc_table
+from rtec.predictors.linuxcnc_table import read_linuxcnc_table
 from rtec.predictors.network import LatheNetwork
 from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
 from rtec.predictors.protocol import FORWARD, REVERSE, Model, Outside, Predictor
@@ -24,22 +22,17 @@ from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 __all__ = [
     "FORWARD",
     "REVERSE",
-    "AxisTable",
     "AxisTables",
-    "Between",
     "BidirectionalTable",
     "Cautious",
-    "CompensationKind",
     "KnownPredictor",
     "LatheNetwork",
-    "LayeredNetwork",
     "LengthUnit",
     "Model",
     "NoError",
     "Outside",
     "Predictor",
     "StepModel",
-    "TrainedNetworks",
     "UnidirectionalTable",
     "growth",
     "is_predictor_file",

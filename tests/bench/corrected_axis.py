@@ -26,8 +26,9 @@ from rtec.predictors import BidirectionalTable, NoError, Predictor, Unidirection
 from rtec.predictors.fitting.training import Effort, Limit
 from rtec.study import Study, builtin_study
 from rtec.study.learning import calibration_measurement
-from rtec.training import all_methods, parts_of
+from rtec.training import all_methods
 from rtec.training.methods import Task
+from rtec.training.parts import parts_of
 from rtec.units import MM_PER_INCH
 
 Floats = npt.NDArray[np.float64]

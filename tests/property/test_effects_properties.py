@@ -6,26 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from rtec.effects import (
-    LIBRARY,
-    BuildUpShape,
-    Conditions,
-    CyclicShape,
-    GravityShape,
-    GrowthShape,
-    HeatShape,
-    HysteresisShape,
-    Quantisation,
-    RunShape,
-    SensorShape,
-    Shape,
-    SpikeShape,
-    StepShape,
-    StribeckShape,
-    WarmShape,
-    WindupShape,
-    effect_named,
-)
+from rtec.effects import LIBRARY, BuildUpShape, Conditions, CyclicShape, HeatShape, Shape, effect_named
+from rtec.effects._heat import SensorShape
+from rtec.effects.gravity import GravityShape
+from rtec.effects.hysteresis import HysteresisShape
+from rtec.effects.lost_counts import StepShape
+from rtec.effects.quantisation import Quantisation
+from rtec.effects.reversal_spike import SpikeShape
+from rtec.effects.run_offset import RunShape
+from rtec.effects.stribeck import StribeckShape
+from rtec.effects.thermal_growth import GrowthShape
+from rtec.effects.warm_up import WarmShape
+from rtec.effects.windup import WindupShape
 
 SEEDS = st.integers(0, 2**32 - 1)
 SHAPES = {

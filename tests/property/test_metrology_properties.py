@@ -7,6 +7,7 @@ from hypothesis import given, settings, strategies as st
 from iso230_oracle import oracle_figures
 
 from rtec.errors import RtecError
+from rtec.io import read_text
 from rtec.metrology import (
     MachineAxis,
     MeasuringPlan,
@@ -15,11 +16,16 @@ from rtec.metrology import (
     measuring_program,
     parse_program,
     positioning_figures,
-    read_laser_file,
+    positioning_test,
     read_measurement,
-    read_positioning_test,
     write_laser_file,
 )
+from rtec.metrology.laser_file import readings_of_text
+
+
+def read_laser_file(path):
+    return readings_of_text(path, read_text(path))
+
 
 FOLDER = Path(tempfile.mkdtemp(prefix="rtec-metrology-"))
 
@@ -132,7 +138,7 @@ def test_any_bytes_give_one_clear_error_or_readings(data):
     file = FOLDER / "any"
     for start in (b"", b"target_mm,actual_mm\n", b"Position LasRead LinearError Status AirTemp AirPress MatTemp\n"):
         file.write_bytes(start + data)
-        for read in (read_measurement, read_laser_file, read_positioning_test):
+        for read in (read_measurement, read_laser_file, lambda path: positioning_test(read_measurement(path))):
             try:
                 read(file)
             except RtecError as error:
@@ -155,7 +161,7 @@ def test_any_table_gives_one_clear_error_or_figures(headings, rows):
     file = FOLDER / "table.csv"
     file.write_text("\n".join([",".join(headings), *(",".join(row) for row in rows)]))
     try:
-        test = read_positioning_test(file)
+        test = positioning_test(read_measurement(file))
         positioning_figures(test.readings, period=1.0).to_dict()
     except RtecError as error:
         assert "\n" not in str(error)

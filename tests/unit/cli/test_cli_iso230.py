@@ -7,7 +7,7 @@ import json
 import pytest
 
 from rtec.cli import main
-from rtec.metrology import read_positioning_test, write_laser_file
+from rtec.metrology import read_measurement, write_laser_file
 
 PLACES = (0.0, 8.0, 17.0, 30.0, 41.0, 55.0)
 NOISE = (0.11, -0.23, 0.31, 0.02, -0.17, 0.19, -0.05, 0.27, -0.29, 0.07, 0.13)
@@ -182,7 +182,7 @@ def test_facts_of_a_linear_axis_are_left_alone_on_a_rotary_one(written, capsys):
 
 
 def test_readings_of_the_laser_system_have_numbers_where_lines_lack(written, capsys, tmp_path):
-    read = read_positioning_test(written("x.csv", with_outlier())).readings
+    read = read_measurement(written("x.csv", with_outlier())).to_readings()
     write_laser_file(tmp_path / "x.dat", read)
     code, _, err = run(capsys, str(tmp_path / "x.dat"))
     assert code == 0

@@ -190,7 +190,8 @@ def test_a_table_of_linuxcnc(tmp_path):
 
 def axis_file(folder, axis, others, name=None):
     """Write a predictor of an axis that looks at others."""
-    from rtec.predictors import AxisTable, AxisTables, KnownPredictor, write_predictor
+    from rtec.predictors import AxisTables, KnownPredictor, write_predictor
+    from rtec.predictors.axis_tables import AxisTable
 
     tables = [AxisTable(of=of, positions_mm=[0.0, 300.0], values=[0.0, 0.01]) for of in ("position", *others)]
     file = folder / (name or f"axis_{axis}.toml")

@@ -4,18 +4,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from rtec.effects import (
-    BuildUpShape,
-    Conditions,
-    ForceMap,
-    ForceOffset,
-    Gravity,
-    GravityShape,
-    LoadFriction,
-    MapShape,
-    Shape,
-    Units,
-)
+from rtec.effects import BuildUpShape, Conditions, MapShape, Shape, Units
+from rtec.effects.force_map import ForceMap
+from rtec.effects.force_offset import ForceOffset
+from rtec.effects.gravity import Gravity, GravityShape
+from rtec.effects.load_friction import LoadFriction
 
 
 def at(position, unit="mm", **more):

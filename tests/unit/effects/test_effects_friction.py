@@ -6,15 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    BuildUpShape,
-    Conditions,
-    Coulomb,
-    LoadFriction,
-    Stribeck,
-    StribeckShape,
-    distance_since_reversal,
-)
+from rtec.effects import BuildUpShape, Conditions, distance_since_reversal
+from rtec.effects.coulomb import Coulomb
+from rtec.effects.load_friction import LoadFriction
+from rtec.effects.stribeck import Stribeck, StribeckShape
 
 TURNS = (0.0, 40.0, 35.0, 60.0, 59.0, 62.0, 10.0)
 STEP = 0.01

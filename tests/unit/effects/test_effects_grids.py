@@ -3,20 +3,13 @@
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    Cogging,
-    CoggingShape,
-    Cyclic,
-    CyclicShape,
-    LostCounts,
-    StepShape,
-    Stribeck,
-    StribeckShape,
-    WarmShape,
-    WarmUp,
-    Windup,
-    WindupShape,
-)
+from rtec.effects import CyclicShape
+from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects.cyclic import Cyclic
+from rtec.effects.lost_counts import LostCounts, StepShape
+from rtec.effects.stribeck import Stribeck, StribeckShape
+from rtec.effects.warm_up import WarmShape, WarmUp
+from rtec.effects.windup import Windup, WindupShape
 
 ENOUGH = 0.975
 BETWEEN_WAVES = 0.955

@@ -9,19 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    CAPTURE_EFFECTS,
-    LIBRARY,
-    Conditions,
-    GrowthShape,
-    HeatShape,
-    Observable,
-    Shape,
-    StepShape,
-    Units,
-    WindupShape,
-    effect_named,
-)
+from rtec.effects import LIBRARY, Conditions, HeatShape, Observable, Shape, Units, effect_named
+from rtec.effects.library import CAPTURE_EFFECTS
+from rtec.effects.lost_counts import StepShape
+from rtec.effects.thermal_growth import GrowthShape
+from rtec.effects.windup import WindupShape
 from rtec.errors import ArgumentError
 from tests.look_alikes import cards, page
 

@@ -3,23 +3,16 @@
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    AccelerationLag,
-    AsymmetricFriction,
-    BuildUpShape,
-    Cogging,
-    CoggingShape,
-    Conditions,
-    Coulomb,
-    ForceOffset,
-    Inertia,
-    ServoLag,
-    Shape,
-    Stribeck,
-    StribeckShape,
-    Units,
-    Viscous,
-)
+from rtec.effects import BuildUpShape, Conditions, Shape, Units
+from rtec.effects.acceleration_lag import AccelerationLag
+from rtec.effects.asymmetric_friction import AsymmetricFriction
+from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects.coulomb import Coulomb
+from rtec.effects.force_offset import ForceOffset
+from rtec.effects.inertia import Inertia
+from rtec.effects.servo_lag import ServoLag
+from rtec.effects.stribeck import Stribeck, StribeckShape
+from rtec.effects.viscous import Viscous
 
 
 def held_against(position, velocity):

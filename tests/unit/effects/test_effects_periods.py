@@ -6,28 +6,21 @@ import numpy as np
 import pytest
 from encoder_disc_oracle import deviations
 
-from rtec.effects import (
-    Cogging,
-    CoggingShape,
-    Conditions,
-    Cyclic,
-    CyclicShape,
-    Eccentricity,
-    EccentricityShape,
-    Interpolation,
-    InterpolationShape,
-    MapShape,
-    PitchMap,
-    Units,
+from rtec.effects import Conditions, CyclicShape, MapShape, Units, frequency_grid
+from rtec.effects._periodic import families
+from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects.cyclic import Cyclic
+from rtec.effects.eccentricity import Eccentricity, EccentricityShape
+from rtec.effects.frequency_grid import (
     alias_limit,
     frequencies,
-    frequency_grid,
     highest_frequency,
+    looks_constant,
     phases_seen,
     resolved_harmonics,
 )
-from rtec.effects._periodic import families
-from rtec.effects.frequency_grid import looks_constant
+from rtec.effects.interpolation import Interpolation, InterpolationShape
+from rtec.effects.pitch_map import PitchMap
 from rtec.errors import ArgumentError
 
 LINEAR = Units("mm", "mm", "s")

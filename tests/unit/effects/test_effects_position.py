@@ -6,22 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    Backlash,
-    BacklashMap,
-    Conditions,
-    Cosine,
-    MapShape,
-    Offset,
-    PitchMap,
-    ReversalMapShape,
-    Scale,
-    Shape,
-    Units,
-    Windup,
-    WindupShape,
-    distance_since_reversal,
-)
+from rtec.effects import Conditions, MapShape, Shape, Units, distance_since_reversal
+from rtec.effects.backlash import Backlash
+from rtec.effects.backlash_map import BacklashMap, ReversalMapShape
+from rtec.effects.cosine import Cosine
+from rtec.effects.offset import Offset
+from rtec.effects.pitch_map import PitchMap
+from rtec.effects.scale import Scale
+from rtec.effects.windup import Windup, WindupShape
 
 LINEAR = Units("mm", "mm", "s")
 

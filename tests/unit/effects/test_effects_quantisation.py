@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rtec.effects import Conditions, Quantisation, QuantisationShape, Units
+from rtec.effects import Conditions, Units
+from rtec.effects.quantisation import Quantisation, QuantisationShape
 from rtec.errors import ArgumentError
 
 Q = Quantisation()

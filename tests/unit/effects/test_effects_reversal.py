@@ -6,21 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    BuildUpShape,
-    Conditions,
-    Coulomb,
-    Hysteresis,
-    HysteresisShape,
-    ReversalSpike,
-    SpikeShape,
-    Stribeck,
-    StribeckShape,
-    Windup,
-    WindupShape,
-    distance_since_reversal,
-)
-from rtec.effects.hysteresis import strokes
+from rtec.effects import BuildUpShape, Conditions, distance_since_reversal
+from rtec.effects.coulomb import Coulomb
+from rtec.effects.hysteresis import Hysteresis, HysteresisShape, strokes
+from rtec.effects.reversal_spike import ReversalSpike, SpikeShape
+from rtec.effects.stribeck import Stribeck, StribeckShape
+from rtec.effects.windup import Windup, WindupShape
 
 
 def at(position, direction, run):

@@ -5,23 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    Conditions,
-    Drift,
-    GrowthShape,
-    HeatShape,
-    LostCounts,
-    RunOffset,
-    RunShape,
-    Shape,
-    StepShape,
-    ThermalGrowth,
-    ThermalShift,
-    Units,
-    WarmShape,
-    WarmUp,
-    WarmUpGrowth,
-)
+from rtec.effects import Conditions, HeatShape, Shape, Units
+from rtec.effects.drift import Drift
+from rtec.effects.lost_counts import LostCounts, StepShape
+from rtec.effects.run_offset import RunOffset, RunShape
+from rtec.effects.thermal_growth import GrowthShape, ThermalGrowth
+from rtec.effects.thermal_shift import ThermalShift
+from rtec.effects.warm_up import WarmShape, WarmUp
+from rtec.effects.warm_up_growth import WarmUpGrowth
 from rtec.errors import ArgumentError
 
 

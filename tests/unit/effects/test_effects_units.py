@@ -2,26 +2,17 @@
 
 import pytest
 
-from rtec.effects import (
-    Backlash,
-    Cosine,
-    GrowthShape,
-    HeatShape,
-    LostCounts,
-    Offset,
-    Scale,
-    Shape,
-    StepShape,
-    Stribeck,
-    StribeckShape,
-    ThermalGrowth,
-    ThermalShift,
-    Units,
-    WarmShape,
-    WarmUp,
-    Windup,
-    WindupShape,
-)
+from rtec.effects import HeatShape, Shape, Units
+from rtec.effects.backlash import Backlash
+from rtec.effects.cosine import Cosine
+from rtec.effects.lost_counts import LostCounts, StepShape
+from rtec.effects.offset import Offset
+from rtec.effects.scale import Scale
+from rtec.effects.stribeck import Stribeck, StribeckShape
+from rtec.effects.thermal_growth import GrowthShape, ThermalGrowth
+from rtec.effects.thermal_shift import ThermalShift
+from rtec.effects.warm_up import WarmShape, WarmUp
+from rtec.effects.windup import Windup, WindupShape
 
 LINEAR, ROTARY = Units("mm", "mm", "s"), Units("deg", "deg", "reading")
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
-from rtec.effects import effect_named, frequencies
+from rtec.effects import effect_named
+from rtec.effects.frequency_grid import frequencies
 from rtec.inference import drawn as module
 from rtec.inference.drawn import drawn
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Backlash, Conditions, Observable, Scale, Shape, Units
+from rtec.effects import Conditions, Observable, Shape, Units
+from rtec.effects.backlash import Backlash
+from rtec.effects.scale import Scale
 from rtec.inference.model import Model, Term
 
 UNITS = Units("mm", "mm", "reading")

@@ -13,11 +13,12 @@ from rtec.machine.moves import Line
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.volume import Slide, Volume, Waves, there_and_back
 from rtec.metrology import read_measurement, write_measurement
-from rtec.predictors import AxisTable, AxisTables, NoError
+from rtec.predictors import AxisTables, NoError
+from rtec.predictors.axis_tables import AxisTable
 from rtec.predictors.fitting.several_axes import Geometry, fit_across
 from rtec.requester.settings import PcState
 from rtec.requester.supervision import HoldReason
-from rtec.training import samples_of
+from rtec.training.parts import samples_of
 
 BEND = Waves(amplitudes=(0.008,), lengths_mm=(55.0,), phases_rad=(0.4,))
 ROLL = Waves(amplitudes=(300e-6,), lengths_mm=(70.0,), phases_rad=(1.1,))

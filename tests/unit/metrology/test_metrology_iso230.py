@@ -12,13 +12,13 @@ from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology import (
     Coordinate,
     Readings,
-    RotaryReadings,
-    cyclic_error,
     positioning_figures,
+    positioning_test,
     read_measurement,
-    read_positioning_test,
     write_laser_file,
 )
+from rtec.metrology.cyclic import cyclic_error
+from rtec.metrology.readings import RotaryReadings
 from rtec.predictors import FORWARD, REVERSE, LatheNetwork
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
@@ -364,5 +364,5 @@ def test_command_leaves_its_errors_to_the_caller(csv_file, arguments, error, wor
 def test_wrong_pitch_in_the_file_is_named_with_the_file(csv_file):
     csv_file.write_text(CSV.replace("5 mm", "5 turns"))
     with pytest.raises(FileFormatError, match=r"x\.csv: screw_pitch: '5 turns'"):
-        read_positioning_test(csv_file).period(None)
-    assert read_positioning_test(csv_file).period("5 mm") == 5
+        positioning_test(read_measurement(csv_file)).period(None)
+    assert positioning_test(read_measurement(csv_file)).period("5 mm") == 5

@@ -2,7 +2,14 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError
-from rtec.metrology import Readings, is_laser_file, read_laser_file, write_laser_file
+from rtec.io import read_text
+from rtec.metrology import Readings, write_laser_file
+from rtec.metrology.laser_file import is_laser_file, readings_of_text
+
+
+def read_laser_file(path):
+    return readings_of_text(path, read_text(path))
+
 
 HEADER = "Position       LasRead   LinearError Status AirTemp AirPress MatTemp"
 TABLE_2_3 = f"""{HEADER}

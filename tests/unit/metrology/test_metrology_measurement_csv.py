@@ -5,15 +5,8 @@ import pytest
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.io import MAX_BYTES
-from rtec.metrology import (
-    Column,
-    Measurement,
-    Readings,
-    RotaryReadings,
-    measurement_of_readings,
-    read_measurement,
-    write_measurement,
-)
+from rtec.metrology import Column, Measurement, Readings, measurement_of_readings, read_measurement, write_measurement
+from rtec.metrology.readings import RotaryReadings
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
 """Measurements of real machines beside the project; they may be absent."""

@@ -4,19 +4,9 @@ from pathlib import Path
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.metrology import (
-    AxisMeasure,
-    Comment,
-    Dwell,
-    MachineAxis,
-    MeasuringPlan,
-    Move,
-    Setup,
-    Stop,
-    StopKind,
-    measuring_program,
-    parse_program,
-)
+from rtec.metrology import Dwell, MachineAxis, MeasuringPlan, Move, measuring_program, parse_program
+from rtec.metrology.measuring_plan import AxisMeasure
+from rtec.metrology.measuring_program import Comment, Setup, Stop, StopKind
 from rtec.metrology.number_format import vb_format
 
 LISTING = (Path(__file__).parent / "appendix_b_listing.txt").read_text(encoding="utf-8").splitlines()

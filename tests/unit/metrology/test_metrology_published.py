@@ -8,15 +8,9 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.metrology import (
-    Readings,
-    RotaryReadings,
-    UncertaintyInputs,
-    positioning_figures,
-    positioning_uncertainty,
-    vdi_figures,
-)
+from rtec.metrology import Readings, UncertaintyInputs, positioning_figures, positioning_uncertainty, vdi_figures
 from rtec.metrology.figures import Coordinate
+from rtec.metrology.readings import RotaryReadings
 from tests.oracles.iso230_oracle import oracle_figures
 from tests.oracles.vdi3441_oracle import oracle_vdi
 

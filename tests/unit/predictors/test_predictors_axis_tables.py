@@ -4,19 +4,11 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.predictors import (
-    AxisTable,
-    AxisTables,
-    Cautious,
-    KnownPredictor,
-    LayeredNetwork,
-    Outside,
-    TrainedNetworks,
-    read_predictor,
-    write_predictor,
-)
+from rtec.predictors import AxisTables, Cautious, KnownPredictor, Outside, read_predictor, write_predictor
+from rtec.predictors.axis_tables import AxisTable
 from rtec.predictors.binding import bound, check_axis
 from rtec.predictors.curve import NoError
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 
 X = np.array([-10.0, 20.0, 35.0, 300.0])
 FORWARD, REVERSE = np.array([0.0, 3.0, -2.0, 5.0]) * 1e-3, np.array([4.0, 7.0, 3.0, 9.0]) * 1e-3

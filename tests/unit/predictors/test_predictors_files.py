@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.predictors import (
     BidirectionalTable,
-    CompensationKind,
     LengthUnit,
     UnidirectionalTable,
     read_linuxcnc_table,
@@ -16,6 +15,7 @@ from rtec.predictors import (
     write_table,
 )
 from rtec.predictors._rows import LARGEST_FILE
+from rtec.predictors.linuxcnc_table import CompensationKind
 
 BOTH = BidirectionalTable(
     forward_positions_mm=[25.4, 50.8, 76.3],

@@ -14,7 +14,8 @@ from rtec.predictors.fitting.training import Effort
 from rtec.report.figures_predicted import COLOURS
 from rtec.report.figures_style import figure_style, magnitudes, new_figure
 from rtec.report.figures_training import training_figure
-from rtec.training import Kind, all_methods, compare_predictors
+from rtec.training import all_methods, compare_predictors
+from rtec.training.results import Kind
 
 EFFORT = Effort(starts=1, epochs=5)
 

@@ -4,7 +4,8 @@ import pytest
 
 from rtec.cli import main
 from rtec.errors import ArgumentError
-from rtec.predictors import AxisTable, AxisTables, KnownPredictor, write_predictor
+from rtec.predictors import AxisTables, KnownPredictor, write_predictor
+from rtec.predictors.axis_tables import AxisTable
 from rtec.study.definition import read_study
 
 

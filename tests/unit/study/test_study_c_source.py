@@ -12,7 +12,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from rtec.errors import ArgumentError
-from rtec.predictors import AxisTable, AxisTables, BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors import AxisTables, BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors.axis_tables import AxisTable
 from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor

@@ -12,9 +12,10 @@ from rtec.errors import ArgumentError
 from rtec.predictors import BidirectionalTable, NoError, UnidirectionalTable
 from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.training import Effort
-from rtec.training import all_methods, compare_predictors, parts_of
+from rtec.training import all_methods, compare_predictors
 from rtec.training.compare_predictors import conformal_mm, judged, repeatability_mm
 from rtec.training.methods import Fitted, Method, turn_warning
+from rtec.training.parts import parts_of
 from rtec.training.results import Kind, PredictorComparison, Row
 
 QUICK = Effort(starts=1, epochs=5)

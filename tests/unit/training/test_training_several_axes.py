@@ -8,7 +8,8 @@ import pytest
 from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.predictors.fitting.training import Effort
-from rtec.training import all_methods, compare_predictors, parts_of
+from rtec.training import all_methods, compare_predictors
+from rtec.training.parts import parts_of
 
 NAMES = ("none", "table bi-directional linear", "squareness", "straightness", "angles", "network 40 lm")
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Backlash, Conditions, Cyclic, CyclicShape, Observable, Shape, Units, distance_since_reversal
+from rtec.effects import Conditions, CyclicShape, Observable, Shape, Units, distance_since_reversal
+from rtec.effects.backlash import Backlash
+from rtec.effects.cyclic import Cyclic
 from rtec.inference.compare import Comparison, Stretch, Where
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Candidate, Cosines, Diagnosis, Experiment, NoiseFloor, Step, Value, Verdict

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from rtec.effects import (
-    Backlash,
     BuildUpShape,
     Conditions,
-    Cyclic,
     CyclicShape,
     Observable,
     Over,
@@ -20,6 +18,8 @@ from rtec.effects import (
     distance_since_reversal,
     effect_named,
 )
+from rtec.effects.backlash import Backlash
+from rtec.effects.cyclic import Cyclic
 from rtec.inference.model import Model, Term
 from rtec.report.diagnosis.chapters import found_effects
 from rtec.report.diagnosis.figures_effects import components_figure

@@ -11,17 +11,10 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from rtec.effects import (
-    Backlash,
-    BuildUpShape,
-    Conditions,
-    Coulomb,
-    Observable,
-    Shape,
-    Units,
-    Viscous,
-    distance_since_reversal,
-)
+from rtec.effects import BuildUpShape, Conditions, Observable, Shape, Units, distance_since_reversal
+from rtec.effects.backlash import Backlash
+from rtec.effects.coulomb import Coulomb
+from rtec.effects.viscous import Viscous
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Cosines, Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures

@@ -13,12 +13,12 @@ from rtec.errors import ArgumentError, OutputError
 from rtec.metrology import (
     JudgedTest,
     Readings,
-    RotaryReadings,
     UncertaintyInputs,
     positioning_figures,
     positioning_uncertainty,
     vdi_figures,
 )
+from rtec.metrology.readings import RotaryReadings
 from rtec.report.figures_style import figure_style, new_figure
 from rtec.report.iso230.figures import draw_tests
 from rtec.report.iso230.folder import write_positioning
