@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors._columns import LARGEST, ascending, column, first_disorder
+from rtec.predictors._columns import ascending, column, first_disorder
 from rtec.predictors.between import Between
 from rtec.predictors.curve import Curve
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
@@ -68,58 +68,6 @@ class UnidirectionalTable(Curve):
         object.__setattr__(self, "positions_mm", positions)
         object.__setattr__(self, "errors_mm", column("errors_mm", self.errors_mm, rows=positions.size))
         object.__setattr__(self, "backlash_mm", float(column("backlash_mm", [self.backlash_mm])[0]))
-
-    @classmethod
-    def from_readings(cls, targets_mm: npt.ArrayLike, deviation_mm: npt.ArrayLike, direction: npt.ArrayLike) -> Self:
-        """Average repeated readings into a table; the parameters are those of ``BidirectionalTable.from_readings``.
-
-        The backlash is the mean of reverse minus forward over the targets measured in both directions.
-
-        Raises
-        ------
-        ArgumentError
-            As there, and where no target was measured in both directions.
-
-        Examples
-        --------
-        >>> UnidirectionalTable.from_readings([0, 10, 10, 0], [0.0, 0.002, 0.006, 0.002], [1, 1, -1, -1]).backlash_mm
-        0.003
-        """
-        both = BidirectionalTable.from_readings(targets_mm, deviation_mm, direction)
-        after = np.searchsorted(both.forward_positions_mm, both.reverse_positions_mm - SAME_TARGET_MM)
-        nearest = np.minimum(after, both.forward_positions_mm.size - 1)
-        shared = np.abs(both.forward_positions_mm[nearest] - both.reverse_positions_mm) <= SAME_TARGET_MM
-        if not shared.any():
-            raise ArgumentError("targets_mm", "no target", "at least one target measured in both directions")
-        lost = (both.reverse_errors_mm - both.forward_errors_mm[nearest])[shared]
-        return cls(
-            positions_mm=both.forward_positions_mm,
-            errors_mm=both.forward_errors_mm,
-            backlash_mm=float(lost.mean()),
-        )
-
-    @classmethod
-    def sampled_from(cls, predictor: Predictor, grid_mm: npt.ArrayLike) -> Self:
-        """Return the table that a perfect measurement of ``predictor`` on a grid would give.
-
-        Parameters
-        ----------
-        predictor
-            What is measured.
-        grid_mm
-            Positions in mm, strictly ascending.
-
-        Examples
-        --------
-        >>> from rtec.predictors import LatheNetwork
-        >>> table = UnidirectionalTable.sampled_from(LatheNetwork(), [254.0, 508.0, 762.0])
-        >>> round(table.backlash_mm * 1000)
-        81
-        """
-        grid = ascending("grid_mm", grid_mm)
-        forward = predictor.error_mm(grid, FORWARD)
-        lost = predictor.error_mm(grid, REVERSE) - forward
-        return cls(positions_mm=grid, errors_mm=forward, backlash_mm=float(lost.mean()))
 
     @property
     def function(self) -> Callable[..., float]:
@@ -201,54 +149,6 @@ class BidirectionalTable(Curve):
             )
 
     @classmethod
-    def from_readings(cls, targets_mm: npt.ArrayLike, deviation_mm: npt.ArrayLike, direction: npt.ArrayLike) -> Self:
-        """Average repeated readings at each target and in each direction.
-
-        Parameters
-        ----------
-        targets_mm
-            Target of each reading in mm, in any order; targets within 1 nm of the next are one target.
-        deviation_mm
-            Actual minus target of each reading, in mm.
-        direction
-            +1 or -1, the direction of approach of each reading.
-
-        Raises
-        ------
-        ArgumentError
-            Columns of different lengths, numbers that are not finite, a direction other than +1 and -1, or fewer than
-            two targets in a direction.
-
-        Examples
-        --------
-        >>> table = BidirectionalTable.from_readings(
-        ...     [0, 10, 10, 0, 0, 10, 10, 0],
-        ...     [0.001, 0.002, 0.006, 0.005, 0.003, 0.002, 0.008, 0.005],
-        ...     [+1, +1, -1, -1, +1, +1, -1, -1])
-        >>> table.forward_errors_mm, table.reverse_errors_mm
-        (array([0.002, 0.002]), array([0.005, 0.007]))
-        """
-        targets = column("targets_mm", targets_mm)
-        deviation = column("deviation_mm", deviation_mm, rows=targets.size)
-        way = column("direction", direction, rows=targets.size)
-        bad = np.flatnonzero(np.abs(way) != 1.0)
-        if bad.size:
-            row = int(bad[0])
-            raise ArgumentError(f"direction, row {row + 1}", f"{way[row]:g}", "+1 (forward) or -1 (reverse)")
-        sides = {sign: _averaged(targets[way == sign], deviation[way == sign]) for sign in (FORWARD, REVERSE)}
-        for sign, (positions, _) in sides.items():
-            if positions.size < 2:
-                raise ArgumentError(
-                    "targets_mm", f"{positions.size} in direction {sign:+d}", "at least two targets in each direction"
-                )
-        return cls(
-            forward_positions_mm=sides[FORWARD][0],
-            forward_errors_mm=sides[FORWARD][1],
-            reverse_positions_mm=sides[REVERSE][0],
-            reverse_errors_mm=sides[REVERSE][1],
-        )
-
-    @classmethod
     def sampled_from(cls, predictor: Predictor, grid_mm: npt.ArrayLike) -> Self:
         """Return the table that a perfect measurement of ``predictor`` on a grid would give.
 
@@ -293,12 +193,3 @@ class BidirectionalTable(Curve):
             float(max(self.forward_positions_mm[0], self.reverse_positions_mm[0])),
             float(min(self.forward_positions_mm[-1], self.reverse_positions_mm[-1])),
         )
-
-
-def _averaged(targets: Floats, deviation: Floats) -> tuple[Floats, Floats]:
-    """Return the distinct targets, ascending, and the mean deviation at each."""
-    order = np.argsort(targets, kind="stable")
-    targets, deviation = targets[order], deviation[order]
-    first = np.flatnonzero(np.diff(targets, prepend=-2.0 * LARGEST) > SAME_TARGET_MM)
-    counts = np.diff(first, append=targets.size)
-    return targets[first], np.add.reduceat(deviation, first) / counts if first.size else deviation

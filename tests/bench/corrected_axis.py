@@ -176,21 +176,38 @@ class Recipe:
 
 def uni_directional(readings: Readings) -> Predictor:
     """Return the thesis's table of one direction and a backlash, a point at each target (3.1.1)."""
-    return UnidirectionalTable.from_readings(readings.target_mm, readings.deviation_mm, readings.direction)
+    both = bi_directional(readings)
+    lost = both.reverse_errors_mm - both.forward_errors_mm
+    return UnidirectionalTable(
+        positions_mm=both.forward_positions_mm, errors_mm=both.forward_errors_mm, backlash_mm=float(lost.mean())
+    )
 
 
 def bi_directional(readings: Readings) -> BidirectionalTable:
-    """Return the thesis's table of both directions, a point at each target (5.2)."""
-    return BidirectionalTable.from_readings(readings.target_mm, readings.deviation_mm, readings.direction)
+    """Return the thesis's table of both directions, the mean of the readings at each target (5.2)."""
+    sides = {way: _means(readings, readings.direction == way) for way in (1, -1)}
+    return BidirectionalTable(
+        forward_positions_mm=sides[1][0],
+        forward_errors_mm=sides[1][1],
+        reverse_positions_mm=sides[-1][0],
+        reverse_errors_mm=sides[-1][1],
+    )
 
 
 def every_inch(readings: Readings) -> Predictor:
     """Return a table of both directions with a point every inch, as is usual on large machines (5.2)."""
     inches = readings.target_mm / MM_PER_INCH
     rows = np.abs(inches - np.round(inches)) < 1e-6
-    return BidirectionalTable.from_readings(
-        readings.target_mm[rows], readings.deviation_mm[rows], readings.direction[rows]
+    target, deviation, way, run = (
+        column[rows] for column in (readings.target_mm, readings.deviation_mm, readings.direction, readings.run)
     )
+    return bi_directional(Readings(target_mm=target, deviation_mm=deviation, direction=way, run=run))
+
+
+def _means(readings: Readings, rows: npt.NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return the distinct targets of some readings, ascending, and the mean deviation at each."""
+    targets, at = np.unique(readings.target_mm[rows].round(6), return_inverse=True)
+    return targets, np.bincount(at, readings.deviation_mm[rows]) / np.bincount(at)
 
 
 def at_the_command(readings: Readings) -> Predictor:

@@ -1,9 +1,7 @@
 """Properties of every table and every position."""
 
 import bisect
-import itertools
 
-import numpy as np
 from hypothesis import assume, given, settings, strategies as st
 
 from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, LatheNetwork, UnidirectionalTable
@@ -49,21 +47,6 @@ def test_backlash_is_the_same_everywhere(positions, errors, backlash, x):
         positions_mm=positions, errors_mm=errors[: len(positions)], backlash_mm=backlash / 1000
     )
     assert abs(float(table.error_mm(x, REVERSE) - table.error_mm(x, FORWARD)) - backlash / 1000) < 1e-12
-
-
-@given(POSITIONS, ERRORS, st.integers(1, 4), st.randoms())
-def test_repeated_readings_in_any_order_give_the_table(positions, errors, runs, random):
-    readings = list(itertools.product(range(len(positions)), (FORWARD, REVERSE), range(runs)))
-    random.shuffle(readings)
-    table = BidirectionalTable.from_readings(
-        [positions[i] for i, _, _ in readings],
-        [errors[i] * way + run - (runs - 1) / 2 for i, way, run in readings],
-        [way for _, way, _ in readings],
-    )
-    expected = np.array(errors[: len(positions)])
-    assert table.forward_positions_mm.tolist() == table.reverse_positions_mm.tolist() == positions
-    np.testing.assert_allclose(table.forward_errors_mm, expected, atol=1e-12)
-    np.testing.assert_allclose(table.reverse_errors_mm, -expected, atol=1e-12)
 
 
 @settings(max_examples=50)

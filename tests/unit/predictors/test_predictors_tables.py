@@ -121,44 +121,6 @@ def test_bad_bidirectional_tables(changes, name):
     assert caught.value.name == name
 
 
-def test_readings_are_averaged_by_target_and_direction():
-    # two runs, targets out of order; forward means 2 and 4, reverse means 10 and 20; rounding does not split a target
-    targets = [0.3, 0.0, 0.0, 0.1 + 0.2, 0.0, 0.3, 0.3, 0.0]
-    deviation = [3.0, 1.0, 8.0, 5.0, 3.0, 21.0, 19.0, 12.0]
-    direction = [1, 1, -1, 1, 1, -1, -1, -1]
-    table = BidirectionalTable.from_readings(targets, deviation, direction)
-    assert table.forward_positions_mm.tolist() == [0.0, 0.3]
-    assert table.forward_errors_mm.tolist() == [2.0, 4.0]
-    assert table.reverse_errors_mm.tolist() == [10.0, 20.0]
-    one_way = UnidirectionalTable.from_readings(targets, deviation, direction)
-    assert one_way.errors_mm.tolist() == [2.0, 4.0]
-    assert one_way.backlash_mm == (8.0 + 16.0) / 2
-
-
-def test_backlash_uses_the_targets_of_both_directions_only():
-    table = UnidirectionalTable.from_readings([0, 10, 20, 10, 15], [1, 2, 3, 7, 100], [1, 1, 1, -1, -1])
-    assert table.backlash_mm == 5.0
-    assert table.positions_mm.tolist() == [0, 10, 20]
-    with pytest.raises(ArgumentError, match="at least one target measured in both directions"):
-        UnidirectionalTable.from_readings([0, 10, 1, 9], [0, 0, 0, 0], [1, 1, -1, -1])
-
-
-@pytest.mark.parametrize(
-    ("targets", "deviation", "direction", "name"),
-    [
-        ([0, 1], [0, 0], [1, -1], "targets_mm"),
-        ([], [], [], "targets_mm"),
-        ([0, 1], [0], [1, -1], "deviation_mm"),
-        ([0, 1], [0, 0], [1, 0], "direction, row 2"),
-        ([0, NAN], [0, 0], [1, -1], "targets_mm, row 2"),
-    ],
-)
-def test_bad_readings(targets, deviation, direction, name):
-    with pytest.raises(ArgumentError) as caught:
-        BidirectionalTable.from_readings(targets, deviation, direction)
-    assert caught.value.name == name
-
-
 def test_a_table_of_the_lathe_is_exact_on_its_grid():
     lathe = LatheNetwork()
     grid = (1.0 + np.arange(1561) * 0.025) * 25.4
@@ -168,14 +130,6 @@ def test_a_table_of_the_lathe_is_exact_on_its_grid():
     middle = (grid[:-1] + grid[1:]) / 2
     between = (table.error_mm(grid[:-1], FORWARD) + table.error_mm(grid[1:], FORWARD)) / 2
     assert_allclose(table.error_mm(middle, FORWARD), between, rtol=1e-9)
-
-
-def test_one_backlash_for_the_lathe_is_its_mean():
-    lathe = LatheNetwork()
-    grid = np.linspace(100.0, 900.0, 33)
-    table = UnidirectionalTable.sampled_from(lathe, grid)
-    expected = sum(float(lathe.error_mm(x, REVERSE) - lathe.error_mm(x, FORWARD)) for x in grid) / 33
-    assert_allclose(table.backlash_mm, expected, rtol=1e-12)
 
 
 def test_tables_are_frozen_values():
