@@ -7,24 +7,18 @@
     core     → Mcs51    the processor: executes an Image, drives and reads pins
 """
 
-from firmware_model.core import Fault, FaultKind, Mcs51, PortChange, RunResult
+from firmware_model.core.mcs51 import Mcs51
+from firmware_model.core.results import Fault, FaultKind
 from firmware_model.errors import FirmwareError
 from firmware_model.hexfile import Image, read_hex
-from firmware_model.isa import disassemble
-from firmware_model.isa.parts import PARTS, TIMINGS, Part, Timing
+from firmware_model.isa.parts import TIMINGS
 
 __all__ = [
-    "PARTS",
     "TIMINGS",
     "Fault",
     "FaultKind",
     "FirmwareError",
     "Image",
     "Mcs51",
-    "Part",
-    "PortChange",
-    "RunResult",
-    "Timing",
-    "disassemble",
     "read_hex",
 ]

@@ -32,7 +32,6 @@ _DATA, _END, _SEGMENT, _START_SEGMENT, _LINEAR, _START_LINEAR = range(6)
 _LENGTHS = {_END: 0, _SEGMENT: 2, _START_SEGMENT: 4, _LINEAR: 2, _START_LINEAR: 4}
 _OTHER_KINDS = ((b"\x7fELF", "an ELF file"), (b"PK\x03\x04", "a zip archive"), (b"S0", "a Motorola S-record file"))
 _DIGITS = frozenset(b"0123456789abcdefABCDEF")
-_DATA_PER_RECORD = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,39 +144,6 @@ def read_hex(path: str | Path) -> Image:
     return memory.image()
 
 
-def write_hex(image: Image, path: str | Path) -> None:
-    r"""Write the used ranges of an image, sixteen bytes in a record, upper-case digits.
-
-    Parameters
-    ----------
-    image
-        What to write.
-    path
-        The file; one that exists is overwritten.
-
-    Raises
-    ------
-    OSError
-        A file that cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "loop.hex"
-    >>> write_hex(Image.of(b"\x80\xfe"), file)
-    >>> print(file.read_text(), end="")
-    :0200000080FE80
-    :00000001FF
-    """
-    lines = []
-    for begin, end in image.used:
-        for address in range(begin, end, _DATA_PER_RECORD):
-            data = image.code[address : min(address + _DATA_PER_RECORD, end)]
-            lines.append(_written(_DATA, address, data))
-    lines.append(_written(_END, 0, b""))
-    Path(path).write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
-
-
 class _Memory:
     """Bytes with the line that gave each range of them."""
 
@@ -263,8 +229,3 @@ def _record(where: str, text: bytes) -> tuple[int, int, bytes]:
 
 def _shown(text: bytes) -> str:
     return repr(text[:40].decode("ascii", "backslashreplace"))
-
-
-def _written(kind: int, address: int, data: bytes) -> str:
-    body = bytes([len(data), *address.to_bytes(2), kind]) + data
-    return f":{body.hex().upper()}{-sum(body) & 0xFF:02X}"

@@ -27,8 +27,8 @@ class Operand(Enum):
 
     Examples
     --------
-    >>> Operand.DIRECT.value, Operand.DIRECT.code_bytes
-    ('direct', 1)
+    >>> Operand.DIRECT.value
+    'direct'
     """
 
     A = "A"
@@ -48,23 +48,6 @@ class Operand(Enum):
     REL = "rel"
     ADDR11 = "addr11"
     ADDR16 = "addr16"
-
-    @property
-    def code_bytes(self) -> int:
-        """Bytes that the operand takes behind the opcode."""
-        return _CODE_BYTES.get(self, 0)
-
-
-_CODE_BYTES = {
-    Operand.DIRECT: 1,
-    Operand.IMMEDIATE: 1,
-    Operand.IMMEDIATE16: 2,
-    Operand.BIT: 1,
-    Operand.NOT_BIT: 1,
-    Operand.REL: 1,
-    Operand.ADDR11: 1,
-    Operand.ADDR16: 2,
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -313,26 +313,6 @@ def trace_edges(
 
 
 @kernel
-def steady_edges(e: Record, out_ps: NDArray[np.int64], out_levels: NDArray[np.uint8]) -> int:
-    """Write the next edges at constant speed, a chunk of at most the arrays' length; return their number.
-
-    Real edges and the toggles of glitches come in the order of their times.
-    """
-    n = 0
-    while n + 3 <= out_ps.size:
-        crossing_ps = steady_crossing(e)
-        while e.glitch_next_ps < crossing_ps and n + 2 <= out_ps.size:
-            out_ps[n] = max(glitch_toggle(e), e.last_ps + 1)
-            e.last_ps = out_ps[n]
-            out_levels[n] = encoder_level(e)
-            n += 1
-        out_ps[n] = emit(e, crossing_ps, e.step_sign)
-        out_levels[n] = encoder_level(e)
-        n += 1
-    return n
-
-
-@kernel
 def level_now(e: Record) -> int:
     """Return the levels at the encoder's output."""
     return encoder_level(e)

@@ -13,7 +13,7 @@ from rtec.axis import _kernels
 from rtec.axis.profile import MotionSegments
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
-from rtec.signal import EdgeStream, LevelStream, count_deltas
+from rtec.signal import EdgeStream
 from rtec.units import PS_PER_S
 
 MIN_LINE_SPACING_COUNTS = 0.05
@@ -230,36 +230,6 @@ class Encoder:
         times = np.concatenate([chunk.times_ps for chunk in chunks])
         levels = np.concatenate([chunk.levels for chunk in chunks])
         return EdgeStream(times, levels, initial=chunks[0].initial)
-
-    def index_pulses(self, edges: EdgeStream, *, from_count: int = 0) -> LevelStream:
-        """Return the index signal Z that goes with ``edges``: high while the count is a multiple of the index's.
-
-        Parameters
-        ----------
-        edges
-            Edges of this encoder without glitches, which its index does not have.
-        from_count
-            Count before the first edge.
-
-        Raises
-        ------
-        ArgumentError
-            An encoder without index.
-
-        Examples
-        --------
-        >>> disc = Encoder(counts_per_rev=8, index_counts=-1)
-        >>> turning = EdgeStream([10, 20, 30, 40, 50, 60, 70, 80, 90], [1, 3, 2, 0, 1, 3, 2, 0, 1], initial=0)
-        >>> disc.index_pulses(turning).times_ps
-        array([10, 80, 90])
-        """
-        every = self.counts_per_rev if self.index_counts < 0 else self.index_counts
-        if not every:
-            raise ArgumentError("index_counts", self.index_counts, "an encoder with an index", "set index_counts")
-        deltas = count_deltas(edges.levels, edges.initial).astype(np.int64)
-        counts = from_count + np.concatenate(([0], np.cumsum(deltas)))
-        high = counts % every == 0
-        return LevelStream(edges.times_ps[high[1:] != high[:-1]], initial=int(high[0]))
 
     def edge_chunks(self, motion: MotionSegments) -> Iterator[EdgeStream]:
         """Yield the same edges in chunks of bounded memory; at least one, empty where nothing moves."""

@@ -248,7 +248,7 @@ def programme_motion(
     --------
     >>> program = Program(blocks=(Move(target_mm=10.0, feed_mm_s=20.0), Move(target_mm=0.0, feed_mm_s=5.0)))
     >>> motion = programme_motion(program, frequency_hz=100e3, asks=4)
-    >>> round(motion.top_hz), round(motion.segments.extremes().max_mm)
+    >>> round(motion.top_hz), round(motion.segments.x0_mm.max())
     (100000, 200000)
     """
     number_within("frequency_hz", frequency_hz, 1e-3, 1e8, unit="Hz")

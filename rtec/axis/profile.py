@@ -74,25 +74,6 @@ class Limits:
             object.__setattr__(self, "max_jerk_mm_s3", jerk)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotionExtremes:
-    """The largest values that a motion reaches.
-
-    Parameters
-    ----------
-    min_mm, max_mm
-        Lowest and highest position.
-    speed_mm_s, acceleration_mm_s2, jerk_mm_s3
-        Largest magnitudes.
-    """
-
-    min_mm: float
-    max_mm: float
-    speed_mm_s: float
-    acceleration_mm_s2: float
-    jerk_mm_s3: float
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MotionSegments:
     """Motion as pieces of constant jerk: x = x0 + v0 τ + a0 τ²/2 + j0 τ³/6, τ in seconds since the piece's start.
@@ -191,16 +172,6 @@ class MotionSegments:
         if not self.start_ps.size:
             return np.zeros(t.shape)
         return np.where(self._moving(t), self.a0_mm_s2[piece] + tau * self.j0_mm_s3[piece], 0.0)
-
-    def extremes(self) -> MotionExtremes:
-        """Return the range of positions and the largest speed, acceleration and jerk: all are met at a joint."""
-        return MotionExtremes(
-            min_mm=float(np.min(self.x0_mm, initial=self.end_mm)),
-            max_mm=float(np.max(self.x0_mm, initial=self.end_mm)),
-            speed_mm_s=float(np.max(np.abs(self.v0_mm_s), initial=0.0)),
-            acceleration_mm_s2=float(np.max(np.abs(self.a0_mm_s2), initial=0.0)),
-            jerk_mm_s3=float(np.max(np.abs(self.j0_mm_s3), initial=0.0)),
-        )
 
     def _locate(self, t_ps: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.intp], FloatArray]:
         """Return the times, the piece of each (a joint belongs to the later one) and the seconds since its start."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firmware_model import FaultKind, Image
 from firmware_model.core import _layout as at
 from firmware_model.core.mcs51 import LOG_ROWS
-from firmware_model.isa import disassemble
+from firmware_model.isa.disassembler import disassemble
 from rtec.board import Board, Microcontroller
 from rtec.board.board import WORDS, Snapshot
 from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, RawWords, Stopped

@@ -93,7 +93,7 @@ def trace(
     Example: rtec firmware trace blink.hex --instructions 100 --vcd ports.vcd
     Example: rtec firmware trace mine.ihx --timing one-clock --clock 25MHz --json
     """
-    from firmware_model.isa import disassemble as disassembled
+    from firmware_model.isa.disassembler import disassemble as disassembled
 
     cpu = _processor(image, part, timing)
     cpu.run(cycles=start)
@@ -190,7 +190,7 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
     Example: rtec firmware disassemble mine.ihx --json
     """
     from firmware_model import read_hex
-    from firmware_model.isa import disassemble_image
+    from firmware_model.isa.disassembler import disassemble_image
 
     with as_bad_input():
         memory = read_hex(image)

@@ -1,6 +1,6 @@
 """The box between encoder and controller: the four insertion designs, their timing, and what the gates do."""
 
-from rtec.injector.box import Injector, InjectorSettings, Insertions, PowerLoss, RealEdges
+from rtec.injector.box import Injector, InjectorSettings, Insertions, RealEdges
 from rtec.injector.design import Design, DesignRow
 from rtec.injector.protocol import Algorithm, Break, Response, Stimulus, Totals
 from rtec.injector.timing import Processor, Timing
@@ -13,7 +13,6 @@ __all__ = [
     "Injector",
     "InjectorSettings",
     "Insertions",
-    "PowerLoss",
     "Processor",
     "RealEdges",
     "Response",

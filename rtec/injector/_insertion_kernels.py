@@ -37,7 +37,7 @@ def drive(s: Record) -> None:
 
 
 @step
-def next_look(s: Record, t_ps: int) -> int:
+def next_poll(s: Record, t_ps: int) -> int:
     """Return the time of the processor's first look at or after ``t_ps``."""
     if s.poll_ps == 0:
         return t_ps
@@ -48,7 +48,7 @@ def next_look(s: Record, t_ps: int) -> int:
 @step
 def arm(s: Record, t_ps: int) -> None:
     """Recognise the moment at the next look after ``t_ps`` and plan the first change."""
-    s.recognised_ps = next_look(s, t_ps)
+    s.recognised_ps = next_poll(s, t_ps)
     s.trigger_ps = t_ps
     s.next_ps = s.recognised_ps + s.decide_ps
     s.phase = ARMED
@@ -93,7 +93,7 @@ def trigger(s: Record, t_ps: int) -> None:
 @step
 def begin_sampling(s: Record, t_ps: int) -> None:
     """Plan the next look at lines that pass through the processor."""
-    s.next_ps = next_look(s, max(t_ps, s.ready_ps))
+    s.next_ps = next_poll(s, max(t_ps, s.ready_ps))
     s.phase = SAMPLING
 
 

@@ -94,8 +94,6 @@ def injector_fire(s: Record) -> None:
         finish_holding(s, t_ps)
         if s.in_path == 1 and s.ab_in != s.sampled:
             begin_sampling(s, t_ps)
-    if s.closing == 1 and s.phase == IDLE:
-        injector_power(s, t_ps, 0)
 
 
 @step
@@ -117,15 +115,6 @@ def injector_enable(s: Record, t_ps: int, enabled: int) -> None:
 
 
 @step
-def injector_shutdown(s: Record, t_ps: int) -> None:
-    """Switch the box off in good order: what is under way is carried to its end, then the power goes."""
-    injector_enable(s, t_ps, 0)
-    s.closing = 1
-    if s.phase == IDLE:
-        injector_power(s, t_ps, 0)
-
-
-@step
 def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """Take the box's power away or give it back.
 
@@ -134,7 +123,6 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """
     cancel(s)
     s.powered = powered
-    s.closing = 0
     s.pulse_high = 0
     s.pulse_low = 0
     s.holding = 0
@@ -219,12 +207,6 @@ def switch(s: Record, t_ps: int, enabled: int, powered: int) -> None:
         injector_enable(s, t_ps, enabled)
     if powered != s.powered:
         injector_power(s, t_ps, powered)
-
-
-@kernel
-def shut_down(s: Record, t_ps: int) -> None:
-    """Switch the box off in good order from outside."""
-    injector_shutdown(s, t_ps)
 
 
 @kernel

@@ -28,7 +28,6 @@ INJECTOR = np.dtype(
         # state
         ("enabled", np.int64),
         ("powered", np.int64),
-        ("closing", np.int64),  # 1: the power goes once nothing is under way
         ("phase", np.int64),
         ("next_ps", np.int64),
         ("recognised_ps", np.int64),

@@ -134,10 +134,6 @@ class Injector:
         """Allow or forbid insertions; one under way is carried to its end."""
         _kernels.switch(self._state, self._run_to(at_ps), int(enabled), int(self._state.powered))
 
-    def shut_down(self, *, at_ps: int) -> None:
-        """Switch the box off in good order: an insertion under way is carried to its end, then the power goes."""
-        _kernels.shut_down(self._state, self._run_to(at_ps))
-
     def power(self, on: bool, *, at_ps: int) -> None:
         """Take the box's power away, whatever is under way, or give it back."""
         _kernels.switch(self._state, self._run_to(at_ps), int(self._state.enabled), int(on))

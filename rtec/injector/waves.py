@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rtec.injector import _wave_kernels as kernels
 from rtec.injector.protocol import Totals
-from rtec.signal import ILLEGAL, TIMESCALES_PS, EdgeStream, VcdSignal, VcdWriter, count_deltas, states_of_levels
+from rtec.signal import ILLEGAL, EdgeStream, VcdSignal, VcdWriter, coarsest_timescale, count_deltas, states_of_levels
 
 Changes = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
 """Times in ps, indices of signals and new values, as `rtec.signal.VcdWriter.write` takes them."""
@@ -170,8 +170,7 @@ def write_waves(
     times, which, values = (np.concatenate(column) for column in zip(own, *others, strict=True))
     order = np.argsort(times, kind="stable")
     end_ps = max(end_ps, int(times.max(initial=0)))
-    common = int(np.gcd.reduce(times, initial=end_ps))
-    timescale = next(text for text in reversed(TIMESCALES_PS) if common % TIMESCALES_PS[text] == 0)
+    timescale = coarsest_timescale(np.append(times, end_ps))
     with VcdWriter(file, signals=[*waves.signals, *(row[0] for row in beside)], timescale=timescale) as writer:
         writer.write(times[order], which[order], values[order])
         writer.finish(end_ps)

@@ -7,7 +7,7 @@ one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in eve
 
 from __future__ import annotations
 
-from rtec._jit import kernel, step
+from rtec._jit import step
 from rtec.link._crc_kernels import sealed
 
 HOLD = 0x080
@@ -225,18 +225,6 @@ def pack_hold(sequence: int, reason: int, axis: int) -> int:
 
 
 @step
-def hold_reason(payload: int) -> int:
-    """Return why the PC holds the machine."""
-    return unsigned(payload, 16, 8)
-
-
-@step
-def hold_axis(payload: int) -> int:
-    """Return the axis that is the cause."""
-    return unsigned(payload, 24, 8)
-
-
-@step
 def pack_setup(identifier: int, sequence: int, word: int) -> int:
     """Return the payload of a setup, or of what a PC expects of one: the word of `design_cycle_step`."""
     payload = (sequence & 0xFF) << 8
@@ -255,47 +243,3 @@ def setup_word(payload: int) -> int:
 def design_cycle_step(design: int, cycle_us: int, step: int) -> int:
     """Return the word that says how a box or a PC is set up; ``step`` in 0.1 nm. It is never 0."""
     return (design & 0xF) | (cycle_us & 0xFFFFF) << 4 | (step & 0xFFFFFF) << 24
-
-
-@kernel
-def setup_frame(identifier: int, sequence: int, word: int) -> int:
-    """Pack a setup, or what a PC expects of one, from outside."""
-    return pack_setup(identifier, sequence, word)
-
-
-@kernel
-def request_frame(axis: int, sequence: int, total: int, flags: int, requester: int, session: int) -> int:
-    """Pack a request from outside."""
-    return pack_request(axis, sequence, total, flags, requester, session)
-
-
-@kernel
-def status_frame(
-    axis: int, sequence: int, code: int, flags: int, session: int, frames: int, requests: int, moments: int
-) -> int:
-    """Pack a status from outside."""
-    return pack_status(axis, sequence, code, flags, session, frames, requests, moments)
-
-
-@kernel
-def corrections_frame(axis: int, sequence: int, completed: int, accepted: int, session: int, judged: int) -> int:
-    """Pack corrections from outside."""
-    return pack_corrections(axis, sequence, completed, accepted, session, judged)
-
-
-@kernel
-def position_frame(axis: int, sequence: int, position: int, valid: int, counted: int) -> int:
-    """Pack a position from outside."""
-    return pack_position(axis, sequence, position, valid, counted)
-
-
-@kernel
-def probe_frame(axis: int, sequence: int, position: int, trips: int, session: int) -> int:
-    """Pack a probe latch from outside."""
-    return pack_probe(axis, sequence, position, trips, session)
-
-
-@kernel
-def hold_frame(sequence: int, reason: int, axis: int) -> int:
-    """Pack a hold from outside."""
-    return pack_hold(sequence, reason, axis)

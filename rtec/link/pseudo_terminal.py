@@ -100,11 +100,6 @@ class Line:
         return self._ends[1].path
 
     @property
-    def far_is_held(self) -> bool:
-        """Return whether a program has the far end open, as the relay saw it last."""
-        return self._ends[1].held
-
-    @property
     def dropped_bytes(self) -> int:
         """Return what was dropped for want of a reader, both ways."""
         return sum(end.dropped_bytes for end in self._ends)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
         readings_of,
         run_machine,
     )
-    from rtec.machine.in_motion import insertion_at_rest, set_in_motion
+    from rtec.machine.in_motion import set_in_motion
     from rtec.machine.laser_readings import Laser, MeasuringRun, measuring_run, straight_pass
     from rtec.machine.open_path import OpenPath, OpenPathResult
     from rtec.machine.open_run import simulate
@@ -30,7 +30,6 @@ __all__ = [
     "OpenPath",
     "OpenPathResult",
     "Thermometer",
-    "insertion_at_rest",
     "measuring_run",
     "readings_of",
     "run_machine",

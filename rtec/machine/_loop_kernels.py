@@ -29,7 +29,7 @@ from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
-from rtec.requester._pc_kernels import HOLD, PC, pc_look, pc_read, pc_request, pc_reset, pc_start, sense
+from rtec.requester._pc_kernels import HOLD, PC, pc_read, pc_request, pc_reset, pc_start, schedule_reading, sense
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -76,7 +76,7 @@ def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
         set_inputs(m, box[0], t_ps)
         valid = words_valid(box[0])
     if not valid:
-        pc_look(m.pc, t_ps, False)
+        schedule_reading(m.pc, t_ps, False)
         return
     deliver(m.node.up, t_ps)
     m.node.up.word0 = word_of(m.node, m.node.up.word0)
@@ -260,32 +260,3 @@ def come_to_rest(m: Record, box: Any, faults: NDArray[np.void]) -> None:
         if f.kept == 1 and f.ended == 0 and f.kind < PC_KILLED:
             note_effects(m, f, m.servo.now_ps)
     settle_lines(m, box)
-
-
-@kernel
-def exchange(m: Record, exchanges: int, turn: int) -> int:
-    """Let PC and box exchange requests, each at its own period; return the steps accepted, of either sign.
-
-    The axis goes back and forth: with each exchange the deviation grows by one step of the box, ``turn`` times, then
-    shrinks as often, and so on. An exchange is a reading of valid words by the PC, its next request, and the box's
-    samples up to the PC's next reading; what the box accepts counts as inserted at once. The last request is sampled,
-    too.
-    """
-    made = 0
-    place = 0
-    steps = 0
-    completed = 0
-    while made < exchanges or m.node.down.waiting > 0:
-        if made == exchanges or m.node.box.next_ps <= m.pc.next_ps:
-            total = box_tick(m.node.box, m.node.down, m.node.up, m.node.box.next_ps, place * 100, completed)
-            steps += abs(total - completed)
-            completed = total
-        else:
-            t_ps = m.pc.next_ps
-            pc_start(m.pc, m.node.down, t_ps)
-            if pc_read(m.pc, m.node.up, t_ps):
-                made += 1
-                phase = made % (2 * turn)
-                place = min(phase, 2 * turn - phase)
-                pc_request(m.pc, m.node.down, t_ps, place * m.pc.step_mm)
-    return steps

@@ -143,7 +143,6 @@ def insert_quietly(m: Record, t_ps: int) -> None:
         and rx.samples > 0
         and step_ps > rx.sure_ps
         and stood_long(rx, first_ps)
-        and s.closing == 0
         and s.ab_in == level_of_state(s.origin & 3)
         and s.ab_in == s.seen_in
         and s.ab_out == s.seen_out

@@ -12,7 +12,7 @@ from rtec.link._kernels import SLOTS
 from rtec.machine._laser_kernels import near_target
 from rtec.requester._box_kernels import RUNNING, box_tick
 from rtec.requester._box_node_kernels import WORD_RIGHT
-from rtec.requester._pc_kernels import ACTIVE, pc_look
+from rtec.requester._pc_kernels import ACTIVE, schedule_reading
 from rtec.signal._kernels import NEVER
 
 
@@ -76,7 +76,7 @@ def ticks_at_rest(
 def carry_pc_to(m: Record, t_ps: int) -> None:
     """Let the PC look at words that stand, before ``t_ps``."""
     while m.pc.next_ps < t_ps:
-        pc_look(m.pc, m.pc.next_ps, True)
+        schedule_reading(m.pc, m.pc.next_ps, True)
         m.pc.requests += 1
 
 
@@ -89,7 +89,7 @@ def carry_to(m: Record, t_ps: int) -> None:
     while pc.next_ps < t_ps:
         look_ps = pc.next_ps
         since_ps = (look_ps - box.next_ps - m.node.up.latency_ps) % box.period_ps  # the last words have arrived
-        if pc_look(pc, look_ps, since_ps >= pc.valid_after_ps):
+        if schedule_reading(pc, look_ps, since_ps >= pc.valid_after_ps):
             pc.requests += 1
     turns = (t_ps - box.next_ps + box.period_ps - 1) // box.period_ps - SLOTS
     if turns > 0:

@@ -185,11 +185,6 @@ class Cell:
         return tuple(float(state.servo.x * settings.encoder.count_mm) for state, settings in pairs)
 
     @property
-    def moves_made(self) -> int:
-        """Return how many moves of the program the first axis has made."""
-        return int(self._stations[0].moves)
-
-    @property
     def held_ps(self) -> int | None:
         """Return when the machine was first held, None if it never was."""
         return None if self._cell.held_at_once_ps == NEVER else int(self._cell.held_at_once_ps)
@@ -198,11 +193,6 @@ class Cell:
     def exchanges(self) -> int:
         """Return the turns that the PC has taken, all axes together."""
         return int(self._cell.turns)
-
-    @property
-    def bus_load(self) -> float:
-        """Return the share of time in which the bus was busy."""
-        return float(self._cell.bus.busy_ps / max(self.now_ps, 1))
 
     @property
     def fired(self) -> tuple[FaultActivation, ...]:

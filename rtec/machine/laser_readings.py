@@ -134,7 +134,7 @@ def straight_pass(
     Examples
     --------
     >>> limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
-    >>> straight_pass([10.0, 0.0], 20.0, limits).extremes().max_mm
+    >>> float(straight_pass([10.0, 0.0], 20.0, limits).x0_mm.max())
     10.0
     """
     blocks: list[axis.Block] = [axis.Dwell(seconds=HOME_DWELL_S)]

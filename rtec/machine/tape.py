@@ -16,7 +16,7 @@ from rtec.injector import _wave_kernels as columns
 from rtec.injector.waves import BoxWaves
 from rtec.machine._tape_kernels import ROWS_AN_EDGE, STEPS_AN_EDGE
 from rtec.machine.open_path import OpenPath
-from rtec.signal import TIMESCALES_PS, VcdWriter
+from rtec.signal import TIMESCALES_PS, VcdWriter, coarsest_timescale
 from rtec.units import PS_PER_S
 
 _ROOM = 1 << 18
@@ -143,8 +143,7 @@ def timescale_of(path: OpenPath) -> str:
         cycle_ps, parts = processor.cycle_ps
         uneven = uneven or parts != 1
         common = math.gcd(common, cycle_ps, reading_ps(processor))
-    common = 1 if uneven else common
-    return next(text for text in reversed(TIMESCALES_PS) if common % TIMESCALES_PS[text] == 0)
+    return coarsest_timescale([1 if uneven else common])
 
 
 def estimated_bytes(path: OpenPath) -> int:

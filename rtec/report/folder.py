@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from rtec.inference.model_file import write_model
 from rtec.io import json_text, whole_folder, write_text
 from rtec.metrology import Readings, measurement_of_readings, write_laser_file, write_measurement
@@ -103,12 +105,11 @@ def _write_readings(result: StudyResult, name: str, correction: str, readings: R
 
 def _write_waveform(waveform: Waveform, folder: Path) -> None:
     streams = {"encoder": waveform.encoder, "controller": waveform.controller}
-    times = [int(time) for stream in streams.values() for time in stream.times_ps[[0, -1]] if len(stream)]
-    start_ps, end_ps = min([waveform.from_ps, *times]), max([waveform.to_ps, *times])
+    times_ps = np.concatenate([[waveform.from_ps, waveform.to_ps], *(stream.times_ps for stream in streams.values())])
     write_vcd(
         folder / f"{file_name(waveform.name, waveform.processor)}.vcd",
         streams,
-        start_ps=start_ps,
-        end_ps=end_ps,
-        timescale=coarsest_timescale(streams.values(), start_ps=start_ps, end_ps=end_ps),
+        start_ps=int(times_ps.min()),
+        end_ps=int(times_ps.max()),
+        timescale=coarsest_timescale(times_ps),
     )

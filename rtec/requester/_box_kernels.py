@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import Record, kernel, step
+from rtec._jit import Record, step
 from rtec.link._kernels import deliver, post
 
 NOT_HOMED, RUNNING, FATAL = 0, 1, 2
@@ -166,28 +166,3 @@ def box_reset(b: Record, first_ps: int) -> None:
     b.trips = 0
     b.judged = 0
     b.homed = 0
-
-
-@kernel
-def converse(
-    b: Record, down: Record, up: Record, t_ps: int, total: int, flags: int, count: int, completed: int
-) -> int:
-    """Give the box one request, let it sample, and return the total to reach."""
-    down.latency_ps = 0
-    up.latency_ps = 0
-    post(down, t_ps, total, flags, 0, 0)
-    reached = box_tick(b, down, up, t_ps, count, completed)
-    deliver(up, t_ps)
-    return reached
-
-
-@kernel
-def trip(b: Record, count: int) -> None:
-    """Trip the probe from outside."""
-    box_trip(b, count)
-
-
-@kernel
-def reset(b: Record, first_ps: int) -> None:
-    """Switch the box on from outside."""
-    box_reset(b, first_ps)

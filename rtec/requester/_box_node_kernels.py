@@ -79,7 +79,7 @@ BOX_NODE = np.dtype(
         ("judged_ps", np.int64),
         ("said_accepted", np.int64),  # total accepted at the last turn
         ("large_spent", np.int64),  # 1: Large Correction has let a change through, and is still set
-        ("resets_asked", np.int64),
+        ("resets_requested", np.int64),
         ("cycle_next_ps", np.int64),
         ("sequence_setup", np.int64),
         ("sequence_status", np.int64),
@@ -139,7 +139,7 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     n.judged_ps = -NEVER
     n.said_accepted = 0
     n.large_spent = 0
-    n.resets_asked = 0
+    n.resets_requested = 0
     n.cycle_next_ps = t_ps
     n.sequence_setup = 0
     n.sequence_status = 0
@@ -270,12 +270,12 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
 def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
     """Restart at the second consecutive request with Reset: a single stray frame must not restart the box."""
     if not flags & RESET:
-        n.resets_asked = 0
-    elif n.resets_asked == 1 and order == IN_ORDER:
-        n.resets_asked = 0
+        n.resets_requested = 0
+    elif n.resets_requested == 1 and order == IN_ORDER:
+        n.resets_requested = 0
         restart(n, t_ps)
     else:
-        n.resets_asked = 1
+        n.resets_requested = 1
 
 
 @step

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from rtec._jit import Record, kernel, step
+from rtec._jit import Record, step
 from rtec.link._kernels import deliver, post
 from rtec.predictors._kernels import AXES, DIRECTION, POSITION, SENSORS, TIME, VELOCITY
 from rtec.requester._box_kernels import (
@@ -91,7 +91,7 @@ def follow_direction(p: Record, position: int) -> None:
 
 
 @step
-def pc_look(p: Record, t_ps: int, valid: bool) -> bool:
+def schedule_reading(p: Record, t_ps: int, valid: bool) -> bool:
     """Schedule the next reading: soon where Data Valid is low, else in the next slot; return ``valid``."""
     if not valid:
         p.not_valid += 1
@@ -108,7 +108,7 @@ def pc_look(p: Record, t_ps: int, valid: bool) -> bool:
 def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     """Read the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
     deliver(up, t_ps)
-    if not pc_look(p, t_ps, up.delivered > 0 and t_ps - up.delivered_ps >= p.valid_after_ps):
+    if not schedule_reading(p, t_ps, up.delivered > 0 and t_ps - up.delivered_ps >= p.valid_after_ps):
         return False
     p.completed = up.word1
     p.accepted = up.word2
@@ -211,30 +211,3 @@ def pc_reset(p: Record, first_ps: int) -> None:
     for k in range(SENSORS):
         p.sensors[k] = math.nan
     p.read_ps = -NEVER
-
-
-@kernel
-def converse(
-    p: Record,
-    down: Record,
-    up: Record,
-    t_ps: int,
-    position: int,
-    completed: int,
-    accepted: int,
-    status: int,
-    deviation_mm: float,
-) -> None:
-    """Hand the PC the box's words from outside and let it make its request."""
-    up.latency_ps = 0
-    post(up, t_ps - p.valid_after_ps, position, completed, accepted, status)
-    pc_start(p, down, t_ps)
-    if pc_read(p, up, t_ps):
-        pc_request(p, down, t_ps, deviation_mm)
-    deliver(down, t_ps + down.latency_ps)
-
-
-@kernel
-def reset(p: Record, first_ps: int) -> None:
-    """Switch the PC on from outside."""
-    pc_reset(p, first_ps)

@@ -47,9 +47,9 @@ from rtec.requester._pc_kernels import (
     BEYOND_EVERYTHING_MM,
     HOLD as HOLDING,
     WAITING,
-    pc_look,
     pc_read,
     pc_request,
+    schedule_reading,
     sense,
 )
 from rtec.requester._pc_node_kernels import (
@@ -201,7 +201,7 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
     p = n.pc
     check_before_turn(n, t_ps)
     if p.state == HOLDING:
-        pc_look(p, t_ps, True)
+        schedule_reading(p, t_ps, True)
         n.hold_sequence += 1
         put(n.out, HOLD, pack_hold(n.hold_sequence, n.reason, n.axis))
         if n.reason == SETUP_DIFFERS:
@@ -210,13 +210,13 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         return False
     incomplete = n.has_corrections == 0 or n.has_position == 0
     if n.has_status == 0 or (incomplete and n.box_flags & 7 != NOT_HOMED):
-        pc_look(p, t_ps, True)
+        schedule_reading(p, t_ps, True)
         if n.has_status == 1:
             turn_waiting(n, t_ps)
         return False
     counts = n.completed != 0 or n.accepted != 0  # home zeroes the totals, so these are not of this start
     if p.state == WAITING and (n.homing == 0 or n.box_flags & 7 != RUNNING or n.valid == 0 or counts):
-        pc_look(p, t_ps, True)
+        schedule_reading(p, t_ps, True)
         turn_waiting(n, t_ps)
         return False
     if p.state == WAITING and n.home_seen == 1:
@@ -225,13 +225,13 @@ def pc_prepare(n: Record, t_ps: int) -> bool:
         p.sent = n.accepted
     if n.code == I_STILL_DONT_BELIEVE_YOU:
         pc_hold(n, t_ps, BOX_STILL_DOUBTS)  # although it reports that it runs
-        pc_look(p, t_ps, True)
+        schedule_reading(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
     code = n.code if n.code != REFUSED_TOO_FAST else OK  # a late frame is not an implausible one
     post(n.up, t_ps, n.position, n.completed, n.accepted, code)
     if n.valid == 0:
-        pc_look(p, t_ps, True)
+        schedule_reading(p, t_ps, True)
         say_request(n, p.sent, 0)
         return False
     # a box that is not at home gets no request: it missed the home position, and its watchdog is to stop it

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rtec._jit import new_record, prepared
@@ -12,8 +11,8 @@ from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
 from rtec.predictors import Model
-from rtec.predictors._kernels import AXES, TEMPERATURES
-from rtec.predictors.binding import bound, check_axis, sees_axes, sensor_names
+from rtec.predictors._kernels import AXES
+from rtec.predictors.binding import bound, check_axis, sees_axes
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.setup import Setup
@@ -96,8 +95,6 @@ class PcNode:
         Position of home in the coordinates of the predictor.
     margin_mm
         How far beyond the ends of its range the predictor is still evaluated.
-    temperatures
-        Names of the temperature sensors; `feel` sets their readings.
     setup
         Setup that it sends as expected and compares with the box's; None: neither.
 
@@ -132,7 +129,6 @@ class PcNode:
         first_sequence: int = 0,
         home_mm: float = 0.0,
         margin_mm: float = 0.0,
-        temperatures: Sequence[str] = (),
         setup: Setup | None = None,
     ) -> None:
         self.axis = whole_within("axis", axis, 1, MOST_AXES)
@@ -145,7 +141,6 @@ class PcNode:
         node.axis = axis
         node.setup = 0 if setup is None else setup.word
         node.requester = whole_within("requester", requester, 0, 7)
-        self._temperatures = sensor_names(temperatures)
         node.pc.home_mm = number_within("home_mm", home_mm, -1e6, 1e6, unit="mm")
         self._margin_mm = number_within("margin_mm", margin_mm, 0.0, 1e3, unit="mm")
         self.predict_by(predictor)
@@ -154,7 +149,7 @@ class PcNode:
     def predict_by(self, predictor: Model) -> None:
         """Take another predictor from now on; home has to lie in its range."""
         check_axis(predictor, self.axis)
-        model = bound(predictor, self._temperatures, margin_mm=self._margin_mm)
+        model = bound(predictor, margin_mm=self._margin_mm)
         low_mm, high_mm = predictor.range_mm
         home_mm, margin_mm = float(self._node.pc.home_mm), self._margin_mm
         if not low_mm <= home_mm <= high_mm:
@@ -164,14 +159,6 @@ class PcNode:
         self._model = model
         self.sees_axes = sees_axes(predictor)
         self._turn = prepared(_pc_turn_kernels.turn, self._node, 0, self._model)
-
-    def feel(self, name: str, degc: float) -> None:
-        """Take the reading of a temperature sensor, in degrees Celsius; it holds until the next."""
-        if name not in self._temperatures:
-            raise ArgumentError(
-                "name", repr(name)[:60], ", ".join(self._temperatures) or "none: the PC has no such sensors"
-            )
-        self._node.pc.sensors[TEMPERATURES + self._temperatures.index(name)] = degc
 
     def see_axis(self, axis: int, position_mm: float) -> None:
         """Take the position of an axis, this one or another."""

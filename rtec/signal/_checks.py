@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,49 +91,3 @@ def whole_number(name: str, value: object, allowed: str) -> int:
         return operator.index(value)  # type: ignore[arg-type]  # refuses what is no whole number
     except TypeError:
         raise ArgumentError(name, shown(value), allowed) from None
-
-
-def chunk_size(value: object) -> int:
-    """Return the number of edges of a chunk, at least one."""
-    number = whole_number("chunk_edges", value, "a whole number above 0")
-    if number < 1:
-        raise ArgumentError("chunk_edges", shown(number), "a whole number above 0")
-    return number
-
-
-class Piece(Protocol):
-    """What both kinds of streams have."""
-
-    @property
-    def times_ps(self) -> NDArray[np.int64]:
-        """Times of the edges."""
-
-    @property
-    def initial(self) -> int:
-        """Level before the first."""
-
-    @property
-    def final(self) -> int:
-        """Level after the last."""
-
-
-def continues(where: str, piece: Piece, last_ps: int | None, level: int) -> None:
-    """Check that ``piece`` starts at ``level`` and after ``last_ps``, where the one before it ended."""
-    if piece.initial != level:
-        raise ArgumentError(f"{where}.initial", piece.initial, f"{level}, the level where the chunk before it ended")
-    times = piece.times_ps
-    if times.size and last_ps is not None and times[0] <= last_ps:
-        allowed = f"a time after {last_ps} ps, the last of the chunks before it"
-        raise ArgumentError(f"{where}.times_ps[0]", f"{times[0]} ps", allowed)
-
-
-def joined_times_ps(pieces: Sequence[Piece]) -> NDArray[np.int64]:
-    """Return the times of pieces that follow one another, at least one, as one array."""
-    if not pieces:
-        raise ArgumentError("chunks", "an empty sequence", "at least one stream")
-    last_ps: int | None = None
-    for index, piece in enumerate(pieces):
-        if index:
-            continues(f"chunks[{index}]", piece, last_ps, pieces[index - 1].final)
-        last_ps = int(piece.times_ps[-1]) if piece.times_ps.size else last_ps
-    return np.concatenate([piece.times_ps for piece in pieces])

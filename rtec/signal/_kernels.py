@@ -1,4 +1,4 @@
-"""Compiled parts of the room: the Gray-code steps that every stage calls, and the merging of signals.
+"""Compiled parts of the room: the Gray-code steps that every stage calls.
 
 A level code is ``ab = A + 2 * B``. An angle state is ``s`` = 0..3, the report's states 1..4: 00, 10, 11, 01, written
 "A B". Times are int64 picoseconds.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import kernel, step
+from rtec._jit import step
 
 NEVER = 2**62
 """The time of an event that does not come, in picoseconds: 53 days, half of the range of int64."""
@@ -64,45 +64,3 @@ def count_of_one_line(before_ab: int, after_ab: int) -> int:
 def earlier(t_ps: int, times_ps: NDArray[np.int64], i: int) -> int:
     """Return ``t_ps``, or the i-th of some times where there is one and it is earlier."""
     return min(t_ps, times_ps[i]) if i < times_ps.size else t_ps
-
-
-@kernel
-def merge(
-    times_a_ps: NDArray[np.int64],
-    times_b_ps: NDArray[np.int64],
-    before_ps: int,
-    level_a: int,
-    level_b: int,
-    level_out: int,
-    table: NDArray[np.uint8],
-    out_times_ps: NDArray[np.int64],
-    out_levels: NDArray[np.uint8],
-) -> tuple[int, int, int, int, int, int]:
-    """Merge the toggles of two lines earlier than ``before_ps`` (at most NEVER) through a table of four output codes.
-
-    ``table[a + 2 * b]`` is the code that the output takes. Toggles at one time are applied together. Returns the
-    toggles used of a and of b, the changes written, and the levels of a, b and the output at the end.
-    """
-    n_a, n_b = times_a_ps.size, times_b_ps.size
-    i = 0
-    j = 0
-    n = 0
-    while True:
-        t_a = times_a_ps[i] if i < n_a else NEVER
-        t_b = times_b_ps[j] if j < n_b else NEVER
-        t = min(t_a, t_b)
-        if t >= before_ps:
-            break
-        if t_a == t:
-            level_a ^= 1
-            i += 1
-        if t_b == t:
-            level_b ^= 1
-            j += 1
-        code = int(table[level_a + 2 * level_b])
-        if code != level_out:
-            out_times_ps[n] = t
-            out_levels[n] = code
-            level_out = code
-            n += 1
-    return i, j, n, level_a, level_b, level_out

@@ -9,7 +9,6 @@ Yee (1992), "Alternate RTEC Design A", state table; ``docs/state-tables.md`` hol
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,18 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from rtec.signal import _checks
 from rtec.signal._kernels import DELTA
-
-
-class Direction(enum.IntEnum):
-    """Direction of motion: forward through the state table, where A leads B, or backward."""
-
-    FORWARD = 1
-    BACKWARD = -1
-
-    @property
-    def opposite(self) -> Direction:
-        """The other direction."""
-        return Direction(-self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

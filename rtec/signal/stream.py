@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,10 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rtec.errors import ArgumentError
 from rtec.signal import _checks, gray
-from rtec.signal._kernels import ILLEGAL, NEVER, merge
-from rtec.signal.line import LevelStream, shifted, window_indices
-
-_PAIR = np.arange(4, dtype=np.uint8)
+from rtec.signal._kernels import ILLEGAL
 
 
 class Counts(NamedTuple):
@@ -106,30 +103,6 @@ class EdgeStream:
         initial = _checks.code("initial_state", initial_state, 3)
         return cls(times_ps, gray.levels_of_states(states), initial ^ (initial >> 1))
 
-    @classmethod
-    def from_lines(cls, a: LevelStream, b: LevelStream) -> EdgeStream:
-        """Join the lines A and B; toggles at one time become one edge.
-
-        Examples
-        --------
-        >>> stream = EdgeStream.from_lines(LevelStream([10, 30], 0), LevelStream([20, 30], 0))
-        >>> stream.levels.tolist(), stream.counts()
-        ([1, 3, 0], Counts(net=2, illegal=1))
-        """
-        times = np.empty(len(a) + len(b), dtype=np.int64)
-        levels = np.empty(times.size, dtype=np.uint8)
-        initial = a.initial + 2 * b.initial
-        _, _, n, *_ = merge(a.times_ps, b.times_ps, NEVER, a.initial, b.initial, initial, _PAIR, times, levels)
-        return cls(times[:n], levels[:n], initial)
-
-    def lines(self) -> tuple[LevelStream, LevelStream]:
-        """Return the lines A and B; the reverse of :meth:`from_lines`."""
-        changed = self.levels ^ self._before()
-        return (
-            LevelStream(self.times_ps[(changed & 1) != 0], self.initial & 1),
-            LevelStream(self.times_ps[(changed & 2) != 0], self.initial >> 1),
-        )
-
     @property
     def final(self) -> int:
         """The level code after the last edge."""
@@ -163,7 +136,11 @@ class EdgeStream:
         ArgumentError
             ``stop_ps`` before ``start_ps``.
         """
-        return self.part(*window_indices(self.times_ps, start_ps, stop_ps))
+        start, stop = _checks.time_ps("start_ps", start_ps), _checks.time_ps("stop_ps", stop_ps)
+        if stop < start:
+            raise ArgumentError("stop_ps", f"{stop} ps", f"a time not before start_ps = {start} ps")
+        first, last = np.searchsorted(self.times_ps, [start, stop], side="left")
+        return self.part(int(first), int(last))
 
     def part(self, first: int, last: int) -> EdgeStream:
         """Return the edges with the indices ``first <= i < last``; ``first`` is not negative."""
@@ -189,17 +166,12 @@ class EdgeStream:
 
     def shift(self, delay_ps: int) -> EdgeStream:
         """Return the same signals ``delay_ps`` later; negative is earlier."""
-        return EdgeStream(shifted(self.times_ps, delay_ps), self.levels, self.initial)
-
-    def chunks(self, chunk_edges: int) -> Iterator[EdgeStream]:
-        """Yield the stream in pieces of at most ``chunk_edges`` edges, at least one piece."""
-        size = _checks.chunk_size(chunk_edges)
-        for first in range(0, max(len(self), 1), size):
-            yield self.part(first, first + size)
+        # both are within ±2**62, so that the sum cannot wrap
+        return EdgeStream(self.times_ps + _checks.time_ps("delay_ps", delay_ps), self.levels, self.initial)
 
     @staticmethod
     def concatenate(chunks: Iterable[EdgeStream]) -> EdgeStream:
-        """Join pieces that follow one another; the reverse of :meth:`chunks`.
+        """Join pieces that follow one another.
 
         Raises
         ------
@@ -209,16 +181,24 @@ class EdgeStream:
         Examples
         --------
         >>> stream = EdgeStream([10, 20, 30], [1, 3, 1], initial=0)
-        >>> EdgeStream.concatenate(stream.chunks(2)) == stream
+        >>> EdgeStream.concatenate([stream.part(0, 2), stream.part(2, 3)]) == stream
         True
         """
         pieces = list(chunks)
-        times = _checks.joined_times_ps(pieces)
-        return EdgeStream(times, np.concatenate([piece.levels for piece in pieces]), pieces[0].initial)
-
-    def _before(self) -> NDArray[np.uint8]:
-        """Return the level code before each edge, shape (n,)."""
-        before = np.empty_like(self.levels)
-        before[:1] = self.initial
-        before[1:] = self.levels[:-1]
-        return before
+        if not pieces:
+            raise ArgumentError("chunks", "an empty sequence", "at least one stream")
+        last_ps: int | None = None
+        for index, piece in enumerate(pieces):
+            where, times = f"chunks[{index}]", piece.times_ps
+            if index and piece.initial != pieces[index - 1].final:
+                allowed = f"{pieces[index - 1].final}, the level where the chunk before it ended"
+                raise ArgumentError(f"{where}.initial", piece.initial, allowed)
+            if times.size and last_ps is not None and times[0] <= last_ps:
+                allowed = f"a time after {last_ps} ps, the last of the chunks before it"
+                raise ArgumentError(f"{where}.times_ps[0]", f"{times[0]} ps", allowed)
+            last_ps = int(times[-1]) if times.size else last_ps
+        return EdgeStream(
+            np.concatenate([piece.times_ps for piece in pieces]),
+            np.concatenate([piece.levels for piece in pieces]),
+            pieces[0].initial,
+        )

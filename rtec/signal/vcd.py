@@ -34,6 +34,19 @@ TIMESCALES_PS = {
 }
 """Picoseconds in one unit of each timescale that a file can have, finest first."""
 
+
+def coarsest_timescale(times_ps: ArrayLike) -> str:
+    """Return the coarsest timescale that holds every one of some times exactly, whole ps, shape (n,).
+
+    Examples
+    --------
+    >>> coarsest_timescale([2_000_000, 3_500_000, 10_000_000])
+    '100 ns'
+    """
+    common = int(np.gcd.reduce(np.asarray(times_ps, np.int64), initial=0))
+    return next(text for text in reversed(TIMESCALES_PS) if common % TIMESCALES_PS[text] == 0)
+
+
 WIDEST = 62
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_$]{0,254}")
 _CHUNK_CHANGES = 1 << 18

@@ -6,13 +6,13 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
+import exchange_kernels
 import numpy as np
 from figures import Bar, Figure, Setting, Spread, number
 from open_path_job import WrongResultError
 
 from rtec._jit import new_record
 from rtec.link import _bus_kernels
-from rtec.machine import _exchange_kernels
 from rtec.machine.cell import Cell
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import NoError
@@ -52,10 +52,10 @@ def exchange(exchanges: int, handshake: HandshakeSettings) -> float:
     box.axis = pc.axis = pc.requester = box.at_home = 1
     box.limit_steps = 127
     pc.low_mm, pc.high_mm = -1e9, 1e9
-    _exchange_kernels.start(bus, box, pc, 10**12 // 500_000, _FIRST_PS)
+    exchange_kernels.start(bus, box, pc, 10**12 // 500_000, _FIRST_PS)
     faults = np.rec.array(np.zeros(0, dtype=_bus_kernels.FAULT))
     begun = time.perf_counter()
-    last_ps = _exchange_kernels.exchange_frames(bus, faults, box, pc, exchanges, _TURN, NEVER - 1)
+    last_ps = exchange_kernels.exchange_frames(bus, faults, box, pc, exchanges, _TURN, NEVER - 1)
     wall_s = time.perf_counter() - begun
     phase = exchanges % (2 * _TURN)
     turns = last_ps // handshake.pc_period_ps + 1

@@ -6,11 +6,12 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
+import exchange_kernels
 from figures import Bar, Figure, Setting, Spread, number
 from open_path_job import WrongResultError, box
 
 from rtec.injector import Design
-from rtec.machine import LoopResult, Machine, _loop_kernels, measuring_run, run_machine
+from rtec.machine import LoopResult, Machine, measuring_run, run_machine
 from rtec.requester.settings import HandshakeSettings
 from rtec.study import Study, builtin_study
 from rtec.units import MM_PER_INCH
@@ -95,7 +96,7 @@ def converse(exchanges: int, handshake: HandshakeSettings) -> float:
     state = Machine(injector=box(Design.C), handshake=handshake).state()
     box_first, pc_first = int(state.node.box.next_ps), int(state.pc.next_ps)
     begun = time.perf_counter()
-    steps = _loop_kernels.exchange(state, exchanges, _TURN)
+    steps = exchange_kernels.exchange(state, exchanges, _TURN)
     wall_s = time.perf_counter() - begun
     phase = exchanges % (2 * _TURN)
     # the first look of the PC finds no home, the others make an exchange each; the last request is then sampled, too

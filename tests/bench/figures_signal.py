@@ -18,6 +18,7 @@ from figures import Bar, Figure, Setting, Spread, number, skipped
 from open_path_job import FREQUENCY_HZ, REAL_TIME_EDGES_S, carry_out, job
 from peer_verilator import Build
 from peers import PeerAbsent, PeerFailedError, pyvcd, sigrok
+from steady_edges import steady_edges
 
 from rtec._jit import new_record
 from rtec.axis import _kernels as axis_kernels
@@ -158,7 +159,7 @@ def made_edges(edges: int) -> tuple[Any, Any]:
     open_path_job.encoder().fill_steady(state, FREQUENCY_HZ, 1)
     axis_kernels.reset_at(state, 0.0)
     times, levels = np.empty(edges + 3, np.int64), np.empty(edges + 3, np.uint8)
-    used = axis_kernels.steady_edges(state, times, levels)
+    used = steady_edges(state, times, levels)
     return times[:used], levels[:used]
 
 
@@ -172,7 +173,7 @@ def stage_works(edges: int) -> dict[str, Callable[[], object]]:
         state = new_record(axis_kernels.ENCODER)
         open_path_job.encoder().fill_steady(state, FREQUENCY_HZ, 1)
         axis_kernels.reset_at(state, 0.0)
-        axis_kernels.steady_edges(state, *made)
+        steady_edges(state, *made)
 
     def inject(design: Design) -> Callable[[], None]:
         def work() -> None:

@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from figure_three_axes import axes_figure
+from grid_run import GridReadings, measure_grid
 from into_page import print_or_write
+from volume import drawn_volume, there_and_back
 
 from rtec.axis.encoder import Encoder
 from rtec.dataset.load import load_dataset
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine.grid_run import GridReadings, measure_grid
 from rtec.machine.station_settings import StationSettings
-from rtec.machine.volume import drawn_volume, there_and_back
 from rtec.metrology.measurement_csv import write_measurement
 from rtec.predictors import Predictor
 from rtec.report.figures_style import write_figure

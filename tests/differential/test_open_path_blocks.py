@@ -9,10 +9,10 @@ import itertools
 
 import numpy as np
 import pytest
+from steady_edges import steady_edges
 
 from rtec.axis import Encoder, Imperfections
 from rtec.axis._ahead_kernels import AHEAD, cross_ahead, shift_lines
-from rtec.axis._kernels import steady_edges
 from rtec.axis.encoder import crosses_evenly
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError

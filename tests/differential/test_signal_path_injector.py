@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from injector_oracle import BoxOracle, live
 
-from rtec.injector import Design, Injector, InjectorSettings, PowerLoss, RealEdges, Timing
+from rtec.injector import Design, Injector, InjectorSettings, RealEdges, Timing
+from rtec.injector.box import PowerLoss
 from rtec.signal import EdgeStream
 
 compiles = settings(deadline=None, max_examples=100)

@@ -23,7 +23,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_model.hexfile import Image, write_hex
+from hex_writer import write_hex
+
+from firmware_model.hexfile import Image
 
 PROGRAM = "s51"
 CLOCKS_PER_CYCLE = 12

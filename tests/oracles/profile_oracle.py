@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -53,3 +55,13 @@ def state_after(lapse_ps: int, x: float, v: float, a: float, j: float) -> State:
     """Return position, velocity and acceleration after a time of constant jerk, in exact fractions."""
     t, x_, v_, a_, j_ = Fraction(lapse_ps, 10**12), Fraction(x), Fraction(v), Fraction(a), Fraction(j)
     return x_ + v_ * t + a_ * t**2 / 2 + j_ * t**3 / 6, v_ + a_ * t + j_ * t**2 / 2, a_ + j_ * t
+
+
+def extremes(motion: Any) -> SimpleNamespace:
+    """Return the range of positions and the largest speed, acceleration and jerk of segments."""
+    columns = {
+        "speed_mm_s": motion.v0_mm_s, "acceleration_mm_s2": motion.a0_mm_s2, "jerk_mm_s3": motion.j0_mm_s3
+    }  # fmt: skip
+    places = [*motion.x0_mm.tolist(), motion.end_mm]
+    largest = {name: float(np.abs(column).max(initial=0.0)) for name, column in columns.items()}
+    return SimpleNamespace(min_mm=min(places), max_mm=max(places), **largest)

@@ -1,11 +1,11 @@
-"""Slow, plain models of the signal room: states looked up, merging asked at every time, VCD read word by word.
+"""Slow, plain models of the signal room: states looked up, VCD read word by word.
 
 Nothing here imports rtec.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -66,29 +66,14 @@ def inverted(levels: str, lines: Iterable[str]) -> list[str]:
     return output
 
 
-def level_at(times: Sequence[int], initial: int, t: int) -> int:
-    """Return the level of a line at ``t`` by counting the toggles up to it."""
-    return (initial + sum(1 for time in times if time <= t)) % 2
+def joined(a: tuple[Sequence[int], int], b: tuple[Sequence[int], int]) -> tuple[list[int], list[int], int]:
+    """Return times, level codes A + 2 B and initial code of two lines, given by their toggles and initial levels."""
+    times = sorted({*a[0], *b[0]})
 
+    def level_at(line: tuple[Sequence[int], int], now: int) -> int:
+        return (line[1] + sum(1 for t in line[0] if t <= now)) % 2
 
-def merged(
-    table: Sequence[int] | Callable[[int, int], int],
-    a: tuple[Sequence[int], int],
-    b: tuple[Sequence[int], int],
-) -> tuple[list[int], int]:
-    """Return the toggles and the initial level of two merged lines, evaluated afresh at every time of either."""
-
-    def gate(x: int, y: int) -> int:
-        return table(x, y) if callable(table) else table[x + 2 * y]
-
-    initial = last = gate(a[1], b[1])
-    toggles = []
-    for t in sorted({*a[0], *b[0]}):
-        now = gate(level_at(*a, t), level_at(*b, t))
-        if now != last:
-            toggles.append(t)
-        last = now
-    return toggles, initial
+    return times, [level_at(a, t) + 2 * level_at(b, t) for t in times], a[1] + 2 * b[1]
 
 
 @dataclass

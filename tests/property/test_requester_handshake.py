@@ -1,5 +1,6 @@
 """Both sides of the handshake against plain models, and both together over links with any latency."""
 
+from dialogue import Answer, BoxSide, PcSide
 from handshake_oracle import BoxWords, PcWords
 from hypothesis import Phase, given, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
@@ -7,7 +8,6 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 from rtec._jit import new_record
 from rtec.link import _kernels as link
 from rtec.requester import _box_kernels as box_kernels, _pc_kernels as pc_kernels
-from rtec.requester.dialogue import Answer, BoxSide, PcSide
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
 
@@ -145,8 +145,8 @@ class Pair:
             mailbox.latency_ps = handshake.latency_ps
         handshake.fill_box(self.box)
         handshake.fill_pc(self.pc, count_mm=0.001, step_counts=1, word_limit=limit)
-        box_kernels.reset(self.box, box_first_ps)
-        pc_kernels.reset(self.pc, pc_first_ps)
+        box_kernels.box_reset(self.box, box_first_ps)
+        pc_kernels.pc_reset(self.pc, pc_first_ps)
         self.log = []  # (time, who, what)
 
     def run(self, until_ps, deviation, orders=None):

@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from encoder_oracle import steady_crossings
+from steady_edges import steady_edges
 
 from rtec._jit import new_record
 from rtec.axis import Encoder, Imperfections, MotionSegments, _kernels
@@ -44,7 +45,7 @@ def steady(encoder, frequency_hz, direction, count, chunk=1 << 16):
     times, levels = [], []
     while (left := count - sum(part.size for part in times)) > 0:
         t, ab = np.empty(min(chunk, left + 2), np.int64), np.empty(min(chunk, left + 2), np.uint8)
-        n = _kernels.steady_edges(state, t, ab)
+        n = steady_edges(state, t, ab)
         times.append(t[:n])
         levels.append(ab[:n])
     return np.concatenate(times)[:count], np.concatenate(levels)[:count], state
@@ -176,7 +177,7 @@ def test_nothing_drifts_over_ten_million_edges(frequency_hz):
     t, ab = np.empty(100_002, np.int64), np.empty(100_002, np.uint8)
     made = 0
     while made < 10_000_000:
-        n = _kernels.steady_edges(state, t, ab)
+        n = steady_edges(state, t, ab)
         numbers = (0, 1, n // 2, n - 1)
         exact = steady_crossings(frequency_hz, [made + i for i in numbers])
         for i, goal in zip(numbers, exact, strict=True):
@@ -256,18 +257,6 @@ def test_a_glitch_at_the_end_of_a_motion_is_ended():
         assert stream.final == 0  # eight counts on
         ends.add(stream.times_ps[-1] > 0.01 * S)
     assert ends == {True, False}
-
-
-# -------------------------------------------------------------------- index
-
-
-def test_index_is_high_at_every_multiple_of_its_counts():
-    disc = Encoder(count_mm=1.0, counts_per_rev=8, index_counts=-1)
-    there_and_back = edges(disc, (20.0, 0.0, 1.0, 0.0), (20.0, 20.0, -1.0, 0.0))
-    index = disc.index_pulses(there_and_back)
-    assert index.initial == 1
-    expected = [0.5, 7.5, 8.5, 15.5, 16.5, 23.5, 24.5, 31.5, 32.5, 39.5]
-    assert index.times_ps.tolist() == [round(t * S) for t in expected]
 
 
 # ---------------------------------------------------------------- arguments

@@ -7,9 +7,9 @@ import shutil
 from pathlib import Path
 
 import pytest
+from hex_writer import write_hex
 
 from firmware_model import Image, read_hex
-from firmware_model.hexfile import write_hex
 from firmware_model.images import build
 from rtec.board import Microcontroller
 from rtec.cli import main

@@ -5,14 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from rtec.controller import (
-    IllegalClass,
-    IllegalPolicy,
-    IllegalTransition,
-    Multiplication,
-    Receiver,
-    ReceiverSettings,
-)
+from rtec.controller import IllegalPolicy, Multiplication, Receiver, ReceiverSettings
+from rtec.controller.receiver import IllegalClass, IllegalTransition
 from rtec.errors import ArgumentError
 from rtec.signal import EdgeStream
 

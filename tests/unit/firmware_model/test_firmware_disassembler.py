@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_model import FirmwareError, disassemble, read_hex
-from firmware_model.isa import INSTRUCTIONS, RESERVED_OPCODE, Operand, disassemble_image
+from firmware_model import FirmwareError, read_hex
+from firmware_model.isa.disassembler import disassemble, disassemble_image
+from firmware_model.isa.table import INSTRUCTIONS, RESERVED_OPCODE, Operand
 
 needs_assembler = pytest.mark.skipif(
     not (shutil.which("sdas8051") and shutil.which("sdld")), reason="sdas8051 and sdld (SDCC) are not installed"

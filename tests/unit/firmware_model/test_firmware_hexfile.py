@@ -8,10 +8,11 @@ import string
 import subprocess
 
 import pytest
+from hex_writer import write_hex
 from hypothesis import given, settings, strategies as st
 
 from firmware_model.errors import FirmwareError
-from firmware_model.hexfile import CODE_BYTES, FILE_LIMIT_BYTES, Image, read_hex, write_hex
+from firmware_model.hexfile import CODE_BYTES, FILE_LIMIT_BYTES, Image, read_hex
 
 END = ":00000001FF"
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 from rtec._jit import new_record
 from rtec.link import _bus_kernels as bus_kernels
 from rtec.link._bus_kernels import ANY, BUS, FAULT, FRAME_BITS, next_delivery, reset, submit
-from rtec.link._frame_kernels import corrections_frame, request_frame, status_frame
+from rtec.link._frame_kernels import pack_corrections, pack_request, pack_status
 from rtec.signal._kernels import NEVER
 
 BIT_PS = 2_000_000  # 500 kbit/s
@@ -222,7 +222,7 @@ def test_node_off_the_bus_is_silent_and_sends_nothing_old_afterwards():
 
 
 def test_corrupted_frame_is_another_one_under_a_wrong_checksum():
-    right = int(request_frame(1, 5, -3, 8, 0, 7))
+    right = int(pack_request(1, 5, -3, 8, 0, 7))
     weights = set()
     for seed in range(60):
         found, _, (f,) = drive([(k * MS, PC, 0x201, right) for k in range(10)], fault("CORRUPTED", seed=seed))
@@ -236,7 +236,7 @@ def test_corrupted_frame_is_another_one_under_a_wrong_checksum():
 
 @pytest.mark.parametrize(("kind", "agrees"), [("FLIPPED", False), ("MASQUERADE", True)])
 def test_miscounted_request_has_a_right_checksum(kind, agrees):
-    right = int(request_frame(1, 5, 100, 8, 0, 7))
+    right = int(pack_request(1, 5, 100, 8, 0, 7))
     bits = set()
     for seed in range(40):
         found, _, (f,) = drive([(0, PC, 0x201, right)], fault(kind, seed=seed))
@@ -251,8 +251,8 @@ def test_miscounted_request_has_a_right_checksum(kind, agrees):
 
 
 ANSWERS = [
-    (0, 1, 0x181, int(status_frame(1, 5, 0, 1, 7, 0, 0, 0))),
-    (MS, 1, 0x281, int(corrections_frame(1, 5, 3, 3, 7, 5))),
+    (0, 1, 0x181, int(pack_status(1, 5, 0, 1, 7, 0, 0, 0))),
+    (MS, 1, 0x281, int(pack_corrections(1, 5, 3, 3, 7, 5))),
 ]
 
 

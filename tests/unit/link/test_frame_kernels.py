@@ -55,7 +55,7 @@ def read_by_cantools(name, data):
 
 @drawn(AXES, BYTE, TOTAL, st.integers(0, 31), st.integers(0, 7), BYTE)
 def test_request(axis, sequence, total, flags, requester, session):
-    assert data_of(frames.request_frame(axis, sequence, total, flags, requester, session)) == by_cantools(
+    assert data_of(frames.pack_request(axis, sequence, total, flags, requester, session)) == by_cantools(
         "Request_1", 0x200 + axis, Sequence=sequence, Total=total, TotalInverted=0xFFFF - total % 65536,
         LargeCorrection=flags & 1, Probing=flags >> 1 & 1, GoHome=flags >> 2 & 1, Enable=flags >> 3 & 1,
         Reset=flags >> 4, Requester=requester, Session=session,
@@ -64,7 +64,7 @@ def test_request(axis, sequence, total, flags, requester, session):
 
 @drawn(AXES, BYTE, BYTE, BYTE, BYTE, BYTE, BYTE, BYTE)
 def test_status(axis, sequence, code, flags, session, refused, requests, moments):
-    frame = frames.status_frame(axis, sequence, code, flags & 0x7F, session, refused, requests, moments)
+    frame = frames.pack_status(axis, sequence, code, flags & 0x7F, session, refused, requests, moments)
     assert data_of(frame) == by_cantools(
         "Status_1", 0x180 + axis, Sequence=sequence, Code=code, State=flags & 7, SwitchOn=flags >> 3 & 1,
         Probing=flags >> 4 & 1, HoldWanted=flags >> 5 & 1, AtHome=flags >> 6 & 1, Session=session,
@@ -74,7 +74,7 @@ def test_status(axis, sequence, code, flags, session, refused, requests, moments
 
 @drawn(AXES, BYTE, TOTAL, TOTAL, BYTE, BYTE)
 def test_corrections(axis, sequence, completed, accepted, session, judged):
-    assert data_of(frames.corrections_frame(axis, sequence, completed, accepted, session, judged)) == by_cantools(
+    assert data_of(frames.pack_corrections(axis, sequence, completed, accepted, session, judged)) == by_cantools(
         "Corrections_1", 0x280 + axis, Sequence=sequence, Completed=completed, Accepted=accepted,
         Session=session, Judged=judged,
     )  # fmt: skip
@@ -82,32 +82,32 @@ def test_corrections(axis, sequence, completed, accepted, session, judged):
 
 @drawn(AXES, BYTE, POSITION, st.integers(0, 1), st.integers(-(2**14), 2**14 - 1))
 def test_position(axis, sequence, position, valid, counted):
-    assert data_of(frames.position_frame(axis, sequence, position, valid, counted)) == by_cantools(
+    assert data_of(frames.pack_position(axis, sequence, position, valid, counted)) == by_cantools(
         "Position_1", 0x300 + axis, Sequence=sequence, Position=position, DataValid=valid, Counted=counted
     )
 
 
 @drawn(AXES, BYTE, POSITION, BYTE, BYTE)
 def test_probe(axis, sequence, position, trips, session):
-    assert data_of(frames.probe_frame(axis, sequence, position, trips, session)) == by_cantools(
+    assert data_of(frames.pack_probe(axis, sequence, position, trips, session)) == by_cantools(
         "Probe_1", 0x380 + axis, Sequence=sequence, Position=position, Trips=trips, Session=session
     )
 
 
 @drawn(BYTE, BYTE, st.integers(0, 15))
 def test_hold(sequence, reason, axis):
-    assert data_of(frames.hold_frame(sequence, reason, axis)) == by_cantools(
+    assert data_of(frames.pack_hold(sequence, reason, axis)) == by_cantools(
         "Hold", 0x080, Sequence=sequence, Reason=reason, Axis=axis
     )
 
 
 @drawn(st.integers(-(2**40), 2**40))
 def test_counters_wrap_into_their_fields(number):
-    assert frames.probe_frame(1, number, number, number, number) == frames.probe_frame(
+    assert frames.pack_probe(1, number, number, number, number) == frames.pack_probe(
         1, number % 256, (number + 2**31) % 2**32 - 2**31, number % 256, number % 256
     )
     wrapped = (number + 2**14) % 2**15 - 2**14  # Counted is modulo 2^15
-    assert frames.position_frame(1, 0, 0, 0, number) == frames.position_frame(1, 0, 0, 0, wrapped)
+    assert frames.pack_position(1, 0, 0, 0, number) == frames.pack_position(1, 0, 0, 0, wrapped)
 
 
 # reading
@@ -162,13 +162,6 @@ def test_fields_of_any_position_or_probe_latch(data):
     assert frames.position_of(payload) == fields["Position"]
     assert frames.probe_trips(payload) == fields["Trips"]
     assert frames.session_of(payload) == fields["Session"]
-
-
-@drawn(FRAMES)
-def test_fields_of_any_hold(data):
-    payload, fields = payload_of(data), read_by_cantools("Hold", data)
-    assert frames.hold_reason(payload) == fields["Reason"]
-    assert frames.hold_axis(payload) == fields["Axis"]
 
 
 # numbers

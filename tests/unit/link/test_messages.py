@@ -13,7 +13,7 @@ from crc_oracle import frame_checksum
 from hypothesis import given, settings, strategies as st
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.link._frame_kernels import hold_frame, position_frame, request_frame, setup_frame, status_frame
+from rtec.link._frame_kernels import pack_hold, pack_position, pack_request, pack_setup, pack_status
 from rtec.link.messages import KINDS, Kind, MessageSet, Verdict
 
 TEXT = (files("rtec.link") / "rtec.dbc").read_text()
@@ -59,21 +59,21 @@ def test_any_frame_is_read_as_by_cantools(messages, kind, axis, data, sealed):
 
 
 def test_frames_of_the_nodes_are_right(messages):
-    frame = messages.decode(0x18F, bytes_of(status_frame(15, 3, 5, 2 | 8 | 32, 9, 1, 2, 3)))
+    frame = messages.decode(0x18F, bytes_of(pack_status(15, 3, 5, 2 | 8 | 32, 9, 1, 2, 3)))
     assert (frame.name, frame.axis, frame.verdict) == ("Status", 15, Verdict.RIGHT)
     assert frame.values == {
-        "Crc": bytes_of(status_frame(15, 3, 5, 42, 9, 1, 2, 3))[0], "Sequence": 3,
+        "Crc": bytes_of(pack_status(15, 3, 5, 42, 9, 1, 2, 3))[0], "Sequence": 3,
         "Code": "I_STILL_DONT_BELIEVE_YOU", "State": "FATAL", "SwitchOn": 1, "Probing": 0, "HoldWanted": 1,
         "AtHome": 0, "Session": 9, "FramesRefused": 1, "RequestsRefused": 2, "MomentsRefused": 3,
     }  # fmt: skip
-    hold = messages.decode(0x080, bytes_of(hold_frame(1, 2, 3)))
+    hold = messages.decode(0x080, bytes_of(pack_hold(1, 2, 3)))
     assert (hold.axis, hold.values["Reason"], hold.verdict) == (3, "BOX_SILENT", Verdict.RIGHT)
-    position = messages.decode(0x301, bytes_of(position_frame(1, 1, -5, 1, -5)))
+    position = messages.decode(0x301, bytes_of(pack_position(1, 1, -5, 1, -5)))
     assert (position.values["Position"], position.values["Counted"], position.values["DataValid"]) == (-5, -5, 1)
 
 
 def test_number_without_label_stays_a_number(messages):
-    data = bytes_of(status_frame(1, 1, 200, 7, 0, 0, 0, 0))
+    data = bytes_of(pack_status(1, 1, 200, 7, 0, 0, 0, 0))
     assert (messages.decode(0x181, data).values["Code"], messages.decode(0x181, data).values["State"]) == (200, 7)
 
 
@@ -92,7 +92,7 @@ def test_frame_of_another_length_has_no_fields(messages, length):
 
 
 def test_frame_of_another_axis_or_kind_has_a_wrong_checksum(messages):
-    data = bytes_of(request_frame(1, 1, 5, 8, 0, 7))
+    data = bytes_of(pack_request(1, 1, 5, 8, 0, 7))
     assert messages.decode(0x201, data).verdict is Verdict.RIGHT
     assert messages.decode(0x202, data).verdict is Verdict.WRONG_CHECKSUM
     assert messages.decode(0x281, data).verdict is Verdict.WRONG_CHECKSUM
@@ -107,7 +107,7 @@ def test_encoded_request_is_that_of_the_node(axis):
     for sequence in (1, 2, 3):
         frame = messages.encode("Request", axis, {"Total": -77, "Enable": 1, "Requester": 5, "Session": 200})
         assert frame.identifier == 0x200 + axis
-        assert frame.data == bytes_of(request_frame(axis, sequence, -77, 8, 5, 200))
+        assert frame.data == bytes_of(pack_request(axis, sequence, -77, 8, 5, 200))
 
 
 @settings(deadline=None, max_examples=50)
@@ -315,7 +315,7 @@ def test_a_setup_is_read_in_units(messages):
     read = DBC.decode_message(257, frame.data)
     assert (str(read["Design"]), read["Cycle"], read["Step"]) == ("C", 10_000, pytest.approx(2540.0))
     word = 3 | 10_000 << 4 | 25_400 << 24
-    assert frame.data == bytes_of(setup_frame(257, 1, word))
+    assert frame.data == bytes_of(pack_setup(257, 1, word))
 
 
 def test_path_that_is_no_file(tmp_path):
@@ -380,8 +380,8 @@ def test_program_of_the_page_talks_to_the_nodes(messages):
     program = {}
     exec(compile(code, "messages.md", "exec"), program)  # noqa: S102 - it is our own page
     identifier, data = program["request"](sequence=7, total=-3, session=200)
-    assert (identifier, data) == (0x201, bytes_of(request_frame(1, 7, -3, 8, 0, 200)))
-    frame = bytes_of(status_frame(1, 3, 4, 1, 9, 1, 2, 3))
+    assert (identifier, data) == (0x201, bytes_of(pack_request(1, 7, -3, 8, 0, 200)))
+    frame = bytes_of(pack_status(1, 3, 4, 1, 9, 1, 2, 3))
     assert str(program["status"](frame)["Code"]) == "I_DONT_BELIEVE_YOU"
     with pytest.raises(ValueError, match="not to be believed"):
         program["status"](frame[:-1] + b"\x00")

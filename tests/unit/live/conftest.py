@@ -113,7 +113,7 @@ def together(cable):
     from rtec.requester.settings import HandshakeSettings
     from rtec.requester.supervision import SupervisionLimits
 
-    def make(moves=(), axes=(1,), table=None, speed=1.0, temperatures=(), setup=None):
+    def make(moves=(), axes=(1,), table=None, speed=1.0, setup=None):
         table = table or BidirectionalTable(
             forward_positions_mm=[-50, 50],
             forward_errors_mm=[0.012, 0.012],
@@ -130,7 +130,6 @@ def together(cable):
                 count_mm=0.001,
                 step_counts=4,
                 word_limit=127,
-                temperatures=temperatures,
                 setup=setup,
                 start_ps=cable[0].clock.now_ps + (2 + k) * MS,
             )

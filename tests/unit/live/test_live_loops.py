@@ -29,33 +29,25 @@ def test_what_is_asked_for_arrives_at_the_controller(together):
     assert pair.pc.answer_s[0] <= 0.010 and len(pair.pc.answer_s) == 1
 
 
-def twice(numbers, inputs, memory, sd):
-    """A model of one's own: growth by temperature, and what another axis does to this one."""
+def by_the_other(numbers, inputs, memory, sd):
+    """A model of one's own: what another axis does to this one."""
     sd[0] = 0.0005
-    return numbers[0] * (inputs[0] - 20.0) + numbers[1] * inputs[1]
+    return numbers[0] * inputs[0]
 
 
-def test_a_model_of_ones_own_sees_temperatures_and_the_other_axes(together):
-    model = StepModel(function=twice, inputs=("temperature_bed", "position_2"), numbers=[0.002, 0.004])
-    pair = together(
-        [Move(target_mm=3.0, speed_mm_s=10.0, rest_s=100.0)], axes=(1, 2), table=model, temperatures=["bed"]
-    )
-    for node in pair.pc.nodes:
-        node.feel("bed", 24.0)
+def test_a_model_of_ones_own_sees_the_other_axes(together):
+    model = StepModel(function=by_the_other, inputs=("position_2",), numbers=[0.004])
+    pair = together([Move(target_mm=3.0, speed_mm_s=10.0, rest_s=100.0)], axes=(1, 2), table=model)
     pair.run(2.0)
-    # 8 um by the temperature, 12 um by 3 mm of the other axis: 5 steps of 4 um
-    assert [node.view.completed for node in pair.pc.nodes] == [5, 5]
+    # 12 um by 3 mm of the other axis: 3 steps of 4 um
+    assert [node.view.completed for node in pair.pc.nodes] == [3, 3]
     assert pair.pc.nodes[0].view.sd_mm == 0.0005
-    with pytest.raises(ArgumentError, match="bed"):
-        pair.pc.nodes[0].feel("bad", 24.0)
 
 
-def test_a_temperature_that_nobody_read_holds_the_machine(together):
-    model = StepModel(function=twice, inputs=("temperature_bed", "position"), numbers=[0.002, 0.0])
-    pair = together(table=model, temperatures=["bed"])
-    pair.run(0.5)
-    view = pair.pc.nodes[0].view
-    assert (view.state, view.reason, view.sd_mm) == (PcState.HOLD, HoldReason.PREDICTOR_OUT_OF_RANGE, None)
+def test_a_live_pc_has_no_thermometers(together):
+    model = StepModel(function=by_the_other, inputs=("temperature_bed",), numbers=[0.002])
+    with pytest.raises(ArgumentError, match="temperature_bed"):
+        together(table=model)
 
 
 def test_turns_keep_to_the_grid(together):

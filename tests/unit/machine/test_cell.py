@@ -101,7 +101,7 @@ def test_the_bus_is_as_busy_as_its_frames_are_long():
     """Three axes: 4 frames of 135 bits each every 10 ms, and what is said at once, at 500 kbit/s."""
     cell = run(axes=3, until_ps=2 * S)
     least = 12 * 135 / 500e3 / 10e-3
-    assert least * 0.98 <= cell.bus_load <= least * 1.25
+    assert least * 0.98 <= cell._cell.bus.busy_ps / cell.now_ps <= least * 1.25
 
 
 def test_the_probing_mode_corrects_nothing():

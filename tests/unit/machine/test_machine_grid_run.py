@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from grid_run import measure_grid
+from volume import Slide, Volume, Waves, there_and_back
 
 from rtec.axis.encoder import Encoder
 from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
-from rtec.machine.grid_run import measure_grid
 from rtec.machine.moves import Line
 from rtec.machine.station_settings import StationSettings
-from rtec.machine.volume import Slide, Volume, Waves, there_and_back
 from rtec.metrology import read_measurement, write_measurement
 from rtec.predictors import AxisTables, NoError
 from rtec.predictors.axis_tables import AxisTable

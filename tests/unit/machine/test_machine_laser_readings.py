@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from profile_oracle import extremes
 
 from rtec.axis import Limits, ProfileShape, Servo
 from rtec.errors import ArgumentError, RtecError
@@ -40,8 +41,8 @@ def test_a_metric_plan_runs_at_its_millimetres():
     there = [10.0, 10.1, 10.2, 10.3, 10.4, 10.5, 10.6, 10.7, 10.8, 10.9, 11.0]
     assert task.target_mm.tolist() == there + there[::-1]
     assert (task.ends_ps - task.begins_ps == 2.5 * S).all()
-    extremes = task.motion.extremes()
-    assert (extremes.max_mm, extremes.speed_mm_s) == (12.0, pytest.approx(7.0))
+    reached = extremes(task.motion)
+    assert (reached.max_mm, reached.speed_mm_s) == (12.0, pytest.approx(7.0))
     exported = [line for line in measuring_program(metric) if line.startswith("G53")]
     assert exported[0] == "G53Z0.3937F16.5"  # the inch macro has four decimals: 9.99998 mm
 
@@ -74,9 +75,9 @@ def test_the_first_reading_is_taken_at_the_program_stop():
 
 def test_overshoots_are_no_readings_but_take_up_the_play():
     task = measuring_run(plan(), LIMITS)
-    extremes = task.motion.extremes()
-    assert (extremes.min_mm, extremes.max_mm) == pytest.approx((0.0, 2.1 * 25.4))
-    assert extremes.speed_mm_s == pytest.approx(50 * 25.4 / 60)
+    reached = extremes(task.motion)
+    assert (reached.min_mm, reached.max_mm) == pytest.approx((0.0, 2.1 * 25.4))
+    assert reached.speed_mm_s == pytest.approx(50 * 25.4 / 60)
 
 
 def test_a_feed_beyond_the_axis_is_refused():
@@ -146,4 +147,4 @@ def test_a_laser_out_of_range_is_refused(bad):
 def test_a_pass_ends_where_it_was_sent():
     motion = straight_pass([3.0, -1.0], 20.0, LIMITS)
     assert motion.end_mm == -1.0
-    assert (motion.extremes().min_mm, motion.extremes().max_mm) == (-1.0, 3.0)
+    assert (extremes(motion).min_mm, extremes(motion).max_mm) == (-1.0, 3.0)

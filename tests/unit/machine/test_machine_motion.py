@@ -13,7 +13,8 @@ from rtec.board import Microcontroller
 from rtec.controller import Receiver
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Injector, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine import OpenPath, insertion_at_rest, set_in_motion, simulate
+from rtec.machine import OpenPath, set_in_motion, simulate
+from rtec.machine.in_motion import insertion_at_rest
 from rtec.signal import EdgeStream
 
 MOVING = [MotionKind.RAMP, MotionKind.REVERSAL, MotionKind.DITHER, MotionKind.ADVERSARY]

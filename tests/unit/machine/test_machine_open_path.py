@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from steady_edges import steady_edges
 
 from rtec._jit import new_record
 from rtec.axis import Encoder, Imperfections, _kernels
@@ -41,7 +42,7 @@ def by_stages(path):
     times, levels = [], []
     while int(state.serial) < total:
         t, ab = np.empty(3, np.int64), np.empty(3, np.uint8)
-        n = _kernels.steady_edges(state, t, ab)
+        n = steady_edges(state, t, ab)
         times += t[:n].tolist()
         levels += ab[:n].tolist()
     stream = EdgeStream(times, levels, initial=0)
@@ -140,7 +141,7 @@ def steady_real_edges(path):
     _kernels.encoder_reset(state, 0)
     real, serial, t, ab = set(), 0, np.empty(3, np.int64), np.empty(3, np.uint8)
     while serial < 4 * path.cycles:
-        n = _kernels.steady_edges(state, t, ab)
+        n = steady_edges(state, t, ab)
         if int(state.serial) > serial:
             real.add(int(t[n - 1]))
         serial = int(state.serial)

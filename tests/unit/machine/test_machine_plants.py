@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from rtec.axis import Limits, Plant, Servo
+from rtec.axis import Limits, Servo
+from rtec.axis.plant import Plant
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import TRACE_COLUMNS, Ending, Machine, run_machine, straight_pass

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from signal_oracle import FORWARD, read_vcd
+from signal_oracle import FORWARD, joined, read_vcd
 
 from rtec.axis import Encoder, Imperfections
 from rtec.board import Microcontroller
@@ -12,7 +12,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import OpenPath, simulate
 from rtec.machine.stretch import Stretch
 from rtec.machine.tape import _ROOM, Tape, estimated_bytes
-from rtec.signal import EdgeStream, LevelStream
+from rtec.signal import EdgeStream
 
 TWELVE_MHZ = Microcontroller.named("8051-12mhz")
 TIMINGS = ("fast", "8051", "firmware")
@@ -35,9 +35,7 @@ def unit_ps(waves):
 
 def lines_of(waves, scope, short):
     times = {line: [t for t, _ in waves.changes[f"{scope}.{short}_{line}"]] for line in "AB"}
-    return EdgeStream.from_lines(
-        *(LevelStream(times[line], waves.initial[f"{scope}.{short}_{line}"]) for line in "AB")
-    )
+    return EdgeStream(*joined(*((times[line], waves.initial[f"{scope}.{short}_{line}"]) for line in "AB")))
 
 
 def signed(waves, name):

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from volume import Slide, Volume, drawn_volume, there_and_back
 
 from rtec.errors import ArgumentError
-from rtec.machine.volume import Slide, Volume, drawn_volume, there_and_back
 
 TOOL = (20.0, -35.0, 110.0)
 

@@ -1,12 +1,12 @@
 """The handshake word by word, as the report describes it."""
 
 import pytest
+from dialogue import Answer, BoxSide, PcSide
 
 from rtec._jit import new_record
 from rtec.errors import ArgumentError
 from rtec.link import _kernels as link
 from rtec.requester import _box_kernels as box_kernels, _pc_kernels as pc_kernels
-from rtec.requester.dialogue import Answer, BoxSide, PcSide
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.status import Status
 
@@ -218,7 +218,7 @@ def test_while_probing_the_request_stays():
 def record_of_pc(handshake, first_ps=0):
     pc, down, up = new_record(pc_kernels.PC), new_record(link.MAILBOX), new_record(link.MAILBOX)
     handshake.fill_pc(pc, count_mm=0.001, step_counts=1, word_limit=127)
-    pc_kernels.reset(pc, first_ps)
+    pc_kernels.pc_reset(pc, first_ps)
     link.mailbox_reset(down)
     link.mailbox_reset(up)
     return pc, down, up
@@ -312,16 +312,3 @@ def test_more_messages_under_way_than_there_is_room_for_are_lost_and_counted():
 def test_settings_outside_their_range_are_named(name, value):
     with pytest.raises(ArgumentError, match=name):
         HandshakeSettings(**{name: value})
-
-
-def test_the_sides_refuse_what_they_cannot_take():
-    with pytest.raises(ArgumentError, match="count_mm"):
-        PcSide(HandshakeSettings(), count_mm=0.0, step_counts=1, word_limit=127)
-    with pytest.raises(ArgumentError, match="step_counts"):
-        PcSide(HandshakeSettings(), count_mm=0.001, step_counts=0, word_limit=127)
-    with pytest.raises(ArgumentError, match="word_limit"):
-        PcSide(HandshakeSettings(), count_mm=0.001, step_counts=1, word_limit=-1)
-    with pytest.raises(ArgumentError, match="deviation_mm"):
-        make_pc().turn(words(), deviation_mm=float("nan"))
-    with pytest.raises(ArgumentError, match="total"):
-        BoxSide(HandshakeSettings()).read(total=1 << 40, count=0)

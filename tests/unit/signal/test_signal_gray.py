@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.signal import ILLEGAL, STATES, Direction, count_deltas, levels_of_states, states_of_levels
+from rtec.signal import ILLEGAL, STATES, count_deltas, levels_of_states, states_of_levels
 
 
 def test_states_carry_levels_and_numbers():
@@ -19,12 +19,6 @@ def test_arrays_convert_both_ways_as_uint8():
 def test_count_deltas_of_one_turn_each_way_and_a_jump():
     assert count_deltas([1, 3, 2, 0, 2, 3, 1, 0, 3, 3], initial=0).tolist() == [1] * 4 + [-1] * 4 + [ILLEGAL, 0]
     assert count_deltas([], initial=2).tolist() == []
-
-
-def test_direction_turns_round():
-    assert Direction.FORWARD.opposite is Direction.BACKWARD
-    assert Direction.BACKWARD.opposite is Direction.FORWARD
-    assert Direction.FORWARD == 1
 
 
 @pytest.mark.parametrize("convert", [levels_of_states, states_of_levels])

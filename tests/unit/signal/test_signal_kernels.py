@@ -3,7 +3,7 @@ import pytest
 from signal_oracle import FORWARD, decode_step, text
 
 from rtec.signal import ILLEGAL, NEVER
-from rtec.signal._kernels import DELTA, count_delta, count_of_one_line, level_of_state, merge, state_of_level
+from rtec.signal._kernels import DELTA, count_delta, count_of_one_line, level_of_state, state_of_level
 
 
 @pytest.mark.parametrize("state", range(4))
@@ -31,14 +31,3 @@ def test_delta_table_cannot_be_changed():
 
 def test_never_leaves_room_for_a_sum_of_two():
     assert NEVER + NEVER - 1 <= np.iinfo(np.int64).max
-
-
-def test_merge_stops_before_the_horizon_and_can_be_resumed():
-    times, levels = np.zeros(4, np.int64), np.zeros(4, np.uint8)
-    pair = np.arange(4, dtype=np.uint8)
-    a, b = np.array([10, 30]), np.array([20, 30])
-    assert merge(a, b, 30, 0, 0, 0, pair, times, levels) == (1, 1, 2, 1, 1, 3)
-    assert times[:2].tolist() == [10, 20]
-    assert levels[:2].tolist() == [1, 3]
-    assert merge(a[1:], b[1:], NEVER, 1, 1, 3, pair, times, levels) == (1, 1, 1, 0, 0, 0)
-    assert times[0] == 30

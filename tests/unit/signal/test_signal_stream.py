@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.signal import NEVER, Counts, EdgeStream, LevelStream
+from rtec.signal import NEVER, EdgeStream
+from rtec.signal.stream import Counts
 
 CYCLE = EdgeStream([10, 20, 30, 40], [1, 3, 2, 0], initial=0)
 
@@ -30,25 +31,15 @@ def test_shift_moves_the_times_alone():
     assert CYCLE.shift(-15) == EdgeStream([-5, 5, 15, 25], [1, 3, 2, 0], initial=0)
 
 
-def test_from_states_and_lines():
+def test_from_states():
     assert EdgeStream.from_states([10, 20, 30, 40], [1, 2, 3, 0], initial_state=0) == CYCLE
-    a, b = CYCLE.lines()
-    assert (a, b) == (LevelStream([10, 30], 0), LevelStream([20, 40], 0))
-    assert EdgeStream.from_lines(a, b) == CYCLE
 
 
-def test_toggles_of_both_lines_at_once_are_one_illegal_edge():
-    joined = EdgeStream.from_lines(LevelStream([5], 1), LevelStream([5], 0))
-    assert joined == EdgeStream([5], [2], initial=1)
-    assert joined.counts() == Counts(net=0, illegal=1)
-
-
-def test_chunks_join_again():
-    pieces = list(CYCLE.chunks(3))
+def test_parts_join_again():
+    pieces = [CYCLE.part(0, 3), CYCLE.part(3, 4)]
     assert [len(piece) for piece in pieces] == [3, 1]
     assert pieces[1].initial == 2
     assert EdgeStream.concatenate(pieces) == CYCLE
-    assert [len(piece) for piece in EdgeStream([], [], 2).chunks(5)] == [0]
 
 
 def test_shortest_separation():
@@ -71,8 +62,7 @@ def test_arrays_are_typed_read_only_and_not_copied():
 def test_equality():
     assert EdgeStream([1], [1], 0) != EdgeStream([1], [2], 0)
     assert EdgeStream([1], [1], 0) != EdgeStream([2], [1], 0)
-    assert EdgeStream([1], [1], 0) != LevelStream([1], 0)
-    assert LevelStream([1], 0) != LevelStream([1], 1)
+    assert EdgeStream([1], [1], 0) != "a stream"
 
 
 @pytest.mark.parametrize(
@@ -116,7 +106,6 @@ def test_broken_invariant_is_one_clear_error(times, levels, initial, message):
         (lambda: CYCLE.shift(2**63), "delay_ps: 9223372036854775808 ps"),
         (lambda: CYCLE.level_at(0.5), "t_ps: 0.5"),
         (lambda: CYCLE.levels_at([0.5]), r"t_ps\[0\]"),
-        (lambda: list(CYCLE.chunks(0)), "chunk_edges: 0"),
         (lambda: EdgeStream.concatenate([]), "chunks: an empty sequence"),
         (lambda: EdgeStream.concatenate([CYCLE, CYCLE.shift(30)]), r"chunks\[1\].times_ps\[0\]: 40 ps"),
         (lambda: EdgeStream.concatenate([CYCLE, EdgeStream([], [], 1)]), r"chunks\[1\].initial: 1"),
@@ -129,13 +118,3 @@ def test_broken_invariant_is_one_clear_error(times, levels, initial, message):
 def test_wrong_call_is_one_clear_error(call, message):
     with pytest.raises(ArgumentError, match=message):
         call()
-
-
-def test_line_levels_windows_and_inversion():
-    line = LevelStream([10, 20, 30], initial=1)
-    assert line.levels.tolist() == [0, 1, 0]
-    assert [line.level_at(t) for t in (9, 10, 20, 30)] == [1, 0, 1, 0]
-    assert line.window(11, 30) == LevelStream([20], initial=0)
-    assert line.inverted() == LevelStream([10, 20, 30], initial=0)
-    assert (line.final, LevelStream([], 1).final) == (0, 1)
-    assert line.shift(5).times_ps.tolist() == [15, 25, 35]

@@ -8,8 +8,8 @@ import pytest
 from signal_oracle import read_vcd
 
 from rtec.errors import ArgumentError, OutputError
-from rtec.signal import TIMESCALES_PS, VcdPhaseError, VcdSignal, VcdWriter
-from rtec.signal.vcd import Phase
+from rtec.signal import TIMESCALES_PS, VcdSignal, VcdWriter
+from rtec.signal.vcd import Phase, VcdPhaseError
 
 A = VcdSignal(scope="encoder", name="A")
 STATE = VcdSignal(scope="encoder", name="state", width=3, initial=4)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from signal_oracle import read_vcd
 
-from rtec.signal import Detail, EdgeStream, LevelStream, write_vcd
+from rtec.signal import EdgeStream, write_vcd
 
 
 def needs(*programs):
@@ -29,8 +29,8 @@ def run(*words):
 @needs("vcd2fst", "fst2vcd")
 def test_gtkwaves_converter_reads_the_same_waves(tmp_path):
     path = tmp_path / "f.vcd"
-    waveforms = {"encoder": wandering(500, 1), "controller": wandering(400, 2), "encoder.Z": LevelStream([77_000], 1)}
-    write_vcd(path, waveforms, end_ps=30_000_000, timescale="1 ns", detail=Detail.LINES_AND_STATE)
+    waveforms = {"encoder": wandering(500, 1), "controller": wandering(400, 2)}
+    write_vcd(path, waveforms, end_ps=30_000_000, timescale="1 ns")
     run("vcd2fst", str(path), str(tmp_path / "f.fst"))
     theirs = read_vcd(run("fst2vcd", str(tmp_path / "f.fst")).stdout)
     ours = read_vcd(path.read_bytes())
@@ -43,13 +43,13 @@ def test_gtkwaves_converter_reads_the_same_waves(tmp_path):
 @needs("sigrok-cli")
 def test_sigrok_samples_the_same_levels(tmp_path):
     path = tmp_path / "f.vcd"
-    encoder, pulses = wandering(300, 3), LevelStream([5_000, 9_000, 100_000], 0)
+    encoder = wandering(300, 3)
     samples = 8_000
-    write_vcd(path, {"encoder": encoder, "box.P": pulses}, end_ps=1000 * samples, timescale="1 ns")
+    write_vcd(path, {"encoder": encoder}, end_ps=1000 * samples, timescale="1 ns")
     lines = run("sigrok-cli", "-I", "vcd", "-i", str(path), "-O", "csv").stdout.decode().splitlines()
-    assert any(line.startswith("; Channels (3/3): A, B, P") for line in lines)
+    assert any(line.startswith("; Channels (2/2): A, B") for line in lines)
     rows = np.array([line.split(",") for line in lines if line[:2] in ("0,", "1,")], dtype=int)
     moments = 1000 * np.arange(samples)
     ab = encoder.levels_at(moments)
-    assert rows.shape == (samples, 3)
-    assert np.array_equal(rows, np.column_stack([ab & 1, ab >> 1, pulses.levels_at(moments)]))
+    assert rows.shape == (samples, 2)
+    assert np.array_equal(rows, np.column_stack([ab & 1, ab >> 1]))

@@ -4,10 +4,9 @@ import pytest
 from signal_oracle import read_vcd
 
 from rtec.errors import ArgumentError
-from rtec.signal import Detail, EdgeStream, LevelStream, coarsest_timescale, write_vcd
+from rtec.signal import EdgeStream, coarsest_timescale, write_vcd
 
 CYCLE = EdgeStream([10, 20, 30, 40], [1, 3, 2, 0], initial=0)
-PULSE = LevelStream([15, 25], initial=1)
 
 
 def written(waveforms, **options):
@@ -17,24 +16,16 @@ def written(waveforms, **options):
 
 
 def test_streams_become_scoped_wires():
-    waves = written({"encoder": CYCLE, "controller": CYCLE.shift(5), "encoder.Z": PULSE})
+    waves = written({"encoder": CYCLE, "controller": CYCLE.shift(5)})
     assert waves.changes == {
         "encoder.A": [(10, 1), (30, 0)],
         "encoder.B": [(20, 1), (40, 0)],
-        "encoder.Z": [(15, 0), (25, 1)],
         "controller.A": [(15, 1), (35, 0)],
         "controller.B": [(25, 1), (45, 0)],
     }
-    assert waves.initial == {"encoder.A": 0, "encoder.B": 0, "encoder.Z": 1, "controller.A": 0, "controller.B": 0}
+    assert waves.initial == {"encoder.A": 0, "encoder.B": 0, "controller.A": 0, "controller.B": 0}
     assert (waves.timescale, waves.start, waves.end) == ("1 ps", 0, 100)
     assert waves.times == sorted(set(waves.times))
-
-
-def test_state_numbers_are_the_reports():
-    waves = written({"encoder": CYCLE}, detail=Detail.LINES_AND_STATE)
-    assert waves.widths["encoder.state"] == 3
-    assert waves.initial["encoder.state"] == 1
-    assert waves.changes["encoder.state"] == [(10, 2), (20, 3), (30, 4), (40, 1)]
 
 
 def test_illegal_edge_changes_both_lines():
@@ -42,16 +33,9 @@ def test_illegal_edge_changes_both_lines():
     assert waves.changes == {"e.A": [(5, 1)], "e.B": [(5, 1)]}
 
 
-def test_pieces_give_the_same_file_as_the_whole():
-    whole, pieces = io.BytesIO(), io.BytesIO()
-    write_vcd(whole, {"a": CYCLE, "b": CYCLE.shift(3), "p.P": PULSE}, end_ps=50)
-    write_vcd(pieces, {"a": CYCLE.chunks(1), "b": CYCLE.shift(3).chunks(3), "p.P": PULSE.chunks(1)}, end_ps=50)
-    assert pieces.getvalue() == whole.getvalue()
-
-
 def test_quiet_streams_show_their_level_up_to_the_end():
-    waves = written({"e": EdgeStream([], [], 2), "p.P": iter([LevelStream([], 1)])})
-    assert (waves.initial, waves.times) == ({"e.A": 0, "e.B": 1, "p.P": 1}, [0, 100])
+    waves = written({"e": EdgeStream([], [], 2)})
+    assert (waves.initial, waves.times) == ({"e.A": 0, "e.B": 1}, [0, 100])
 
 
 def test_window_of_a_stream_starts_where_it_starts():
@@ -77,21 +61,14 @@ def test_times_that_the_timescale_cannot_hold_leave_no_file(tmp_path):
     ],
 )
 def test_coarsest_timescale(times, end, expected):
-    assert coarsest_timescale([LevelStream(times, 0)], end_ps=end) == expected
+    assert coarsest_timescale([*times, end]) == expected
 
 
 @pytest.mark.parametrize(
     ("waveforms", "options", "message"),
     [
         ({}, {}, "signals: an empty sequence"),
-        ({"P": PULSE}, {}, "waveforms: 'P' is not valid; use a name with its scope for a line"),
-        ({"e.x.y": PULSE}, {}, "name: 'x.y'"),
         ({"e f": CYCLE}, {}, "scope: 'e f'"),
-        ({"e": []}, {}, r"waveforms\['e'\]: None"),
-        ({"e": [1, 2]}, {}, r"waveforms\['e'\]: 1"),
-        ({"e": [CYCLE, PULSE]}, {}, r"e\[1\]: LevelStream is not valid; use EdgeStream"),
-        ({"e": [CYCLE, CYCLE]}, {}, r"e\[1\].times_ps\[0\]: 10 ps"),
-        ({"e": CYCLE, "e.A": PULSE}, {}, r"signals\[2\]: e.A"),
         ({"e": CYCLE}, {"end_ps": 39}, "end_ps: 39 ps"),
         ({"e": CYCLE}, {"start_ps": 11}, r"times_ps\[0\]: 10 .*not before 11 ps"),
         ({"e": CYCLE.shift(-30)}, {}, r"times_ps\[0\]: -20"),

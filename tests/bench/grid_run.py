@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from volume import Volume
 
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.machine.cell import AxisOutcome, Cell
 from rtec.machine.moves import Line
 from rtec.machine.station_settings import StationSettings
-from rtec.machine.volume import Volume
 from rtec.metrology import Column, Measurement
 from rtec.predictors import Model, NoError
 from rtec.units import PS_PER_MS
@@ -119,7 +119,7 @@ def measure_grid(
 
     Examples
     --------
-    >>> from rtec.machine.volume import Slide
+    >>> from volume import Slide
     >>> leaning = Volume(slides=(Slide(), Slide(tilt_rad=(30e-6, 0.0, 0.0)), Slide()))
     >>> axes = [StationSettings(axis=axis) for axis in (1, 2, 3)]
     >>> found = measure_grid(axes, leaning, [(1.0, 0.0, 0.0), (1.0, 20.0, 0.0)], repeatability_mm=0.0)
@@ -173,7 +173,7 @@ def _seen_at_stops(cell: Cell, stops: int, progress: Callable[[float], None]) ->
     while len(found) < stops and cell.held_ps is None:
         places = cell.positions_mm
         cell.run(until_ps=cell.now_ps + _LOOK_PS)
-        if cell.moves_made > len(found):
+        if int(cell._stations[0].moves) > len(found):
             found.append(places)
             progress(len(found) / stops)
     return found

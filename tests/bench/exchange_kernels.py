@@ -1,4 +1,4 @@
-"""Compiled handshake over the bus without a machine: a given number of exchanges, each of one step more or less.
+"""Compiled handshakes without a machine: a given number of exchanges, each of one step more or less.
 
 The box stands at home and inserts at once. Everything else is the whole way of a request: packed, sealed, sent,
 checked, judged, answered by status, corrections and position, and checked again.
@@ -6,21 +6,24 @@ checked, judged, answered by status, corrections and position, and checked again
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, kernel
+from rtec._jit import Record
 from rtec.link._bus_kernels import bus_next, bus_reset, bus_step, bus_submit
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, REQUEST
+from rtec.requester._box_kernels import box_tick
 from rtec.requester._box_node_kernels import box_receive, box_start
 from rtec.requester._box_turn_kernels import box_check_watchdog, box_sample, box_say
+from rtec.requester._pc_kernels import pc_read, pc_request, pc_start
 from rtec.requester._pc_node_kernels import pc_node_start, pc_receive
 from rtec.requester._pc_turn_kernels import pc_finish, pc_prepare
 
 PC_PLACE, BOX_PLACE = 0, 1
 
 
-@kernel
+@numba.njit(error_model="numpy", nogil=True)
 def start(bus: Record, box: Record, pc: Record, bit_ps: int, first_ps: int) -> None:
     """Switch all on; the box's first reading is at ``first_ps``, the PC's first turn at zero."""
     bus_reset(bus, bit_ps)
@@ -31,7 +34,7 @@ def start(bus: Record, box: Record, pc: Record, bit_ps: int, first_ps: int) -> N
     pc_node_start(pc, 0, 0)
 
 
-@kernel
+@numba.njit(error_model="numpy", nogil=True)
 def exchange_frames(
     bus: Record,
     faults: NDArray[np.void],
@@ -77,3 +80,32 @@ def exchange_frames(
                 bus_submit(bus, faults, PC_PLACE, t_ps, out.identifier[k], out.payload[k])
             out.waiting = 0
     return t_ps
+
+
+@numba.njit(error_model="numpy", nogil=True)
+def exchange(m: Record, exchanges: int, turn: int) -> int:
+    """Let PC and box exchange requests, each at its own period; return the steps accepted, of either sign.
+
+    The axis goes back and forth: with each exchange the deviation grows by one step of the box, ``turn`` times, then
+    shrinks as often, and so on. An exchange is a reading of valid words by the PC, its next request, and the box's
+    samples up to the PC's next reading; what the box accepts counts as inserted at once. The last request is sampled,
+    too.
+    """
+    made = 0
+    place = 0
+    steps = 0
+    completed = 0
+    while made < exchanges or m.node.down.waiting > 0:
+        if made == exchanges or m.node.box.next_ps <= m.pc.next_ps:
+            total = box_tick(m.node.box, m.node.down, m.node.up, m.node.box.next_ps, place * 100, completed)
+            steps += abs(total - completed)
+            completed = total
+        else:
+            t_ps = m.pc.next_ps
+            pc_start(m.pc, m.node.down, t_ps)
+            if pc_read(m.pc, m.node.up, t_ps):
+                made += 1
+                phase = made % (2 * turn)
+                place = min(phase, 2 * turn - phase)
+                pc_request(m.pc, m.node.down, t_ps, place * m.pc.step_mm)
+    return steps
