@@ -28,7 +28,7 @@ def safety(
     context: typer.Context,
     output: Annotated[
         Path | None,
-        written("-o --output", "FILE.md", "Write the page here, and its picture beside it.", endings=(".md",)),
+        written("-o --output", "FILE.md", "Write the page here, picture and table beside it.", endings=(".md",)),
     ] = None,
     fault: Annotated[
         list[str] | None,
@@ -66,9 +66,10 @@ def safety(
     Example: rtec safety --fault pc-killed --phase cutting --design c --seeds 10
     Example: rtec safety --design b --seeds 1 --json
     """
-    picture = None if output is None else output.with_suffix(".png")
-    if picture is not None:
-        check_file("-o", picture, force=force)
+    picture, table = (None if output is None else output.with_suffix(ending) for ending in (".png", ".csv"))
+    for beside in (picture, table):
+        if beside is not None:
+            check_file("-o", beside, force=force)
     from rtec.campaign.safety import make_case
 
     hours = None if soak_ps is None else _soak_plan(soak_ps, seed)
@@ -76,10 +77,10 @@ def safety(
     _console.announce_compilation()
     with _console.progress("safety") as progress:
         case = make_case(plan, hours, progress, ramps=not (fault or phase))
-    if output is not None and picture is not None:
+    if output is not None and picture is not None and table is not None:
         words = said(context, "soak_ps", "fault", "phase", "design", "seeds", "first", "seed")
         name = output.name if output.is_absolute() else output.as_posix()
-        _write(case, output, picture, shlex.join(["rtec", "safety", "-o", name, *words]))
+        _write(case, (output, picture, table), shlex.join(["rtec", "safety", "-o", name, *words]))
     if json:
         _console.print_json(case.to_dict() | {"page": output and str(output), "figure": picture and str(picture)})
     else:
@@ -129,8 +130,8 @@ def _soak_plan(soak_ps: int, seed: int) -> SoakPlan:
         raise ArgumentError("--soak", f"{soak_ps / PS_PER_S:g} s", "a time from 4 s to 100000 h") from error
 
 
-def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:
-    """Write page and picture.
+def _write(case: SafetyCase, files: tuple[Path, Path, Path], command: str) -> None:
+    """Write page, picture and table.
 
     Raises
     ------
@@ -138,7 +139,9 @@ def _write(case: SafetyCase, output: Path, picture: Path, command: str) -> None:
         One of them cannot be written.
     """
     from rtec.report.figures_safety import write_safety_figure
-    from rtec.report.safety_page import safety_page
+    from rtec.report.safety_page import faults_csv, safety_page
 
+    output, picture, table = files
     write_safety_figure(case.matrix, picture)
-    write_text(output, safety_page(case, command=command, picture=picture.name))
+    write_text(table, faults_csv(case))
+    write_text(output, safety_page(case, command=command, picture=picture.name, table=table.name))

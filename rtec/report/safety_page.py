@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,9 +20,41 @@ from rtec.machine.faults import FaultKind
 from rtec.report.rendering import markdown_page
 
 TEMPLATE = Path(__file__).with_name("safety.md.j2")
+_FAULT_COLUMNS = (
+    "fault",
+    "safe stop",
+    "who said so",
+    "median, ms",
+    "longest, ms",
+    "counts off until then",
+    "delayed",
+    "counts off more than its twin, at most",
+    "longer beyond rounding, at most, ms",
+)
+_WORTH_A_ROW = 1
+"""Counts: the page shows the faults that had a controller off by more before the stop."""
 
 
-def safety_page(case: SafetyCase, *, command: str, picture: str) -> str:
+def faults_csv(case: SafetyCase) -> str:
+    """Return how each fault was detected, and how long it delayed, as CSV with a head line."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(_FAULT_COLUMNS)
+    for variant in case.matrix.plan.variants:
+        trials = _fired(case, variant)
+        found, late = detection_of(trials), [trial for trial in trials if trial.outcome is Outcome.DELAYED]
+        if not found.held and not late:
+            continue
+        off, longest = _latest(late)
+        stopped = ("; ".join(found.reasons), *map(_whole_ms, (found.median_s, found.longest_s)))
+        how = (*stopped, f"{found.off_counts:.0f}") if found.held else ("",) * 4
+        delay = (f"{off:.0f}", _whole_ms(longest)) if late else ("", "")
+        share = f"{found.held} of {len(trials)}" if found.held else ""
+        writer.writerow((variant.name, share, *how, len(late), *delay))
+    return file.getvalue()
+
+
+def safety_page(case: SafetyCase, *, command: str, picture: str, table: str) -> str:
     """Return the page as Markdown.
 
     Parameters
@@ -29,8 +63,8 @@ def safety_page(case: SafetyCase, *, command: str, picture: str) -> str:
         What the runs show.
     command
         That makes it.
-    picture
-        Name of the figure's file.
+    picture, table
+        Names of the files with the figure and with `faults_csv`.
     """
     plan, trials = case.matrix.plan, case.matrix.trials
     fired = [trial for trial in trials if trial.fired]
@@ -45,6 +79,7 @@ def safety_page(case: SafetyCase, *, command: str, picture: str) -> str:
         TEMPLATE,
         command=command,
         picture=picture,
+        csv=table,
         plan=plan,
         variants=plan.variants,
         classes=len({variant.kind for variant in plan.variants}),
@@ -55,7 +90,7 @@ def safety_page(case: SafetyCase, *, command: str, picture: str) -> str:
         others=len(elsewhere),
         late_s=LATE_S,
         groups=[(designs[0].in_path, grouped(_worst(case, designs))) for _, designs in plan.groups],
-        delays=_delays(case),
+        latest=_latest([trial for trial in fired if trial.outcome is Outcome.DELAYED]),
         detection=_detection(case),
         exact=sum(trial.left_counts == 0 for trial in stopped),
         stopped=len(stopped),
@@ -115,14 +150,9 @@ def _fired(case: SafetyCase, variant: Variant) -> list[Trial]:
     return [trial for trial in case.matrix.trials if trial.variant is variant and trial.fired]
 
 
-def _delays(case: SafetyCase) -> list[tuple[object, ...]]:
-    rows: list[tuple[object, ...]] = []
-    for variant in case.matrix.plan.variants:
-        late = [trial for trial in _fired(case, variant) if trial.outcome is Outcome.DELAYED]
-        if late:
-            off = max(trial.off_counts for trial in late)
-            rows.append((variant.name, len(late), f"{off:.0f} counts", _ms(max(trial.late_s for trial in late))))
-    return rows
+def _latest(late: Sequence[Trial]) -> tuple[float, float]:
+    """Return by how many counts more than their twins delayed trials were off at most, and how much longer, in s."""
+    return max((trial.off_counts for trial in late), default=0.0), max((trial.late_s for trial in late), default=0.0)
 
 
 def _detection(case: SafetyCase) -> list[tuple[str, ...]]:
@@ -130,7 +160,7 @@ def _detection(case: SafetyCase) -> list[tuple[str, ...]]:
     for variant in case.matrix.plan.variants:
         trials = _fired(case, variant)
         found = detection_of(trials)
-        if found.held:
+        if round(found.off_counts) > _WORTH_A_ROW:
             share = f"{found.held} of {len(trials)}"
             times = (_ms(found.median_s), _ms(found.longest_s))
             rows.append((variant.name, share, "; ".join(found.reasons), *times, f"{found.off_counts:.0f}"))
@@ -148,7 +178,11 @@ def _without_power(case: SafetyCase) -> str:
 
 
 def _ms(time_s: float | None) -> str:
-    return "–" if time_s is None else f"{time_s * 1e3:.0f} ms"
+    return "–" if time_s is None else f"{_whole_ms(time_s)} ms"
+
+
+def _whole_ms(time_s: float | None) -> str:
+    return "" if time_s is None else f"{time_s * 1e3:.0f}"
 
 
 def _upstream(case: SafetyCase, undetected: Sequence[Trial]) -> list[tuple[object, ...]]:

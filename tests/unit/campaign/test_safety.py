@@ -1,6 +1,8 @@
 """The safety campaign: no avoidable undetected error, and one that is built in is found."""
 
+import csv
 import dataclasses
+import io
 import re
 
 import numpy as np
@@ -17,7 +19,7 @@ from rtec.injector import Design
 from rtec.machine.faults import Fault, FaultKind
 from rtec.machine.station import Move
 from rtec.report.figures_safety import safety_figure
-from rtec.report.safety_page import grouped, safety_page
+from rtec.report.safety_page import faults_csv, grouped, safety_page
 from rtec.requester.supervision import SupervisionLimits
 
 MS, S = 10**9, 10**12
@@ -188,11 +190,22 @@ def case():
 
 
 def test_the_page_says_what_was_found(case):
-    page = safety_page(case, command="rtec safety", picture="safety.png")
+    page = safety_page(case, command="rtec safety", picture="safety.png", table="safety.csv")
     assert re.search(r"^\| (?:[^|]*; )?PC killed(?:; [^|]*)? \| safe stop \|", page, re.M)
     assert re.search(r"^\| one line of a pair broken, for 50 ms \| \*\*undetected\*\* \|", page, re.M)
     assert "safety.png" in page
+    assert "(safety.csv)" in page
     assert case.good
+
+
+def test_the_table_beside_the_page_has_every_fault_that_stopped_or_delayed(case):
+    rows = {row["fault"]: row for row in csv.DictReader(io.StringIO(faults_csv(case)))}
+    killed = rows["PC killed"]
+    assert (killed["safe stop"], killed["delayed"]) == ("2 of 2", "0")
+    assert killed["who said so"].startswith("box: link lost")
+    assert 0 < float(killed["median, ms"]) <= float(killed["longest, ms"]) < 100
+    told = (Outcome.SAFE_STOP, Outcome.DELAYED)
+    assert set(rows) == {trial.variant.name for trial in case.matrix.trials if trial.outcome in told}
 
 
 def test_faults_that_end_alike_share_a_row():
@@ -206,7 +219,7 @@ def test_an_avoidable_undetected_error_is_told(case):
     bad = dataclasses.replace(case, matrix=dataclasses.replace(case.matrix, trials=(*case.matrix.trials, undetected)))
     assert not bad.good
     assert bad.matrix.avoidable == (undetected,)
-    assert "Also undetected" in safety_page(bad, command="rtec safety", picture="safety.png")
+    assert "Also undetected" in safety_page(bad, command="rtec safety", picture="safety.png", table="safety.csv")
 
 
 def test_detection_is_measured_from_the_first_effect(case):
