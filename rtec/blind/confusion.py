@@ -20,6 +20,7 @@ from rtec.blind.scored import Game, LineScore, PoolScore
 from rtec.blind.secret import Secret
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
+from rtec.inference.compare import AT_THE_FLOOR
 from rtec.jobs import JobPool
 from rtec.metrology import Measurement
 
@@ -32,8 +33,6 @@ Known = Mapping[tuple[str, int], Game]
 """Games that were played before, by the title of their line and their trial."""
 Record = Callable[[str, Game], None]
 """Takes down a game of the line of this title, as soon as it was played."""
-FLOOR_MARGIN = 1.10
-"""Held-out error above the noise floor that is still at it."""
 MOST_TRIALS = 100_000
 MOST_WORKERS = 64
 MOST_PATIENCE = 100
@@ -267,7 +266,7 @@ def seed_of(seed: int, title: str, trial: int) -> int:
 
 
 def _at_floor(heldout: float, floor: float) -> tuple[bool, str]:
-    return (True, "at the floor") if heldout <= FLOOR_MARGIN * floor else (False, "above the floor")
+    return (True, "at the floor") if heldout <= AT_THE_FLOOR * floor else (False, "above the floor")
 
 
 def _too_weak(answer: Answer, secret: Secret) -> bool:

@@ -25,6 +25,8 @@ MOST_PLACES = 200
 MOST_BINS = 32
 FEWEST_IN_BIN = 5
 SHOWN_STRETCHES = 5
+AT_THE_FLOOR = 1.1
+"""Held-out RMS over noise floor up to which a model leaves nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +91,11 @@ class Comparison:
     heldout_by: str
     noise: NoiseFloor
     where: tuple[Where, ...]
+
+    @property
+    def at_the_floor(self) -> bool:
+        """Whether readings that took no part in the fit are within 10 % of the noise floor; needs repeats."""
+        return self.noise.floor is not None and self.rms_heldout <= AT_THE_FLOOR * self.noise.floor
 
 
 def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | None = None) -> Comparison:

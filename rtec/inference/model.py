@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -47,6 +48,12 @@ class Term:
     def fitted(self) -> bool:
         """Whether shape and amplitudes are known."""
         return self.shape is not None and self.amplitudes is not None
+
+    @property
+    def period(self) -> float | None:
+        """Period of a periodic effect, in position units; None of another one, and where a fit has to find it."""
+        period = getattr(self.shape, "period", None)
+        return float(period) if isinstance(period, float) and math.isfinite(period) and period > 0 else None
 
     def contribution(self, conditions: Conditions) -> Floats:
         """Return what the term adds, shape (rows,), in the observed unit inside; a ValueError if it is not fitted."""

@@ -14,8 +14,6 @@ from rtec.training.results import Kind
 if TYPE_CHECKING:
     from rtec.training import PredictorComparison, Row
 
-ALIKE = 0.1
-"""Two held-out errors that differ by no more than this share are as good as each other."""
 _LEAST_FIRST = (8, 7, 6, 1, 3)
 """Columns in the order in which a narrow terminal does without."""
 _TIMES = 10.0
@@ -143,7 +141,7 @@ def training_sentence(result: PredictorComparison) -> str:
     else:
         lines.append(f"Best: {best.name}, {_three(best.rms_heldout_mm)} µm on {_judges(result)}.")
         lines += _beside(result, best)
-        lines += _beside_nothing(result, best)
+        lines += _beside_nothing(result)
     if result.noise_mm is not None:
         lines.append(f"Repeated readings differ by {_three(result.noise_mm)} µm (standard deviation): no predictor "
                      "can do better than that.")  # fmt: skip
@@ -169,23 +167,23 @@ def _beside(result: PredictorComparison, best: Row) -> list[str]:
     kinds = {Kind.TABLE: "the best table", Kind.GEOMETRY: "the best geometry of all axes"}
     kinds |= {Kind.MODEL: "the effects that were found", Kind.NETWORK: "the best network"}
     for kind, words in kinds.items():
-        row = next((r for r in result.ranked if r.kind is kind and r.rms_heldout_mm is not None), None)
+        row = result.best_of(kind)
         if row is None or row is best or row.rms_heldout_mm is None or best.rms_heldout_mm is None:
             continue
         more = row.rms_heldout_mm / best.rms_heldout_mm - 1.0
         figure = f"{_three(row.rms_heldout_mm)} µm with {row.parameters} numbers"
         verdict = f"{100.0 * more:.0f} % more" if more < _TIMES else f"{1.0 + more:.3g} times as much"
-        verdict = "as good" if more <= ALIKE else verdict
+        verdict = "as good" if result.is_as_good(row) else verdict
         lines.append(f"{words[0].upper()}{words[1:]} ({row.name}): {figure}, {verdict}.")
         if kind is Kind.GEOMETRY:
             lines += [f"  {note}" for note in row.notes]
     return lines
 
 
-def _beside_nothing(result: PredictorComparison, best: Row) -> list[str]:
+def _beside_nothing(result: PredictorComparison) -> list[str]:
     """Return that a correction is hardly worth it, where that is so."""
-    bare = next((row for row in result.rows if row.kind is Kind.NONE and row.rms_heldout_mm is not None), None)
-    if bare is None or (best.rms_heldout_mm or 0.0) <= (1.0 - ALIKE) * (bare.rms_heldout_mm or 0.0):
+    bare = result.best_of(Kind.NONE)
+    if bare is None or result.is_worth_it:
         return []
     return [f"Without any correction it is {_three(bare.rms_heldout_mm)} µm: no predictor is worth its place here."]
 

@@ -14,6 +14,9 @@ from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.training import Course
 from rtec.training.parts import Parts
 
+ALIKE = 0.1
+"""Two held-out errors that differ by no more than this share are as good as each other."""
+
 
 class Kind(Enum):
     """What a predictor is made of; of nothing where a row shows how large the error is that the others foretell."""
@@ -132,6 +135,24 @@ class PredictorComparison:
         """The predictor with the lowest held-out error."""
         return next((row for row in self.ranked if row.works), None)
 
+    def best_of(self, kind: Kind) -> Row | None:
+        """Return the row of a kind with the lowest held-out error; None where no such row has one."""
+        return next((row for row in self.ranked if row.kind is kind and row.rms_heldout_mm is not None), None)
+
+    def is_as_good(self, row: Row) -> bool:
+        """Return whether the held-out error of a row is at most a tenth above that of the best predictor."""
+        return self.best is not None and _heldout(row) <= (1.0 + ALIKE) * _heldout(self.best)
+
+    @property
+    def is_worth_it(self) -> bool:
+        """Whether the best predictor leaves less than nine tenths of what no correction leaves."""
+        bare = self.best_of(Kind.NONE)
+        return bare is None or (self.best is not None and _heldout(self.best) <= (1.0 - ALIKE) * _heldout(bare))
+
     def named(self, name: str) -> Row | None:
         """Return the row of a name."""
         return next((row for row in self.rows if row.name == name), None)
+
+
+def _heldout(row: Row) -> float:
+    return row.rms_heldout_mm or 0.0

@@ -1,4 +1,4 @@
-"""What the page of a diagnosis says in words and tables."""
+"""What is said of a search, in words and tables: on its page, in the report of a study, on the terminal."""
 
 from __future__ import annotations
 

@@ -9,10 +9,12 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
+from rtec.inference.curves import at_places, contribution_curve
 from rtec.inference.fit import values_of
 from rtec.inference.local_means import neighbour_means
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
+from rtec.report.diagnosis.effect_panels import Panel, effect_panels
 from rtec.report.diagnosis.quantities import named_texts, shown_in
 from rtec.report.diagnosis.readings import (
     ALL,
@@ -21,13 +23,11 @@ from rtec.report.diagnosis.readings import (
     FEWEST_FOR_MEANS,
     Rows,
     Way,
-    at_places,
     figure_text,
     residual,
     some_rows,
 )
 from rtec.report.diagnosis.sentence import spoken, term_words
-from rtec.report.diagnosis.views import View, views_of
 from rtec.report.figures_style import new_figure
 from rtec.report.palette import BAND, GUIDE, INK, NEUTRAL, PAPER
 
@@ -38,10 +38,6 @@ if TYPE_CHECKING:
 _FINE = 400
 _MOST_DOTS = 500
 """Of a direction in a panel."""
-_GROUPS, _IN_GROUP = 150, 8
-"""Of neighbours at most, and readings in each, whose mean is the model's curve where it is no function."""
-_NEAR, _ROUGH = 1e-3, 0.02
-"""Of its span, how near readings are neighbours, and of the contribution, how much these differ where it is none."""
 _MOST_OF_PATH = 3000
 _WITHIN = (0.5, 99.5)
 """Percentiles of the readings that a panel shows at least."""
@@ -68,25 +64,25 @@ def components_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figu
     Returns
     -------
     Figure
-        Two panels for each view, the upper one before the lower one; None where the model has no effect.
+        An upper and a lower one for each panel, in this order; None where the model has no effect.
     """
-    views = views_of(dataset, model)
-    if not views:
+    panels = effect_panels(dataset, model)
+    if not panels:
         return None
-    columns = 1 if len(views) == 1 else 2
-    rows = math.ceil(len(views) / columns)
-    lines = max(2, *(len(view.terms) for view in views))
+    columns = 1 if len(panels) == 1 else 2
+    rows = math.ceil(len(panels) / columns)
+    lines = max(2, *(len(panel.terms) for panel in panels))
     figure = new_figure((3.1 + 0.15 * (lines - 1)) * rows + 0.5)
     grid = figure.add_gridspec(2 * rows, columns, height_ratios=[2.3, 1.0] * rows)
     left = residual(dataset, model)
-    words = "without the others" if len(views) > 1 else dataset.observe
-    for k, view in enumerate(views):
+    words = "without the others" if len(panels) > 1 else dataset.observe
+    for k, panel in enumerate(panels):
         row, column = divmod(k, columns)
         upper = figure.add_subplot(grid[2 * row, column])
         lower = figure.add_subplot(grid[2 * row + 1, column], sharex=upper)
-        _upper(upper, dataset, view, left, words)
-        _lower(lower, dataset, view, left, noise)
-        upper.set_title(_title(view, model, _MOST_LETTERS[columns]), fontsize=9.0, linespacing=1.25)
+        _upper(upper, dataset, panel, left, words)
+        _lower(lower, dataset, panel, left, noise)
+        upper.set_title(_title(panel, model, _MOST_LETTERS[columns]), fontsize=9.0, linespacing=1.25)
     shown = {
         label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
@@ -94,11 +90,11 @@ def components_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figu
     return figure
 
 
-def _title(view: View, model: Model, most: int) -> str:
+def _title(panel: Panel, model: Model, most: int) -> str:
     """Return the effects with as many of their numbers as there is room for, as cards and tables have them."""
-    room = 2 if len(view.terms) == 1 else 1
+    room = 2 if len(panel.terms) == 1 else 1
     lines: list[str] = []
-    for term in view.terms:
+    for term in panel.terms:
         name = spoken(term.name)
         measured = tuple(value for value in values_of(term, model) if value.unit)
         texts = [text if number == name else f"{number} {text}" for number, text in named_texts(measured)]
@@ -124,44 +120,44 @@ def _filled(head: str, texts: list[str], most: int) -> list[str]:
     return lines if texts else [head.removesuffix(":")]
 
 
-def _upper(axes: Axes, dataset: Dataset, view: View, left: Floats, words: str) -> None:
+def _upper(axes: Axes, dataset: Dataset, panel: Panel, left: Floats, words: str) -> None:
     """Draw the readings without all other effects, and the model."""
-    shown = shown_in(dataset.units, float(np.std((view.part + left)[view.rows])))
-    part, whole = view.part * shown.factor, (view.part + left) * shown.factor
+    shown = shown_in(dataset.units, float(np.std((panel.part + left)[panel.rows])))
+    part, whole = panel.part * shown.factor, (panel.part + left) * shown.factor
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    if view.is_path:
-        _path(axes, view, part, whole)
-    for way in view.groups:
+    if panel.is_path:
+        _path(axes, panel, part, whole)
+    for way in panel.groups:
         label = "data" if way.label == ALL else way.label
-        _readings(axes, view, whole, way, label)
-    everything = Way(label=ALL, colour=NEUTRAL, marker="o", dash="-", rows=view.rows)
-    for way in () if view.is_path else view.groups if view.by_group else (everything,):
+        _readings(axes, panel, whole, way, label)
+    everything = Way(label=ALL, colour=NEUTRAL, marker="o", dash="-", rows=panel.rows)
+    for way in () if panel.is_path else panel.groups if panel.by_group else (everything,):
         if way.label != AT_REST:
-            _curve(axes, dataset.coordinates, view, part, way, shown.factor)
-    x = view.over.values[view.rows]
+            _curve(axes, dataset.coordinates, panel, part, way, shown.factor)
+    x = panel.over.values[panel.rows]
     low, high = np.percentile(x, _WITHIN)
-    if view.period is not None:
+    if panel.period is not None:
         low, high = 0.0, 1.0  # the whole wave, wherever the targets meet it
     elif float(np.ptp(x)) <= _FAR * (high - low):
         low, high = float(x.min()), float(x.max())
     if high > low:
         axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
-    _limits(axes, whole[view.rows], part[view.rows][(x >= low) & (x <= high)])
+    _limits(axes, whole[panel.rows], part[panel.rows][(x >= low) & (x <= high)])
     axes.tick_params(labelbottom=False)
     axes.set_ylabel(f"{figure_text(words, 30)} ({shown.symbol})")
 
 
-def _lower(axes: Axes, dataset: Dataset, view: View, left: Floats, noise: NoiseFloor) -> None:
+def _lower(axes: Axes, dataset: Dataset, panel: Panel, left: Floats, noise: NoiseFloor) -> None:
     """Draw what is left, between two standard deviations of a reading to either side."""
-    shown = shown_in(dataset.units, max(float(np.std(left[view.rows])), noise.sigma))
+    shown = shown_in(dataset.units, max(float(np.std(left[panel.rows])), noise.sigma))
     half, left = 2.0 * noise.sigma * shown.factor, left * shown.factor
     axes.axhspan(-half, half, color=BAND, zorder=0)
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    for way in view.groups:
-        _readings(axes, view, left, way)
-    _limits(axes, left[view.rows], np.array([-half, half]))
+    for way in panel.groups:
+        _readings(axes, panel, left, way)
+    _limits(axes, left[panel.rows], np.array([-half, half]))
     axes.set_ylabel(f"left ({shown.symbol})")
-    axes.set_xlabel(view.over.label)
+    axes.set_xlabel(panel.over.label)
 
 
 def _limits(axes: Axes, data: Floats, also: Floats) -> None:
@@ -172,13 +168,12 @@ def _limits(axes: Axes, data: Floats, also: Floats) -> None:
         axes.set_ylim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
 
 
-def _readings(axes: Axes, view: View, y: Floats, way: Way, label: str | None = None) -> None:
+def _readings(axes: Axes, panel: Panel, y: Floats, way: Way, label: str | None = None) -> None:
     """Draw readings pale, and means of neighbours on top of them where they are many."""
-    x, rows = view.over.values, way.rows & view.rows
+    x, rows = panel.over.values, way.rows & panel.rows
     some = some_rows(rows, _MOST_DOTS)
-    means = (
-        not view.is_path and view.over.name != "order" and way.label != AT_REST and int(rows.sum()) > FEWEST_FOR_MEANS
-    )
+    in_no_order = not panel.is_path and panel.over.name != "order" and way.label != AT_REST
+    means = in_no_order and int(rows.sum()) > FEWEST_FOR_MEANS
     axes.plot(x[some], y[some], linestyle="none", marker=way.marker, markersize=3.0, markeredgewidth=0.0,
               color=way.colour, alpha=0.3 if means else 0.6, zorder=2, label=label)  # fmt: skip
     if means:
@@ -188,42 +183,25 @@ def _readings(axes: Axes, view: View, y: Floats, way: Way, label: str | None = N
                       label=None if label is None else "mean ± 2 s.e.")  # fmt: skip
 
 
-def _curve(axes: Axes, c: Conditions, view: View, part: Floats, way: Way, factor: float) -> None:
+def _curve(axes: Axes, c: Conditions, panel: Panel, part: Floats, way: Way, factor: float) -> None:
     """Draw the model: a wave between the readings, too; else what it is at them, joined."""
-    rows = way.rows & view.rows
+    rows = way.rows & panel.rows
     if not rows.any():
         return
-    if view.period is not None:
+    if panel.period is not None:
         x = np.linspace(0.0, 1.0, _FINE)
-        places = at_places(c, x * view.period, way)
-        y = np.sum([term.contribution(places) for term in view.terms], axis=0) * factor
+        places = at_places(c, x * panel.period, way.rows)
+        y = np.sum([term.contribution(places) for term in panel.terms], axis=0) * factor
     else:
-        x, y = _joined(view.over.values[rows], part[rows])
+        x, y = contribution_curve(panel.over.values[rows], part[rows])
     label = "model, backward" if way.label == BACKWARD else "model"
     axes.plot(x, y, color=INK, linestyle=way.dash, linewidth=1.4, zorder=5, label=label)
 
 
-def _joined(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return a contribution as a curve: as it is where it is a function of ``x``, else means of neighbours.
-
-    A long one is read at places close together, both along the axis and among the readings.
-    """
-    order = np.argsort(x, kind="stable")
-    x, y = x[order], y[order]
-    near = np.diff(x) <= _NEAR * float(x[-1] - x[0])
-    if near.any() and float(np.abs(np.diff(y))[near].mean()) > _ROUGH * float(np.ptp(y)):
-        groups = np.array_split(np.arange(x.size), min(max(x.size // _IN_GROUP, 1), _GROUPS))
-        return np.array([x[rows].mean() for rows in groups]), np.array([y[rows].mean() for rows in groups])
-    if x.size <= 2 * _FINE:
-        return x, y
-    fine = np.unique(np.concatenate([np.linspace(x[0], x[-1], _FINE), np.quantile(x, np.linspace(0, 1, _FINE))]))
-    return fine, np.interp(fine, x, y)
-
-
-def _path(axes: Axes, view: View, part: Floats, whole: Floats) -> None:
+def _path(axes: Axes, panel: Panel, part: Floats, whole: Floats) -> None:
     """Draw readings and model joined in their order: loops stay loops."""
-    numbers: Rows = np.flatnonzero(view.rows)
+    numbers: Rows = np.flatnonzero(panel.rows)
     numbers = numbers[:: max(1, math.ceil(numbers.size / _MOST_OF_PATH))]
-    x = view.over.values[numbers]
+    x = panel.over.values[numbers]
     axes.plot(x, whole[numbers], color=GUIDE, linewidth=0.7, zorder=1)
     axes.plot(x, part[numbers], color=INK, linewidth=1.2, zorder=5, label="model")

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Floats
-from rtec.inference.local_means import neighbour_means
+from rtec.inference.curves import FEW_PLACES, FINE, model_curve
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import shown_for, shown_in
@@ -19,11 +19,9 @@ from rtec.report.diagnosis.readings import (
     MOST_POINTS,
     Rows,
     Way,
-    at_places,
     clock,
     figure_text,
     outline,
-    period_of,
     position_label,
     residual,
     some_rows,
@@ -40,12 +38,8 @@ _ZOOM_ROWS, _MOST_ZOOM_ROWS, _ZOOM_SHARE = 600, 20_000, 25
 """Rows of the enlarged stretch of a log: one part in so many, within these limits."""
 _TURNS, _ZOOM_PLACES = 8, 100
 """Periods of the enlarged stretch of an axis, or targets where the model has no period."""
-_FEW_PLACES = 400
 _MOST_PASSES = 20
 """Of a direction, that are joined each for itself."""
-_PERIOD_GAPS = 6.0
-"""Periods below so many distances between targets are drawn between the targets, too."""
-_FINE = 2000
 
 
 def measured_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figure:
@@ -71,7 +65,7 @@ def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor
     fitted = dataset.observed - left
     half = 2 * noise.sigma * shown.factor
     for way in ways(c):
-        at, line = _model_line(dataset, c, model, fitted, way)
+        at, line = model_curve(dataset, c, model, fitted, way.rows)
         _dots(upper, c.position, dataset.observed * shown.factor, way, some_rows(way.rows))
         _passes(upper, c.position, dataset.observed * shown.factor, way, dataset.passage)
         _model(upper, at, line * shown.factor, half, way)
@@ -95,9 +89,9 @@ def _over_place(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor
 
 def _window(c: Conditions, model: Model) -> tuple[float, float] | None:
     """Return the limits of a stretch in the middle to be drawn larger, where there are too many places to see."""
-    if c.places.size <= _FEW_PLACES:
+    if c.places.size <= FEW_PLACES:
         return None
-    longest = max((period for period in map(period_of, model.terms) if period is not None), default=0.0)
+    longest = max((term.period or 0.0 for term in model.terms), default=0.0)
     width = _TURNS * longest if 0 < _TURNS * longest < c.span / 3 else c.span * _ZOOM_PLACES / c.places.size
     middle = float(c.places[c.places.size // 2])
     return middle - width / 2, middle + width / 2
@@ -117,7 +111,7 @@ def _dots(axes: Axes, x: Floats, y: Floats, way: Way, rows: Rows) -> None:
 def _passes(axes: Axes, x: Floats, y: Floats, way: Way, passage: Ints) -> None:
     """Join the readings of each pass by a thin line, where they are few: runs that shift or tilt stand out."""
     passes = np.unique(passage[way.rows])
-    if not 1 < passes.size <= _MOST_PASSES or x.size > _FEW_PLACES:
+    if not 1 < passes.size <= _MOST_PASSES or x.size > FEW_PLACES:
         return
     for one in passes:
         rows = np.flatnonzero(way.rows & (passage == one))
@@ -130,32 +124,13 @@ def _label(what: str, way: Way) -> str:
 
 
 def _model(axes: Axes, at: Floats, line: Floats, half: float, way: Way) -> None:
-    many = at.size >= _FINE
+    many = at.size >= FINE
     axes.plot(*outline(at, line), color=way.colour, linestyle="-" if many else way.dash,
               linewidth=0.7 if many else 1.1, alpha=0.6 if many else 1.0, zorder=2,
               label=_label("model", way))  # fmt: skip
-    if at.size <= 2 * _FINE:
+    if at.size <= 2 * FINE:
         axes.fill_between(at, line - half, line + half, color=way.colour, alpha=0.15, linewidth=0.0, zorder=1,
                           label="± 2σ of a reading" if way.marker != "v" else None)  # fmt: skip
-
-
-def _model_line(dataset: Dataset, c: Conditions, model: Model, fitted: Floats, way: Way) -> tuple[Floats, Floats]:
-    """Return the model over places, mean of all runs; what is periodic also between targets that stand far apart."""
-    means = neighbour_means(c.position[way.rows], fitted[way.rows], each_place=True)
-    reach = _reach(means.at)
-    periodic = [term for term in model.terms if term.fitted and (period_of(term) or reach) < reach]
-    # nothing filtered: the conditions are those of the readings
-    if not periodic or means.at.size > _FEW_PLACES or dataset.conditions.rows != dataset.rows:
-        return means.at, means.mean
-    fine = np.union1d(means.at, np.linspace(means.at[0], means.at[-1], _FINE))
-    between = at_places(c, fine, way)
-    waves = np.sum([term.contribution(between) for term in periodic], axis=0)
-    slow = means.mean - np.interp(means.at, fine, waves)
-    return fine, np.interp(fine, means.at, slow) + waves
-
-
-def _reach(places: Floats) -> float:
-    return _PERIOD_GAPS * float(np.median(np.diff(places))) if places.size > 1 else 0.0
 
 
 def _over_time(dataset: Dataset, c: Conditions, model: Model, noise: NoiseFloor) -> Figure:

@@ -14,7 +14,7 @@ from rtec.inference.results import NoiseFloor
 from rtec.inference.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
 from rtec.readable import rounded
 from rtec.report.diagnosis.quantities import shown_for
-from rtec.report.diagnosis.readings import period_of, residual
+from rtec.report.diagnosis.readings import residual
 from rtec.report.figures_style import legend_above, new_figure
 from rtec.report.palette import ALARM, FORWARD, INK, LIMIT_LINE, NEUTRAL, PALE, PAPER, SHADE
 from rtec.units import symbol
@@ -122,7 +122,7 @@ def _found_lines(model: Model, unit: str) -> tuple[tuple[float, str], ...]:
 
     Harmonics of several families would be mistaken for each other: they have marks without labels.
     """
-    terms = [(term, period) for term in model.terms if term.fitted and (period := period_of(term)) is not None]
+    terms = [(term, period) for term in model.terms if term.fitted and (period := term.period) is not None]
     lines = [(1 / period, f"{rounded(period, 4)} {unit}") for _, period in terms]
     for term, period in terms:
         for h in range(2, int(getattr(term.shape, "harmonics", 1)) + 1):

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
     from rtec.report.diagnosis.several import Changes, Results
 
-_AT_THE_FLOOR = 1.1
-"""Held-out RMS over noise floor up to which a comparison is good."""
 _FOR_COMPARISONS = 3
 """Definitions that concern a comparison, too: the first ones."""
 
@@ -51,12 +49,10 @@ def diagnosis_page(diagnosis: Diagnosis, figures: Sequence[Illustration], files:
 def comparison_page(comparison: Comparison, figures: Sequence[Illustration], files: Sequence[str]) -> str:
     """Return the page of a comparison; parameters as for ``diagnosis_page``."""
     c, shown = comparison, shown_for(comparison.dataset)
-    floor = c.noise.floor
-    good = floor is not None and c.rms_heldout <= _AT_THE_FLOOR * floor
     return page_environment().get_template("diagnosis/comparison.html.j2").render(
         title=_title("Residual of the", c.dataset.observe, c.dataset.source),
         sentence=comparison_sentence(c),
-        tone="good" if good else "mind",
+        tone="good" if c.at_the_floor else "mind",
         facts=chapters.facts(c.dataset, c.noise, c.heldout, c.heldout_by),
         notes=[printable(note) for note in c.dataset.notes],
         effects=chapters.found_effects(c.model, ()),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rtec.dataset.dataset import Dataset
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, NoiseFloor
+from rtec.report.diagnosis.effect_panels import effect_panels
 from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.figures_measured import measured_figure
 from rtec.report.diagnosis.figures_model import cosines_figure, experiment_figure
@@ -18,7 +19,6 @@ from rtec.report.diagnosis.figures_spectra import spectra_figure
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import MOST_DOTS
 from rtec.report.diagnosis.sentence import heldout_words
-from rtec.report.diagnosis.views import views_of
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import Illustration, illustration
 
@@ -164,7 +164,8 @@ _OVER_TIME = (
 
 
 def _largest(dataset: Dataset, model: Model) -> str:
-    hidden = sum(term.fitted for term in model.terms) - sum(len(view.terms) for view in views_of(dataset, model))
+    shown = sum(len(panel.terms) for panel in effect_panels(dataset, model))
+    hidden = sum(term.fitted for term in model.terms) - shown
     return f" The {hidden} smallest effects are left out." if hidden else ""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Conditions, Floats
-from rtec.inference.model import Model, Term
+from rtec.inference.model import Model
 from rtec.report.palette import FORWARD, NEUTRAL, REVERSE
 from rtec.units import symbol
 
@@ -137,34 +136,12 @@ def abscissas(conditions: Conditions, periods: tuple[float, ...] = ()) -> list[A
 
 def periods_of(model: Model, conditions: Conditions, unknown: float | None, most: int = 2) -> tuple[float, ...]:
     """Return the periods that are worth a look: found ones first, else stated ones, else that of what is unknown."""
-    found = [period for period in map(period_of, model.terms) if period is not None]
+    found = [term.period for term in model.terms if term.period is not None]
     stated = [conditions.screw_pitch, conditions.signal_period, conditions.revolution]
     named = [
         period for period in (unknown, *(found or stated)) if period is not None and 0 < period < conditions.span
     ]
     return tuple(dict.fromkeys(named))[:most]
-
-
-def period_of(term: Term) -> float | None:
-    """Return the period of a periodic effect, in position units."""
-    period = getattr(term.shape, "period", None)
-    return float(period) if isinstance(period, float) and math.isfinite(period) and period > 0 else None
-
-
-def at_places(c: Conditions, places: Floats, way: Way) -> Conditions:
-    """Return conditions at any places, approached in one direction: enough for what depends on position alone."""
-    direction = None
-    if c.direction is not None:
-        direction = np.full(places.size, float(np.sign(c.direction[way.rows].mean())))
-    return Conditions(
-        position=places,
-        position_unit=c.position_unit,
-        run=np.ones(places.size, dtype=np.int64),
-        direction=direction,
-        screw_pitch=c.screw_pitch,
-        signal_period=c.signal_period,
-        revolution=c.revolution,
-    )
 
 
 def some_rows(rows: Mask, most: int = MOST_DOTS) -> Rows:

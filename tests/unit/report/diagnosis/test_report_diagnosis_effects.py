@@ -22,9 +22,9 @@ from rtec.effects.backlash import Backlash
 from rtec.effects.cyclic import Cyclic
 from rtec.inference.model import Model, Term
 from rtec.report.diagnosis.chapters import found_effects
+from rtec.report.diagnosis.effect_panels import MOST_PANELS, effect_panels
 from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.terminal import found_table
-from rtec.report.diagnosis.views import MOST_VIEWS, views_of
 from rtec.report.figures_style import figure_style
 
 
@@ -81,8 +81,8 @@ def test_whatever_has_a_period_is_folded_over_it(make_dataset, name):
     shape = replace(effect_named(name).shape_type(), period=2.0)
     terms = (term(name, shape, *[1e-3] * len(effect_named(name).amplitudes(shape, Units("mm", "mm", "s")))),)
     model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
-    (view,) = views_of(make_dataset(terms=terms), model)
-    assert view.period == 2.0 and view.over.name == "phase"
+    (panel,) = effect_panels(make_dataset(terms=terms), model)
+    assert panel.period == 2.0 and panel.over.name == "phase"
 
 
 def test_backlash_is_two_levels_one_for_each_direction(make_diagnosis):
@@ -152,30 +152,32 @@ def test_a_loop_in_motion_is_joined_in_the_order_of_its_readings(make_dataset, m
     terms = (term("hysteresis", type(effect_named("hysteresis").shapes(c)[0])(12.0), -0.02),)
     dataset = make_dataset(conditions=c, terms=terms, cell=np.full(c.rows, -1))
     model = Model(observe="deviation", units=dataset.units, terms=terms)
-    (view,) = views_of(dataset, model)
-    assert view.is_path and view.rows.all()
+    (panel,) = effect_panels(dataset, model)
+    assert panel.is_path and panel.rows.all()
     x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
-    assert x == pytest.approx(c.position) and y == pytest.approx(1e3 * view.part)
+    assert x == pytest.approx(c.position) and y == pytest.approx(1e3 * panel.part)
 
 
 def test_what_is_over_soon_after_a_reversal_is_drawn_close_to_it(make_dataset):
     c = log()
     terms = (term("windup", type(effect_named("windup").shapes(c)[0])(0.5), -0.02),)
     model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
-    (view,) = views_of(make_dataset(conditions=c, terms=terms, cell=np.full(c.rows, -1)), model)
-    assert view.over.name == "since_reversal" and view.over.values[view.rows].max() <= 4.0 < view.over.values.max()
+    (panel,) = effect_panels(make_dataset(conditions=c, terms=terms, cell=np.full(c.rows, -1)), model)
+    assert (
+        panel.over.name == "since_reversal" and panel.over.values[panel.rows].max() <= 4.0 < panel.over.values.max()
+    )
 
 
 def test_what_grows_with_position_and_heat_is_a_line_for_each_third_of_the_axis(make_dataset, make_noise):
     terms = (term("thermal_growth", effect_named("thermal_growth").shape_type(), 1e-4),)
     dataset = make_dataset(terms=terms)
     model = Model(observe="deviation", units=dataset.units, terms=terms)
-    (view,) = views_of(dataset, model)
-    assert [sum(group.rows) for group in view.groups] == [70, 70, 70]
-    for group in view.groups:
+    (panel,) = effect_panels(dataset, model)
+    assert [sum(group.rows) for group in panel.groups] == [70, 70, 70]
+    for group in panel.groups:
         place = dataset.conditions.position[group.rows].mean()
         heat = dataset.conditions.temperatures["temperature"][group.rows] - 20.0
-        assert view.part[group.rows] == pytest.approx(1e-4 * place * heat)
+        assert panel.part[group.rows] == pytest.approx(1e-4 * place * heat)
     assert drawn(dataset, model, make_noise())[1].get_xlabel() == "temperature (°C)"
 
 
@@ -194,20 +196,20 @@ def test_readings_of_one_place_are_drawn_in_their_order(make_dataset):
                    direction=np.tile([1.0, -1.0], 10))  # fmt: skip
     terms = (term("backlash", None, 0.01),)
     model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
-    (view,) = views_of(make_dataset(conditions=c, terms=terms), model)
-    assert view.over.values.tolist() == list(range(20))
+    (panel,) = effect_panels(make_dataset(conditions=c, terms=terms), model)
+    assert panel.over.values.tolist() == list(range(20))
 
 
 def test_of_many_effects_the_largest_are_drawn_in_their_order(make_dataset):
     waves = [
         Term(effect=Cyclic(), shape=CyclicShape(7.0 + k, 1, False), amplitudes=(1e-3 * (1 + k % 7), 0.0))
-        for k in range(MOST_VIEWS + 3)
+        for k in range(MOST_PANELS + 3)
     ]
     back = Term(effect=Backlash(), shape=Shape(), amplitudes=(1.0,))
     model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(*waves, back))
-    views = views_of(make_dataset(), model)
-    assert len(views) == MOST_VIEWS and views[-1].terms == (back,)
-    assert [view.terms[0].shape.period for view in views[:-1]] == [9.0, 10.0, 11.0, 12.0, 13.0]
+    panels = effect_panels(make_dataset(), model)
+    assert len(panels) == MOST_PANELS and panels[-1].terms == (back,)
+    assert [panel.terms[0].shape.period for panel in panels[:-1]] == [9.0, 10.0, 11.0, 12.0, 13.0]
 
 
 def test_an_effect_without_numbers_is_not_drawn(make_dataset, make_noise):

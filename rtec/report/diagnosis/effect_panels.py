@@ -1,4 +1,4 @@
-"""What each effect is looked at in: the readings less everything else, over what the effect depends on."""
+"""What is drawn of each effect: which readings, over what, and the part of the model that they are drawn with."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from rtec.report.diagnosis.readings import (
     Way,
     abscissas,
     clock,
-    period_of,
     phase,
     position_label,
     ways,
@@ -23,7 +22,7 @@ from rtec.report.diagnosis.readings import (
 from rtec.report.palette import FORWARD, GREEN, PURPLE
 from rtec.units import symbol
 
-MOST_VIEWS = 6
+MOST_PANELS = 6
 """Of one figure, each with what is left below it."""
 _SUMS = frozenset({Over.VELOCITY, Over.REVERSAL})
 """Curves of speed and loops of reversals are seen as a whole: friction is one curve, whatever it is made of."""
@@ -42,7 +41,7 @@ _REVERSALS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class View:
+class Panel:
     """Effects that one picture shows together.
 
     Parameters
@@ -76,7 +75,7 @@ class View:
     period: float | None = None
 
 
-def views_of(dataset: Dataset, model: Model) -> list[View]:
+def effect_panels(dataset: Dataset, model: Model) -> list[Panel]:
     """Return how the effects of a model are looked at, those that contribute most, in the order of the model.
 
     Parameters
@@ -89,24 +88,24 @@ def views_of(dataset: Dataset, model: Model) -> list[View]:
     Returns
     -------
     list
-        At most ``MOST_VIEWS``.
+        At most ``MOST_PANELS``.
     """
     groups: dict[object, list[Term]] = {}
     for term in model.terms:
         if term.fitted:
             groups.setdefault(term.effect.over if term.effect.over in _SUMS else id(term), []).append(term)
-    found = [_view(dataset, tuple(terms)) for terms in groups.values()]
-    most = sorted(range(len(found)), key=lambda k: -float(np.std(found[k].part)))[:MOST_VIEWS]
+    found = [_panel(dataset, tuple(terms)) for terms in groups.values()]
+    most = sorted(range(len(found)), key=lambda k: -float(np.std(found[k].part)))[:MOST_PANELS]
     return [found[k] for k in sorted(most)]
 
 
-def _view(dataset: Dataset, terms: tuple[Term, ...]) -> View:
+def _panel(dataset: Dataset, terms: tuple[Term, ...]) -> Panel:
     c = dataset.coordinates
     part = np.sum([term.component(dataset) for term in terms], axis=0)
     everything = np.ones(c.rows, dtype=np.bool_)
-    period = period_of(terms[0])
+    period = terms[0].period
     if period is not None and _FEW_TURNS * period < c.span:
-        return View(
+        return Panel(
             terms=terms, over=phase(c, period), part=part, rows=everything, groups=tuple(ways(c)), period=period
         )
     over = terms[0].effect.over
@@ -116,7 +115,7 @@ def _view(dataset: Dataset, terms: tuple[Term, ...]) -> View:
     if grows := terms[0].effect.grows_with_position and dataset.resample is None:
         groups = _sections(c)
         part = terms[0].contribution(_in_the_middle(c, groups))
-    return View(
+    return Panel(
         terms=terms,
         over=_abscissa(c, terms[0]),
         part=part,
@@ -162,16 +161,16 @@ def _abscissa(c: Conditions, term: Term) -> Abscissa:
     return next((known[name] for name in (sensor, *_INSTEAD) if name in known), order)
 
 
-def _loop(c: Conditions, terms: tuple[Term, ...], part: Floats, everything: Mask) -> View:
+def _loop(c: Conditions, terms: tuple[Term, ...], part: Floats, everything: Mask) -> Panel:
     """Return what happens after a reversal: close to it where it is over soon, else the loop over position."""
     gone = {one.name: one for one in abscissas(c)}.get("since_reversal")
     reach = _DISTANCES * max((getattr(term.shape, "distance", 0.0) for term in terms), default=0.0)
     if gone is not None and 0.0 < reach < _SHORT[c.moving] * float(gone.values.max()):
-        return View(terms=terms, over=gone, part=part, rows=gone.values <= reach, groups=tuple(ways(c)))
+        return Panel(terms=terms, over=gone, part=part, rows=gone.values <= reach, groups=tuple(ways(c)))
     if not c.moving or c.direction is None:
-        return View(terms=terms, over=_abscissa(c, terms[0]), part=part, rows=everything, groups=tuple(ways(c)))
+        return Panel(terms=terms, over=_abscissa(c, terms[0]), part=part, rows=everything, groups=tuple(ways(c)))
     place = Abscissa(name="position", label=position_label(c), values=c.position)
-    return View(terms=terms, over=place, part=part, rows=_few_loops(c, part), groups=tuple(ways(c)), is_path=True)
+    return Panel(terms=terms, over=place, part=part, rows=_few_loops(c, part), groups=tuple(ways(c)), is_path=True)
 
 
 def _few_loops(c: Conditions, part: Floats) -> Mask:
