@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from numbers import Integral, Real
 from typing import Any
 
 from rtec.errors import ArgumentError
 from rtec.readable import hertz_text, time_text
+from rtec.units import NUMBER
 
 _UNITS = {
     "ps": "ps", "s": "s", "hz": "Hz", "hz_s": "Hz/s", "mm": "mm", "um": "um", "mm_s": "mm/s", "mm_s2": "mm/s^2",
     "mm_s3": "mm/s^3", "inch": "inch", "deg": "deg", "counts": "counts", "steps": "steps", "sigma": "sigma",
 }  # fmt: skip
 """The unit that is meant by the last words of a name."""
+_WRITTEN = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>[^\s\d]\S*)?\s*")
+"""A quantity as people write it."""
 _SCALED: dict[str, Callable[[Any], str]] = {"Hz": hertz_text, "ps": time_text}
 """Units in which numbers are large: how people read them."""
 
@@ -100,7 +104,39 @@ def outside(name: str, value: float, low: float, high: float, *, unit: str = "")
     """
     unit = unit or _unit_of(name)
     problem = "is too small" if value < low else "is too large" if value > high else "is no number"
-    return ArgumentError(name, _with_unit(value, unit), _interval(low, high, unit), problem=problem)
+    error = ArgumentError(name, _with_unit(value, unit), _interval(low, high, unit), problem=problem)
+    error.interval = (value, low, high, unit)
+    return error
+
+
+def as_written(error: ArgumentError, name: str, text: str) -> ArgumentError:
+    """Return an error under the user's name for the argument, its number in the unit that the user wrote.
+
+    Parameters
+    ----------
+    error
+        As a face raised it.
+    name, text
+        The argument and its value, as the user wrote them.
+
+    Examples
+    --------
+    >>> str(as_written(outside("gate_margin", -0.05, 0.0, 100.0), "--gate-margin", "-5%"))
+    '--gate-margin: -5 % is too small; use 0 to 10000 %'
+    >>> str(as_written(outside("pulse_ps", 3_600 * 10**12, 0, 2_000_000), "--pulse", "1 h"))
+    '--pulse: 1 h is too large; use 0 ps to 2 us'
+    >>> str(as_written(ArgumentError("span_mm", "5e-05 mm", "a length from 1 um on"), "--span", "50nm"))
+    '--span: 50nm is not valid; use a length from 1 um on'
+    """
+    written = _WRITTEN.fullmatch(text)
+    if error.interval is not None and written is not None:
+        value, low, high, unit = error.interval
+        scale = float(written["number"]) / value if value else math.nan
+        if 0.0 < scale < math.inf and _parted(unit)[0] not in _SCALED:
+            return outside(name, scale * value, scale * low, scale * high, unit=written["unit"] or unit)
+    if _WRITTEN.fullmatch(str(error.value)) is not None:
+        return ArgumentError(name, text, error.allowed, error.hint, problem=error.problem)
+    return error.of(name)
 
 
 def _interval(low: float, high: float, unit: str) -> str:

@@ -14,7 +14,6 @@ What a simulated machine does wrong (an illegal transition, a refused request) i
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -48,7 +47,8 @@ class ArgumentError(RtecError, ValueError):
     name
         Name of the argument or key, as the user wrote it.
     value
-        The value found, or in words what was found; None where nothing was given.
+        The value found, or in words what was found; None where nothing was given, "" where the argument itself is
+        the problem.
     allowed
         What would have been accepted: it completes a sentence that begins with "use".
     hint
@@ -67,6 +67,8 @@ class ArgumentError(RtecError, ValueError):
     'totals: an array of 3 numbers; use one for each of 5 times'
     >>> str(ArgumentError("--clock", None, "the frequency of the module's clock, such as 50MHz"))
     "--clock is missing; give the frequency of the module's clock, such as 50MHz"
+    >>> str(ArgumentError("--pins", "", "it for Verilog", problem="means nothing for Python"))
+    '--pins means nothing for Python; use it for Verilog'
     """
 
     def __init__(self, name: str, value: object, allowed: str, hint: str = "", *, problem: str = "") -> None:
@@ -74,11 +76,15 @@ class ArgumentError(RtecError, ValueError):
         self.name, self.value, self.allowed, self.hint, self.problem = name, value, allowed, hint, problem
         if value is None:
             said = f"{name} is missing; give {allowed}"
+        elif problem and value == "":
+            said = f"{name} {problem}; use {allowed}"
         elif problem or not (isinstance(value, str) and _IN_WORDS.match(value)):
             said = f"{name}: {value} {problem or 'is not valid'}; use {allowed}"
         else:
             said = f"{name}: {value}; use {allowed}"
         super().__init__(f"{said}{'; ' + hint if hint else ''}")
+        self.interval: tuple[float, float, float, str] | None = None
+        """Of a number that is too small or too large: itself, the lowest, the highest, and the unit of the three."""
 
     def of(self, name: str) -> ArgumentError:
         """Return the same error under the name by which the user knows the argument.
@@ -88,7 +94,9 @@ class ArgumentError(RtecError, ValueError):
         >>> ArgumentError("count_mm", 0, "a length above 0 mm").of("--count").name
         '--count'
         """
-        return ArgumentError(name, self.value, self.allowed, self.hint, problem=self.problem)
+        error = ArgumentError(name, self.value, self.allowed, self.hint, problem=self.problem)
+        error.interval = self.interval
+        return error
 
 
 def unknown(name: str, word: str, known: Iterable[str], *, noun: str = "") -> ArgumentError:
@@ -119,7 +127,7 @@ def unknown(name: str, word: str, known: Iterable[str], *, noun: str = "") -> Ar
         repr(word[:60]),
         f"one of {', '.join(words)}" if len(words) > 2 else " or ".join(words),
         "" if near.startswith(_KNOWN) else near,
-        problem=f"is not {'an' if noun[0] in 'aeiou' else 'a'} {noun}" if noun else "",
+        problem=f"is not {'an' if noun[0] in 'aeio' else 'a'} {noun}" if noun else "",
     )
 
 
@@ -179,15 +187,49 @@ class OutputError(RtecError, OSError):
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return a hint naming the known words closest to ``word``.
+    """Return a hint naming the known word that is meant, where one is near; else all of them.
+
+    Near is a word that differs by slips of the fingers, in any case of letters: one letter in three at most is
+    missing, too much, another one, or in the place of its neighbour. Else it is the shortest that begins with
+    ``word`` or holds it, or with which ``word`` begins.
 
     Examples
     --------
-    >>> nearest("orginal", ["original", "a", "b", "c"])
-    "did you mean 'original'?"
-    >>> nearest("zzz", ["original", "a"])
-    'known: original, a'
+    >>> nearest("orginal", ["original", "a", "b", "c"]), nearest("in", ["mm", "inch"])
+    ("did you mean 'original'?", "did you mean 'inch'?")
+    >>> nearest("conversation", ["calibration", "handshake"])
+    'known: calibration, handshake'
     """
-    names = list(known)
-    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
-    return f"did you mean '{close[0]}'?" if close else _KNOWN + ", ".join(names)
+    names, begun = list(known), word[:60].casefold()
+    slips, close = min(((_slips(begun, name.casefold()), name) for name in names), default=(1, ""))
+    if slips > max(len(begun) // 3, 1) or slips >= len(begun):
+        close = min((name for name in names if _holds(name.casefold(), begun)), key=len, default="")
+    return f"did you mean '{close}'?" if close else _KNOWN + ", ".join(names)
+
+
+def _holds(name: str, word: str) -> bool:
+    if min(len(name), len(word)) < 3:  # a letter or two stand in the middle of everything
+        return (len(word) == 2 and name.startswith(word)) or (len(name) == 2 and word.startswith(name))
+    return word in name or word.startswith(name)
+
+
+def _slips(word: str, name: str) -> int:
+    """Return how many letters have to be put in, taken out, changed or swapped with a neighbour to get the name.
+
+    Notes
+    -----
+    The distance of optimal string alignment, row by row of its table.
+
+    References
+    ----------
+    F. J. Damerau, A technique for computer detection and correction of spelling errors, Commun. ACM 7 (1964) 171.
+    """
+    rows = [list(range(len(name) + 1))]
+    for i, letter in enumerate(word):
+        row = [i + 1]
+        for j, other in enumerate(name):
+            row.append(min(rows[i][j] + (letter != other), rows[i][j + 1] + 1, row[j] + 1))
+            if i and j and letter == name[j - 1] and word[i - 1] == other:
+                row[-1] = min(row[-1], rows[i - 1][j - 1] + 1)
+        rows.append(row)
+    return rows[-1][-1]

@@ -114,7 +114,9 @@ class Scenario:
                 hint = nearest(name, _KNOWN)
                 raise ArgumentError("names", repr(name)[:60], "effects of the game", hint, problem="is not an effect")
             if (why := unfit(name, self.plan)) is not None:
-                raise ArgumentError("names", name, f"effects that the plan {self.plan.name} can show", why)
+                allowed = "an effect that it shows, or another plan"
+                problem = f"cannot be seen with the plan {self.plan.name}"
+                raise ArgumentError("names", name, allowed, why, problem=problem)
         if len(set(self.names)) != len(self.names):
             raise ArgumentError("names", ", ".join(self.names), "each effect once")
         given = self.strength_sigma

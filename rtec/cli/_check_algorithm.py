@@ -112,7 +112,8 @@ def _machine_code(options: Options) -> Chosen:
 
     _refuse_others(options, "machine code")
     if options.design is None:
-        raise ArgumentError("--design", None, ", ".join(_DESIGNS), "whose circuits stand around the processor?")
+        allowed = f"the design whose circuits stand around the processor: one of {', '.join(_DESIGNS)}"
+        raise ArgumentError("--design", None, allowed)
     contract = _contract(options)
     chip = with_part(options.processor or Microcontroller.named("8051-12mhz"), options.part)
     with as_bad_input():
@@ -129,10 +130,10 @@ def _built_in(options: Options) -> Chosen:
     from rtec.injector import InjectorSettings, Processor, RealEdges, Timing
 
     _refuse_others(options, "a design of rtec")
+    design = Design.named(options.algorithm)
     for name in ("design", "step_counts", "states"):
         if getattr(options, name) is not None:
-            raise apart(name, "it", options.algorithm, "a design of rtec has its own contract")
-    design = Design.named(options.algorithm)
+            raise apart(name, f"the design {design.value}", "a design of rtec has its own contract")
     settings = InjectorSettings(
         design=design,
         timing=Timing.of(design, options.timing or Processor.FAST),
@@ -148,10 +149,10 @@ def _nothing() -> str:
 
 def _refuse_others(options: Options, kind: str) -> None:
     """Refuse options that mean nothing for this kind of algorithm."""
-    for other, names in _OF_KIND.items():
-        for name in names:
-            if name not in _OF_KIND[kind] and getattr(options, name) is not None:
-                raise ArgumentError(name, "it", f"it for {other}", problem=f"means nothing for {kind}")
+    for name in dict.fromkeys(name for names in _OF_KIND.values() for name in names):
+        if name not in _OF_KIND[kind] and getattr(options, name) is not None:
+            others = " or ".join(other for other, names in _OF_KIND.items() if name in names)
+            raise ArgumentError(name, "", f"it for {others}", problem=f"means nothing for {kind}")
 
 
 def _contract(options: Options) -> Contract:
@@ -160,10 +161,11 @@ def _contract(options: Options) -> Contract:
     limits: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
     if options.design is not None:
         if options.step_counts is not None or options.states is not None:
-            raise apart("--step", "it", "--design")
+            name = "--states" if options.step_counts is None else "--step"
+            raise apart(name, "--design", "a design has its own contract")
         return Contract.of(options.design, **limits)
     if options.step_counts is None:
         allowed = "--design original|a|b|c, or --step N and --states 00"
-        raise ArgumentError("--design", None, allowed, "how many counts is one step, and where is it made?")
+        raise ArgumentError("--design", None, allowed, "they say how many counts one step has, and where it is made")
     limits |= {} if options.states is None else {"states": options.states}
     return Contract(step_counts=options.step_counts, **limits)

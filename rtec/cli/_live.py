@@ -96,7 +96,7 @@ class BusWords:
     def __post_init__(self) -> None:
         """Refuse what only an interface has."""
         if self.interface is None and self.bitrate is not None:
-            raise needs("--bitrate", self.bitrate, "--interface", "the built-in line has none")
+            raise needs("--bitrate", "--interface", "the built-in line has none")
         if self.interface is not None and self.channel is None:
             raise ArgumentError("--channel", None, "the channel of the interface, such as --channel can0")
 
@@ -211,7 +211,7 @@ def axes_of(axis: int | None, axes: int | None) -> list[int]:
     from rtec.link._frame_kernels import MOST_AXES
 
     if axis is not None and axes is not None:
-        raise apart("--axes", axes, "--axis")
+        raise apart("--axes", "--axis")
     if axes is not None:
         return list(range(1, whole_within("axes", axes, 1, MOST_AXES) + 1))
     return [1 if axis is None else whole_within("axis", axis, 1, MOST_AXES)]

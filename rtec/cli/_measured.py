@@ -159,7 +159,7 @@ def read_inputs(
     from rtec.inference.model_file import read_model, read_observe
 
     if lock and heldout is not None:
-        raise apart("--lock", "it", "--heldout", "either judges instead of blocks")
+        raise apart("--lock", "--heldout", "either judges instead of blocks")
     if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
         raise ArgumentError("--heldout", heldout, "another measurement", "--lock holds back a part of a single one")
     if heldout is not None:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperCommand
 
+from rtec.checks import as_written
 from rtec.cli._words import Completer, among
 from rtec.errors import ArgumentError, RtecError, unknown
 from rtec.io import check_file, check_folder
@@ -309,7 +310,7 @@ class Verb(TyperCommand):
         Raises
         ------
         ArgumentError
-            As the verb raises it, with the names of options in the place of those of parameters.
+            As the verb raises it, with options and numbers as the user wrote them.
         """
         try:
             return super().invoke(ctx)
@@ -318,12 +319,11 @@ class Verb(TyperCommand):
             def text(words: str) -> str:
                 return _PARAMETER.sub(lambda match: self.option_behind(match[0]), words)
 
+            option = self.option_behind(error.name)
+            written = next((ctx.meta[_SAID].get(one.name) for one in self.params if option in one.opts), None)
+            seen = as_written(error, option, written) if isinstance(written, str) else error.of(option)
             raise ArgumentError(
-                self.option_behind(error.name),
-                error.value,
-                text(error.allowed),
-                text(error.hint),
-                problem=error.problem,
+                option, seen.value, text(seen.allowed), text(seen.hint), problem=seen.problem
             ) from error
 
     def option_behind(self, name: str) -> str:
@@ -358,23 +358,23 @@ def said(context: typer.Context, *names: str) -> list[str]:
     return words
 
 
-def apart(name: str, value: object, other: str, why: str = "") -> ArgumentError:
+def apart(name: str, other: str, why: str = "") -> ArgumentError:
     """Return the error of an option that means nothing beside another one.
 
     Examples
     --------
-    >>> str(apart("--seed", 7, "--motion ramp", "nothing in it is random"))
-    '--seed: 7 does not go with --motion ramp; use one of the two; nothing in it is random'
+    >>> str(apart("--seed", "--motion ramp", "nothing in it is random"))
+    '--seed does not go with --motion ramp; use one of the two; nothing in it is random'
     """
-    return ArgumentError(name, value, "one of the two", why, problem=f"does not go with {other}")
+    return ArgumentError(name, "", "one of the two", why, problem=f"does not go with {other}")
 
 
-def needs(name: str, value: object, other: str, why: str = "") -> ArgumentError:
+def needs(name: str, other: str, why: str = "") -> ArgumentError:
     """Return the error of an option that means nothing without another one.
 
     Examples
     --------
-    >>> str(needs("--pick", "effects", "-o MODEL.toml"))
-    '--pick: effects needs -o MODEL.toml; use both'
+    >>> str(needs("--pick", "-o MODEL.toml"))
+    '--pick needs -o MODEL.toml; use both'
     """
-    return ArgumentError(name, value, "both", why, problem=f"needs {other}")
+    return ArgumentError(name, "", "both", why, problem=f"needs {other}")

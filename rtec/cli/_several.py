@@ -54,7 +54,7 @@ def refuse_with_several(files: Sequence[Path], **options: object) -> None:
     """
     for name, value in options.items():
         if len(files) > 1 and value not in (None, False):
-            raise apart(f"--{name}", "it", "several measurements")
+            raise apart(f"--{name}", "several measurements")
 
 
 def read_each(files: Sequence[Path], names: Sequence[str], **how: Any) -> Iterator[tuple[str, Inputs]]:

@@ -162,7 +162,7 @@ def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dat
     for key in given:
         if key not in known:
             allowed = ", ".join(map(_dashed, known)) or "none of these options"
-            raise ArgumentError(_dashed(key), "it", allowed, problem=f"is no option for {effect.name}")
+            raise ArgumentError(_dashed(key), "", allowed, problem=f"is no option for {effect.name}")
     if isinstance(values.get("runs"), str):
         values["runs"] = [whole_number(part.strip(), name="--runs") for part in str(values["runs"]).split(",")]
     if isinstance(values.get("nodes"), str):

@@ -115,7 +115,7 @@ def score(
     if data:
         for name, value in (("--trials", trials), ("-o", output), ("--seed", seed), ("--jobs", jobs)):
             if value is not None:
-                raise apart(name, value, "the data of a game", "it is for the diagnosis")
+                raise apart(name, "the data of a game", "it is for the diagnosis")
         _show_answers(data, json)
         return
     from rtec.blind import confusion, the_lines

@@ -212,7 +212,7 @@ def _moves(program: Path | None, home_mm: float, speed: float, *, stand: bool) -
     from rtec.live.programs import from_home, read_moves, shuttle
 
     if stand and program is not None:
-        raise apart("--program", program, "--stand")
+        raise apart("--program", "--stand")
     if stand:
         return []
     moves = shuttle() if program is None else read_moves(program, home_mm=home_mm)

@@ -201,9 +201,9 @@ def check(
     words = said(context, *(name for name in Options.__dataclass_fields__ if name != "algorithm"))
     files = _Files(figure=figure, vcd=vcd, margin=margin_figure, json=json)
     if stream is not None and margin_figure is not None:
-        raise apart("--margin-figure", margin_figure, "--stream", "one stream has no margin")
+        raise apart("--margin-figure", "--stream", "one stream has no margin")
     if stream is not None and motion is not None:
-        raise apart("--motion", motion.kind.value, "--stream", "a stream has its own motion")
+        raise apart("--motion", "--stream", "a stream has its own motion")
     chosen = choose(options)
     with closing(chosen.algorithm):
         if stream is not None:

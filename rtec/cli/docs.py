@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
 from collections.abc import Iterator
@@ -13,8 +12,9 @@ from typing import Annotated
 import typer
 
 from rtec.cli._console import print_json
-from rtec.errors import RtecError
+from rtec.errors import RtecError, nearest
 
+_LISTED = "'rtec docs' lists the topics"
 _HEADING = re.compile(r"^(#+) (.+)$", re.MULTILINE)
 _FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
@@ -110,9 +110,8 @@ def _topic(word: str, pages: list[Topic]) -> Topic:
     asked = " ".join(word.lower().split()).removesuffix(".md").removeprefix("rtec ")
     if asked in index:
         return index[asked]
-    close = difflib.get_close_matches(asked, index, n=1) or [title for title in index if asked and asked in title]
-    hint = f"did you mean {close[0]!r}?" if close else "'rtec docs' lists the topics"
-    raise RtecError(f"no topic {word[:60]!r}; {hint}")
+    hint = nearest(asked, index)
+    raise RtecError(f"no topic {word[:60]!r}; {hint if hint.startswith('did') else _LISTED}")
 
 
 def _complete(begun: str) -> list[str]:

@@ -85,20 +85,15 @@ def envelope(
     from rtec.cli._image import as_bad_input
     from rtec.injector.design import IN_PATH, Design
 
-    if motion is None:
-        _refuse("needs --motion", {"--acceleration": acceleration_hz_s, "--seed": seed})
-    else:
-        own = {
-            "--jitter": jitter_ps or None,
-            "--exhaustive": exhaustive or None,
-            "--nothing-owed": nothing_owed or None,
-        }
-        _refuse("does not go with --motion", own)
+    with_motion = {"--acceleration": acceleration_hz_s is not None, "--seed": seed is not None}
+    without = {"--jitter": jitter_ps != 0, "--exhaustive": exhaustive, "--nothing-owed": nothing_owed}
+    _check_motion(motion, with_motion, without)
     designs = tuple(dict.fromkeys(design or Design))
     if image is not None and (design is None or len(designs) != 1):
-        raise needs("--image", image, "exactly one --design", "say which one it is for")
+        raise ArgumentError("--image", "", "--design once, for that design", problem="is a program for one design")
     if nothing_owed and designs != IN_PATH:
-        raise needs("--nothing-owed", "it", "--design b alone", "the others' lines pass the gates")
+        problem = "is for design b, through whose processor the lines pass"
+        raise ArgumentError("--nothing-owed", "", "--design b, and no other", problem=problem)
     moved = None if motion is None else _in_motion(motion, acceleration_hz_s, seed)
     with as_bad_input():
         plan = EnvelopePlan(
@@ -128,13 +123,11 @@ def envelope(
         typer.echo(f"Figure: {figure}")
 
 
-def _refuse(problem: str, options: Mapping[str, object]) -> None:
-    """Refuse the options that have a value."""
-    for name, value in options.items():
-        if value is not None:
-            raise ArgumentError(
-                name, "it", "both" if problem.startswith("needs") else "one of the two", problem=problem
-            )
+def _check_motion(motion: AskedMotion | None, with_it: Mapping[str, bool], without: Mapping[str, bool]) -> None:
+    """Refuse the options given that mean nothing with the motion, or without one."""
+    wrong = next((name for name, given in (with_it if motion is None else without).items() if given), None)
+    if wrong is not None:
+        raise needs(wrong, "--motion") if motion is None else apart(wrong, "--motion")
 
 
 def _in_motion(motion: AskedMotion, acceleration_hz_s: float | None, seed: int | None) -> InMotion:
@@ -143,7 +136,7 @@ def _in_motion(motion: AskedMotion, acceleration_hz_s: float | None, seed: int |
     from rtec.campaign.envelope_motion import InMotion
 
     if seed is not None and motion.kind is not MotionKind.ADVERSARY:
-        raise apart("--seed", seed, f"--motion {motion.kind.value}", "nothing in it is random")
+        raise apart("--seed", f"--motion {motion.kind.value}", "nothing in it is random")
     return InMotion(
         kind=motion.kind,
         program=motion.program,

@@ -189,15 +189,15 @@ def _predictors(
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
     if cautious and not models:
-        raise needs("--cautious", "it", "--model", "a predictor of rtec train has an interval")
+        raise needs("--cautious", "--model", "a predictor of rtec train has an interval")
     if table is not None and models:
-        raise apart("--model", models[0], "--table")
+        raise apart("--model", "--table")
     if table_unit is not None and (table is None or table.suffix.lower() == ".csv"):
-        raise needs("--table-unit", table_unit, "a table of LinuxCNC", "a .csv says its units itself")
+        raise needs("--table-unit", "a table of LinuxCNC", "a .csv says its units itself")
     known: Predictor
     if table is not None and table.suffix.lower() != ".csv":
         if table_unit is None:
-            raise needs("--table", table, "--table-unit mm or --table-unit inch", "a .csv says its units itself")
+            raise needs("--table", "--table-unit mm or --table-unit inch", "a .csv says its units itself")
         known = read_linuxcnc_table(table, unit=LengthUnit.MM if table_unit == "mm" else LengthUnit.INCH)
     elif table is not None:
         known = read_table(table)

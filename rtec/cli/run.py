@@ -66,18 +66,17 @@ def run(
     from rtec.report.folder import write_report
     from rtec.report.search import search_figures
     from rtec.study import builtin_study, read_study, run_study
-    from rtec.study.definition import check_repeatability
+    from rtec.study.definition import checked_repeatability
 
     what = builtin_study() if study is None else read_study(study)
     if repeatability_mm is not None:
-        check_repeatability("--repeatability", repeatability_mm)
-        what = replace(what, repeatability_mm=repeatability_mm)
+        what = replace(what, repeatability_mm=checked_repeatability(repeatability_mm))
     if seed is not None:
         what = replace(what, seed=seed)
     if firmware:
         what = replace(what, firmware=processor or Microcontroller.named("8051-12mhz"))
     elif processor is not None:
-        raise needs("--processor", processor.name, "--firmware")
+        raise needs("--processor", "--firmware")
     announce_compilation()
     found: list[Illustration] = []
     with progress(f"study {what.name}") as show:

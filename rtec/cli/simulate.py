@@ -219,9 +219,9 @@ def simulate(
     from rtec.machine import OpenPath, set_in_motion
 
     if motion.kind is MotionKind.STEADY and acceleration_hz_s != ACCELERATION_HZ_S:
-        raise apart("--acceleration", f"{acceleration_hz_s:g} Hz/s", "--motion steady")
+        raise apart("--acceleration", "--motion steady")
     if no_gate and gate_margin is not None:
-        raise apart("--gate-margin", f"{gate_margin:.4g}", "--no-gate")
+        raise apart("--gate-margin", "--no-gate")
     times = {
         "poll_ps": poll_ps, "poll_offset_ps": poll_offset_ps, "decide_ps": decide_ps, "step_ps": step_ps,
         "rest_ps": rest_ps, "recover_ps": recover_ps, "latency_ps": latency_ps, "gate_margin": gate_margin,
@@ -230,7 +230,7 @@ def simulate(
     own |= {"gate_margin": None} if no_gate else {}
     if timing.microcontroller is not None and own:
         hint = "what the program does is timed by its instructions; 8051 and fast can be changed"
-        raise apart("no_gate" if no_gate else next(iter(own)), "it", "--timing firmware", hint)
+        raise apart("no_gate" if no_gate else next(iter(own)), "--timing firmware", hint)
     box = InjectorSettings(
         design=design, timing=dataclasses.replace(Timing.of(design, timing.processor), **own), real_edges=real_edges
     )
@@ -266,9 +266,9 @@ def simulate(
         path, motion.kind, program=motion.program, acceleration_hz_s=acceleration_hz_s, seed=encoder.seed
     )
     if figure_state is not None and figure is None:
-        raise needs("--figure-state", _LEVELS[figure_state - 1], "--figure")
+        raise needs("--figure-state", "--figure")
     if figure is not None and corrections == 0:
-        raise needs("--figure", figure, "--corrections above 0", "without a step there is no insertion")
+        raise needs("--figure", "--corrections above 0", "without a step there is no insertion")
     _carry_out(whole_path, Seen(figure=figure, state=figure_state, vcd=vcd, force=force), as_json)
 
 
@@ -277,7 +277,7 @@ def _cycles(cycles: int | None, program: Program | None, frequency_hz: float) ->
     from rtec.axis.motion import programme_counts
 
     if program is not None and cycles is not None:
-        raise apart("--cycles", cycles, "a G-code file", "the programme says how far it goes")
+        raise apart("--cycles", "a G-code file", "the programme says how far it goes")
     if cycles is not None:
         return cycles
     if program is None:

@@ -87,7 +87,7 @@ def train(
     Example: rtec train z_axis.csv --pick effects -o effects.toml --json
     """
     if pick is not None and output is None:
-        raise needs("--pick", pick, "-o MODEL.toml")
+        raise needs("--pick", "-o MODEL.toml")
     from rtec.training import compare_predictors
 
     facts = _measured.facts_of(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)

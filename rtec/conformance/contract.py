@@ -65,12 +65,12 @@ class Contract:
         whole_within("step_counts", self.step_counts, 1, 1000)
         if not self.states or any(state not in range(4) for state in self.states):
             raise ArgumentError("states", self.states, "some of the angle states 0 to 3")
-        number_within("frequency", self.frequency_hz, 1.0, 1e8, unit="Hz")
-        number_within("acceleration", self.acceleration_hz_s, 1.0, 1e15, unit="Hz/s")
+        number_within("frequency_hz", self.frequency_hz, 1.0, 1e8)
+        number_within("acceleration_hz_s", self.acceleration_hz_s, 1.0, 1e15)
         number_within("jitter", self.jitter, 0.0, 0.9)
-        whole_within("separation_ps", self.separation_ps, 0, PS_PER_S // 1000, unit="ps")
-        whole_within("delay_ps", self.delay_ps, 1, PS_PER_S, unit="ps")
-        whole_within("turn_ps", self.turn_ps, 1, PS_PER_S // 1000, unit="ps")
+        whole_within("separation_ps", self.separation_ps, 0, PS_PER_S // 1000)
+        whole_within("delay_ps", self.delay_ps, 1, PS_PER_S)
+        whole_within("turn_ps", self.turn_ps, 1, PS_PER_S // 1000)
 
     @classmethod
     def of(cls, design: DesignRow, **limits: float) -> Contract:

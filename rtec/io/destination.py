@@ -41,12 +41,12 @@ def check_file(option: str, file: Path, *, force: bool, endings: Sequence[str] =
     >>> check_file("--figure", Path("z.bmp"), force=False, endings=FIGURES)
     Traceback (most recent call last):
         ...
-    rtec.errors.ArgumentError: --figure: z.bmp is not valid; use a name that ends in .png, .svg or .pdf
+    rtec.errors.ArgumentError: --figure: z.bmp has another ending; use a name that ends in .png, .svg or .pdf
     """
     if endings and file.suffix.lower() not in endings:
         *others, last = endings
         names = f"{', '.join(others)} or {last}" if others else last
-        raise ArgumentError(option, file.name, f"a name that ends in {names}")
+        raise ArgumentError(option, file.name, f"a name that ends in {names}", problem="has another ending")
     if file.is_dir():
         raise OutputError(f"{option}: {file} is a folder; name a file")
     special = file.exists() and not file.is_file()  # a pipe is written in place, and nothing in it is lost
@@ -79,11 +79,11 @@ def check_folder(option: str, folder: Path, *, force: bool) -> None:
     """
     there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
     if not there.is_dir():
-        raise ArgumentError(option, f"{there}, a file,", "a folder", "choose another name")
+        raise ArgumentError(option, there, "the name of a folder", problem="is a file")
     _check_room(option, folder, there)
     if there == folder and not force and any(folder.iterdir()):
-        allowed = "a new or empty folder"
-        raise ArgumentError(option, f"{folder}, which is not empty,", allowed, "--force writes into it")
+        allowed = "a new or an empty folder, or write into this one with --force"
+        raise ArgumentError(option, folder, allowed, problem="is not empty")
 
 
 def _check_room(option: str, place: Path, folder: Path) -> None:

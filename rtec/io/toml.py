@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rtec.checks import number_within, whole_within
+from rtec.checks import as_written, number_within, whole_within
 from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
 from rtec.io.text import brief, read_text
 from rtec.units import SHARE, TIME, Kind, parse_quantity, seconds_to_ps
@@ -67,7 +67,7 @@ class Section:
         for key in given:
             if key not in known:
                 hint = nearest(key, known)
-                allowed = hint if hint.startswith("known") else f"{', '.join(known)}; {hint}"
+                allowed = f"one of {', '.join(known)}{'' if hint.startswith('known') else f'; {hint}'}"
                 raise FileFormatError(path, None, f"unknown key {self._dotted(name, key)[:80]!r}", allowed)
         self._path, self._name = path, name
         self._values = {**default, **given}
@@ -89,11 +89,15 @@ class Section:
         """Return how an error message names a key."""
         return f"{self._path}: {self._dotted(self._name, key)}"
 
+    def refused(self, key: str, allowed: str, *, problem: str = "") -> ArgumentError:
+        """Return the error of a value, as the file writes it; ``problem`` is what is wrong with it, as a verb."""
+        return ArgumentError(self.where(key), brief(self.raw(key)), allowed, problem=problem)
+
     @contextmanager
     def naming(self, **keys: str) -> Iterator[None]:
         """Let an error about an argument name the key that it came from; ``keys`` maps the one to the other.
 
-        An error about one row of a column keeps the row.
+        An error about one row of a column keeps the row; a number stands in it as the file writes it.
         """
         try:
             yield
@@ -102,7 +106,10 @@ class Section:
             key = keys.get(name)
             if key is None:
                 raise
-            raise error.of(f"{self.where(key)}{comma}{row}") from None
+            written = self._values.get(key)
+            if row or not isinstance(written, str) or key not in name:
+                raise error.of(f"{self.where(key)}{comma}{row}") from None
+            raise as_written(error, self.where(key), written) from None
 
     def has(self, key: str) -> bool:
         """Return whether a key has a value."""

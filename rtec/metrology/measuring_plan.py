@@ -167,7 +167,7 @@ class MeasuringPlan:
         if axis.letter not in axis.letters:
             raise ArgumentError("axis.number", axis.number, f"an axis of this machine, which has {axis.letters}")
         if self.start_mm >= self.end_mm:
-            raise self._refused("start_mm", f"a position below end_mm ({self.end_mm:g} mm)")
+            raise self._refused("start_mm", f"a position below the end, {self.end_mm:g} mm")
         if not axis.minimum_mm - _LEAST <= self.start_mm <= axis.maximum_mm + _LEAST:
             raise self._refused("start_mm", f"{axis.minimum_mm:g} mm to end_mm")
         if not axis.minimum_mm - _LEAST <= self.end_mm <= axis.maximum_mm + _LEAST:

@@ -10,6 +10,7 @@ from typing import Any
 
 from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.board import Microcontroller
+from rtec.checks import number_within
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError, FileFormatError, unknown
 from rtec.inference.static_predictor import LeftOut
@@ -24,7 +25,7 @@ from rtec.predictors import Predictor
 from rtec.requester.settings import HandshakeSettings
 from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
 from rtec.study.models import LEARNED, axis_error_of, model_of
-from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, PS_PER_S, RATE, SPEED, TIME
+from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")
 _MOST_HAPPENINGS = 100
@@ -215,7 +216,7 @@ def _happenings(top: Section, path: str | Path, name: str, keys: tuple[str, ...]
 def _fault(section: Section) -> Fault:
     kind = section.choice("kind", FAULTS_OF_WORDS)
     if section.time_ps("from") < 0:
-        raise ArgumentError(section.where("from"), section.text("from"), "a time of the run, from 0 s on")
+        raise section.refused("from", "a time of the run, from 0 s on")
     with section.naming(from_ps="from", until_ps="until", trigger="trigger"):
         return Fault(
             kind=kind,
@@ -229,18 +230,16 @@ def _fault(section: Section) -> Fault:
 def _probing(section: Section) -> tuple[int, int]:
     from_ps, until_ps = section.time_ps("from"), section.time_ps("until")
     if from_ps < 0:
-        raise ArgumentError(section.where("from"), f"{from_ps / PS_PER_S:g} s", "a time of the run, from 0 s on")
+        raise section.refused("from", "a time of the run, from 0 s on")
     if from_ps >= until_ps:
-        raise ArgumentError(
-            section.where("until"), f"{until_ps / PS_PER_S:g} s", f"a time after {from_ps / PS_PER_S:g} s"
-        )
+        raise section.refused("until", f"a time after {section.text('from')}")
     return from_ps, until_ps
 
 
 def _plain_name(top: Section) -> str:
     name = top.text("name")
     if not all(letter.isalnum() or letter in "-_" for letter in name) or len(name) > 60:
-        raise ArgumentError(top.where("name"), repr(name), "letters, digits, - and _: it names the report's folder")
+        raise top.refused("name", "letters, digits, - and _", problem="cannot be the name of the report's folder")
     return name
 
 
@@ -250,7 +249,7 @@ def _calibration(section: Section, plan: MeasuringPlan) -> MeasuringPlan:
     travel = plan.end_mm - plan.start_mm
     runs = section.whole("runs", 1, 99)
     if not at_most > 0.0:
-        raise ArgumentError(section.where("increment"), f"{at_most:g} mm", "a length above zero")
+        raise section.refused("increment", "a length above zero")
     steps = max(math.ceil(travel / at_most - 1e-6), 1)
     with section.naming(dwell_s="dwell", increment_mm="increment"):
         return replace(plan, increment_mm=travel / steps, dwell_s=section.quantity("dwell", TIME), runs=runs)
@@ -268,7 +267,7 @@ def _axis(section: Section) -> dict[str, Any]:
         )
     period = section.quantity("cyclic_period", LENGTH)
     if period < 0.0:
-        raise ArgumentError(section.where("cyclic_period"), f"{period} mm", "a length above zero, or 0 mm for none")
+        raise section.refused("cyclic_period", "a length above zero, or 0 mm for none")
     shape = ProfileShape.TRAPEZOIDAL if jerk is None else ProfileShape.JERK_LIMITED
     return {"limits": limits, "shape": shape, "period_mm": period or None}
 
@@ -318,23 +317,21 @@ def _plan(section: Section) -> MeasuringPlan:
 
 
 def _laser(section: Section) -> dict[str, Any]:
-    with section.naming(window_mm="window", dwell_s="dwell"):
+    with section.naming(window_mm="window", dwell_s="dwell", repeatability_mm="repeatability"):
         laser = Laser(window_mm=section.quantity("window", LENGTH), dwell_s=section.quantity("dwell", TIME))
-    spread = section.quantity("repeatability", LENGTH)
-    check_repeatability(section.where("repeatability"), spread)
+        spread = checked_repeatability(section.quantity("repeatability", LENGTH))
     return {"laser": laser, "repeatability_mm": spread, "seed": section.whole("seed", 0, 1 << 60)}
 
 
-def check_repeatability(where: str, spread_mm: float) -> None:
-    """Refuse a standard deviation that is negative or absurd."""
-    if not 0.0 <= spread_mm <= 100.0:
-        raise ArgumentError(where, f"{spread_mm} mm", "a standard deviation from 0 um to 100 mm")
+def checked_repeatability(repeatability_mm: float) -> float:
+    """Return the standard deviation of a reading if it is neither negative nor absurd."""
+    return number_within("repeatability_mm", repeatability_mm, 0.0, 100.0)
 
 
 def _controller(section: Section) -> dict[str, Any]:
     interval = section.quantity("table_interval", LENGTH)
     if not 1e-3 <= interval <= 1e4:
-        raise ArgumentError(section.where("table_interval"), f"{interval} mm", "a length from 1 um to 10 m")
+        raise section.refused("table_interval", "a length from 1 um to 10 m")
     with section.naming(clock_hz="filter_clock", counter_bits="counter_bits"):
         receiver = ReceiverSettings(
             filter_samples=section.whole("filter_samples", 0, 1_000_000),
@@ -348,14 +345,14 @@ def _controller(section: Section) -> dict[str, Any]:
 def _whole_hertz(section: Section, key: str) -> int:
     clock_hz = section.quantity(key, FREQUENCY)
     if abs(clock_hz - round(clock_hz)) > 1e-3:  # what is left of a conversion of units is less
-        raise ArgumentError(section.where(key), f"{clock_hz!r} Hz", "a whole number of hertz")
+        raise section.refused(key, "a whole number of hertz")
     return round(clock_hz)
 
 
 def _box(section: Section) -> dict[str, Any]:
     designs = [choice(section.where("designs"), name, Design) for name in section.texts("designs")]
     if len(set(designs)) < len(designs):
-        raise ArgumentError(section.where("designs"), [d.value for d in designs], "each design once")
+        raise section.refused("designs", "each design once")
     return {
         "designs": tuple(designs),
         "processor": section.choice("processor", Processor),
@@ -388,9 +385,9 @@ def _figures(section: Section) -> dict[str, Any]:
     feeds = sorted(section.quantities("feeds", SPEED))
     span = section.quantity("span", LENGTH)
     if any(not 1e-3 <= feed <= 1e4 for feed in feeds):
-        raise ArgumentError(section.where("feeds"), feeds, "speeds from 0.001 mm/s to 10 m/s")
+        raise section.refused("feeds", "speeds from 0.001 mm/s to 10 m/s")
     if not 1.0 <= span <= 1e4:
-        raise ArgumentError(section.where("span"), f"{span} mm", "a length from 1 mm to 10 m")
+        raise section.refused("span", "a length from 1 mm to 10 m")
     with section.naming(final_mm="hold_growth", time_constant_s="hold_time_constant"):
         growth = Growth(
             final_mm=section.quantity("hold_growth", LENGTH),

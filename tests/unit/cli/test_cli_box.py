@@ -43,7 +43,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
     ("words", "said"),
     [
         (["--axis", "16"], "--axis: 16 is too large; use 1 to 15"),
-        (["--axis", "1", "--axes", "2"], "--axes: 2 does not go with --axis"),
+        (["--axis", "1", "--axes", "2"], "--axes does not go with --axis"),
         (["--design", "d"], "design: 'd'"),
         (["--timing", "firm"], "did you mean 'firmware'?"),
         (["--timing", "firmware", "--window", "5"], "--window: window 5, grace 2"),

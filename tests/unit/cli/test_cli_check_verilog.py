@@ -55,7 +55,7 @@ def test_one_stream(capsys, module, passed):
         ([*BUG[:3], "--clock", "50", "--design", "c"], "--clock"),
         ([*BUG[:3], "--clock", "0 Hz", "--design", "c"], "--clock: '0 Hz' is not valid"),
         ([*BUG, "--design", "c", "--simulator", "vcs"], "verilator or icarus"),
-        ([*BUG, "--design", "c", "--part", "8051"], "--part: it means nothing for Verilog"),
+        ([*BUG, "--design", "c", "--part", "8051"], "--part means nothing for Verilog"),
         ([*BUG], "--design is missing"),
         (["nothing.v", *BUG[1:], "--design", "c"], "nothing.v: cannot be read (No such file"),
         ([BUG[0], "--pins", "nothing.toml", "--clock", "50MHz", "--design", "c"], "nothing.toml"),

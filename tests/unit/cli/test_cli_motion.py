@@ -73,7 +73,7 @@ def test_plain_gates_fail_where_held_edges_do_not(capsys):
         (["--motion", "ramp"], "--cycles is missing"),
         (
             ["--cycles", "9", "--acceleration", "2 MHz/s"],
-            "--acceleration: 2e+06 Hz/s does not go with --motion steady",
+            "--acceleration does not go with --motion steady",
         ),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "100"], "--acceleration: '100' has no unit"),
         (["--motion", "ramp", "--cycles", "9", "--acceleration", "0 Hz/s"], "--acceleration: 0 Hz/s is too small"),
@@ -110,7 +110,7 @@ def test_a_programme_that_cannot_be_run_is_refused(capsys, tmp_path, text, says)
 
 def test_a_programme_has_its_own_length(capsys, part):
     assert main(simulate("--motion", part, "--cycles", "9")) == 2
-    assert "--cycles: 9 does not go with a G-code file; use one of the two" in capsys.readouterr().err
+    assert "--cycles does not go with a G-code file; use one of the two" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("latch", "passed"), [("hold", True), ("merge", False)])

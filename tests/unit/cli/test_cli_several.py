@@ -66,7 +66,7 @@ def test_compare_shows_them_beside_each_other_and_writes_a_page_of_all(rtec, fil
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--save", "m.toml"], "--save: it does not go with several measurements"),
+        (["--save", "m.toml"], "--save does not go with several measurements"),
         (["--lock"], "--lock"),
     ],
 )

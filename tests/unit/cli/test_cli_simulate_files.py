@@ -88,8 +88,8 @@ def test_nothing_inserted_nothing_drawn(capsys, tmp_path):
         (["--figure", "f.gif"], "--figure: f.gif is not valid; use a name that ends in .png, .svg or .pdf"),
         (["--figure", "no/f.png"], "--figure: there is no folder no for f.png"),
         (["--figure", "f.png", "--figure-state", "12"], "--figure-state: '12' is not valid"),
-        (["--figure-state", "10"], "--figure-state: 10 needs --figure; use both"),
-        (["--figure", "f.png", "--corrections", "0"], "--figure: f.png needs --corrections above 0"),
+        (["--figure-state", "10"], "--figure-state needs --figure; use both"),
+        (["--figure", "f.png", "--corrections", "0"], "--figure needs --corrections above 0"),
     ],
 )
 def test_bad_words_are_one_line(capsys, tmp_path, monkeypatch, words, says):
