@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 
 from rtec.board.board import GRACE_READINGS, WINDOW_STEPS
@@ -249,8 +251,8 @@ def words(bench: Bench, home: BenchState, frequency_hz: float) -> str:
         bench.run_for(bench.cycles_ps(_CLOSE_CYCLES))
         now, still = bench.words, bench.valid
         if now != before and valid and still and len(bench.publications_ps()) == published:
-            names = ", ".join(name for name in now._fields if getattr(now, name) != getattr(before, name))
-            raise Failed(f"words change while Data Valid is high: {names}", bench.now_ps)
+            changed = [each.name for each in fields(now) if getattr(now, each.name) != getattr(before, each.name)]
+            raise Failed(f"words change while Data Valid is high: {', '.join(changed)}", bench.now_ps)
         if len(bench.publications_ps()) > published:
             looks += 1
             places.append(bench.encoder_counts)

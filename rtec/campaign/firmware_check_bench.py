@@ -14,8 +14,8 @@ from firmware_model.core import _layout as at
 from firmware_model.core.mcs51 import LOG_ROWS
 from firmware_model.isa.disassembler import disassemble
 from rtec.board import Board, Microcontroller
-from rtec.board.board import WORDS, Snapshot
-from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, RawWords, Stopped
+from rtec.board.board import Snapshot, Words
+from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, Stopped
 from rtec.campaign.firmware_check_motion import Motion, Moving
 from rtec.campaign.firmware_check_results import Executed, Moment
 from rtec.controller import Receiver, ReceiverResult, ReceiverSettings
@@ -221,13 +221,9 @@ class Bench:
 
     # --- what is seen ---
     @property
-    def words(self) -> RawWords:
+    def words(self) -> Words:
         """Return the words to the PC, valid or not."""
-        raw = self.board.cpu.xram[WORDS].tobytes()
-        position, completed, accepted, trip = (
-            int.from_bytes(raw[begin:end], "little", signed=True) for begin, end in ((0, 3), (3, 5), (5, 7), (8, 11))
-        )
-        return RawWords(position, completed, accepted, raw[7], trip, raw[11], raw[12])
+        return self.board.words
 
     @property
     def latches(self) -> tuple[int, int, int, int]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 NOT_HOMED, PROBING, DISABLED, DOUBT, FATAL, OK = 1, 2, 3, 4, 5, 0
 """Message codes (docs/firmware.md, "Message codes")."""
 
@@ -20,18 +18,6 @@ NOT_VALID = 0x02
 """Bit of port 3: inverted, Data Valid."""
 
 DECODER_RST, HOLD = 0x40, 0x80
-
-
-class RawWords(NamedTuple):
-    """The words to the PC as they lie on the bus."""
-
-    position: int
-    completed: int
-    accepted: int
-    message: int
-    trip_position: int
-    trips: int
-    refused: int
 
 
 class Failed(Exception):  # noqa: N818 - it is no error of this program

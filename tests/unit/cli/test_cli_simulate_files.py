@@ -85,7 +85,7 @@ def test_nothing_inserted_nothing_drawn(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--figure", "f.gif"], "--figure: f.gif is not valid; use a name that ends in .png, .svg or .pdf"),
+        (["--figure", "f.gif"], "--figure: f.gif has another ending; use a name that ends in .png, .svg or .pdf"),
         (["--figure", "no/f.png"], "--figure: there is no folder no for f.png"),
         (["--figure", "f.png", "--figure-state", "12"], "--figure-state: '12' is not valid"),
         (["--figure-state", "10"], "--figure-state needs --figure; use both"),

@@ -57,9 +57,9 @@ def test_a_name_says_what_a_file_is(here, endings, says):
 @pytest.mark.parametrize(
     ("folder", "force", "says"),
     [
-        ("full", False, "-o: full, which is not empty"),
-        ("old.toml", True, "old.toml, a file,"),
-        ("old.toml/below", True, "old.toml, a file,"),
+        ("full", False, "-o: full is not empty"),
+        ("old.toml", True, "old.toml is a file"),
+        ("old.toml/below", True, "old.toml is a file"),
         pytest.param("/proc/report", True, "cannot be written", marks=NOWHERE),
     ],
 )
