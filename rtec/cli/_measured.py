@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from rtec.metrology import ColumnChoices
 
 _COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
+_FACTS = ("screw_pitch", "scale_signal_period", "counts_per_rev", "reference_temperature")
+"""Options that state a fact of the axis; they are judged with the measurement, which decides on their unit."""
 _AXIS = "Facts of the axis, where the file does not state them"
 _READ = "How the file is read, where rtec asks or takes a column for the wrong thing"
 
@@ -91,15 +93,25 @@ class Inputs:
     locked: bool
 
 
-def facts_of(**given: str | None) -> dict[str, str]:
-    """Return the facts that options state; they are judged with the measurement, which decides on their unit.
+def how(context: typer.Context, *, several: bool = False) -> dict[str, Any]:
+    """Return how the options of a verb say that measurements are read, as `read_inputs` takes it.
 
-    Examples
-    --------
-    >>> facts_of(screw_pitch="6.35 mm", counts_per_rev=None)
-    {'screw_pitch': '6.35 mm'}
+    Parameters
+    ----------
+    context
+        Of the verb; an option that it does not have says nothing.
+    several
+        Whether several measurements are read, that need not all have every column.
     """
-    return {fact: text for fact, text in given.items() if text is not None}
+    given = context.params
+    return {
+        "model": given.get("model"),
+        "heldout": given.get("heldout"),
+        "lock": given.get("lock", False),
+        "observe": given.get("observe"),
+        "facts": {fact: given[fact] for fact in _FACTS if given.get(fact) is not None},
+        "choices": choices_of(given["maps"], given["sheet"], given["table"], given["decimal"], several=several),
+    }
 
 
 def choices_of(

@@ -37,6 +37,7 @@ def _wanted(name: str, text: str) -> Any:
 
 
 def add(
+    context: typer.Context,
     effect: Annotated[
         str,
         typer.Argument(
@@ -104,47 +105,21 @@ def add(
     from rtec.inference.model_file import write_model
 
     what = effect_named(effect)
-    texts = {
-        "period": period,
-        "harmonics": harmonics,
-        "by_direction": by_direction or None,
-        "step_at": step_at,
-        "nodes": nodes,
-        "forward_right": forward_right or None,
-        "backward_right": backward_right or None,
-        "runs": runs,
-        "distance": distance,
-        "carried": carried or None,
-        "settled": settled or None,
-        "overshoot": overshoot,
-        "sensor": sensor,
-        "lag": lag,
-        "elsewhere": elsewhere or None,
-        "time_constant": time_constant,
-        "moment": moment,
-        "over": over,
-        "step": step,
-        "speed": speed,
-    }
-    facts = _measured.facts_of(
-        screw_pitch=screw_pitch,
-        scale_signal_period=scale_signal_period,
-        counts_per_rev=counts_per_rev,
-        reference_temperature=reference_temperature,
-    )
-    choices = _measured.choices_of(maps, sheet, table, decimal)
     with progress(f"adding {effect}") as show:
-        given = _measured.read_inputs(
-            data, model=model, heldout=heldout, lock=lock, observe=observe, facts=facts, choices=choices
-        )
-        shape = shape_from_options(
-            what, {key: value for key, value in texts.items() if value is not None}, given.dataset
-        )
+        given = _measured.read_inputs(data, **_measured.how(context))
+        shape = shape_from_options(what, _stated(context), given.dataset)
         announce_compilation()
         show(0.2)
         result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=shape, seed=seed)
         write_model(output, result.model)
     show_diagnosis(result, {"model": str(output)}, as_json=json, seed=seed)
+
+
+def _stated(context: typer.Context) -> dict[str, Any]:
+    """Return what the user said of the shape, by the name of its field."""
+    shapes = [one.name for one in context.command.params if getattr(one, "rich_help_panel", None) == _SHAPE]
+    said = {name: context.params[name] for name in shapes if name is not None}
+    return {name: value for name, value in said.items() if value is not None and value is not False}
 
 
 def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dataset) -> Shape | None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 def compare(
+    context: typer.Context,
     data: _measured.DataFiles,
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
@@ -50,18 +51,9 @@ def compare(
 
     names = names_of(data)
     refuse_with_several(data, heldout=heldout, lock=lock)
-    facts = _measured.facts_of(
-        screw_pitch=screw_pitch,
-        scale_signal_period=scale_signal_period,
-        counts_per_rev=counts_per_rev,
-        reference_temperature=reference_temperature,
-    )
-    choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
+    how = _measured.how(context, several=len(data) > 1)
     results: dict[str, Comparison] = {}
     with progress(f"comparing {', '.join(names)}"[:60]) as show:
-        how = {
-            "model": model, "heldout": heldout, "lock": lock, "observe": observe, "facts": facts, "choices": choices,
-        }  # fmt: skip
         for name, given in read_each(data, names, **how):
             announce_compilation()
             results[name] = compared(given.dataset, given.model, given.heldout)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 
 def diagnose(
+    context: typer.Context,
     data: _measured.DataFiles,
     model: _measured.ModelFile = None,
     heldout: _measured.HeldOut = None,
@@ -60,18 +61,9 @@ def diagnose(
     refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file than that of --save")
-    facts = _measured.facts_of(
-        screw_pitch=screw_pitch,
-        scale_signal_period=scale_signal_period,
-        counts_per_rev=counts_per_rev,
-        reference_temperature=reference_temperature,
-    )
-    choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
+    how = _measured.how(context, several=len(data) > 1)
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:
-        how = {
-            "model": model, "heldout": heldout, "lock": lock, "observe": observe, "facts": facts, "choices": choices,
-        }  # fmt: skip
 
         def told(share: float) -> None:
             show(0.1 + 0.8 * (len(results) + share) / len(data))

@@ -44,6 +44,7 @@ def _budget(said: str) -> float:
 
 
 def train(
+    context: typer.Context,
     data: _measured.Data,
     heldout: Annotated[
         Path | None, option("--heldout", "FILE", "Another measurement that judges, best at other targets.")
@@ -90,12 +91,8 @@ def train(
         raise needs("--pick", "-o MODEL.toml")
     from rtec.training import compare_predictors
 
-    facts = _measured.facts_of(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)
-    choices = _measured.choices_of(maps, sheet, table, decimal)
     with progress(f"training on {data.name}") as show:
-        given = _measured.read_inputs(
-            data, model=None, heldout=heldout, lock=False, observe=None, facts=facts, choices=choices
-        )
+        given = _measured.read_inputs(data, **_measured.how(context))
         announce_compilation()
         result = compare_predictors(
             given.dataset,

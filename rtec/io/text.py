@@ -160,5 +160,8 @@ def brief(value: object, longest: int = 80) -> str:
     >>> brief("x" * 1000)[-8:], len(brief("x" * 1000))
     ('xxxxx...', 80)
     """
-    text = " ".join(str(value).split())
+    try:
+        text = " ".join(str(value).split())
+    except ValueError:  # Python refuses to print an int of more than 4300 digits
+        return "a number of thousands of digits"
     return text if len(text) <= longest else text[: longest - 3] + "..."

@@ -8,16 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rtec.errors import ArgumentError
+from rtec.io import brief
 from rtec.signal._kernels import NEVER
-
-
-def shown(value: object) -> str:
-    """Return a value as an error message shows it, cut where it is long."""
-    try:
-        text = str(value)
-    except ValueError:  # Python refuses to print an int of more than 4300 digits
-        return "a number of thousands of digits"
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def whole_numbers(name: str, values: ArrayLike, allowed: str) -> NDArray[np.signedinteger | np.unsignedinteger]:
@@ -31,7 +23,7 @@ def whole_numbers(name: str, values: ArrayLike, allowed: str) -> NDArray[np.sign
     if array.size == 0:
         return np.empty(0, dtype=np.int64)
     if array.dtype.kind not in "iu":
-        raise ArgumentError(f"{name}[0]", f"{shown(array[0])} of type {array.dtype}", allowed)
+        raise ArgumentError(f"{name}[0]", f"{brief(array[0], 60)} of type {array.dtype}", allowed)
     return array
 
 
@@ -73,7 +65,7 @@ def code(name: str, value: object, highest: int) -> int:
     """Return ``value`` as a whole number 0..``highest``."""
     number = whole_number(name, value, f"a whole number from 0 to {highest}")
     if not 0 <= number <= highest:
-        raise ArgumentError(name, shown(number), f"a whole number from 0 to {highest}")
+        raise ArgumentError(name, brief(number, 60), f"a whole number from 0 to {highest}")
     return number
 
 
@@ -81,7 +73,7 @@ def time_ps(name: str, value: object) -> int:
     """Return ``value`` as whole picoseconds within ±NEVER."""
     number = whole_number(name, value, "whole picoseconds")
     if not -NEVER <= number <= NEVER:
-        raise ArgumentError(name, f"{shown(number)} ps", f"a time within ±{NEVER} ps")
+        raise ArgumentError(name, f"{brief(number, 60)} ps", f"a time within ±{NEVER} ps")
     return number
 
 
@@ -90,4 +82,4 @@ def whole_number(name: str, value: object, allowed: str) -> int:
     try:
         return operator.index(value)  # type: ignore[arg-type]  # refuses what is no whole number
     except TypeError:
-        raise ArgumentError(name, shown(value), allowed) from None
+        raise ArgumentError(name, brief(value, 60), allowed) from None

@@ -54,7 +54,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--window", "0"], "--window: 0"),
         (["--limit", "-1"], "--limit: -1"),
         (["--duration", "0s"], "--duration: 0s"),
-        (["--bitrate", "500000"], "--bitrate: 500000"),
+        (["--bitrate", "500000"], "--bitrate"),
         (["--interface", "virtual"], "--channel is missing; give the channel of the interface, such as"),
         (["--interface", "socketcam", "--channel", "can0"], "did you mean 'socketcan'?"),
         (["--interface", "slcan", "--channel", "/dev/none"], "/dev/none: cannot be opened"),

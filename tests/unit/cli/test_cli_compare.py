@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rtec.cli import main
-from rtec.cli._measured import facts_of
 
 KNOWN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n'
 OPEN = 'observe = "deviation"\n[[effect]]\nname = "backlash"\n'
@@ -112,10 +111,6 @@ def test_the_terminal_shows_the_same(here, capsys):
 def test_facts_of_the_axis_come_from_options(here, capsys):
     assert answer(capsys, "z.csv", "--screw-pitch", "5 mm", "--signal-period", "20 um")["rows"] == 110
     assert answer(capsys, "z.csv", "--counts-per-rev", "8192", "--reference-temperature", "68 degF")["rows"] == 110
-    assert facts_of(scale_signal_period="20 um", counts_per_rev="8192 counts/rev", screw_pitch=None) == {
-        "scale_signal_period": "20 um",
-        "counts_per_rev": "8192 counts/rev",
-    }
 
 
 # what it writes
