@@ -222,7 +222,8 @@ def _slips(word: str, name: str) -> int:
 
     References
     ----------
-    F. J. Damerau, A technique for computer detection and correction of spelling errors, Communications of the ACM 7 (1964) 171.
+    F. J. Damerau, A technique for computer detection and correction of spelling errors, Communications of the ACM 7
+    (1964) 171.
     """
     rows = [list(range(len(name) + 1))]
     for i, letter in enumerate(word):
