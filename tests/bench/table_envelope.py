@@ -22,7 +22,6 @@ from rtec.board import MICROCONTROLLERS
 from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow, find_envelope
 from rtec.cli import main as rtec
 from rtec.injector import Design
-from rtec.readable import time_text
 from rtec.report.terminal_envelope import hertz
 
 HEADINGS = (
@@ -52,14 +51,15 @@ def cells(row: EnvelopeRow) -> list[str]:
         beyond + hertz(found.max_passing_hz),
         hertz(row.max_safe_hz),
         row.limited_by.value,
-        "–" if jitter_ps is None else time_text(jitter_ps),
+        "–" if jitter_ps is None else f"{jitter_ps * 1e-3:.3g} ns",
         "–" if ramp is None else f"{float(f'{ramp * 1e-6:.3g}'):.10g} m/s²",
     ]
 
 
 def table(headings: tuple[str, ...], rows: list[list[str]]) -> str:
     """Return a table in Markdown."""
-    return "".join(f"| {' | '.join(row)} |\n" for row in (headings, ["---"] * len(headings), *rows))
+    head = f"| {' | '.join(headings)} |\n|{'---|' * len(headings)}\n"
+    return head + "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def without_processor(words: list[str]) -> list[str]:
@@ -68,7 +68,7 @@ def without_processor(words: list[str]) -> list[str]:
         rtec(["check", *words, "--json"])
     sheet = json.loads(out.getvalue())["data_sheet"]
     jitter = sheet["jitter"].rpartition("(")[2].rstrip(")")
-    return [" ".join(words), sheet["frequency"], jitter, sheet["acceleration"]]
+    return [" ".join(words), sheet["frequency"], jitter, sheet["acceleration"].partition(" (")[0]]
 
 
 def tables() -> Iterator[str]:

@@ -1,9 +1,11 @@
 """The envelope of the firmware. Expected limits are cycles counted in the listings, by hand."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from table_envelope import cells
 
 from firmware_model import Image
 from rtec.board import Board, Microcontroller
@@ -26,6 +28,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design, Response, Totals
 from rtec.signal import EdgeStream
 
+PAGE = (Path(__file__).parents[3] / "docs" / "envelope.md").read_text(encoding="utf-8")
 US = 1_000_000
 MHZ_12, MHZ_24 = (Microcontroller.named(name) for name in ("8051-12mhz", "8051-24mhz"))
 
@@ -75,6 +78,7 @@ def test_the_original_is_consistent_with_the_report():
     assert row.speeds.summary.endswith("passes beyond 2 MHz")
     # edges inside an insertion are merged into it, however slow the axis is
     assert row.speeds.max_acceleration_hz_s == 0.0
+    assert f"| {' | '.join(cells(row))} |" in PAGE, "python tests/bench/table_envelope.py -o docs/envelope.md"
 
 
 def test_the_failing_trial_is_explained_by_its_times(original):
