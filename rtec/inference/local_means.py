@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Floats
+from rtec.inference.colour import gaps_of
+from rtec.inference.results import NoiseFloor
 
 _DISTINCT = 60
 _FEWEST_IN_GROUP = 4
@@ -15,14 +19,44 @@ _GROUPS = (5, 40)
 _IN_GROUP = 10
 _EVEN = 0.3
 """Share of the mean gap that the gaps between distinct values have at least, to be groups of their own."""
+_ANEW = 1e6
+"""Readings between two chains of noise: nothing of the one is left in the other."""
 _Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Means:
-    """Means of groups in the order of their places, with standard errors as if readings were independent.
+class Sequence:
+    """Readings in the order in which they were taken, and how their noise is correlated along it.
 
-    Each of shape (groups,); the error comes from the scatter within the group.
+    Parameters
+    ----------
+    at
+        Place of each reading in the sequence, shape (readings,).
+    correlation, white_share
+        From reading to reading, of the part of the variance that is not white.
+    """
+
+    at: Floats
+    correlation: float
+    white_share: float
+
+    def take(self, rows: _Ints | NDArray[np.bool_]) -> Sequence:
+        """Return some of the readings."""
+        return Sequence(at=self.at[rows], correlation=self.correlation, white_share=self.white_share)
+
+
+def sequence_of(dataset: Dataset, noise: NoiseFloor) -> Sequence:
+    """Return the readings of a data set in sequence, their noise correlated as a fit has found it."""
+    gap = gaps_of(dataset)
+    at = np.cumsum(np.where(np.isinf(gap), _ANEW, gap))
+    return Sequence(at=at, correlation=noise.correlation, white_share=noise.white_share)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Means:
+    """Means of groups in the order of their places, with standard errors from the scatter within each group.
+
+    Each of shape (groups,).
     """
 
     at: Floats
@@ -30,7 +64,7 @@ class Means:
     error: Floats
 
 
-def neighbour_means(x: Floats, y: Floats, *, each_place: bool = False) -> Means:
+def neighbour_means(x: Floats, y: Floats, *, each_place: bool = False, sequence: Sequence | None = None) -> Means:
     """Return the mean of ``y`` at each distinct ``x``, or over groups of equal numbers of neighbours.
 
     Parameters
@@ -40,6 +74,13 @@ def neighbour_means(x: Floats, y: Floats, *, each_place: bool = False) -> Means:
     each_place
         Whether every distinct place is a group, however many there are; else they are where they are few, evenly
         spread and repeated.
+    sequence
+        Of the readings, for the standard errors; None: they are independent.
+
+    Notes
+    -----
+    Of ``m`` readings of variance ``s^2`` whose correlations with each other and themselves sum up to ``R``, the mean
+    has the variance ``s^2 R / m^2``, and their scatter about it is ``s^2 (m - R / m) / (m - 1)`` on average.
 
     Examples
     --------
@@ -57,8 +98,22 @@ def neighbour_means(x: Floats, y: Floats, *, each_place: bool = False) -> Means:
         starts = np.unique(np.linspace(0, x.size, groups, endpoint=False).astype(np.int64))
     count = np.diff(np.append(starts, x.size))
     mean = np.add.reduceat(y, starts) / count
-    scatter = np.add.reduceat((y - np.repeat(mean, count)) ** 2, starts) / np.maximum(count - 1, 1)
-    return Means(at=np.add.reduceat(x, starts) / count, mean=mean, error=np.sqrt(scatter / count))
+    squares = np.add.reduceat((y - np.repeat(mean, count)) ** 2, starts)
+    together = np.ones(count.size) if sequence is None else _correlations(sequence.take(order), starts) / count
+    free = np.where(count > 1, count - together, 1.0)
+    return Means(at=np.add.reduceat(x, starts) / count, mean=mean, error=np.sqrt(squares * together / free / count))
+
+
+def _correlations(sequence: Sequence, starts: _Ints) -> Floats:
+    """Return the sum of the correlations of all pairs in each group, pairs with oneself included, shape (groups,)."""
+    count = np.diff(np.append(starts, sequence.at.size))
+    at = sequence.at[np.lexsort((sequence.at, np.repeat(np.arange(starts.size), count)))]
+    step = sequence.correlation ** np.abs(np.diff(at, prepend=at[0]))
+    step[starts] = 0.0
+    # what each reading has in common with all before it in its group, from what the one before has
+    earlier = np.array([*accumulate(step.tolist(), lambda before, one: one * (before + 1.0))])
+    sums: Floats = count + 2.0 * (1.0 - sequence.white_share) * np.add.reduceat(earlier, starts)
+    return sums
 
 
 def _are_groups(x: Floats, starts: _Ints) -> bool:

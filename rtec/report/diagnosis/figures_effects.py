@@ -11,7 +11,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.curves import at_places, contribution_curve
 from rtec.inference.fit import values_of
-from rtec.inference.local_means import neighbour_means
+from rtec.inference.local_means import Sequence, neighbour_means, sequence_of
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.effect_panels import Panel, effect_panels
@@ -80,7 +80,7 @@ def components_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figu
         row, column = divmod(k, columns)
         upper = figure.add_subplot(grid[2 * row, column])
         lower = figure.add_subplot(grid[2 * row + 1, column], sharex=upper)
-        _upper(upper, dataset, panel, left, words)
+        _upper(upper, dataset, panel, left, noise, words)
         _lower(lower, dataset, panel, left, noise)
         upper.set_title(_title(panel, model, _MOST_LETTERS[columns]), fontsize=9.0, linespacing=1.25)
     shown = {
@@ -120,7 +120,7 @@ def _filled(head: str, texts: list[str], most: int) -> list[str]:
     return lines if texts else [head.removesuffix(":")]
 
 
-def _upper(axes: Axes, dataset: Dataset, panel: Panel, left: Floats, words: str) -> None:
+def _upper(axes: Axes, dataset: Dataset, panel: Panel, left: Floats, noise: NoiseFloor, words: str) -> None:
     """Draw the readings without all other effects, and the model."""
     shown = shown_in(dataset.units, float(np.std((panel.part + left)[panel.rows])))
     part, whole = panel.part * shown.factor, (panel.part + left) * shown.factor
@@ -129,7 +129,7 @@ def _upper(axes: Axes, dataset: Dataset, panel: Panel, left: Floats, words: str)
         _path(axes, panel, part, whole)
     for way in panel.groups:
         label = "data" if way.label == ALL else way.label
-        _readings(axes, panel, whole, way, label)
+        _readings(axes, panel, whole, way, sequence_of(dataset, noise), label)
     everything = Way(label=ALL, colour=NEUTRAL, marker="o", dash="-", rows=panel.rows)
     for way in () if panel.is_path else panel.groups if panel.by_group else (everything,):
         if way.label != AT_REST:
@@ -154,7 +154,7 @@ def _lower(axes: Axes, dataset: Dataset, panel: Panel, left: Floats, noise: Nois
     axes.axhspan(-half, half, color=BAND, zorder=0)
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     for way in panel.groups:
-        _readings(axes, panel, left, way)
+        _readings(axes, panel, left, way, sequence_of(dataset, noise))
     _limits(axes, left[panel.rows], np.array([-half, half]))
     axes.set_ylabel(f"left ({shown.symbol})")
     axes.set_xlabel(panel.over.label)
@@ -168,7 +168,7 @@ def _limits(axes: Axes, data: Floats, also: Floats) -> None:
         axes.set_ylim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
 
 
-def _readings(axes: Axes, panel: Panel, y: Floats, way: Way, label: str | None = None) -> None:
+def _readings(axes: Axes, panel: Panel, y: Floats, way: Way, sequence: Sequence, label: str | None = None) -> None:
     """Draw readings pale, and means of neighbours on top of them where they are many."""
     x, rows = panel.over.values, way.rows & panel.rows
     some = some_rows(rows, _MOST_DOTS)
@@ -177,7 +177,7 @@ def _readings(axes: Axes, panel: Panel, y: Floats, way: Way, label: str | None =
     axes.plot(x[some], y[some], linestyle="none", marker=way.marker, markersize=3.0, markeredgewidth=0.0,
               color=way.colour, alpha=0.3 if means else 0.6, zorder=2, label=label)  # fmt: skip
     if means:
-        line = neighbour_means(x[rows], y[rows])
+        line = neighbour_means(x[rows], y[rows], sequence=sequence.take(rows))
         axes.errorbar(line.at, line.mean, 2.0 * line.error, linestyle="none", marker=way.marker, markersize=4.0,
                       color=way.colour, markeredgecolor=PAPER, markeredgewidth=0.4, elinewidth=1.0, zorder=4,
                       label=None if label is None else "mean ± 2 s.e.")  # fmt: skip

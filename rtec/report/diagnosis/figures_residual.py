@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
-from rtec.inference.local_means import neighbour_means
+from rtec.inference.local_means import Sequence, neighbour_means, sequence_of
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor, Unknown
 from rtec.report.diagnosis.quantities import shown_in
@@ -53,8 +53,9 @@ def residual_panels(
     rows = math.ceil(len(panels) / _COLUMNS)
     figure = new_figure(2.35 * rows + 0.5)
     grid = figure.subplots(rows, _COLUMNS, sharey=True, squeeze=False)
+    sequence = sequence_of(dataset, noise)
     for axes, panel in zip(grid.flat, panels, strict=False):
-        _panel(axes, panel, c, left, 2.0 * noise.sigma * shown.factor)
+        _panel(axes, panel, c, left, sequence, 2.0 * noise.sigma * shown.factor)
     for axes in grid.flat[len(panels) :]:
         axes.remove()
     for first in grid[:, 0]:
@@ -78,7 +79,7 @@ def _unknown_columns(dataset: Dataset, unknown: Unknown | None) -> list[Abscissa
     ]
 
 
-def _panel(axes: Axes, panel: Abscissa, c: Conditions, left: Floats, half: float) -> None:
+def _panel(axes: Axes, panel: Abscissa, c: Conditions, left: Floats, sequence: Sequence, half: float) -> None:
     axes.axhspan(-half, half, color=BAND, zorder=0, label="noise of a reading, ± 2σ")
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     for way in ways(c):
@@ -87,7 +88,7 @@ def _panel(axes: Axes, panel: Abscissa, c: Conditions, left: Floats, half: float
                   markeredgewidth=0.0, color=way.colour, alpha=0.3, zorder=2)  # fmt: skip
         if way.label == AT_REST or int(way.rows.sum()) < FEWEST_FOR_MEANS:
             continue
-        line = neighbour_means(panel.values[way.rows], left[way.rows])
+        line = neighbour_means(panel.values[way.rows], left[way.rows], sequence=sequence.take(way.rows))
         band = 2.0 * line.error
         axes.fill_between(line.at, line.mean - band, line.mean + band, color=way.colour, alpha=0.3,
                           linewidth=0.0, zorder=3)  # fmt: skip
