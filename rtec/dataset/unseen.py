@@ -46,10 +46,7 @@ def other_step(conditions: Conditions) -> float | None:
     >>> other_step(Conditions(position=x, position_unit="mm", run=np.ones(201, dtype=np.int64)))
     5.2173913
     """
-    return _other_step(conditions, _grid(conditions))
-
-
-def _other_step(conditions: Conditions, step: float | None) -> float | None:
+    step = _grid(conditions)
     if step is None or conditions.places.size < _SWEEPS * _VERNIER:
         return None
     return float(f"{step * (1.0 + 1.0 / _VERNIER):.9g}")
@@ -64,12 +61,11 @@ def shifted_targets(conditions: Conditions) -> str | None:
     >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
     'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
     """
-    unit, step = conditions.position_unit, _grid(conditions)
-    other = _other_step(conditions, step)
-    if other is not None:
-        apart = f"{other:.4g} {unit} apart instead of {step:.4g} {unit}"
+    unit = conditions.position_unit
+    if (other := other_step(conditions)) is not None:
+        apart = f"{other:.4g} {unit} apart instead of {_grid(conditions):.4g} {unit}"
         return f"measure once more with targets {apart}: hardly a period hides from both"
-    once = _target_shift(conditions, step)
+    once = target_shift(conditions)
     if once is None:
         return None
     one, two = f"{once:.4g}", f"{2 * once:.4g} {unit}"
@@ -88,10 +84,7 @@ def target_shift(conditions: Conditions) -> float | None:
     >>> target_shift(Conditions(position=x, position_unit="mm", run=run))
     1.5
     """
-    return _target_shift(conditions, _grid(conditions))
-
-
-def _target_shift(conditions: Conditions, step: float | None) -> float | None:
+    step = _grid(conditions)
     stated = [period for period in _stated(conditions) if phases_seen(conditions.places, period) < ENOUGH_PHASES]
     hidden = _half_seen(conditions, step) + stated
     if step is None and not hidden:

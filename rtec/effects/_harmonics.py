@@ -3,14 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
-from rtec.effects.conditions import Floats
-from rtec.effects.protocol import Amplitude, Units
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
 
 POINTS_A_PERIOD = 3600
 """On which the peak to peak value is looked up."""
+
+
+@dataclass(frozen=True, slots=True)
+class WavesShape(Shape):
+    """Period and number of harmonics of one family of waves."""
+
+    period: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "period"))
+    harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
+
+
+class Waves(Effect):
+    """Base of the effects that are a Fourier series in position."""
+
+    shape_type: ClassVar[type[WavesShape]] = WavesShape
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return sine and cosine of each harmonic, shape (rows, 2 harmonics)."""
+        own = own_shape(shape, self.shape_type)
+        return harmonic_columns(conditions.position, own.period, own.harmonics)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return sin_1, cos_1, sin_2, ..."""
+        return harmonic_names(own_shape(shape, self.shape_type).harmonics, units)
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return period, number of harmonics, amplitude and phase of each, and peak to peak."""
+        own = own_shape(shape, self.shape_type)
+        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
+        return head + harmonic_summary(amplitudes, units)
 
 
 def harmonic_columns(position: Floats, period: float, harmonics: int) -> Floats:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_acceleration
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
 
 
@@ -19,6 +17,7 @@ class AccelerationLag(Effect):
 
     Examples
     --------
+    >>> import numpy as np
     >>> a = np.array([0.0, 1000.0])
     >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
     >>> AccelerationLag().contribution(c, Shape(), [2e-6]).tolist()
@@ -46,9 +45,7 @@ class AccelerationLag(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show an error of acceleration, or None."""
-        if conditions.acceleration is None:
-            return "no moving data"
-        return None if np.any(conditions.acceleration) else "the acceleration is zero throughout"
+        return no_acceleration(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, negative, shape (rows, 1)."""

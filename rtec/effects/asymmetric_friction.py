@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects._drive import per_speed
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_speed
 from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 LEAST_EACH_WAY = 0.05
@@ -58,10 +58,8 @@ class AsymmetricFriction(Effect):
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a difference by direction, or None."""
         velocity = conditions.velocity
-        if velocity is None:
-            return "no velocity or feed column"
-        if not np.any(velocity):
-            return "the velocity is zero throughout"
+        if velocity is None or not np.any(velocity):
+            return no_speed(conditions)
         forward, backward = float(np.maximum(velocity, 0.0).sum()), float(np.maximum(-velocity, 0.0).sum())
         return None if min(forward, backward) > LEAST_EACH_WAY * (forward + backward) else "one direction only"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Card, Effect, Over, Rival, Shape
 
 
 class Backlash(Effect):
@@ -65,7 +65,3 @@ class Backlash(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction, shape (rows, 1)."""
         return self._needed(conditions.direction, "directions of approach")[:, None] / 2
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the backlash."""
-        return (Amplitude("backlash", *units.shown),)

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import SAME_PERIOD, frequencies, stated_periods
 from rtec.effects.protocol import (
-    Amplitude,
     Card,
     Observable,
-    Quantity,
     Rival,
     Shape,
-    Units,
     own_shape,
-    parameter,
 )
 
 PARTS = (1, 2, 3, 4, 5, 6)
@@ -33,14 +29,11 @@ MOST_HARMONICS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class CoggingShape(Shape):
+class CoggingShape(WavesShape):
     """Period and number of harmonics of one family."""
 
-    period: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "period"))
-    harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
 
-
-class Cogging(Periodic):
+class Cogging(Waves, Periodic):
     """A Fourier series in position; a model may hold several families (poles and slots).
 
     Notes
@@ -106,21 +99,6 @@ class Cogging(Periodic):
         if turn is not None and own.period > turn / FEWEST_A_TURN * (1.0 + SAME_PERIOD):
             return "it comes once or twice a turn, as a weight does"
         return super().implausible(conditions, shape, amplitudes)
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return sine and cosine of each harmonic, shape (rows, amplitudes)."""
-        own = own_shape(shape, CoggingShape)
-        return harmonic_columns(conditions.position, own.period, own.harmonics)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1, cos_1, sin_2, ..."""
-        return harmonic_names(own_shape(shape, CoggingShape).harmonics, units)
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return period, harmonics, amplitude and phase of each, and peak to peak."""
-        own = own_shape(shape, CoggingShape)
-        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
-        return head + harmonic_summary(amplitudes, units)
 
     def _more_than_one_wave(self, shape: Shape) -> bool:
         return own_shape(shape, CoggingShape).harmonics > 1

@@ -190,6 +190,20 @@ class Conditions:
         return replace(self, temperatures=MappingProxyType(heat), **picked)
 
 
+def no_speed(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what depends on speed, or None."""
+    if conditions.velocity is None:
+        return "no velocity or feed column"
+    return None if np.any(conditions.velocity) else "the velocity is zero throughout"
+
+
+def no_acceleration(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what depends on acceleration, or None."""
+    if conditions.acceleration is None:
+        return "no moving data"
+    return None if np.any(conditions.acceleration) else "the acceleration is zero throughout"
+
+
 def too_few_moments(conditions: Conditions, fewest: int) -> str | None:
     """Return why the data cannot show a course in time, or None."""
     if conditions.time_s is None:

@@ -7,7 +7,7 @@ from typing import ClassVar
 from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects.conditions import Conditions
-from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
+from rtec.effects.protocol import Card, Rival
 
 
 class Coulomb(BuildsUp):
@@ -61,7 +61,3 @@ class Coulomb(BuildsUp):
         if conditions.direction is None:
             return "no directions: moving data or a direction column needed"
         return None if conditions.both_directions else "one direction only"
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the size of the friction, once it is built up."""
-        return (Amplitude("coulomb", *units.shown),)

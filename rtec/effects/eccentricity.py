@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import LEAST_FUNDAMENTAL, WAVES_A_TARGET
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import resolved_harmonics
-from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Card, Quantity, Rival, Shape, own_shape, parameter
 
 LEAST_TURN = 0.5
 FEWEST_PLACES = 4
@@ -22,14 +22,14 @@ Richer errors are a matter of gears and screws: ``cyclic``."""
 
 
 @dataclass(frozen=True, slots=True)
-class EccentricityShape(Shape):
+class EccentricityShape(WavesShape):
     """A turn of the encoder, and how many waves of it there are: a second for an oval or tilted disc."""
 
     period: float = field(default=360.0, metadata=parameter(Quantity.POSITION, "a turn of the encoder"))
     harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
 
 
-class Eccentricity(Effect):
+class Eccentricity(Waves):
     """A wave with the period of a turn, and up to three harmonics of it.
 
     Notes
@@ -107,18 +107,3 @@ class Eccentricity(Effect):
         if size[0] >= LEAST_FUNDAMENTAL * size.max():
             return None
         return "a disc off centre gives one wave a turn first, and two are stronger here"
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return sine and cosine of each harmonic, shape (rows, 2 harmonics)."""
-        own = own_shape(shape, EccentricityShape)
-        return harmonic_columns(conditions.position, own.period, own.harmonics)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1, cos_1, ..."""
-        return harmonic_names(own_shape(shape, EccentricityShape).harmonics, units)
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return the turn, harmonics, amplitude and phase of each, and peak to peak."""
-        own = own_shape(shape, EccentricityShape)
-        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
-        return head + harmonic_summary(amplitudes, units)

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Rival, Shape, Units
+from rtec.effects.protocol import Card, Effect, Observable, Rival, Shape
 
 
 class ForceOffset(Effect):
@@ -52,7 +52,3 @@ class ForceOffset(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""
         return np.ones((conditions.rows, 1))
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the offset."""
-        return (Amplitude("force_offset", *units.shown),)

@@ -11,7 +11,6 @@ from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
-    Amplitude,
     Card,
     Over,
     Quantity,
@@ -19,7 +18,6 @@ from rtec.effects.protocol import (
     ScannedEffect,
     Shape,
     Tunable,
-    Units,
     own_shape,
     parameter,
 )
@@ -139,10 +137,6 @@ class Hysteresis(ScannedEffect):
         bend(whole.position, whole.motion_begins, begin, ways_to_slip, np.empty(ELEMENTS), found)
         half: Floats = found[:, None, rows] / 2.0
         return half
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the width of the whole leaf."""
-        return (Amplitude("hysteresis", *units.shown),)
 
 
 def _least(conditions: Conditions) -> float:

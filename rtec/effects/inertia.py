@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rtec.effects import experiments
 from rtec.effects._drive import per_acceleration
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_acceleration
 from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 
@@ -23,6 +21,7 @@ class Inertia(Effect):
 
     Examples
     --------
+    >>> import numpy as np
     >>> a = np.array([0.0, 2000.0])
     >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
     >>> Inertia().contribution(c, Shape(), [0.1]).tolist()
@@ -57,9 +56,7 @@ class Inertia(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show the mass, or None."""
-        if conditions.acceleration is None:
-            return "no moving data"
-        return None if np.any(conditions.acceleration) else "the acceleration is zero throughout"
+        return no_acceleration(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, shape (rows, 1)."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rtec.effects import experiments
-from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects._harmonics import Waves, WavesShape
+from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import phases_seen
-from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Card, Quantity, Rival, Shape, parameter
 
 FEWEST_PHASES = 4
 HARMONICS = 2
@@ -17,14 +17,14 @@ HARMONICS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class InterpolationShape(Shape):
+class InterpolationShape(WavesShape):
     """Signal period of the scale, and how many harmonics of it."""
 
     period: float = field(default=0.02, metadata=parameter(Quantity.POSITION, "signal period"))
     harmonics: int = field(default=HARMONICS, metadata=parameter(Quantity.COUNT, "harmonics"))
 
 
-class Interpolation(Effect):
+class Interpolation(Waves):
     """A Fourier series with the scale's stated signal period.
 
     Notes
@@ -83,18 +83,3 @@ class Interpolation(Effect):
         """Return the stated signal period."""
         period = conditions.signal_period
         return [] if period is None else [InterpolationShape(period)]
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return sine and cosine of each harmonic, shape (rows, amplitudes)."""
-        own = own_shape(shape, InterpolationShape)
-        return harmonic_columns(conditions.position, own.period, own.harmonics)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1, cos_1, sin_2, cos_2."""
-        return harmonic_names(own_shape(shape, InterpolationShape).harmonics, units)
-
-    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
-        """Return the signal period, amplitude and phase of each harmonic, and peak to peak."""
-        own = own_shape(shape, InterpolationShape)
-        head = (("period", own.period, units.position), ("harmonics", float(own.harmonics), ""))
-        return head + harmonic_summary(amplitudes, units)

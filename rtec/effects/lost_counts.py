@@ -10,14 +10,12 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
 from rtec.effects.protocol import (
-    Amplitude,
     Card,
     Over,
     Quantity,
     Rival,
     ScannedEffect,
     Shape,
-    Units,
     own_shape,
     parameter,
 )
@@ -56,6 +54,7 @@ class LostCounts(ScannedEffect):
     """
 
     name = "lost_counts"
+    amplitude = "step"
     over = Over.TIME
     needs = "a time column"
     shape_type = StepShape
@@ -130,10 +129,6 @@ class LostCounts(ScannedEffect):
             if over > 0.0:
                 after[k] = np.clip((time - moments[k]) / over, 0.0, 1.0)
         return after[:, None, :]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the height of the step."""
-        return (Amplitude("step", *units.shown),)
 
 
 def _moment(shape: Shape) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Shape, Units
+from rtec.effects.protocol import Card, Effect, Shape
 
 
 class Offset(Effect):
@@ -38,7 +38,3 @@ class Offset(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""
         return np.ones((conditions.rows, 1))
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the offset."""
-        return (Amplitude("offset", *units.shown),)

@@ -196,7 +196,8 @@ class Effect(abc.ABC):
     """One physical effect.
 
     The same object explains data (the columns of a fit) and produces them (``contribution``). A subclass states the
-    class attributes and ``columns``; one with shape parameters states ``shapes`` and ``tunables``, too.
+    class attributes and ``columns``, with several amplitudes or a unit of their own ``amplitudes``; one with shape
+    parameters states ``shapes`` and ``tunables``, too.
     """
 
     name: ClassVar[str]
@@ -207,6 +208,8 @@ class Effect(abc.ABC):
     """What it needs from the data, in words."""
     card: ClassVar[Card]
     shape_type: ClassVar[type[Shape]] = Shape
+    amplitude: ClassVar[str] = ""
+    """Name of its only amplitude, in the unit of what is observed; empty: that of the effect."""
     over: ClassVar[Over] = Over.POSITION
     """What a picture shows it over."""
     grows_with_position: ClassVar[bool] = False
@@ -314,9 +317,9 @@ class Effect(abc.ABC):
         """Return the columns of shapes with the same number of amplitudes, shape (shapes, amplitudes, rows)."""
         return np.stack([self.columns(conditions, shape).T for shape in shapes])
 
-    @abc.abstractmethod
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return name and unit of each amplitude."""
+        return (Amplitude(self.amplitude or self.name, *units.shown),)
 
     def contribution(self, conditions: Conditions, shape: Shape, amplitudes: Sequence[float]) -> Floats:
         """Return what the effect adds to the observed quantity, shape (rows,), in its unit inside."""

@@ -11,7 +11,6 @@ from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
-    Amplitude,
     Card,
     Over,
     Quantity,
@@ -19,7 +18,6 @@ from rtec.effects.protocol import (
     ScannedEffect,
     Shape,
     Tunable,
-    Units,
     own_shape,
     parameter,
 )
@@ -58,6 +56,7 @@ class ReversalSpike(ScannedEffect):
     """
 
     name = "reversal_spike"
+    amplitude = "spike"
     over = Over.REVERSAL
     needs = (
         "both directions, or runs in one that begin at several places, with readings at four distances at least in "
@@ -124,7 +123,3 @@ class ReversalSpike(ScannedEffect):
         over = np.array([own_shape(shape, SpikeShape).distance for shape in shapes])
         left: Floats = (way / 2) * np.exp(-gone / over[:, None])
         return left[:, None, :]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the reversal error just after the reversal."""
-        return (Amplitude("spike", *units.shown),)

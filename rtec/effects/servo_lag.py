@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_speed
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
 
 
@@ -23,6 +21,7 @@ class ServoLag(Effect):
 
     Examples
     --------
+    >>> import numpy as np
     >>> v = np.array([0.0, 100.0])
     >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), velocity=v)
     >>> ServoLag().contribution(c, Shape(), [0.002]).tolist()
@@ -51,9 +50,7 @@ class ServoLag(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a lag, or None."""
-        if conditions.velocity is None:
-            return "no velocity or feed column"
-        return None if np.any(conditions.velocity) else "the velocity is zero throughout"
+        return no_speed(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, negative, shape (rows, 1)."""

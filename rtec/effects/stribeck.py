@@ -10,8 +10,8 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects._ladders import ladder
-from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.conditions import Conditions, Floats, no_speed
+from rtec.effects.protocol import Card, Quantity, Rival, Shape, Tunable, own_shape, parameter
 
 FEWEST_SPEEDS = 4
 SLOWEST = 1 / 300
@@ -68,10 +68,8 @@ class Stribeck(BuildsUp):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that falls with speed, or None."""
-        if conditions.velocity is None:
-            return "no velocity or feed column"
-        if not np.any(conditions.velocity):
-            return "the velocity is zero throughout"
+        if (why := no_speed(conditions)) is not None:
+            return why
         if not conditions.both_directions:
             return "one direction only"
         speeds = _speeds(conditions).size
@@ -111,10 +109,6 @@ class Stribeck(BuildsUp):
         speeds = np.array([own_shape(shape, StribeckShape).speed for shape in shapes])
         left: Floats = np.exp(-((velocity / speeds[:, None]) ** 2))[:, None, :] * super().scan(conditions, shapes)
         return left
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the friction that is gone at speed."""
-        return (Amplitude("stribeck", *units.shown),)
 
 
 def _speeds(conditions: Conditions) -> Floats:

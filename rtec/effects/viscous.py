@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects._drive import per_speed
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_speed
 from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
 
 ONE_SPEED = 0.2
@@ -62,11 +62,8 @@ class Viscous(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that grows with speed, or None."""
-        if conditions.velocity is None:
-            return "no velocity or feed column"
-        if not np.any(conditions.velocity):
-            return "the velocity is zero throughout"
-        return "one speed each way: it cannot be told from dry friction" if one_speed_each_way(conditions) else None
+        one_speed = "one speed each way: not identifiable from dry friction"
+        return no_speed(conditions) or (one_speed if one_speed_each_way(conditions) else None)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, shape (rows, 1)."""

@@ -12,7 +12,6 @@ from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
 from rtec.effects.protocol import (
-    Amplitude,
     Card,
     Over,
     Quantity,
@@ -20,7 +19,6 @@ from rtec.effects.protocol import (
     ScannedEffect,
     Shape,
     Tunable,
-    Units,
     own_shape,
     parameter,
 )
@@ -57,6 +55,7 @@ class WarmUp(ScannedEffect):
     """
 
     name = "warm_up"
+    amplitude = "final"
     over = Over.TIME
     needs = "a time column"
     shape_type = WarmShape
@@ -106,7 +105,3 @@ class WarmUp(ScannedEffect):
         constants = np.array([own_shape(shape, WarmShape).time_constant for shape in shapes])
         done: Floats = -np.expm1(-time / constants[:, None])
         return done[:, None, :]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the end value."""
-        return (Amplitude("final", *units.shown),)

@@ -11,7 +11,6 @@ from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
-    Amplitude,
     Card,
     Over,
     Quantity,
@@ -19,7 +18,6 @@ from rtec.effects.protocol import (
     ScannedEffect,
     Shape,
     Tunable,
-    Units,
     own_shape,
     parameter,
 )
@@ -178,10 +176,6 @@ class Windup(ScannedEffect):
         if remembers.any():
             added[remembers] = _remembered(conditions, [shape for shape in own if shape.carried]) / 2
         return added[:, None, :]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the reversal error once it is fully built up."""
-        return (Amplitude("windup", *units.shown),)
 
 
 def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats:
