@@ -89,7 +89,7 @@ def velocity_of(rows: Rows) -> Floats:
     if way is None or velocity.min() < 0.0 or not ((way < 0.0) & (velocity > 0.0)).any():
         return velocity
     rows.notes.append(
-        "the velocity column is never below zero although the axis turns: it takes the sign of the motion"
+        "the velocity column is never negative although the axis reverses: it takes the sign of the motion"
     )
     return velocity * way
 

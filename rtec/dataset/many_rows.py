@@ -32,7 +32,7 @@ def looked_at(dataset: Dataset, most: int = MOST_ROWS, *, seed: int = 0) -> Data
     >>> columns = {"target": np.tile(np.arange(10.0), 50), "deviation": np.zeros(500)}
     >>> columns = {name: Column(name, "mm", values) for name, values in columns.items()}
     >>> looked_at(load_dataset(Measurement(source="x", facts={}, columns=columns, unknown={})), most=400).notes[-1]
-    'of 500 readings 400 are looked at, 40 of 50 runs: more would take long and tell nothing new'
+    '400 of 500 readings are searched, 40 of 50 runs: more would take long and tell nothing new'
     """
     if dataset.rows <= most or dataset.resample is not None:
         return dataset
@@ -69,5 +69,5 @@ def one_of_every(step: int, rows: int, rng: np.random.Generator) -> Ints:
 
 def _part(dataset: Dataset, rows: Ints, how: str) -> Dataset:
     """Return some of the readings, their cells numbered anew, with a note."""
-    note = f"of {dataset.rows} readings {rows.size} are looked at, {how}: more would take long and tell nothing new"
+    note = f"{rows.size} of {dataset.rows} readings are searched, {how}: more would take long and tell nothing new"
     return replace(dataset.alone(rows), notes=(*dataset.notes, note))

@@ -64,7 +64,7 @@ def shifted_targets(conditions: Conditions) -> str | None:
     unit = conditions.position_unit
     if (other := other_step(conditions)) is not None:
         apart = f"{other:.4g} {unit} apart instead of {_grid(conditions):.4g} {unit}"
-        return f"measure once more with targets {apart}: hardly a period hides from both"
+        return f"measure once more with targets {apart}: hardly any period is hidden from both"
     once = target_shift(conditions)
     if once is None:
         return None

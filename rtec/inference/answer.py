@@ -134,7 +134,7 @@ def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[s
         gain = search.gate.gain(search.neighbours.without(model, k), model).gain
         if adjusted_p(search.judge, model, k) >= LEVEL or gain <= 0.0:
             failing.append((gain, name))
-    return (min(failing)[1], "it fails its own test") if failing else None
+    return (min(failing)[1], "its own significance test fails") if failing else None
 
 
 def is_given(search: Search, name: str) -> bool:

@@ -28,7 +28,7 @@ def accepted(found: Finding, step: Step, rivals: Sequence[Rivalry]) -> Candidate
     words += [f"not identifiable from {r.rival} with the same instrument" for r in rivals if r.permanent]
     probes = (effect for effect, _ in found.model.choices if isinstance(effect, Probe))
     changes = [what for probe in probes if step.effect in probe.builds_on for what in probe.depends_on]
-    words += [f"changes with {what}, and so only resembles its name" for what in changes]
+    words += [f"varies with {what}, as the effect of this name does not" for what in changes]
     return Candidate(
         effect=step.effect,
         accepted=True,
@@ -117,9 +117,9 @@ def absent_from(
             reason = f"not accepted: {search.gate.refused[name]}"
         else:
             least = quantity_text(minimum[name] * factor, unit, digits=3) if name in minimum else ""
-            seen = f"; from {least} RMS on it would show" if least else ""
+            seen = f"; it would be detected from {least} RMS on" if least else ""
             idle = "not needed" if found.searched else "not added yet"
-            reason = f"adjusted p {p:.2g}: nothing to be seen{seen}" if p >= LEVEL else f"adjusted p {p:.2g}, {idle}"
+            reason = f"adjusted p {p:.2g}: not significant{seen}" if p >= LEVEL else f"adjusted p {p:.2g}, {idle}"
         rival = tied_to.get(name)
         listed.append(
             Candidate(
@@ -148,7 +148,7 @@ def _permanent(found: Finding, name: str, other: str, rivalry: Rivalry) -> Candi
         tied_with=(other,),
         for_ever=(other,),
         cosine=rivalry.cosine,
-        reason=f"looks exactly like {other} to the same instrument",
+        reason=f"not identifiable from {other} with the same instrument",
     )
 
 

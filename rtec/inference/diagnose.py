@@ -115,7 +115,7 @@ def _sided(dataset: Dataset) -> Dataset:
     turns = at_turns(dataset)
     if not turns.any():
         return dataset
-    note = f"{turns.sum()} readings where the axis turned round are left out: which way it moved there is in doubt"
+    note = f"{turns.sum()} readings at reversals are left out: the direction of motion there is uncertain"
     return replace(dataset.take(~turns), notes=(*dataset.notes, note))
 
 
@@ -167,7 +167,7 @@ def _confirmed(found: Finding) -> Finding:
         if not worse:
             return replace(found, model=best)
         _, k, rest = min(worse, key=lambda item: item[0])
-        search.gate.refused[best.choices[k][0].name] = "it makes the other measurement worse"
+        search.gate.refused[best.choices[k][0].name] = "it raises the error on the held-out measurement"
         best = rest
 
 

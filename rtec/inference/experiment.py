@@ -39,8 +39,8 @@ _OTHER_HPA = np.array([0.0, -15.0, 15.0])
 CHANGES_DEGC = 1.0
 """From which on a temperature counts as one that changed."""
 _REPEAT = (
-    "repeat the same targets from the same directions at least five times: without repeats there is no noise floor, "
-    "and what is left cannot be judged"
+    "repeat the same targets from the same directions at least five times: without repeats there is no noise floor "
+    "to judge the residual by"
 )
 _AFTER_REVERSALS = frozenset(("windup", "reversal_spike"))
 _MOST_SENTENCES = 3
@@ -246,8 +246,8 @@ def experiment_for_more(
         unit, factor = dataset.units.shown
         need = f": {effect_named(name).needs}" if name in not_testable else ""
         return Experiment(
-            text=f"four times as many repeats halve what can be seen at least; the hardest to see here is {name} "
-            f"(from {quantity_text(minimum[name] * factor, unit, digits=3)} RMS on){need}",
+            text="four times as many repeats halve the smallest detectable effects; the hardest to detect here is "
+            f"{name} (from {quantity_text(minimum[name] * factor, unit, digits=3)} RMS on){need}",
             asks=frozenset((Ask.MORE_RUNS,)),
         )
     name = next(iter(not_testable), "")

@@ -111,7 +111,7 @@ class Gate:
             return None
         doubt = effect.doubtful(self.space.dataset.conditions, shape)
         if isinstance(effect, Probe) and effect.in_time and self.size(model, k) < MATTERS_IN_TIME:
-            doubt = f"below {MATTERS_IN_TIME:g} of what is left, as noise that wanders is"
+            doubt = f"its contribution is below {MATTERS_IN_TIME:g} times the residual, as that of slow noise is"
         return doubt or next(self._objections(model, k), None)
 
     def _objections(self, model: Scored, k: int) -> Iterator[str]:
@@ -123,21 +123,21 @@ class Gate:
         fit = self.judge.fit(model)
         at_sight = (
             effect.crowded(conditions, shape, others, finest),
-            "it would have to be below zero" if effect.name in model.wrong_sign else None,
+            "its amplitude would have to be negative" if effect.name in model.wrong_sign else None,
             self.implausible(model, k),
             self.misnamed(model, k),
         )
         yield from (why for why in at_sight if why is not None)
         rest = self.neighbours.without(model, k)
         if (worth := self.worth(model, k, rest)) < WORTH:
-            yield f"what it explains is worth {worth:.1f} nats, less than the {WORTH:g} asked for"
+            yield f"it raises the log marginal likelihood by {worth:.1f} nats, less than the {WORTH:g} required"
         if effect.in_time and self.free is not self.judge:
             if self.free.score(model.choices).score - self.free.score(rest.choices).score < WORTH:
-                yield "noise that wanders explains as much"
+                yield "slow noise explains as much"
         if self.size(model, k, fit) < MATTERS:
-            yield f"below {MATTERS:g} of what is left"
+            yield f"its contribution is below {MATTERS:g} of the residual"
         if self.plainer(model, k) is not model:
-            yield "a simpler form foretells as well what was held out"
+            yield "a simpler form predicts the held-out readings as well"
         for softer in effect.softer(conditions, shape):
             instead = self.judge.score(replaced(model, k, (effect, softer)), model)
             if instead.score > model.score - SHARPER:

@@ -57,12 +57,12 @@ def unknown_structure(judge: Judge, model: Scored) -> tuple[Unknown | None, floa
     c = judge.space.dataset.conditions
     line = "" if period is None else f"; the strongest line has a period of {period:.4g} {c.position_unit}"
     again = "repeats from run to run" if judge.space.dataset.has_repeats else "is the same in both directions"
-    how = again if repeats else "is no effect of the library"
+    how = again if repeats else "is explained by no effect of the library"
     return Unknown(
         depends_on=tuple(depends),
         period=period,
         frequency_hz=1.0 / period if period is not None and c.time_is_coordinate else None,
-        description=f"what is left depends on {', '.join(depends)} and {how}{line}",
+        description=f"the residual depends on {', '.join(depends)} and {how}{line}",
     ), p
 
 

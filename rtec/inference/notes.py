@@ -31,9 +31,9 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
     if found.outliers:
         rows = ", ".join(str(one.row) for one in found.outliers[:8])
         more = f" and {len(found.outliers) - 8} more" if len(found.outliers) > 8 else ""
-        notes.append(f"left out as outliers, far from what their neighbours say: readings {rows}{more}")
+        notes.append(f"left out as outliers, far from their neighbours: readings {rows}{more}")
     notes += [
-        f"{name} would have to be below zero, and would then explain much: is the sign of {found.dataset.observe} "
+        f"{name} would explain much if its amplitude could be negative: is the sign of {found.dataset.observe} "
         "opposite to that of the motion?"
         for name in wrong_signs(found.scout, found.scouted)
     ]
@@ -41,14 +41,14 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
     notes += _limits(found)
     colour = found.model.colour
     if not floor.from_repeats:
-        notes.append("no condition was repeated: there is no noise floor, and what is left cannot be judged")
+        notes.append("no condition was repeated: there is no noise floor to judge the residual by")
     elif wanders(found.model):
         notes.append(
-            f"what differs between repeats wanders over some {colour.length:.0f} readings: it counts as noise, but "
-            "may be an effect in time that is not known"
+            f"the differences between repeats are correlated over about {colour.length:.0f} readings: they count as "
+            "noise, but may be an unknown effect in time"
         )
     if not found.searched:
-        notes.append("no search was made: what is left is ranked, and rtec diagnose goes on from here")
+        notes.append("no search was made: the other effects are only ranked; rtec diagnose searches on from here")
     known = {e.name for e in LIBRARY}
     notes += [
         f"{name} was tried and not accepted: {why}"
@@ -84,6 +84,6 @@ def _at_bounds(found: Finding) -> list[str]:
             if end == "longest" or value <= min(every) * (1.0 + _AT_BOUND):
                 what = tunable.name.replace("_", " ")
                 notes.append(
-                    f"{effect.name}: its {what} is at the {end} that was searched; the true one may lie beyond"
+                    f"{effect.name}: its {what} is at the {end} that was searched; the true value may lie beyond"
                 )
     return notes

@@ -210,9 +210,8 @@ def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:
         slipped = possible & ~found & (np.abs(factor * y - middle) <= near)
         if slipped.any():
             rows = np.flatnonzero(slipped)
-            texts.append(
-                f"{test.where(rows)}: times {factor:.4g} it agrees with the other readings at its target: {what}?"
-            )
+            how = f"multiplied by {factor:.4g} it agrees with the other readings at its target"
+            texts.append(f"{test.where(rows)}: {how}: {what}?")
         found |= slipped
     return texts, found
 

@@ -86,7 +86,7 @@ def cyclic_error(position: Floats, deviation: Floats, period: float) -> CyclicEr
         return CyclicError(peak_to_peak=None, harmonics=0, note="the travel is shorter than the period")
     if float(np.abs(position).max()) / period > _MOST_PERIODS:
         return CyclicError(
-            peak_to_peak=None, harmonics=0, note="so short a period is lost in the last digits of the targets"
+            peak_to_peak=None, harmonics=0, note="the period is too short for the digits of the targets"
         )
     degree = int(min(MAX_TREND_DEGREE, span / period, position.size // 6))
     scaled = 2 * (position - position.min()) / span - 1

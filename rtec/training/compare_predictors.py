@@ -94,7 +94,7 @@ def compare_predictors(
 def _stood_still(dataset: Dataset, parts: Parts) -> list[str]:
     """Return what has to be said of other axes that did not move."""
     still = [axis for axis in dataset.other_axes_mm if axis not in parts.train.others_mm]
-    return [f"axis {axis} stood still: nothing is learnt of what it does" for axis in still]
+    return [f"axis {axis} stood still: its influence cannot be learnt" for axis in still]
 
 
 def repeatability_mm(samples: Samples) -> float | None:

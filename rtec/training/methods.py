@@ -124,7 +124,7 @@ def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]
             turn = task.pitch_mm / chosen.spacing_mm
             notes.append(f"{turn:.3g} points a turn of the screw")
             if turn < FEWEST_POINTS_A_TURN:
-                notes.append("what repeats every turn is not in it")
+                notes.append("errors that repeat every turn are not in it")
         return Fitted(
             predictor=table,
             parameters=points + isinstance(table, UnidirectionalTable),
@@ -162,7 +162,7 @@ def _fit_effects(task: Task) -> Fitted:
     predictor, left_out = predictor_of_model(found.model, *task.parts.train.span_mm)
     names = ", ".join(found.effects) or "none"
     notes = [f"{found.verdict.value}: {names}"]
-    notes += [f"{one.effect} is not in it: {one.why}" for one in left_out]
+    notes += [f"{one.effect} is left out: {one.why}" for one in left_out]
     numbers = sum(len(term.amplitudes or ()) for term in found.model.terms) + 1
     return Fitted(predictor=predictor, parameters=numbers, notes=tuple(notes), model=found.model)
 
@@ -202,6 +202,6 @@ def turn_warning(task_parts: Parts, pitch_mm: float | None) -> str | None:
     if points >= FEWEST_POINTS_A_TURN:
         return None
     return (
-        f"{points:.2g} targets a turn of the screw are too few for what repeats every turn: "
+        f"{points:.2g} targets a turn of the screw are too few for errors that repeat every turn: "
         f"measure every {pitch_mm / FEWEST_POINTS_A_TURN:.3g} mm or closer"
     )

@@ -740,7 +740,7 @@ def figures_below_the_readings() -> Foreign:
     head = "Run;Direction;Target [mm];Error [um]"
     figures = ["", "Target [mm];Mean up [um];Mean down [um];Sigma [um]", *(f"{t};1.2;2.2;0.3" for t in TARGETS)]
     lines = text([head, *of_axis(1), *figures])
-    return Foreign("figures.csv", lines.encode(), notes=("not read, for it holds no readings",))
+    return Foreign("figures.csv", lines.encode(), notes=("not read, as it holds no readings",))
 
 
 @layout

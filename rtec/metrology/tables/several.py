@@ -50,11 +50,11 @@ def one_table(tables: Sequence[Table], choices: ColumnChoices) -> Table:
     if not good:
         good = found
     left = [table for table in found if table not in good]
-    note = (f"{_listed(left)}: not read, for it holds no readings",) if left else ()
+    note = (f"{_listed(left)}: not read, as it holds no readings",) if left else ()
     if len(good) > 1:
         joined = _joined(good, choices)
         if joined is None:
-            problem = f"{len(found)} tables, and nothing tells that they are runs of one test: {_listed(found)}"
+            problem = f"{len(found)} tables, and nothing says that they are runs of one test: {_listed(found)}"
             number = found.index(good[0]) + 1
             allowed = f"--table {number}, or another of them; or a column of runs, or 'Run 1' and so on above each"
             raise FileFormatError(found[0].source, good[1].first_line, problem, allowed)

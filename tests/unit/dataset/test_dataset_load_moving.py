@@ -365,7 +365,7 @@ def test_a_velocity_column_is_taken():
     data = load_dataset(measured(velocity=("mm_s", np.abs(velocity)), **columns))
     fast = np.abs(velocity[200:-200]) > 10
     np.testing.assert_allclose(data.conditions.velocity[fast], velocity[200:-200][fast], atol=1.5)
-    assert any("never below zero" in note for note in data.notes)
+    assert any("never negative" in note for note in data.notes)
     # without a time there is no acceleration
     data = load_dataset(measured(velocity=("mm_s", velocity), actual=("mm", position), force=("n", force)))
     np.testing.assert_array_equal(data.conditions.velocity, velocity)

@@ -39,7 +39,7 @@ def test_of_many_runs_whole_ones_are_kept_evenly_spaced():
     steps = np.diff(np.unique(part.conditions.run))
     assert set(steps.tolist()) <= {4, 5}
     assert (np.unique(part.conditions.run)[[0, -1]] == (1, 200)).all()
-    assert part.notes[-1].startswith("of 1200 readings 300 are looked at, 50 of 200 runs")
+    assert part.notes[-1].startswith("300 of 1200 readings are searched, 50 of 200 runs")
 
 
 def test_of_many_conditions_some_are_drawn_with_all_their_readings():
@@ -118,5 +118,5 @@ def test_the_diagnosis_looks_at_a_part_and_says_so(monkeypatch):
     monkeypatch.setattr("rtec.inference.diagnose.looked_at", lambda data, seed: looked_at(data, most=210, seed=seed))
     result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=5, targets=42, timed=False))
     assert result.dataset.rows == 210
-    assert any("420 readings 210 are looked at" in note for note in result.notes)
+    assert any("210 of 420 readings are searched" in note for note in result.notes)
     assert result.effects == ("backlash",)

@@ -240,7 +240,7 @@ def test_the_other_measurement_decides():
     result = diagnose(data, heldout=other)
     assert result.verdict is Verdict.UNKNOWN
     assert "backlash" not in result.effects
-    assert "makes the other measurement worse" in candidate(result, "backlash").reason
+    assert "raises the error on the held-out measurement" in candidate(result, "backlash").reason
 
 
 def test_one_seed_one_answer_and_progress_that_grows():
@@ -585,7 +585,7 @@ def test_noise_that_wanders_slowly_may_be_something_else():
     slow = diagnose(measured(rho=0.98, seed=1))
     assert slow.effects == ()
     assert slow.verdict is Verdict.INCONCLUSIVE
-    assert any("wanders over some" in note for note in slow.notes)
+    assert any("are correlated over about" in note for note in slow.notes)
     quiet = diagnose(measured(rho=0.9, seed=3))
     assert quiet.verdict is Verdict.NONE
     assert not any("wanders" in note for note in quiet.notes)

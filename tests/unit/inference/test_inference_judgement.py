@@ -124,7 +124,7 @@ def test_every_testable_effect_is_listed_once_with_a_reason():
     assert all(0.0 <= c.p_adjusted <= 1.0 for c in result.candidates)
     assert {c.effect for c in result.candidates if c.accepted} == {"scale", "backlash"}
     quiet = next(c for c in result.candidates if c.effect == "drift")
-    assert "would show" in quiet.reason
+    assert "not significant; it would be detected from" in quiet.reason
 
 
 def test_a_constant_within_what_the_effects_go_through_is_a_datum():
@@ -170,7 +170,7 @@ def test_a_parameter_at_its_bound_is_said_to_be(distance, end):
     notes = [note for note in judged(finding(data, [(WINDUP, shape)])).notes if "windup: its distance" in note]
     assert len(notes) == (end is not None)
     if end:
-        assert f"is at the {end} that was searched; the true one may lie beyond" in notes[0]
+        assert f"is at the {end} that was searched; the true value may lie beyond" in notes[0]
 
 
 def test_a_period_between_two_frequencies_is_at_no_bound():
@@ -241,7 +241,7 @@ def test_what_was_tried_and_not_taken_says_so():
     data = measured(lambda x, way, t, run: 0.006 * way)
     result = diagnose(data, heldout=measured(seed=4))
     tried = next(c for c in result.candidates if c.effect == "backlash")
-    assert tried.reason == "not accepted: it makes the other measurement worse"
+    assert tried.reason == "not accepted: it raises the error on the held-out measurement"
     assert not tried.accepted
     assert tried.achieved_rms is None
 

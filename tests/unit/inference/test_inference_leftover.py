@@ -120,7 +120,7 @@ def test_a_probe_in_the_model_is_structure_without_a_name():
     model = judge.score([(next(e for e in judge.space.library if e.name == probe.name), Shape())])
     found, _ = unknown_structure(judge, model)
     assert found.depends_on == ("humidity",)
-    assert "is no effect of the library" in found.description
+    assert "is explained by no effect of the library" in found.description
     once = measured(runs=1, targets=60)
     humid = np.random.default_rng(3).normal(size=once.rows)
     once = replace(once, unknown=(("humidity", humid),), observed=once.observed + 0.003 * humid)

@@ -81,7 +81,7 @@ def test_an_outlier_of_88_um_hides_nothing_and_is_listed(row, runs):
     assert set(result.effects) == {"scale", "backlash"}
     assert [(one.row, one.value) for one in result.outliers] == [(row + 1, data.observed[row])]
     assert result.dataset.rows == data.rows - 1
-    assert any(f"outliers, far from what their neighbours say: readings {row + 1}" in note for note in result.notes)
+    assert any(f"outliers, far from their neighbours: readings {row + 1}" in note for note in result.notes)
     assert result.rms_after == pytest.approx(SIGMA, rel=0.25)
 
 
@@ -145,7 +145,7 @@ def test_readings_at_which_an_axis_turns_round_belong_to_neither_direction():
     assert 0 < turns.sum() < 0.05 * data.rows
     result = diagnose(data)
     assert result.verdict in (Verdict.NAMED, Verdict.TIED)
-    assert any(f"{turns.sum()} readings where the axis turned round are left out" in note for note in result.notes)
+    assert any(f"{turns.sum()} readings at reversals are left out" in note for note in result.notes)
 
 
 def test_where_noise_makes_the_direction_every_reading_stays():

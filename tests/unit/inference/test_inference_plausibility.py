@@ -97,12 +97,13 @@ def test_run_in_another_unit_is_told_from_outliers(tmp_path):
             row[4] /= 1000.0
     (text,) = found(tmp_path, rows)
     first, last = LINE[4, 1, PLACES[0]], LINE[4, 1, PLACES[-1]]
-    assert text.startswith(f"lines {first} to {last}, column deviation: times 1000 ")
+    assert text.startswith(f"lines {first} to {last}, column deviation: multiplied by 1000 ")
     assert text.endswith("mm among um?")
 
 
 @pytest.mark.parametrize(
-    ("factor", "words"), [(1000.0, "times 0.001 .*um among mm"), (1 / 25.4, "times 25.4 .*inch among mm")]
+    ("factor", "words"),
+    [(1000.0, "multiplied by 0.001 .*um among mm"), (1 / 25.4, "multiplied by 25.4 .*inch among mm")],
 )
 def test_single_reading_in_another_unit(tmp_path, factor, words):
     (text,) = found(tmp_path, changed(1, 1, 41.0, 4, lambda value: value * factor))

@@ -180,7 +180,7 @@ def test_a_negative_friction_is_refused_with_a_word():
     )
     search = search_of(data)
     model = search.judge.score([(effect_named("viscous"), Shape())])
-    assert search.gate.why_not(model, 0) == "it would have to be below zero"
+    assert search.gate.why_not(model, 0) == "its amplitude would have to be negative"
 
 
 def test_without_an_effect_goes_what_builds_on_it():
@@ -266,7 +266,7 @@ def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
     instead = search.gate.plainer(model, 0)
     assert (instead is not model) is gives_way
     why = search.gate.why_not(model, 0)
-    assert "simpler form foretells as well" in why if gives_way else why is None
+    assert "simpler form predicts the held-out readings as well" in why if gives_way else why is None
     if gives_way:
         assert instead.choices == ((soft[0], BuildUpShape()),)
         assert search.gate.plainer(instead, 0) is instead

@@ -250,7 +250,7 @@ def test_drift_through_the_phases_over_the_whole_travel_is_trend():
         (np.arange(10.0), 20.0, "shorter than the period"),
         (np.array([3.0]), 1.0, "shorter than the period"),
         (np.arange(7.0), 3.0, "too few"),
-        (np.arange(100.0), 1e-12, "last digits"),
+        (np.arange(100.0), 1e-12, "too short for the digits"),
     ],
 )
 def test_reasons_why_there_is_no_cyclic_error(target, period, words):

@@ -77,7 +77,7 @@ def test_an_axis_that_stood_still_is_said_and_left_out(tmp_path):
     text = written(tmp_path).read_text().splitlines()
     file.write_text("\n".join([*text[:2], *(line.rpartition(",")[0] + ",5000" for line in text[2:])]))
     result = compare_predictors(load_dataset(file), methods=of(("squareness",)))
-    assert result.notes[0] == "axis 3 stood still: nothing is learnt of what it does"
+    assert result.notes[0] == "axis 3 stood still: its influence cannot be learnt"
     assert result.named("squareness").predictor.inputs == ("position", "direction", "position_2")
 
 
