@@ -280,11 +280,11 @@ def _as_map(search: Search, model: Scored, k: int, name: str) -> Rivalry | None:
 def _cosine(judge: Judge, model: Scored, k: int, raw: Floats) -> float:
     """Return the cosine between effect ``k`` and the best that other columns can do in its place."""
     space = judge.space
-    table = [space.project(space.raw(c), model.colour) for i, c in enumerate(model.choices) if i != k]
+    table = [space.view(model.colour).project(space.raw(c)) for i, c in enumerate(model.choices) if i != k]
     basis = orthonormal(np.vstack(table)) if table else np.empty((0, space.dataset.rows))
-    own = space.project(judge.fit(model).contribution(k)[None, :], model.colour)[0]
+    own = space.view(model.colour).project(judge.fit(model).contribution(k)[None, :])[0]
     own = own - (basis @ own) @ basis
-    other = space.project(raw, model.colour)
+    other = space.view(model.colour).project(raw)
     other = orthonormal(other - (other @ basis.T) @ basis)
     energy = float(own @ own)
     return 0.0 if energy <= 0.0 else min(1.0, float(np.linalg.norm(other @ own) / np.sqrt(energy)))

@@ -165,7 +165,7 @@ def cosines_of(found: Finding, proposed: Mapping[str, Proposal]) -> Cosines | No
     for effect in search.space.library:
         if effect.name in shapes and not isinstance(effect, Probe) and not effect.is_datum:
             basis = orthonormal(
-                search.space.project(search.space.raw((effect, shapes[effect.name])), found.model.colour)
+                search.space.view(found.model.colour).project(search.space.raw((effect, shapes[effect.name])))
             )
             if basis.shape[0]:
                 names.append(effect.name)

@@ -82,7 +82,7 @@ def held_out_residual(judge: Judge, model: Scored, board: Board) -> Floats:
     space, dataset = judge.space, judge.space.dataset
     parts = space.parts_of(model.choices)
     deviations = np.append(SCALES, 0.0)[model.places][blocks_of(parts)] if parts else np.empty(0)
-    whiten = space.whitening(space.weights(model.colour.bounded)).of
+    whiten = space.view(space.weights(model.colour.bounded)).whitening.of
     white = [whiten(part.raw, part.unit) for part in parts]
     raw = [part.raw * part.unit for part in parts]
     used = deviations > 0.0

@@ -68,7 +68,7 @@ class ColourSearch:
         """Return how likely a colour is, with the best scales or those of ``start``."""
         scales_from = best_scales if tune else shifted_scales
         self.scales[colour], value = scales_from(self.sums(colour), self.block, start)
-        self.found[colour] = value - 0.5 * self.space.log_determinant(colour) - colour.rarity
+        self.found[colour] = value - 0.5 * self.space.view(colour).log_determinant - colour.rarity
         return self.found[colour]
 
     def _fresh(self, colours: Sequence[Colour]) -> Iterator[Colour]:

@@ -51,7 +51,7 @@ def _of(judge: Judge, effect: Effect, back: Beside, sigma: float, model: Scored)
         raw = space.raw((effect, shape))
         if space.has_datum:
             raw = raw - raw.mean(axis=1, keepdims=True)
-        white = space.whitening(model.colour).of(raw)
+        white = space.view(model.colour).whitening.of(raw)
         new = white - (white @ back.basis.T) @ back.basis
         whole, energy = float((white**2).sum()), float((new**2).sum())
         if energy <= 1e-8 * whole or not orthonormal(new).size:

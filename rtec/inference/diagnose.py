@@ -131,7 +131,7 @@ def _without(dataset: Dataset, out: np.ndarray) -> tuple[Dataset, tuple[Outlier,
 def _off(search: Search, model: Scored) -> np.ndarray:
     """Return which readings the best model leaves far off, by the steps of what is left; shape (rows,)."""
     left = search.judge.left(model)
-    return far(search.space.project(left[None, :], model.colour)[0])
+    return far(search.space.view(model.colour).project(left[None, :])[0])
 
 
 def _on_all(found: Finding, dataset: Dataset) -> Finding:
@@ -183,21 +183,13 @@ def nothing_testable(search: Search, begun: Model) -> Diagnosis:
     return Diagnosis(
         verdict=Verdict.NOT_TESTABLE,
         dataset=dataset,
-        heldout=None,
         start=begun,
         model=begun,
-        steps=(),
-        candidates=(),
         noise=noise_floor(judge, judge.score(search.given)),
         rms_before=left,
         rms_after=left,
         rms_heldout=left,
-        heldout_by="",
         not_testable=tuple(reasons.items()),
-        minimum_detectable=(),
-        lack_of_fit=(),
-        unknown=None,
-        cosines=None,
         experiment=experiment,
         notes=dataset.notes,
     )

@@ -70,7 +70,7 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     """Return terms with amplitudes and errors, and the datum, under the noise of a model alone."""
     space = judge.space
     weights = space.weights(model.colour)
-    whiten = space.whitening(weights).of
+    whiten = space.view(weights).whitening.of
     parts = [space.part_of(choice) for choice in model.choices]
     white = [whiten(part.raw) for part in parts]
     rest = [np.ones((1, space.dataset.rows))] if space.has_datum else []
@@ -87,7 +87,7 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
 
         length = np.maximum(np.sqrt((table**2).sum(axis=1)), 1e-300)
         numbers = lsq_linear((table / length[:, None]).T, observed, bounds=(low, np.inf), method="bvls").x / length
-    noise = space.whitening(model.colour)
+    noise = space.view(model.colour).whitening
     left = noise.of((space.dataset.observed - numbers @ _unweighed(space, parts, rest))[None, :])[0]
     variance = float(left @ left) / max(observed.size - numbers.size, 1)
     ends = np.cumsum([0, *sizes])

@@ -112,7 +112,7 @@ def lack_of_fit(judge: Judge, model: Scored) -> tuple[float, float, float] | Non
         cells, begins, rows = cells[starts], begins[starts], np.diff(np.append(starts, cells.size)) + 0.0
         left = white = group_means(left, starts)
     else:
-        white = judge.space.project(left[None, :], model.colour)[0]
+        white = judge.space.view(model.colour).project(left[None, :])[0]
     member = cells >= 0
     cell, count = np.unique(cells[member], return_inverse=True, return_counts=True)[1:]
     spent = sum(

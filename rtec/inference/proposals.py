@@ -60,7 +60,7 @@ def beside(space: Space, choices: Sequence[Choice], colour: Colour) -> Beside:
     parts = space.parts_of(choices)
     table = np.vstack([np.empty((0, observed.size)), *(space.white(part, colour) for part in parts)])
     turn = _orthogonalising(table)
-    basis = np.vstack([space.constant(colour), turn @ table])
+    basis = np.vstack([space.view(colour).constant, turn @ table])
     residual = observed - (basis @ observed) @ basis
     return Beside(basis, residual, float(residual @ residual), parts, turn)
 
@@ -98,7 +98,7 @@ def falls(columns: Floats, back: Beside) -> Floats:
 
 def falls_of_scan(space: Space, scan: Scan, back: Beside, colour: Colour) -> Floats:
     """Return the same for shapes of a scan, shape (shapes,), from products that are known."""
-    inside = [scan.onto_part("constant", space.constant(colour))]
+    inside = [scan.onto_part("constant", space.view(colour).constant)]
     if back.parts and back.turn is not None:
         each = [scan.onto_part(part, space.white(part, colour)) for part in back.parts]
         inside.append(np.concatenate(each, axis=2) @ back.turn.T)
@@ -204,7 +204,7 @@ def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> 
 def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: int = _FINE_STEPS) -> Choice:
     """Return an effect with its continuous shape parameters moved to where they explain most, one after the other."""
     effect, shape = choice
-    data, whiten = judge.space.scanned(effect), judge.space.whitening(colour).of
+    data, whiten = judge.space.scanned(effect), judge.space.view(colour).whitening.of
     for tunable in effect.tunables(judge.space.dataset.conditions, shape):
 
         def explained(value: float, shape: Shape = shape, name: str = tunable.name) -> float:

@@ -161,26 +161,26 @@ class Diagnosis:
 
     verdict: Verdict
     dataset: Dataset
-    heldout: Dataset | None
+    heldout: Dataset | None = None
     start: Model
     model: Model
-    steps: tuple[Step, ...]
-    candidates: tuple[Candidate, ...]
+    steps: tuple[Step, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
     noise: NoiseFloor
     rms_before: float
     rms_after: float
     rms_heldout: float
-    heldout_by: str
+    heldout_by: str = ""
     """What was held out: a ``stretch`` at a time, or the name of the other file."""
-    not_testable: tuple[tuple[str, str], ...]
-    minimum_detectable: tuple[tuple[str, float], ...]
+    not_testable: tuple[tuple[str, str], ...] = ()
+    minimum_detectable: tuple[tuple[str, float], ...] = ()
     """RMS contribution of each effect that would be found nine times out of ten, in the observed unit inside."""
-    lack_of_fit: tuple[tuple[str, float], ...]
+    lack_of_fit: tuple[tuple[str, float], ...] = ()
     """p of what is left against repeats, by what was looked at."""
-    unknown: Unknown | None
-    cosines: Cosines | None
+    unknown: Unknown | None = None
+    cosines: Cosines | None = None
     experiment: Experiment
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     rms_heldout_before: float = float("nan")
     """Held-out RMS of the model that the search began with."""
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

@@ -100,7 +100,10 @@ class Judge:
         sums = self.space.sums(parts, near.colour)
         _, value = best_scales(sums, blocks_of(parts), self.start_of(parts, near))
         return (
-            value - 0.5 * self.space.log_determinant(near.colour) - near.colour.rarity - sum(map(self.price, choices))
+            value
+            - 0.5 * self.space.view(near.colour).log_determinant
+            - near.colour.rarity
+            - sum(map(self.price, choices))
         )
 
     def score(self, choices: Sequence[Choice], near: Scored | None = None) -> Scored:

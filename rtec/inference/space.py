@@ -195,10 +195,6 @@ class Space:
             self._views[colour] = View(self, Whitening(self.gap, colour))
         return self._views[colour]
 
-    def whitening(self, colour: Colour) -> Whitening:
-        """Return the filter for a colour."""
-        return self.view(colour).whitening
-
     def part(self, raw: Floats) -> Part:
         """Return columns of shape (columns, rows) as a part of models."""
         shown = raw - raw.mean(axis=1, keepdims=True) if self.has_datum else raw
@@ -223,10 +219,6 @@ class Space:
         """Return the parts of a model: its effects."""
         return [self.part_of(choice) for choice in choices]
 
-    def project(self, columns: Floats, colour: Colour) -> Floats:
-        """Return columns, shape (columns, rows), whitened, without the constant where it is no effect."""
-        return self.view(colour).project(columns)
-
     @cached_property
     def observed_part(self) -> Part:
         """The readings, as if they were a part of models."""
@@ -249,10 +241,6 @@ class Space:
             self._bytes += white[part].nbytes
         return white[part]
 
-    def log_determinant(self, colour: Colour) -> float:
-        """Return the logarithm of the determinant of the noise's covariance, with the constant's share."""
-        return self.view(colour).log_determinant
-
     def sums(self, parts: Sequence[Part], colour: Colour) -> Sums:
         """Return the products that a model with these parts needs."""
         known = self.view(colour).products
@@ -265,10 +253,6 @@ class Space:
         products = np.ascontiguousarray(np.concatenate(rows))  # it follows its parts' layout: kernels have one
         products[-1, -1] *= 1.0 + _ROUNDING
         return Sums(products, self.readings)
-
-    def constant(self, colour: Colour) -> Floats:
-        """Return the whitened constant as a basis of shape (1, rows), or of no rows where it is an effect."""
-        return self.view(colour).constant
 
     def shapes(self, effect: Effect) -> tuple[Sequence[Shape], NDArray[np.bool_]]:
         """Return the scan grid of an effect, and which of its shapes the data could bear out."""
@@ -286,7 +270,7 @@ class Space:
             yield scans[effect.name]
             return
         data = self.scanned(effect)
-        whiten = self.whitening(colour).of
+        whiten = self.view(colour).whitening.of
         size, amplitudes = 8 * data.rows, len(effect.amplitudes(shapes[0], data.units))
         at_once = max(1, _AT_ONCE_BYTES // size)
         keep = len(shapes) <= at_once

@@ -51,7 +51,7 @@ def offset_of(found: Finding) -> Offset | None:
     best = model.colours[0][1]
     # of all noises that the readings leave possible the one that hides a constant best
     error = max(
-        float(np.sqrt(judge.fit(model, colour).variance / (judge.space.whitening(colour).of(ones) ** 2).sum()))
+        float(np.sqrt(judge.fit(model, colour).variance / (judge.space.view(colour).whitening.of(ones) ** 2).sum()))
         for colour, likelihood in model.colours
         if likelihood > best - EQUAL
     )

@@ -97,10 +97,6 @@ class PositioningFigures:
         B: reversal error of an axis, the largest abs(B_i).
     mean_reversal
         B̄ (``B_mean``): mean reversal error of an axis, the mean of the signed B_i.
-    max_average_error
-        Thesis, section 5.1: highest minus lowest average value over both directions; the same as E.
-    max_reversal_error
-        Thesis, section 5.1: largest difference of the averages of both directions at one target; the same as B.
     max_repeat
         Thesis, Table 5-1, which prints "Max Repeat" without saying what it is. Here: largest minus smallest of all
         readings at one target, both directions, at the target where that is largest.
@@ -130,8 +126,6 @@ class PositioningFigures:
     mean_bidirectional: float | None
     reversal: float | None
     mean_reversal: float | None
-    max_average_error: float | None
-    max_reversal_error: float | None
     max_repeat: float | None
     cyclic_forward: CyclicError | None
     cyclic_backward: CyclicError | None
@@ -139,6 +133,16 @@ class PositioningFigures:
     peak_to_peak: float
     runs: int
     warnings: tuple[str, ...]
+
+    @property
+    def max_average_error(self) -> float | None:
+        """Thesis, section 5.1: highest minus lowest average value over both directions, which is E."""
+        return self.systematic
+
+    @property
+    def max_reversal_error(self) -> float | None:
+        """Thesis, section 5.1: largest difference of the averages of both directions at one target, which is B."""
+        return self.reversal
 
     @property
     def cyclic_pp(self) -> float | None:

@@ -68,8 +68,6 @@ def positioning_figures(
     high = np.fmax(at.mean_forward + 2 * at.spread_forward, at.mean_backward + 2 * at.spread_backward)
     low = np.fmin(at.mean_forward - 2 * at.spread_forward, at.mean_backward - 2 * at.spread_backward)
     two_spreads = bool(np.isfinite(at.repeatability).any())
-    e_both = _range(np.concatenate((at.mean_forward, at.mean_backward))) if both_sides else None
-    b_axis = _largest(np.abs(at.reversal))
     return PositioningFigures(
         coordinate=coordinate,
         at_targets=at,
@@ -81,14 +79,12 @@ def positioning_figures(
         repeatability=_largest(at.repeatability),
         repeatability_forward=_largest(at.repeatability_forward),
         repeatability_backward=_largest(at.repeatability_backward),
-        systematic=e_both,
+        systematic=_range(np.concatenate((at.mean_forward, at.mean_backward))) if both_sides else None,
         systematic_forward=_range(at.mean_forward),
         systematic_backward=_range(at.mean_backward),
         mean_bidirectional=_range(at.mean),
-        reversal=b_axis,
+        reversal=_largest(np.abs(at.reversal)),
         mean_reversal=float(np.nanmean(at.reversal)) if both_sides else None,
-        max_average_error=e_both,
-        max_reversal_error=b_axis,
         max_repeat=_largest(at.extent) if both_sides else None,
         cyclic_forward=_cyclic(at.target, at.mean_forward, period),
         cyclic_backward=_cyclic(at.target, at.mean_backward, period),

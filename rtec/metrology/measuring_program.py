@@ -14,18 +14,14 @@ import enum
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
 from itertools import accumulate
 from operator import add, sub
 
 from rtec.errors import FileFormatError
 from rtec.metrology.measuring_plan import AxisMeasure, InchMode, MeasuringPlan
-from rtec.metrology.number_format import vb_format
 from rtec.metrology.plain_numbers import shown
 from rtec.units import MM_PER_INCH
-
-_DWELL = "##"
-_FEED = "##.#"
-_POSITION = "##0.0###"
 
 
 def measuring_program(plan: MeasuringPlan) -> list[str]:
@@ -55,8 +51,8 @@ def measuring_program(plan: MeasuringPlan) -> list[str]:
     ['G70', 'G01G59G90G94  (Setting Machine Modals)', 'G53Z1.0F50.', 'G53Z0.9F50.', 'G04F2', 'G53Z1.0F50.',
      'M00  (Program Stop for Zero Laser)', '(Measurement run: 1)']
     """
-    feed = f"F{vb_format(60.0 * _inches(plan.feed_mm_s), _FEED)}"
-    dwell = f"G04F{vb_format(plan.dwell_s, _DWELL)}"
+    feed = f"F{_written(60.0 * _inches(plan.feed_mm_s), most=1)}"
+    dwell = f"G04F{_written(plan.dwell_s, most=0)}"
     first, last, overshoot = _inches(plan.start_mm), _inches(plan.end_mm), _inches(plan.overshoot_mm)
     steps = [_inches(plan.increment_mm)] * (plan.targets_mm.size - 1)
     start = _move(plan, first) + feed
@@ -81,7 +77,19 @@ def _inches(length_mm: float) -> float:
 
 
 def _move(plan: MeasuringPlan, position_inch: float) -> str:
-    return f"G53{plan.axis.letter}{vb_format(position_inch, _POSITION)}"
+    return f"G53{plan.axis.letter}{_written(position_inch, most=4, whole=1, least=1)}"
+
+
+def _written(value: float, *, most: int, whole: int = 0, least: int = 0) -> str:
+    """Return a number as Visual Basic's ``Format`` writes it: with ``most`` decimals, 0 at the end left out.
+
+    It rounds half away from zero on the 15 digits that Visual Basic keeps of a double; as many digits as ``whole``
+    and ``least`` say stand before and behind the point in any case.
+    """
+    rounded = Decimal(f"{value:.14e}").quantize(Decimal(1).scaleb(-most), rounding=ROUND_HALF_UP)
+    left, _, right = f"{abs(rounded):f}".partition(".")
+    right = right[:least] + right[least:].rstrip("0")
+    return f"{'-' if rounded < 0 else ''}{left.lstrip('0').rjust(whole, '0')}{'.' if most else ''}{right}"
 
 
 class StopKind(enum.Enum):

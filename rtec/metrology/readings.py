@@ -49,6 +49,17 @@ def _runs(values: object, size: int) -> Integers:
     return array.astype(np.int64)
 
 
+def _check(readings: Readings | RotaryReadings, target: str, deviation: str) -> None:
+    """Replace the columns that both kinds of readings have by checked arrays."""
+    places = _column(target, getattr(readings, target), None)
+    if places.size == 0:
+        raise ArgumentError(target, "no reading", "at least one reading")
+    object.__setattr__(readings, target, places)
+    object.__setattr__(readings, deviation, _column(deviation, getattr(readings, deviation), places.size))
+    object.__setattr__(readings, "direction", _signs(readings.direction, places.size))
+    object.__setattr__(readings, "run", _runs(readings.run, places.size))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Readings:
     """Readings of a linear axis, in the order in which they were taken.
@@ -91,18 +102,12 @@ class Readings:
     status: Integers | None = field(default=None)
 
     def __post_init__(self) -> None:
-        target = _column("target_mm", self.target_mm, None)
-        if target.size == 0:
-            raise ArgumentError("target_mm", "no reading", "at least one reading")
-        object.__setattr__(self, "target_mm", target)
-        object.__setattr__(self, "deviation_mm", _column("deviation_mm", self.deviation_mm, target.size))
-        object.__setattr__(self, "direction", _signs(self.direction, target.size))
-        object.__setattr__(self, "run", _runs(self.run, target.size))
+        _check(self, "target_mm", "deviation_mm")
         for name in ("air_temperature_degc", "air_pressure_kpa", "material_temperature_degc"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, _column(name, getattr(self, name), target.size))
+                object.__setattr__(self, name, _column(name, getattr(self, name), self.size))
         if self.status is not None:
-            object.__setattr__(self, "status", _column("status", self.status, target.size).astype(np.int64))
+            object.__setattr__(self, "status", _column("status", self.status, self.size).astype(np.int64))
 
     @property
     def size(self) -> int:
@@ -138,13 +143,7 @@ class RotaryReadings:
     run: Integers
 
     def __post_init__(self) -> None:
-        target = _column("target_deg", self.target_deg, None)
-        if target.size == 0:
-            raise ArgumentError("target_deg", "no reading", "at least one reading")
-        object.__setattr__(self, "target_deg", target)
-        object.__setattr__(self, "deviation_deg", _column("deviation_deg", self.deviation_deg, target.size))
-        object.__setattr__(self, "direction", _signs(self.direction, target.size))
-        object.__setattr__(self, "run", _runs(self.run, target.size))
+        _check(self, "target_deg", "deviation_deg")
 
     @property
     def size(self) -> int:

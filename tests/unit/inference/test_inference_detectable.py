@@ -118,8 +118,8 @@ def test_of_a_log_amplitudes_are_weighed_alike_but_the_noise_is_that_of_its_colo
     scale = np.sqrt(slow)
     least = minimum_detectable(judge, model)["scale"] / scale
     slope = moving.conditions.position - moving.conditions.position.mean()
-    back = judge.space.whitening(model.colour).of(slope[None, :])
-    ones = judge.space.constant(model.colour)[0]
+    back = judge.space.view(model.colour).whitening.of(slope[None, :])
+    ones = judge.space.view(model.colour).constant[0]
     new = back[0] - (back[0] @ ones) * ones
     root = least * np.sqrt(new @ new / (slope @ slope))
     price = np.log(len(judge.space.library)) + 0.5 * np.log(moving.rows - 1)

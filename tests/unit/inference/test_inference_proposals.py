@@ -181,7 +181,7 @@ def test_refining_never_makes_it_worse():
         for shape in judge.space.shapes(WARM)[0]:
             _, moved = refine(judge, (WARM, shape), back, colour)
             before, after = (
-                float(falls(judge.space.whitening(colour).of(data.columns(WARM, s).T)[None], back)[0])
+                float(falls(judge.space.view(colour).whitening.of(data.columns(WARM, s).T)[None], back)[0])
                 for s in (shape, moved)
             )
             assert after >= before

@@ -69,7 +69,7 @@ def test_the_likeliest_noise_and_scales_are_those_of_all(rho, seed):
     best = -np.inf
     for colour in COLOURS:
         _, value = best_scales(judge.space.sums(parts, colour), blocks_of(parts), np.array([4, 4]))
-        best = max(best, value - 0.5 * judge.space.log_determinant(colour) - colour.rarity)
+        best = max(best, value - 0.5 * judge.space.view(colour).log_determinant - colour.rarity)
     assert model.colours[0][1] >= best - 1.0  # of the five that an effect has to be worth
 
 
