@@ -100,7 +100,7 @@ def measuring_run(
     move = partial(axis.Move, feed_mm_s=plan_.programmed_feed_mm_s)
     moves: list[axis.Block] = [axis.Dwell(seconds=HOME_DWELL_S), move(target_mm=targets[0])]
     readings: list[tuple[int, float, int, int]] = []
-    for run in range(1, int(plan_.runs) + 1):
+    for run in range(1, plan_.runs + 1):
         for direction, turn_mm, passed in ((1, below, targets), (-1, beyond, targets[::-1])):
             moves += [move(target_mm=turn_mm), axis.Dwell(seconds=plan_.dwell_s)]
             for target_mm in passed:

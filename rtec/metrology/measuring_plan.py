@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import enum
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
+from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.metrology.readings import Floats
 from rtec.units import MM_PER_INCH
@@ -81,9 +81,7 @@ class MachineAxis:
 
     def __post_init__(self) -> None:
         for name in ("minimum_mm", "maximum_mm"):
-            _refuse_not_finite(name, getattr(self, name))
-            if abs(getattr(self, name)) > _FARTHEST_MM:
-                raise ArgumentError(name, f"{getattr(self, name):g} mm", f"{-_FARTHEST_MM:g} to {_FARTHEST_MM:g} mm")
+            number_within(name, getattr(self, name), -_FARTHEST_MM, _FARTHEST_MM)
         if self.minimum_mm >= self.maximum_mm:
             raise ArgumentError(
                 "maximum_mm", f"{self.maximum_mm:g} mm", f"more than minimum_mm ({self.minimum_mm:g} mm)"
@@ -145,16 +143,8 @@ class MeasuringPlan:
     axis: MachineAxis = field(default_factory=MachineAxis)
 
     def __post_init__(self) -> None:
-        for name in (
-            "start_mm",
-            "end_mm",
-            "increment_mm",
-            "dwell_s",
-            "runs",
-            "feed_mm_s",
-            "overshoot_mm",
-        ):
-            _refuse_not_finite(name, getattr(self, name))
+        for name in ("start_mm", "end_mm", "increment_mm", "dwell_s", "runs", "feed_mm_s", "overshoot_mm"):
+            number_within(name, getattr(self, name), -_FARTHEST_MM, _FARTHEST_MM)
         self._check_axis_and_ends()
         self._check_increment()
         self._check_cycle()
@@ -186,10 +176,8 @@ class MeasuringPlan:
             raise self._refused("increment_mm", f"a whole part of the travel, {travel:g} mm")
 
     def _check_cycle(self) -> None:
-        if not 1 <= self.dwell_s <= 99:
-            raise ArgumentError("dwell_s", self.dwell_s, "1 to 99 s")
-        if not 1 <= self.runs <= 99 or self.runs != int(self.runs):
-            raise ArgumentError("runs", self.runs, "a whole number, 1 to 99")
+        number_within("dwell_s", self.dwell_s, 1, 99)
+        whole_within("runs", self.runs, 1, 99)
         slowest, fastest = _FEEDS_MM_S
         if not slowest - _LEAST <= self.feed_mm_s <= fastest + _LEAST:
             raise self._refused("feed_mm_s", "0.1 to 50 inch/min", "mm/s")
@@ -233,15 +221,8 @@ class MeasuringPlan:
     @property
     def number_of_readings(self) -> int:
         """Readings of the whole measurement: every target in both directions of every run."""
-        return int(self.runs) * 2 * (self._intervals + 1)
+        return self.runs * 2 * (self._intervals + 1)
 
     @property
     def _intervals(self) -> int:
         return round((self.end_mm - self.start_mm) / self.increment_mm)
-
-
-def _refuse_not_finite(name: str, value: object) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ArgumentError(name, repr(value), "a number")
-    if not math.isfinite(value):
-        raise ArgumentError(name, value, "a finite number")

@@ -62,7 +62,7 @@ def measuring_program(plan: MeasuringPlan) -> list[str]:
     back = [_move(plan, position) for position in accumulate(steps, sub, initial=last)]
     lines = ["G07"] if plan.axis.measure is AxisMeasure.DIAMETER else []
     lines += [plan.axis.inch_mode.name, "G01G59G90G94  (Setting Machine Modals)", start]
-    for run in range(1, int(plan.runs) + 1):
+    for run in range(1, plan.runs + 1):
         lines += [below, dwell, start]
         lines += ["M00  (Program Stop for Zero Laser)" if run == 1 else dwell, f"(Measurement run: {run})"]
         for move in (*forward, beyond, *back):

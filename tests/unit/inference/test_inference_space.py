@@ -52,14 +52,14 @@ def test_the_constant_is_an_effect_of_a_force_and_a_datum_of_a_deviation():
     data = measured(runs=2)
     deviation, drive = Space(data), Space(force(data))
     assert (deviation.readings, drive.readings) == (data.rows - 1, data.rows)
-    assert deviation.constant(AR).shape == (1, data.rows)
-    assert drive.constant(AR).shape == (0, data.rows)
-    assert deviation.constant(AR)[0] @ deviation.observed(AR) == pytest.approx(0.0, abs=1e-9)
+    assert deviation.view(AR).constant.shape == (1, data.rows)
+    assert drive.view(AR).constant.shape == (0, data.rows)
+    assert deviation.view(AR).constant[0] @ deviation.observed(AR) == pytest.approx(0.0, abs=1e-9)
     matrix = covariance(0.9, 0.3, one_chain(data.rows))
     ones = np.ones(data.rows)
     det = np.linalg.slogdet(matrix)[1]
-    assert drive.log_determinant(AR) == pytest.approx(det)
-    assert deviation.log_determinant(AR) == pytest.approx(det + np.log(ones @ np.linalg.inv(matrix) @ ones))
+    assert drive.view(AR).log_determinant == pytest.approx(det)
+    assert deviation.view(AR).log_determinant == pytest.approx(det + np.log(ones @ np.linalg.inv(matrix) @ ones))
     assert "offset" not in {e.name for e in deviation.library}
 
 
