@@ -1,14 +1,14 @@
 """The hidden-effect game: an emulated axis with something hidden in it, measured for others to find."""
 
-from rtec.blind.answer import EXPERIMENTS, Answer, Judge, Rule, answer_of, is_right
-from rtec.blind.confusion import Confusion, Refit, confusion
+from rtec.blind.answer import Answer, Rule, answer_of, is_right
+from rtec.blind.confusion import Confusion, confusion
 from rtec.blind.drawn_plans import drawn_log, drawn_plan
 from rtec.blind.game import again, play
-from rtec.blind.guess import Guess, Points, guessed, points_of, read_answer, total_of
+from rtec.blind.guess import Points, guessed, points_of, read_answer, total_of
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.hidden import Hidden, Parameter
 from rtec.blind.kept_answers import KeptAnswer, answers_path, keep, read_answers
-from rtec.blind.line import Line, Pool
+from rtec.blind.line import Line
 from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Plan, plan_named
@@ -17,23 +17,19 @@ from rtec.blind.scored import Game, LineScore
 from rtec.blind.sealing import document_of, measure, new, reveal, sealed_path
 from rtec.blind.secret import Secret
 from rtec.blind.shares import wilson
-from rtec.blind.sizes import PLAIN_SIGMA, SIZES, Size, plans_showing, read_size, scenario_of_sizes, size_of
+from rtec.blind.sizes import SIZES, Size, plans_showing, read_size, scenario_of_sizes, size_of
 
 __all__ = [
     "CONFOUNDED",
-    "EXPERIMENTS",
     "INSIDE",
     "OF_DRIVE",
     "OUTSIDE",
-    "PLAIN_SIGMA",
     "PLANS",
     "SIZES",
     "Answer",
     "Confusion",
     "Game",
-    "Guess",
     "Hidden",
-    "Judge",
     "KeptAnswer",
     "Line",
     "LineScore",
@@ -41,8 +37,6 @@ __all__ = [
     "Parameter",
     "Plan",
     "Points",
-    "Pool",
-    "Refit",
     "Rule",
     "Scenario",
     "Secret",

@@ -22,7 +22,7 @@ from rtec.units.quantities import (
     seconds_to_ps,
     written,
 )
-from rtec.units.table import MM_PER_INCH, PS_PER, UNITS, Heading, Unit, symbol
+from rtec.units.table import MM_PER_INCH, PS_PER, UNITS, Heading, symbol
 
 __all__ = [
     "ACCELERATION",
@@ -46,7 +46,6 @@ __all__ = [
     "UNITS",
     "Heading",
     "Kind",
-    "Unit",
     "parse_exact",
     "parse_in",
     "parse_quantity",
