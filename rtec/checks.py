@@ -132,8 +132,8 @@ def as_written(error: ArgumentError, name: str, text: str) -> ArgumentError:
     if error.interval is not None and written is not None:
         value, low, high, unit = error.interval
         scale = float(written["number"]) / value if value else math.nan
-        if 0.0 < scale < math.inf and _parted(unit)[0] not in _SCALED:
-            return outside(name, scale * value, scale * low, scale * high, unit=written["unit"] or unit)
+        if written["unit"] and 0.0 < scale < math.inf and _parted(unit)[0] not in _SCALED:
+            return outside(name, scale * value, scale * low, scale * high, unit=written["unit"])
     if _WRITTEN.fullmatch(str(error.value)) is not None:
         return ArgumentError(name, text, error.allowed, error.hint, problem=error.problem)
     return error.of(name)

@@ -197,6 +197,7 @@ def _check(answer: Sequence[str]) -> None:
             hint = "" if hint.startswith("known") else hint
             raise ArgumentError("EFFECT", repr(name)[:60], allowed, hint, problem="is not an effect")
     if len(set(answer)) != len(answer):
-        raise ArgumentError("EFFECT", " ".join(answer)[:60], "each name once")
+        raise ArgumentError("EFFECT", repr(" ".join(answer)[:60]), "each name once", problem="names an effect twice")
     if NOTHING in answer and len(answer) > 1:
-        raise ArgumentError("EFFECT", " ".join(answer)[:60], f"'{NOTHING}' alone, or names of effects")
+        problem = f"says '{NOTHING}' and more"
+        raise ArgumentError("EFFECT", repr(" ".join(answer)[:60]), f"'{NOTHING}' alone, or effects", problem=problem)

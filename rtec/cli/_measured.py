@@ -173,7 +173,8 @@ def read_inputs(
     if lock and heldout is not None:
         raise apart("--lock", "--heldout", "either judges instead of blocks")
     if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
-        raise ArgumentError("--heldout", heldout, "another measurement", "--lock holds back a part of a single one")
+        allowed = "another one; --lock holds back a part of a single one"
+        raise ArgumentError("--heldout", heldout, allowed, problem="is the measurement itself")
     if heldout is not None:
         choices = dataclasses.replace(choices, of_several=True)
     wanted = observe if observe is not None or model is None else read_observe(model)

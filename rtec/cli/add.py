@@ -136,7 +136,7 @@ def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dat
     values = dict(given)
     for key in given:
         if key not in known:
-            allowed = ", ".join(map(_dashed, known)) or "none of these options"
+            allowed = ", ".join(map(_dashed, known)) or "it without options of a shape"
             raise ArgumentError(_dashed(key), "", allowed, problem=f"is no option for {effect.name}")
     if isinstance(values.get("runs"), str):
         values["runs"] = [whole_number(part.strip(), name="--runs") for part in str(values["runs"]).split(",")]

@@ -82,7 +82,7 @@ def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
 
     if not hide:
         if plan is not None:
-            raise needs("--plan", "--hide", "the seed decides on both")
+            raise needs("--plan", "--hide", "without, the seed decides on the plan, too")
         return None
     pairs = [(name.strip(), equals, text) for name, equals, text in (word.partition("=") for word in hide)]
     names = tuple(name for name, _, _ in pairs)

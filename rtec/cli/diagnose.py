@@ -60,7 +60,7 @@ def diagnose(
     names = names_of(data)
     refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
-        raise ArgumentError("--suggest", suggest, "another file than that of --save")
+        raise ArgumentError("--suggest", suggest, "another file", problem="is the file of --save")
     how = _measured.how(context, several=len(data) > 1)
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:

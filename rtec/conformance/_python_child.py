@@ -253,7 +253,8 @@ def load(file: Path, name: str) -> Any:
     found: Any = getattr(module, name, None)
     classes = [n for n, v in vars(module).items() if isinstance(v, type) and callable(getattr(v, "step", None))]
     if found is None:
-        raise ImportError(f"has no {name}; classes with a step are: {', '.join(classes) or 'none'}")
+        known = f"its classes with a step: {', '.join(classes)}" if classes else "it has no class with a step"
+        raise ImportError(f"there is no class {name}; {known}")
     if name not in classes:
         raise ImportError(f"{name} is no class with a method step(self, t_ps, ab, requested)")
     wanted = 4

@@ -145,7 +145,7 @@ def test_shapes_from_options(here):
         ("cyclic", {"harmonics": 2}, "^--period is missing"),
         ("cyclic", {"period": "3"}, "^--period: .*unit"),
         ("cyclic", {"nodes": "3"}, "^--nodes is no option for cyclic.*--period, --harmonics, --by-direction"),
-        ("backlash", {"period": "3 mm"}, "^--period is no option for backlash; use none of these"),
+        ("backlash", {"period": "3 mm"}, "^--period is no option for backlash; use it without options"),
         ("pitch_map", {"nodes": "1"}, "^--nodes: 1"),
         ("pitch_map", {"nodes": "1000000000"}, "^--nodes"),
         ("pitch_map", {"nodes": "9" * 5000}, "^--nodes"),

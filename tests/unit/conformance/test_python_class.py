@@ -252,8 +252,8 @@ def test_its_prints_go_nowhere_near_the_results(algorithm, capfd):
     [
         ("class X\n", "mine.py: line 1: expected ':'"),
         ("import nonesuch\n", "mine.py: line 1: ModuleNotFoundError: No module named 'nonesuch'"),
-        (f"class Y:{STEP}", "mine.py: has no X; classes with a step are: Y"),
-        ("class Y:\n    pass\n", "mine.py: has no X; classes with a step are: none"),
+        (f"class Y:{STEP}", "mine.py: there is no class X; its classes with a step: Y"),
+        ("class Y:\n    pass\n", "mine.py: there is no class X; it has no class with a step"),
         ("X = 3\n", "mine.py: X is no class with a method step(self, t_ps, ab, requested)"),
         ("class X:\n    def step(self, ab):\n        pass\n", "mine.py: X.step takes 1 arguments"),
         (f"class X:\n    def __init__(self, a):\n        pass{STEP}", "mine.py: X() raised TypeError"),
