@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
@@ -96,24 +96,24 @@ class FailingTrial:
     ----------
     frequency_hz
         Of the encoder's square waves.
-    what
-        Went wrong.
     phase_clocks
         Clocks of the processor from the beginning of the sweep to the first transition.
     direction, sign
         Of the motion, +1 or -1, and of the steps owed, 0 for none.
     behind_state
         State 1..4 of the report's table behind which the insertion was set off; None in a steady stream.
+    what
+        Went wrong.
     stream
         In a motion all of it, as ``rtec check --stream`` plays it again.
     """
 
     frequency_hz: float
-    what: str
     phase_clocks: int | None = None
     direction: int | None = None
     sign: int | None = None
     behind_state: int | None = None
+    what: str
     stream: str | None = None
 
 
@@ -186,6 +186,39 @@ class EnvelopeRow:
     def reaches_500khz(self) -> bool:
         """Return whether it is safe at the frequency that the report sees coming."""
         return self.max_safe_hz >= GOAL_HZ
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the row as plain data under the names that scripts rely on."""
+        gate, speeds = self.gate, self.speeds
+        acceleration = None if gate is None else gate.max_acceleration_counts_s2
+        return {
+            "design": self.design.value,
+            "processor": self.processor,
+            "clock_hz": self.clock_hz,
+            "max_safe_hz": self.max_safe_hz,
+            "limited_by": self.limited_by.value,
+            "reaches_500khz": self.reaches_500khz,
+            "gate_hz": None if gate is None else gate.gate_hz,
+            "counts_right_above_gate": self.counts_right,
+            "checked_to_hz": self.checked_to_hz,
+            "max_inserting_hz": speeds.frequencies.max_inserting_hz,
+            "max_passing_hz": speeds.frequencies.max_passing_hz,
+            "at_500khz": speeds.at_top.value,
+            "summary": speeds.summary,
+            "frequencies": [{"frequency_hz": hertz, "does": does.value} for hertz, does in speeds.frequencies.rows],
+            "max_jitter_ps": speeds.max_jitter_ps,
+            "max_acceleration_hz_s": speeds.max_acceleration_hz_s,
+            "data_sheet": dict(speeds.data_sheet()),
+            "max_acceleration_counts_s2": acceleration,
+            "max_acceleration_m_s2_at_1um": None if acceleration is None else acceleration * 1e-6,
+            "failing": None if self.failing is None else asdict(self.failing),
+            "waiting_loop_cycles": self.loop_cycles,
+            "trials": self.trials,
+            "sweep": "exhaustive" if self.exhaustive else "short",
+            "jitter_ps": self.jitter_ps,
+            "hold_latch": self.hold_latch,
+            "motion": None if self.motion is None else self.motion.value,
+        }
 
 
 def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda share: None) -> list[EnvelopeRow]:

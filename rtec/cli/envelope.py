@@ -29,7 +29,6 @@ from rtec.errors import ArgumentError
 from rtec.io import FIGURES
 
 if TYPE_CHECKING:
-    from rtec.campaign.envelope import EnvelopeRow
     from rtec.campaign.envelope_motion import InMotion
 
 
@@ -114,7 +113,7 @@ def envelope(
 
         write_envelope_figure(rows, figure)
     if json:
-        _console.print_json({"rows": [row_as_json(row) for row in rows], "figure": figure and str(figure)})
+        _console.print_json({"rows": [row.to_dict() for row in rows], "figure": figure and str(figure)})
         return
     from rtec.report.terminal_envelope import show
 
@@ -143,47 +142,3 @@ def _in_motion(motion: AskedMotion, acceleration_hz_s: float | None, seed: int |
         acceleration_hz_s=ACCELERATION_HZ_S if acceleration_hz_s is None else acceleration_hz_s,
         seed=seed or 0,
     )
-
-
-def row_as_json(row: EnvelopeRow) -> dict[str, object]:
-    """Return a row with the keys that scripts rely on, and more."""
-    gate, failing, speeds = row.gate, row.failing, row.speeds
-    acceleration = None if gate is None else gate.max_acceleration_counts_s2
-    return {
-        "design": row.design.value,
-        "processor": row.processor,
-        "clock_hz": row.clock_hz,
-        "max_safe_hz": row.max_safe_hz,
-        "limited_by": row.limited_by.value,
-        "reaches_500khz": row.reaches_500khz,
-        "gate_hz": None if gate is None else gate.gate_hz,
-        "counts_right_above_gate": row.counts_right,
-        "checked_to_hz": row.checked_to_hz,
-        "max_inserting_hz": speeds.frequencies.max_inserting_hz,
-        "max_passing_hz": speeds.frequencies.max_passing_hz,
-        "at_500khz": speeds.at_top.value,
-        "summary": speeds.summary,
-        "frequencies": [{"frequency_hz": hertz, "does": does.value} for hertz, does in speeds.frequencies.rows],
-        "max_jitter_ps": speeds.max_jitter_ps,
-        "max_acceleration_hz_s": speeds.max_acceleration_hz_s,
-        "data_sheet": dict(speeds.data_sheet()),
-        "max_acceleration_counts_s2": acceleration,
-        "max_acceleration_m_s2_at_1um": None if acceleration is None else acceleration * 1e-6,
-        "failing": None
-        if failing is None
-        else {
-            "frequency_hz": failing.frequency_hz,
-            "phase_clocks": failing.phase_clocks,
-            "direction": failing.direction,
-            "sign": failing.sign,
-            "behind_state": failing.behind_state,
-            "what": failing.what,
-            "stream": failing.stream,
-        },
-        "waiting_loop_cycles": row.loop_cycles,
-        "trials": row.trials,
-        "sweep": "exhaustive" if row.exhaustive else "short",
-        "jitter_ps": row.jitter_ps,
-        "hold_latch": row.hold_latch,
-        "motion": None if row.motion is None else row.motion.value,
-    }
