@@ -35,23 +35,14 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.io import Section, read_toml, write_lines
-from rtec.metrology.experiment_plan import (
-    MOST_IN_TURN,
-    ExperimentPlan,
-    Heating,
-    Passes,
-    Reading,
-    Spacing,
-    Strokes,
-    Weather,
-    Zero,
-)
+from rtec.metrology.experiment_plan import MOST_IN_TURN, ExperimentPlan
 from rtec.units import parse_in, written
 
 KEYS: Mapping[str, str] = MappingProxyType(
@@ -71,12 +62,24 @@ KEYS: Mapping[str, str] = MappingProxyType(
         "dwell_s": "runs.dwell",
         "turn_dwells_s": "runs.rests_before_reversals",
         "zero": "runs.zero",
-        "loads_kg": "conditions.loads",
         "heating": "conditions.heating",
         "weather": "conditions.weather",
+        "loads_kg": "conditions.loads",
     }
 )
 """Where each field of a plan stands in the file."""
+_UNITS = {
+    "start_mm": "{}",
+    "span_mm": "{}",
+    "shifts_mm": "{}",
+    "feeds_mm_s": "{}/s",
+    "overshoot_mm": "{}",
+    "dwell_s": "s",
+    "turn_dwells_s": "s",
+    "loads_kg": "kg",
+}
+"""Units in the file of the fields that have one; {} is that of the positions."""
+_MOST = {"targets": 2000, "runs": 99}
 _TABLES = ("targets", "runs", "conditions")
 _AT_REST = frozenset(("spacing", "shifts", "overshoot", "dwell", "rests_before_reversals", "zero"))
 _IN_MOTION = frozenset(("strokes",))
@@ -134,55 +137,46 @@ def experiment_of(tables: dict[str, Any], path: str | Path) -> ExperimentPlan:
         if not isinstance(tables.get(name, {}), dict):
             raise FileFormatError(path, None, f"{name} is no table", f"a table [{name}]")
     rotary = _turns(tables)
-    default = _tables_of(ExperimentPlan(rotary=rotary))
-    top = Section(
-        path, "", tables, {key: value for key, value in default.items() if key not in _TABLES}, optional=_TABLES
-    )
-    targets, runs, conditions = (
-        Section(path, name, tables.get(name, {}), default[name], optional=("loads",) if name == "conditions" else ())
+    usual = ExperimentPlan(rotary=rotary)
+    default = _tables_of(usual)
+    top = {key: value for key, value in default.items() if key not in _TABLES}
+    sections = {"": Section(path, "", tables, top, optional=_TABLES)} | {
+        name: Section(path, name, tables.get(name, {}), default[name], optional=("loads",) * (name == "conditions"))
         for name in _TABLES
-    )
-    length = "deg" if rotary else "mm"
-
-    def quantities(section: Section, key: str, unit: str) -> tuple[float, ...]:
-        texts = section.texts(key)
-        if len(texts) > MOST_IN_TURN:
-            raise ArgumentError(section.where(key), f"{len(texts)} values", f"at most {MOST_IN_TURN}")
-        return tuple(parse_in(text, unit, name=section.where(key)) for text in texts)
-
-    def quantity(section: Section, key: str, unit: str) -> float:
-        return parse_in(section.raw(key), unit, name=section.where(key))
-
-    start, end = quantity(targets, "start", length), quantity(targets, "end", length)
+    }
+    values: dict[str, Any] = {}
+    for field, place in KEYS.items():
+        table, _, key = place.rpartition(".")
+        if sections[table].has(key):
+            values[field] = _read(sections[table], key, field, getattr(usual, field), _unit(field, rotary))
+    start, end = values["start_mm"], values.pop("span_mm")
     if end <= start:
-        raise ArgumentError(
-            f"{path}: targets.end", f"{end:g} {length}", f"more than targets.start, {start:g} {length}"
-        )
-    rests = quantities(runs, "rests_before_reversals", "s")
+        unit = _unit("start_mm", rotary)
+        raise ArgumentError(f"{path}: targets.end", f"{end:g} {unit}", f"more than targets.start, {start:g} {unit}")
     with naming_keys(path):
-        if len(rests) != 2:
-            raise ArgumentError("turn_dwells_s", f"{len(rests)} times", "two: the shortest and the longest")
-        return ExperimentPlan(
-            reading=top.choice("reading", Reading),
-            columns=tuple(top.texts("columns")),
-            rotary=rotary,
-            start_mm=start,
-            span_mm=end - start,
-            targets=targets.whole("number", 2, 2000),
-            spacing=targets.choice("spacing", Spacing),
-            shifts_mm=quantities(targets, "shifts", length),
-            runs=runs.whole("number", 1, 99),
-            passes=runs.choice("passes", Passes),
-            strokes=runs.choice("strokes", Strokes),
-            feeds_mm_s=quantities(runs, "feeds", f"{length}/s"),
-            overshoot_mm=quantity(runs, "overshoot", length),
-            dwell_s=quantity(runs, "dwell", "s"),
-            turn_dwells_s=(rests[0], rests[1]),
-            zero=runs.choice("zero", Zero),
-            heating=conditions.choice("heating", Heating),
-            weather=conditions.choice("weather", Weather),
-            loads_kg=quantities(conditions, "loads", "kg") if conditions.has("loads") else (),
-        )
+        return ExperimentPlan(rotary=rotary, span_mm=end - start, **values)
+
+
+def _unit(field: str, rotary: bool) -> str:
+    """Return the unit of a field in the file; empty for what has none."""
+    return _UNITS.get(field, "").format("deg" if rotary else "mm")
+
+
+def _read(section: Section, key: str, field: str, usual: object, unit: str) -> object:
+    """Return the value of a field, of the kind that its usual value is."""
+    if isinstance(usual, Enum):
+        return section.choice(key, type(usual))
+    if isinstance(usual, int):
+        return section.whole(key, 2 if field == "targets" else 1, _MOST[field])
+    where = section.where(key)
+    if isinstance(usual, float):
+        return parse_in(section.raw(key), unit, name=where)
+    texts = section.texts(key)
+    if not unit:
+        return tuple(texts)
+    if len(texts) > MOST_IN_TURN:
+        raise ArgumentError(where, f"{len(texts)} values", f"at most {MOST_IN_TURN}")
+    return tuple(parse_in(text, unit, name=where) for text in texts)
 
 
 def _turns(tables: Mapping[str, Any]) -> bool:
@@ -247,34 +241,23 @@ def experiment_lines(plan: ExperimentPlan, about: str = "") -> list[str]:
 
 def _tables_of(plan: ExperimentPlan) -> dict[str, Any]:
     """Return a plan as the tables of its file."""
-    unit = "deg" if plan.rotary else "mm"
-    targets: dict[str, Any] = {
-        "start": written(plan.start_mm, unit),
-        "end": written(plan.end_mm, unit),
-        "number": plan.targets,
-        "spacing": plan.spacing.value,
-        "shifts": [written(shift, unit) for shift in plan.shifts_mm],
-    }
-    runs: dict[str, Any] = {
-        "number": plan.runs,
-        "passes": plan.passes.value,
-        "strokes": plan.strokes.value,
-        "feeds": [written(feed, f"{unit}/s") for feed in plan.feeds_mm_s],
-        "overshoot": written(plan.overshoot_mm, unit),
-        "dwell": written(plan.dwell_s, "s"),
-        "rests_before_reversals": [written(rest, "s") for rest in plan.turn_dwells_s],
-        "zero": plan.zero.value,
-    }
-    conditions: dict[str, Any] = {"heating": plan.heating.value, "weather": plan.weather.value}
-    if plan.loads_kg:
-        conditions["loads"] = [written(load, "kg") for load in plan.loads_kg]
-    return {
-        "reading": plan.reading.value,
-        "columns": list(plan.columns),
-        "targets": targets,
-        "runs": runs,
-        "conditions": conditions,
-    }
+    tables: dict[str, Any] = {}
+    for field, place in KEYS.items():
+        table, _, key = place.rpartition(".")
+        value = plan.end_mm if field == "span_mm" else getattr(plan, field)
+        if value or field != "loads_kg":
+            into = tables.setdefault(table, {}) if table else tables
+            into[key] = _told(value, _unit(field, plan.rotary))
+    return tables
+
+
+def _told(value: Any, unit: str) -> Any:
+    """Return the value of a field as TOML has it: a text, a whole number or a list."""
+    if isinstance(value, tuple):
+        return [_told(one, unit) for one in value]
+    if isinstance(value, Enum):
+        return value.value
+    return written(value, unit) if unit else value
 
 
 def _shown(value: str | int | list[str]) -> str:
