@@ -202,7 +202,7 @@ class PositioningUncertainty:
         left = [f"{_NAMES[name]} ({_STATED_BY[name]})" for name in self.missing]
         if not named:
             return (
-                f"No measurement uncertainty can be given: nothing is stated of {'; '.join(left)}. ISO 230-2 asks "
+                f"No measurement uncertainty can be given: nothing is stated about {'; '.join(left)}. ISO 230-2 asks "
                 "for it; state what is known in options or '# key: value' lines of these names.",
             )
         sure = [
@@ -214,8 +214,8 @@ class PositioningUncertainty:
             sentences.append(f"Not included, because not stated: {'; '.join(left)}.")
         if self.spread_share is not None:
             sentences.append(
-                f"Nor is chance: {self.runs} readings tell a standard deviation to {100.0 * self.spread_share:.0f} "
-                "%, and R and A of another test of the same axis may differ as much."
+                f"Chance is not included either: {self.runs} readings give a standard deviation to "
+                f"{100.0 * self.spread_share:.0f} %, and R and A of another test of the axis may differ by as much."
             )
         return tuple(sentences)
 
