@@ -204,6 +204,13 @@ def no_acceleration(conditions: Conditions) -> str | None:
     return None if np.any(conditions.acceleration) else "the acceleration is zero throughout"
 
 
+def no_spread(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what grows with the position, or None."""
+    if conditions.time_is_coordinate:
+        return "no positions: what grows with them cannot be seen"
+    return None if conditions.places.size >= 2 else "one position only"
+
+
 def too_few_moments(conditions: Conditions, fewest: int) -> str | None:
     """Return why the data cannot show a course in time, or None."""
     if conditions.time_s is None:

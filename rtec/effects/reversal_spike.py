@@ -12,16 +12,14 @@ from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Card,
-    Over,
     Quantity,
     Rival,
-    ScannedEffect,
     Shape,
     Tunable,
     own_shape,
     parameter,
 )
-from rtec.effects.windup import FEWEST_DISTANCES, distances, opposed, too_sparse, unseen_distances
+from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances, opposed, unseen_distances
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +29,7 @@ class SpikeShape(Shape):
     distance: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "distance"))
 
 
-class ReversalSpike(ScannedEffect):
+class ReversalSpike(AfterReversal):
     """Half of a reversal error that falls to 37 % one distance after the reversal.
 
     Notes
@@ -57,11 +55,6 @@ class ReversalSpike(ScannedEffect):
 
     name = "reversal_spike"
     amplitude = "spike"
-    over = Over.REVERSAL
-    needs = (
-        "both directions, or runs in one that begin at several places, with readings at four distances at least in "
-        "the first quarter after a reversal"
-    )
     shape_type = SpikeShape
     rivals = (
         Rival("windup", experiments.AFTER_REVERSAL),
@@ -84,14 +77,6 @@ class ReversalSpike(ScannedEffect):
         invariant_to="position of the reversal, and time.",
         source="ISO 230-4; Erwinski et al. (2019), section 3: friction drops after standstill.",
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show how a reversal error dies away, or None."""
-        return too_sparse(conditions)
-
-    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return that too few readings after reversals show how it dies away, or None."""
-        return None if conditions.moving else too_sparse(conditions)
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
         """Return what may lie between too few readings after reversals."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects._heat import FollowsHeat, HeatShape, changing_sensors, rise_of, unchanging, with_lags
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_spread
 from rtec.effects.protocol import (
     Amplitude,
     Card,
@@ -88,11 +88,7 @@ class ThermalGrowth(FollowsHeat):
         """Return why the data cannot show growth, or None."""
         if not conditions.temperatures:
             return unchanging(conditions)
-        if conditions.time_is_coordinate:
-            return "no positions: what grows with them cannot be seen"
-        if conditions.places.size < 2:
-            return "one position only"
-        return unchanging(conditions)
+        return no_spread(conditions) or unchanging(conditions)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the sensors whose temperature changes."""

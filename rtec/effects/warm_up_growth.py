@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, no_spread
 from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
 from rtec.effects.warm_up import WarmUp
 
@@ -56,11 +56,7 @@ class WarmUpGrowth(WarmUp):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show growth in time, or None."""
-        if conditions.time_is_coordinate:
-            return "no positions: what grows with them cannot be seen"
-        if conditions.places.size < 2:
-            return "one position only"
-        return super().untestable(conditions)
+        return no_spread(conditions) or super().untestable(conditions)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several time constants, shape (shapes, 1, rows)."""

@@ -49,7 +49,25 @@ class WindupShape(Shape):
     settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "wound up before the log began"))
 
 
-class Windup(ScannedEffect):
+class AfterReversal(ScannedEffect):
+    """Base of the reversal errors that change over a distance after the reversal."""
+
+    over = Over.REVERSAL
+    needs = (
+        "both directions, or runs in one that begin at several places, with readings at four distances at least in "
+        "the first quarter after a reversal"
+    )
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show what happens after a reversal, or None."""
+        return too_sparse(conditions)
+
+    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
+        """Return that too few readings after reversals show what happens there, or None."""
+        return None if conditions.moving else too_sparse(conditions)
+
+
+class Windup(AfterReversal):
     """Half of a reversal error that has grown to 63 % one distance after the reversal.
 
     Notes
@@ -75,11 +93,6 @@ class Windup(ScannedEffect):
     """
 
     name = "windup"
-    over = Over.REVERSAL
-    needs = (
-        "both directions, or runs in one that begin at several places, with readings at four distances at least in "
-        "the first quarter after a reversal"
-    )
     shape_type = WindupShape
     rivals = (
         Rival("backlash", experiments.AFTER_REVERSAL),
@@ -105,14 +118,6 @@ class Windup(ScannedEffect):
         invariant_to="position of the reversal, feed and time.",
         source="Dahl (1968); thesis, section 4.2: the run-up begins beyond the first target.",
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show how a reversal error builds up, or None."""
-        return too_sparse(conditions)
-
-    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return that too few readings after reversals show how it builds up, or None."""
-        return None if conditions.moving else too_sparse(conditions)
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
         """Return what may lie between too few readings after reversals."""
