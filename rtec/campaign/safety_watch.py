@@ -100,8 +100,6 @@ class Watched:
     moving_s: float
     step_counts: int
     total_steps: int
-    trips: int
-    trip_position: int
 
 
 class WatchedCell(Cell):
@@ -223,8 +221,6 @@ class WatchedCell(Cell):
             moving_s=int(record.moving) * self._slice_ps / PS_PER_S,
             step_counts=step_counts,
             total_steps=int(box.accepted),
-            trips=int(box.trips),
-            trip_position=int(box.trip_position),
         )
 
 

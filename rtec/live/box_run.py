@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from rtec.errors import RtecError
 from rtec.live.box_loop import BoxLoop
@@ -182,7 +182,7 @@ class BoxRun:
             view = station.view
             numbers = (
                 f"{view.position_mm:+.4f} mm, requested {view.requested}, completed {view.completed} steps, "
-                f"{sum(view.frames_refused.values())} frames refused"
+                f"{sum(view.counters.frames_refused.values())} frames refused"
             )
             self._events.happen(at_s, f"{numbers}; {box_words(view)}", station.settings.axis)
 
@@ -225,12 +225,5 @@ def _axis_document(axis: int, view: StationView) -> dict[str, object]:
         "completed": view.completed,
         "inserted_counts": view.inserted_counts,
         "step_counts": view.step_counts,
-        "requests": view.requests,
-        "requests_refused": view.requests_refused,
-        "frames_refused": view.frames_refused,
-        "gate_refused": view.gate_refused,
-        "illegal_transitions": view.illegal,
-        "trips": view.trips,
-        "trip_position_counts": view.trip_position,
-        "moves": view.moves,
+        **asdict(view.counters),
     }

@@ -45,7 +45,7 @@ class PcLoop:
         """How late each turn was on the grid of its axis."""
         self.answer_s = array("d")
         """How long the boxes took for each request, from the request to the frame that says it is completed."""
-        self._answered = [node.view.answered for node in nodes]
+        self._answered = [node.view.counters.answered for node in nodes]
         self.strangers = 0
         """Frames that none of this PC's boxes sends."""
         self.heard_axes: set[int] = set()
@@ -95,8 +95,8 @@ class PcLoop:
     def _time(self, k: int, node: PcNode, now_ps: int) -> None:
         """Keep how late this turn is, and how long the last answer took."""
         view = node.view
-        if view.answered != self._answered[k]:
-            self._answered[k] = view.answered
+        if view.counters.answered != self._answered[k]:
+            self._answered[k] = view.counters.answered
             if len(self.answer_s) < MOST_KEPT:
                 self.answer_s.append(view.answer_s)
         if len(self.late_ps) < MOST_KEPT:

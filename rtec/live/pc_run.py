@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from rtec.live.events import Events
 from rtec.live.figures import spread_ms
@@ -257,10 +257,5 @@ def _axis_document(axis: int, view: PcView) -> dict[str, object]:
         "requested": view.requested,
         "accepted": view.accepted,
         "completed": view.completed,
-        "answered": view.answered,
-        "turns": view.turns,
-        "frames_refused": view.frames_refused,
-        "implausible": view.implausible,
-        "trips": view.trips,
-        "trip_position_counts": view.trip_position,
+        **asdict(view.counters),
     }

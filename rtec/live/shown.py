@@ -26,6 +26,7 @@ def box_screen(loop: BoxLoop, events: Events | None, *, title: str, at_s: float)
 
 def _box_axis(station: Station) -> dict[str, object]:
     view = station.view
+    refused = view.counters
     return {
         "axis": station.settings.axis,
         "held": view.held,
@@ -37,7 +38,7 @@ def _box_axis(station: Station) -> dict[str, object]:
             "completed": f"{view.completed:+d} steps, {view.inserted_counts:+d} counts",
             "state": view.box_state.name,
             "status": view.status.name,
-            "refused": f"{view.requests_refused} requests, {sum(view.frames_refused.values())} frames",
+            "refused": f"{refused.requests_refused} requests, {sum(refused.frames_refused.values())} frames",
         },
         "insertion": [(change.time_ps, change.lines, change.lines_out) for change in station.last_insertion()],
     }
@@ -64,11 +65,11 @@ def _pc_axis(node: PcNode, count_mm: float) -> dict[str, object]:
             "wanted": f"{view.target:+d} steps",
             "requested": f"{view.requested:+d} steps",
             "completed": f"{view.completed:+d} steps",
-            "handshake": _ms(view.answer_s * 1000) if view.answered else "-",
+            "handshake": _ms(view.answer_s * 1000) if view.counters.answered else "-",
             "state": view.state.name,
             "box": "-" if view.box_state is None else view.box_state.name,
             "status": "-" if view.status is None else view.status.name,
-            "refused": f"{view.frames_refused} frames",
+            "refused": f"{view.counters.frames_refused} frames",
         },
     }
 

@@ -23,6 +23,44 @@ class Alarm(enum.IntEnum):
     """Its input saw an illegal transition, and its policy is to stop."""
 
 
+_REFUSED = (
+    "wrong_checksum", "repeated", "disordered", "jumped",
+    "wrong_session", "wrong_requester", "contradictory", "hasty",
+)  # fmt: skip
+"""Why a box refuses frames."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoxCounters:
+    """What a box, its gates and its axis have counted."""
+
+    requests: int
+    requests_refused: int
+    frames_refused: dict[str, int]
+    gate_refused: int
+    illegal_transitions: int
+    """Those that the controller saw."""
+    trips: int
+    trip_position_counts: int
+    moves: int
+    """Moves of the program made."""
+
+    @classmethod
+    def of(cls, state: Record) -> BoxCounters:
+        """Return what a kernel's state has counted."""
+        node, receiver = state.node, state.receiver
+        return cls(
+            requests=int(node.requests),
+            requests_refused=int(node.box.refused),
+            frames_refused={name: int(getattr(node, name)) for name in _REFUSED if getattr(node, name)},
+            gate_refused=int(state.injector.refused),
+            illegal_transitions=int(receiver.simultaneous + receiver.unresolved),
+            trips=int(node.box.trips),
+            trip_position_counts=int(node.box.trip_position),
+            moves=int(state.moves),
+        )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StationView:
     """What happens at one axis."""
@@ -49,23 +87,14 @@ class StationView:
     inserted_counts: int
     """Counts by which the controller's side went ahead, by ideal decoders on both sides."""
     step_counts: int
-    gate_refused: int
-    requests: int
-    requests_refused: int
-    frames_refused: dict[str, int]
     powered: bool
     switch_on: bool
     probing: bool
-    trips: int
-    trip_position: int
     held: bool
     homing: bool
     """Taken home by the operator; there it stays until the PC starts up and the position becomes zero."""
     alarm: Alarm
-    illegal: int
-    """Illegal transitions that the controller saw."""
-    moves: int
-    """Moves of the program made."""
+    counters: BoxCounters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,16 +117,6 @@ class LineChange:
 def station_view(state: Record, settings: StationSettings) -> StationView:
     """Return what a kernel's state says."""
     node, injector = state.node, state.injector
-    refused = (
-        "wrong_checksum",
-        "repeated",
-        "disordered",
-        "jumped",
-        "wrong_session",
-        "wrong_requester",
-        "contradictory",
-        "hasty",
-    )
     return StationView(
         now_ps=int(state.servo.now_ps),
         position=int(state.encoder.count),
@@ -115,18 +134,11 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         completed=int(injector.completed),
         inserted_counts=int(injector.ahead),
         step_counts=settings.injector.design.step_counts,
-        gate_refused=int(injector.refused),
-        requests=int(node.requests),
-        requests_refused=int(node.box.refused),
-        frames_refused={name: int(getattr(node, name)) for name in refused if getattr(node, name)},
         powered=bool(state.powered),
         switch_on=bool(node.box.switch_on),
         probing=bool(node.box.probing),
-        trips=int(node.box.trips),
-        trip_position=int(node.box.trip_position),
         held=bool(state.held_ps != NEVER),
         homing=bool(state.going_home),
         alarm=Alarm(int(state.alarm)),
-        illegal=int(state.receiver.simultaneous + state.receiver.unresolved),
-        moves=int(state.moves),
+        counters=BoxCounters.of(state),
     )

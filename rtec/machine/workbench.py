@@ -131,12 +131,12 @@ class BenchBox:
     @property
     def requests_refused(self) -> int:
         """Return how many requests were outside the box's window."""
-        return self.view.requests_refused
+        return self.view.counters.requests_refused
 
     @property
     def frames_refused(self) -> dict[str, int]:
         """Return how many frames the box refused for what they are, by the reason."""
-        return self.view.frames_refused
+        return self.view.counters.frames_refused
 
     @property
     def held(self) -> bool:

@@ -23,6 +23,21 @@ from rtec.units import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PcCounters:
+    """What the PC's side of one axis has counted."""
+
+    answered: int
+    """Requests that the box has completed."""
+    turns: int
+    frames_refused: int
+    """For their checksum or their order."""
+    implausible: int
+    """Positions rejected as implausible."""
+    trips: int
+    trip_position_counts: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PcView:
     """State of the PC's side of one axis."""
 
@@ -51,17 +66,9 @@ class PcView:
     requested: int
     accepted: int
     completed: int
-    trips: int
-    trip_position: int
-    frames_refused: int
-    """For their checksum or their order."""
-    implausible: int
-    """Positions rejected as implausible."""
-    answered: int
-    """Requests that the box has completed."""
+    counters: PcCounters
     answer_s: float
-    """How long the last of them took, from the request to the frame that says it is completed."""
-    turns: int
+    """How long the last answer took, from the request to the frame that says it is completed."""
     sd_mm: float | None
     """Standard deviation of the last prediction; None where the model gives none."""
 
@@ -228,12 +235,14 @@ class PcNode:
             requested=int(n.pc.sent),
             accepted=int(n.accepted),
             completed=int(n.completed),
-            trips=int(n.trips),
-            trip_position=int(n.trip_position),
-            frames_refused=int(n.wrong_checksum + n.out_of_order),
-            implausible=int(n.implausible),
-            answered=int(n.answered),
+            counters=PcCounters(
+                answered=int(n.answered),
+                turns=int(n.pc.requests),
+                frames_refused=int(n.wrong_checksum + n.out_of_order),
+                implausible=int(n.implausible),
+                trips=int(n.trips),
+                trip_position_counts=int(n.trip_position),
+            ),
             answer_s=int(n.answer_ps) / PS_PER_S,
-            turns=int(n.pc.requests),
             sd_mm=None if math.isnan(sd_mm := float(self._model[-1][0])) else sd_mm,
         )

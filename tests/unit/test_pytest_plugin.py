@@ -101,9 +101,9 @@ def test_a_program_that_forgets_to_hold_is_caught(user):
             assert rtec_box.held
             assert rtec_bus.recv(0.1) is not None
             assert sum(rtec_faults.times.values()) >= 3
-            asked = rtec_box.view.requests
+            asked = rtec_box.view.counters.requests
             rtec_bus.play(my_pc.correct, 0.2, rtec_bus, lambda position_mm: 0.0)
-            assert rtec_box.view.requests == asked, "it goes on asking a box that has stopped"
+            assert rtec_box.view.counters.requests == asked, "it goes on asking a box that has stopped"
         """
     )
     result = run(user)

@@ -68,7 +68,12 @@ def test_it_corrects_in_a_cell():
     cell.settle()
     (axis,) = cell.axes
     assert axis.view.completed == pytest.approx(20, abs=1)
-    assert (axis.off_counts, axis.uninserted_counts, axis.view.illegal, axis.view.held) == (0, 0, 0, False)
+    assert (axis.off_counts, axis.uninserted_counts, axis.view.counters.illegal_transitions, axis.view.held) == (
+        0,
+        0,
+        0,
+        False,
+    )
 
 
 @pytest.mark.parametrize("design", Design)

@@ -100,14 +100,14 @@ def test_a_box_that_was_not_let_run_does_not_blame_the_pc(together):
 def test_a_frame_wakes_the_box_between_two_readings(together):
     pair = together()
     pair.run(0.5)
-    before = pair.box.stations[0].view.requests
+    before = pair.box.stations[0].view.counters.requests
     sent = next(frame for _, frame in reversed(pair.far.sent) if frame.identifier == 0x201)
     pair.near.put(sent)
     due_ps = pair.box.due_ps
     pair.box.step()
     assert pair.clock.now_ps < due_ps
-    assert sum(pair.box.stations[0].view.frames_refused.values()) == 1  # the same sequence counter again
-    assert pair.box.stations[0].view.requests == before
+    assert sum(pair.box.stations[0].view.counters.frames_refused.values()) == 1  # the same sequence counter again
+    assert pair.box.stations[0].view.counters.requests == before
 
 
 def test_pc_killed_is_seen_by_the_box(together):

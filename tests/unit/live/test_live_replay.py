@@ -97,7 +97,7 @@ def test_a_box_answers_as_in_the_log(fresh, recorded):
     # a request every 10 ms from the PC's first turn on, and the expected setup before it was homed
     assert outcome.played == pytest.approx(200, abs=3)
     assert outcome.said > 500
-    assert (station.view.completed, station.view.requests_refused) == (3, 0)
+    assert (station.view.completed, station.view.counters.requests_refused) == (3, 0)
 
 
 def test_a_box_with_a_smaller_window_does_not(fresh, recorded):

@@ -39,7 +39,7 @@ def test_a_line_takes_as_long_as_its_length_asks_for():
     over = [0] * 4
     while over[3] == 0:
         cell.run(until_ps=cell.now_ps + MS)
-        moves = {axis.view.moves for axis in cell.axes}
+        moves = {axis.view.counters.moves for axis in cell.axes}
         assert len(moves) == 1  # nobody is ahead of the other
         over[max(moves)] = over[max(moves)] or cell.now_ps
     assert over[2] - over[1] == pytest.approx(2.04 * S, abs=8 * MS)
@@ -50,7 +50,7 @@ def test_it_is_done_once():
     cell = cell_with(TRIANGLE)
     cell.run(until_ps=20 * S)
     assert places(cell) == pytest.approx([0.0, 0.0], abs=0.001)
-    assert [axis.view.moves for axis in cell.axes] == [3, 3]
+    assert [axis.view.counters.moves for axis in cell.axes] == [3, 3]
 
 
 @pytest.mark.parametrize("axis", [1, 2])

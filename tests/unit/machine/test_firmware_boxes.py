@@ -108,7 +108,7 @@ def test_what_never_began_does_not_end():
     station.restart()  # there is nothing that could start
     station.trip()
     station.advance(until_ps=40 * MS)
-    assert (station.view.powered, station.view.trips) == (False, 0)
+    assert (station.view.powered, station.view.counters.trips) == (False, 0)
 
 
 def test_a_total_that_nobody_asked_for_is_doubted_by_the_program():
@@ -119,7 +119,7 @@ def test_a_total_that_nobody_asked_for_is_doubted_by_the_program():
     assert axis.view.box_state is BoxState.FATAL
     assert axis.box_status is Status.I_STILL_DONT_BELIEVE_YOU
     assert axis.pc_reason is HoldReason.BOX_STILL_DOUBTS
-    assert axis.view.requests_refused == 3
+    assert axis.view.counters.requests_refused == 3
     assert axis.view.completed == 20
 
 
@@ -142,10 +142,10 @@ def test_the_program_latches_the_probe():
     station.advance(until_ps=20 * MS)
     station.trip()
     station.advance(until_ps=40 * MS)
-    assert station.view.trips == 1
+    assert station.view.counters.trips == 1
     station.trip()
     station.advance(until_ps=60 * MS)
-    assert station.view.trips == 2
+    assert station.view.counters.trips == 2
 
 
 def test_the_open_switch_is_the_firmwares_message():

@@ -248,8 +248,8 @@ def test_a_latch_of_the_past_is_no_latch(desk):
     say_latch(1, 1, 1111)
     say_latch(2, 2, 2222)
     say_latch(1, 1, 1111)  # played again
-    assert (desk.pc.view.trips, desk.pc.view.trip_position) == (2, 2222)
-    assert desk.pc.view.frames_refused == 1
+    assert (desk.pc.view.counters.trips, desk.pc.view.counters.trip_position_counts) == (2, 2222)
+    assert desk.pc.view.counters.frames_refused == 1
 
 
 # set up differently
