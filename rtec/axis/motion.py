@@ -25,7 +25,7 @@ COUNT_MM = 1.0
 """Motions are planned for an encoder with counts of 1 mm: their millimetres are counts."""
 ACCELERATION_HZ_S = 1e8
 """Of the encoder's frequency where nothing else is said: 100 MHz/s, ten times gravity at a signal period of 1 um."""
-MOST_ASKED = 100_000
+MOST_CORRECTIONS = 100_000
 """Corrections that a motion can ask for."""
 _MOST_MOVES = 1_000_000
 _MOST_SWING = 0.45
@@ -93,7 +93,7 @@ class Motion:
         What it is.
     segments
         Pieces of constant acceleration, for an encoder with counts of `COUNT_MM`.
-    asks_ps
+    requests_ps
         When one step more is asked for, ascending; int64 (n,).
     acceleration_hz_s
         Of the encoder's frequency, at most.
@@ -101,7 +101,7 @@ class Motion:
 
     kind: MotionKind
     segments: MotionSegments
-    asks_ps: _IntArray
+    requests_ps: _IntArray
     acceleration_hz_s: float
 
     @property
@@ -112,7 +112,7 @@ class Motion:
     @property
     def total_ps(self) -> int:
         """Return when it ends, or when the last step is asked for."""
-        return max(self.segments.total_ps, int(self.asks_ps.max(initial=0)))
+        return max(self.segments.total_ps, int(self.requests_ps.max(initial=0)))
 
 
 def motion_named(text: str) -> MotionKind | Path:
@@ -148,7 +148,7 @@ def motion_of(
     *,
     counts: int,
     frequency_hz: float,
-    asks: int,
+    corrections: int,
     acceleration_hz_s: float = ACCELERATION_HZ_S,
     direction: int = 1,
     window: Window | None = None,
@@ -165,7 +165,7 @@ def motion_of(
         Travel there and back, all in all; at most that where crossings are aimed.
     frequency_hz
         The top speed, as the frequency of the encoder's square waves.
-    asks
+    corrections
         Steps asked for, one at a time. Where crossings are aimed each has an attack of its own.
     acceleration_hz_s
         Of that frequency, at most.
@@ -192,43 +192,45 @@ def motion_of(
     --------
     Acceleration takes its way: a thousand cycles are too short for 500 kHz.
 
-    >>> ramp = motion_of(MotionKind.RAMP, counts=4_000, frequency_hz=500e3, asks=2)
-    >>> round(ramp.top_hz), ramp.segments.end_mm, ramp.asks_ps.tolist()
+    >>> ramp = motion_of(MotionKind.RAMP, counts=4_000, frequency_hz=500e3, corrections=2)
+    >>> round(ramp.top_hz), ramp.segments.end_mm, ramp.requests_ps.tolist()
     (316228, 4000.0, [1581138830, 4743416490])
     """
     counts = whole_within("cycles", counts, 1, _MOST_COUNTS)
     number_within("frequency_hz", frequency_hz, 1e-3, 1e8, unit="Hz")
     number_within("acceleration_hz_s", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
-    whole_within("corrections", asks, 0, MOST_ASKED, unit="steps")
+    whole_within("corrections", corrections, 0, MOST_CORRECTIONS, unit="steps")
     speed, gain = 4.0 * frequency_hz, 4.0 * acceleration_hz_s
     sign = 1 if direction > 0 else -1
     if kind is MotionKind.STEADY:
         segments = _steady(sign * speed, counts)
-        asked = _evenly(segments.total_ps, asks)
+        requests_ps = _evenly(segments.total_ps, corrections)
     elif kind is MotionKind.RAMP:
         segments = planned(*moves([sign * counts], [speed]), gain)
-        asked = _evenly(segments.total_ps, asks)
+        requests_ps = _evenly(segments.total_ps, corrections)
     elif kind is MotionKind.DITHER:
-        segments, asked = _dither(counts, speed, gain, sign, range(first, first + asks))
+        segments, requests_ps = _dither(counts, speed, gain, sign, range(first, first + corrections))
     elif kind in _ATTACKS:
         if window is None:
             raise ArgumentError("window", None, "an insertion of the box at rest", "what are crossings aimed at?")
-        travel = counts // max(asks, 1)
+        travel = counts // max(corrections, 1)
         if travel < LEAST_TRAVEL:
-            needed = -(-LEAST_TRAVEL * asks // 4)
+            needed = -(-LEAST_TRAVEL * corrections // 4)
             raise ArgumentError("cycles", f"{counts / 4:g}", f"at least {needed}: two cycles for each correction")
         place = Place(
             begin_ps=window.begin_ps, end_ps=window.end_ps, pause_ps=window.pause_ps, every_ps=window.every_ps,
             speed=speed, acceleration=gain, travel=travel, sign=sign, seed=seed,
         )  # fmt: skip
-        segments, asked = laid_out(_ATTACKS[kind], place, range(first, first + asks))
+        segments, requests_ps = laid_out(_ATTACKS[kind], place, range(first, first + corrections))
     else:
         raise ArgumentError("motion", kind.value, "a motion without a file", "see programme_motion")
-    return _within_time(Motion(kind=kind, segments=segments, asks_ps=asked, acceleration_hz_s=acceleration_hz_s))
+    return _within_time(
+        Motion(kind=kind, segments=segments, requests_ps=requests_ps, acceleration_hz_s=acceleration_hz_s)
+    )
 
 
 def programme_motion(
-    program: Program, *, frequency_hz: float, asks: int, acceleration_hz_s: float = ACCELERATION_HZ_S
+    program: Program, *, frequency_hz: float, corrections: int, acceleration_hz_s: float = ACCELERATION_HZ_S
 ) -> Motion:
     """Plan the motion of a programme, its scale such that the fastest feed gives a frequency.
 
@@ -236,7 +238,7 @@ def programme_motion(
     ----------
     program
         Moves and dwells; rapids run at the fastest feed.
-    frequency_hz, asks, acceleration_hz_s
+    frequency_hz, corrections, acceleration_hz_s
         As of `motion_of`.
 
     Raises
@@ -247,13 +249,13 @@ def programme_motion(
     Examples
     --------
     >>> program = Program(blocks=(Move(target_mm=10.0, feed_mm_s=20.0), Move(target_mm=0.0, feed_mm_s=5.0)))
-    >>> motion = programme_motion(program, frequency_hz=100e3, asks=4)
+    >>> motion = programme_motion(program, frequency_hz=100e3, corrections=4)
     >>> round(motion.top_hz), round(motion.segments.x0_mm.max())
     (100000, 200000)
     """
     number_within("frequency_hz", frequency_hz, 1e-3, 1e8, unit="Hz")
     number_within("acceleration_hz_s", acceleration_hz_s, 1e-3, 1e12, unit="Hz/s")
-    whole_within("corrections", asks, 0, MOST_ASKED, unit="steps")
+    whole_within("corrections", corrections, 0, MOST_CORRECTIONS, unit="steps")
     fastest = _fastest(program)
     per_mm = 4.0 * frequency_hz / fastest
     gain = 4.0 * acceleration_hz_s / per_mm
@@ -264,9 +266,11 @@ def programme_motion(
         v0_mm_s=moved.v0_mm_s * per_mm, a0_mm_s2=moved.a0_mm_s2 * per_mm, j0_mm_s3=moved.j0_mm_s3 * per_mm,
         block=moved.block, block_end_ps=moved.block_end_ps, end_mm=moved.end_mm * per_mm,
     )  # fmt: skip
-    asked = _evenly(segments.total_ps, asks)
+    requests_ps = _evenly(segments.total_ps, corrections)
     return _within_time(
-        Motion(kind=MotionKind.PROGRAMME, segments=segments, asks_ps=asked, acceleration_hz_s=acceleration_hz_s)
+        Motion(
+            kind=MotionKind.PROGRAMME, segments=segments, requests_ps=requests_ps, acceleration_hz_s=acceleration_hz_s
+        )
     )
 
 
@@ -312,9 +316,9 @@ def _steady(speed: float, counts: int) -> MotionSegments:
     )  # fmt: skip
 
 
-def _evenly(total_ps: int, asks: int) -> _IntArray:
+def _evenly(total_ps: int, number: int) -> _IntArray:
     """Return times in the middle of equal parts."""
-    return np.array([(2 * k + 1) * total_ps // (2 * asks) for k in range(asks)], np.int64)
+    return np.array([(2 * k + 1) * total_ps // (2 * number) for k in range(number)], np.int64)
 
 
 def _dither(counts: int, speed: float, gain: float, sign: int, numbers: range) -> tuple[MotionSegments, _IntArray]:
@@ -328,9 +332,9 @@ def _dither(counts: int, speed: float, gain: float, sign: int, numbers: range) -
     side = np.where(swing % 2 == 0, 1.0, -1.0)
     target = sign * (0.5 + 4 * swing // counts + side * depth)
     segments = planned(*moves(target.tolist(), [speed] * counts), gain)
-    asks = len(numbers)
-    at = np.array([(2 * k + 1) * counts // (2 * asks) for k in range(asks)], np.int64)
+    attacks = len(numbers)
+    at = np.array([(2 * k + 1) * counts // (2 * attacks) for k in range(attacks)], np.int64)
     ends = np.concatenate([[0], segments.block_end_ps])
     share = (0.5 + np.array(numbers) * GOLDEN) % 1.0
-    asked = ends[at] + np.rint(share * (ends[at + 1] - ends[at])).astype(np.int64)
-    return segments, np.maximum(asked, 1)
+    requests_ps = ends[at] + np.rint(share * (ends[at + 1] - ends[at])).astype(np.int64)
+    return segments, np.maximum(requests_ps, 1)

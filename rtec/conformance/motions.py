@@ -112,18 +112,18 @@ def motion_for(
     hertz, gain = contract.frequency_hz, contract.acceleration_hz_s
     if kind is MotionKind.PROGRAMME and program is not None:
         shrunk = _shrunk(program, _LONGEST_COUNTS / programme_counts(program, hertz), direction)
-        motion = programme_motion(shrunk, frequency_hz=hertz, asks=1, acceleration_hz_s=gain)
+        motion = programme_motion(shrunk, frequency_hz=hertz, corrections=1, acceleration_hz_s=gain)
     else:
         counts = {
             MotionKind.RAMP: min(round(4.0 * hertz**2 / gain) + 8, _LONGEST_COUNTS), MotionKind.DITHER: _DITHER_COUNTS
         }.get(kind, _TRAVELS[i % len(_TRAVELS)])  # fmt: skip
         motion = motion_of(
-            kind, counts=counts, frequency_hz=hertz, asks=1, acceleration_hz_s=gain, direction=direction,
+            kind, counts=counts, frequency_hz=hertz, corrections=1, acceleration_hz_s=gain, direction=direction,
             window=window, seed=seed, first=i,
         )  # fmt: skip
     if kind in (MotionKind.RAMP, MotionKind.PROGRAMME):
         phase = (0.5 + i * cases.GOLDEN) % 1.0
-        motion = replace(motion, asks_ps=np.array([max(round(phase * motion.segments.total_ps), 1)], np.int64))
+        motion = replace(motion, requests_ps=np.array([max(round(phase * motion.segments.total_ps), 1)], np.int64))
     return motion
 
 
@@ -131,9 +131,9 @@ def stream_of(motion: Motion, state: int, sign: int) -> Stream:
     """Return the edges of a motion from a state, and its requests as totals; a picosecond at least after power-up."""
     edges = Encoder(count_mm=COUNT_MM, home_state=state).edges(motion.segments)
     moves = count_deltas(edges.levels, edges.initial).astype(np.int64)
-    totals = sign * np.arange(1, motion.asks_ps.size + 1)
+    totals = sign * np.arange(1, motion.requests_ps.size + 1)
     return Stream(
-        state=state, edges_ps=edges.times_ps, moves=moves, requests_ps=motion.asks_ps, totals=totals,
+        state=state, edges_ps=edges.times_ps, moves=moves, requests_ps=motion.requests_ps, totals=totals,
         until_ps=motion.total_ps + 1,
     )  # fmt: skip
 

@@ -287,7 +287,7 @@ class LogReader:
             self._first_ns = line.time_ns if self._first_ns is None else self._first_ns
             time_ps = (line.time_ns - self._first_ns) * PS_PER_NS
             if abs(time_ps) > _LONGEST_PS:
-                raise self._told(
+                raise self._with_count(
                     FileFormatError(self.path, None, "a frame lies 104 days off the first", "a shorter log")
                 )
             self.frames += 1
@@ -297,11 +297,11 @@ class LogReader:
         try:
             return next(self._lines)
         except FileFormatError as error:
-            raise self._told(error) from None
+            raise self._with_count(error) from None
         except OSError as error:
             raise FileFormatError(self.path, None, f"cannot be read ({error.strerror})", "a readable log") from None
 
-    def _told(self, error: FileFormatError) -> FileFormatError:
+    def _with_count(self, error: FileFormatError) -> FileFormatError:
         """Add what was read up to the error."""
         whole = f"{self.frames} frame{'' if self.frames == 1 else 's'} before it read well"
         return FileFormatError(self.path, error.line, f"{error.problem}; {whole}", error.allowed)

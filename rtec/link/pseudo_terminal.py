@@ -37,7 +37,7 @@ READ_BYTES = 4096
 
 WITHOUT_TERMINALS = "use udp_multicast, or slcan with socket://host:port or a pair of virtual serial ports"
 
-LOOK_MS = 10
+POLL_MS = 10
 """Interval at which the relay checks a closed end for a program that has opened it."""
 
 
@@ -141,13 +141,13 @@ class Line:
                 else:
                     with contextlib.suppress(KeyError):
                         poll.unregister(end.master)
-            events = dict(poll.poll(None if all(end.held for end in self._ends) else LOOK_MS))
+            events = dict(poll.poll(None if all(end.held for end in self._ends) else POLL_MS))
             if self._wake_in in events:
                 return
             near, far = self._ends
             for end, other in ((near, far), (far, near)):
                 if not end.held:
-                    end.look()
+                    end.check()
                 elif events.get(end.master, 0):
                     end.turn(events[end.master], other)
 
@@ -171,7 +171,7 @@ class _End:
         finally:
             os.close(slave)  # from here on a hang-up is reported until somebody opens it
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Check whether a program has opened the terminal."""
         poll = select.poll()
         poll.register(self.master, select.POLLIN)
@@ -197,7 +197,7 @@ class _End:
     def take(self, data: bytes) -> None:
         """Write ``data`` here, now or as soon as the reader makes room; drop it where there is none."""
         if not self.held:
-            self.look()
+            self.check()
         if not self.held or self.pending_bytes + len(data) > LONGEST_PENDING_BYTES:
             self.dropped_bytes += len(data)
             return

@@ -17,7 +17,7 @@ from rtec.live.words import box_words
 from rtec.machine.station import StationView
 from rtec.units import PS_PER_S
 
-LOOK_PS = 20 * 10**9
+POLL_PS = 20 * 10**9
 """Interval at which orders are taken and changes are detected."""
 
 MOST_ORDERS = 8
@@ -98,19 +98,19 @@ class BoxRun:
 
     def run(self) -> str:
         """Run; return why it ended: `quit`, `Ctrl-C`, `SIGTERM`, `duration` or `bus lost`."""
-        next_look_ps = next_tidy_ps = self._begin_ps
+        next_poll_ps = next_tidy_ps = self._begin_ps
         while self._ended is None:
             self._loop.step()
-            now_ps = self._loop.transport.now_ps() if self._loop.lost is None else next_look_ps
-            if now_ps >= next_look_ps:
-                next_look_ps = now_ps + LOOK_PS
-                self._look()
+            now_ps = self._loop.transport.now_ps() if self._loop.lost is None else next_poll_ps
+            if now_ps >= next_poll_ps:
+                next_poll_ps = now_ps + POLL_PS
+                self._poll()
             if now_ps >= next_tidy_ps:
                 next_tidy_ps = now_ps + TIDY_PS
                 collect_young()
         return self._ended
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         at_s = self.at_s
         self._take_orders(at_s)
         self._events.compare(at_s, {s.settings.axis: box_words(s.view) for s in self._loop.stations})
@@ -157,7 +157,7 @@ class BoxRun:
                     self._events.happen(at_s, line)
                 return
             elif order.word is Word.STATUS:
-                self._tell_status(at_s)
+                self._report_status(at_s)
                 return
             elif order.word is Word.WAIT:
                 self._wait_until_s = at_s + order.wait_s
@@ -177,7 +177,7 @@ class BoxRun:
             self.refused.append(order)
         self._events.happen(at_s, str(order))
 
-    def _tell_status(self, at_s: float) -> None:
+    def _report_status(self, at_s: float) -> None:
         for station in self._loop.stations:
             view = station.view
             numbers = (

@@ -17,7 +17,7 @@ from rtec.requester.status import BoxState
 from rtec.requester.supervision import HoldReason
 from rtec.units import PS_PER_MS, PS_PER_S
 
-LOOK_PS = 20 * 10**9
+POLL_PS = 20 * 10**9
 TIDY_PS = PS_PER_S
 
 LINGER_S = 1.0
@@ -97,7 +97,7 @@ class PcRun:
         self._leaving: PcEnding | None = None
         self._fatal_since_s: float | None = None
         self._ready = False
-        self._told_lost = False
+        self._loss_reported = False
         self._unsent = 0
 
     @property
@@ -107,32 +107,32 @@ class PcRun:
 
     def run(self) -> PcEnding:
         """Run; return how it ended."""
-        next_look_ps = next_tidy_ps = self._begin_ps
+        next_poll_ps = next_tidy_ps = self._begin_ps
         left_s = max(self._start_up_s - self._waited_s, 0.0)
         axes = ", ".join(str(node.axis) for node in self._loop.nodes)
         self._events.happen(0.0, f"waiting up to {left_s:.4g} s for the box of axis {axes}")
         while True:
             self._loop.step()
             now_ps = self._loop.transport.now_ps()
-            if now_ps >= next_look_ps or self._loop.lost is not None:
-                next_look_ps = now_ps + LOOK_PS
-                ending = self._look()
+            if now_ps >= next_poll_ps or self._loop.lost is not None:
+                next_poll_ps = now_ps + POLL_PS
+                ending = self._poll()
                 if ending is not None:
                     return ending
             if now_ps >= next_tidy_ps:
                 next_tidy_ps = now_ps + TIDY_PS
                 collect_young()
 
-    def _look(self) -> PcEnding | None:
+    def _poll(self) -> PcEnding | None:
         at_s = self.at_s
         nodes = self._loop.nodes
-        if self._loop.lost is not None and not self._told_lost:
+        if self._loop.lost is not None and not self._loss_reported:
             self._lose(at_s)
         views = [node.view for node in nodes]
         words = {node.axis: pc_words(view) for node, view in zip(nodes, views, strict=True)}
         self._events.compare(at_s, words)
         self._show(at_s)
-        self._tell_unsent(at_s)
+        self._report_unsent(at_s)
         if self._leaving is None:
             self._leaving = self._reason_to_leave(at_s, views)
         if self._leaving is None or self._leave_at_s is None:
@@ -206,7 +206,7 @@ class PcRun:
         return "; nothing at all was heard: does 'rtec box' run, on this bus?"
 
     def _lose(self, at_s: float) -> None:
-        self._told_lost = True
+        self._loss_reported = True
         if self._line_of_box:
             self._events.happen(at_s, "the line is gone: the box's program has ended or was killed")
         else:
@@ -214,7 +214,7 @@ class PcRun:
             if any(node.view.state is PcState.ACTIVE for node in self._loop.nodes):
                 self._loop.hold(HoldReason.BUS_OFF)
 
-    def _tell_unsent(self, at_s: float) -> None:
+    def _report_unsent(self, at_s: float) -> None:
         unsent = self._loop.transport.traffic.unsent
         if unsent and not self._unsent:
             self._events.happen(at_s, "frames find no room on the bus and are dropped: does anybody listen?")

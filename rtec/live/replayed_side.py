@@ -110,12 +110,12 @@ class ReplayedBox:
         behind = (logged[-1][0] - data[_JUDGED]) & 0xFF
         if behind >= len(logged):
             return {}
-        asked, now_asked = logged[-1 - behind][1], said[max(-1 - behind, -len(said))]
+        requested, now_requested = logged[-1 - behind][1], said[max(-1 - behind, -len(said))]
         accepted, completed = _number(data[_ACCEPTED]), _number(data[_COMPLETED])
-        now = now_asked[1] if accepted == asked else self._accepted.get(axis, accepted)
+        now = now_requested[1] if accepted == requested else self._accepted.get(axis, accepted)
         self._accepted[axis] = now
         words = [*_bytes(now + completed - accepted), *_bytes(now)]
-        return {_JUDGED: now_asked[0]} | dict(enumerate(words, start=_COMPLETED.start))
+        return {_JUDGED: now_requested[0]} | dict(enumerate(words, start=_COMPLETED.start))
 
     @staticmethod
     def _take(frame: Frame, into: dict[int, deque[tuple[int, int]]]) -> None:

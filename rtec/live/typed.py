@@ -11,8 +11,8 @@ from collections import deque
 READ_BYTES = 4096
 MOST_WAITING = 1000
 """Limit of waiting lines; beyond it input is not read until some are taken."""
-LOOK_AGAIN_S = 0.5
-"""A process in the background of a terminal must not read from it; it looks this often whether it may again."""
+RETRY_S = 0.5
+"""A process in the background of a terminal must not read from it; it tries this often whether it may again."""
 
 
 def standard_input() -> int | None:
@@ -70,7 +70,7 @@ class TypedLines:
         try:
             while True:
                 if self._in_background() or len(self._lines) > MOST_WAITING:
-                    time.sleep(LOOK_AGAIN_S)
+                    time.sleep(RETRY_S)
                     continue
                 data = os.read(self._descriptor, READ_BYTES)
                 *whole, rest = (rest + data).split(b"\n")

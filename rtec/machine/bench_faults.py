@@ -158,14 +158,14 @@ class BenchFaults:
 
     def _fired(self) -> list[tuple[Fault, int]]:
         activations = [(activation.fault, activation.times) for activation in self._bench.activations]
-        return activations + [(fault, len(looks)) for fault, looks in self._jumps]
+        return activations + [(fault, len(read_ps)) for fault, read_ps in self._jumps]
 
     def _arm_jump(self, fault: Fault) -> None:
-        looks: list[int] = []
-        self._jumps.append((fault, looks))
+        read_ps: list[int] = []
+        self._jumps.append((fault, read_ps))
         by_ps = fault.delay_ps if fault.kind is FaultKind.CLOCK_JUMP_FORWARD else -fault.delay_ps
         bus = self._bench.bus
-        bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: looks.append(bus.now_ps)))
+        bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: read_ps.append(bus.now_ps)))
 
 
 def _words(fault: Fault) -> str:

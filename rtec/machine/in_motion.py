@@ -86,7 +86,7 @@ def _at_rest(asked_ps: int) -> Motion:
     none = np.zeros(1)
     segments = plan_moves(none, none, np.ones(1), np.array([asked_ps], np.int64), 1.0)
     return Motion(
-        kind=MotionKind.STEADY, segments=segments, asks_ps=np.array([asked_ps], np.int64), acceleration_hz_s=1.0
+        kind=MotionKind.STEADY, segments=segments, requests_ps=np.array([asked_ps], np.int64), acceleration_hz_s=1.0
     )
 
 
@@ -131,19 +131,19 @@ def set_in_motion(
     """
     if kind is MotionKind.STEADY:
         return path
-    asks = abs(path.corrections)
+    corrections = abs(path.corrections)
     if kind is MotionKind.PROGRAMME:
         if program is None:
             raise ArgumentError("program", None, "the programme to run")
         motion = programme_motion(
-            program, frequency_hz=path.frequency_hz, asks=asks, acceleration_hz_s=acceleration_hz_s
+            program, frequency_hz=path.frequency_hz, corrections=corrections, acceleration_hz_s=acceleration_hz_s
         )
     else:
         motion = motion_of(
             kind,
             counts=4 * path.cycles,
             frequency_hz=path.frequency_hz,
-            asks=asks,
+            corrections=corrections,
             acceleration_hz_s=acceleration_hz_s,
             direction=path.direction,
             window=insertion_at_rest(path) if kind in _AIMED else None,

@@ -27,19 +27,21 @@ class MotionRun:
     @property
     def asks_left(self) -> int:
         """Return how many requests are still to be made."""
-        return int(self.motion.asks_ps.size - self._at[ASKED])
+        return int(self.motion.requests_ps.size - self._at[ASKED])
 
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         """Pass at most so many edges; return the share of the time that is over, 1 at the end."""
         segments = self.motion.segments
         x0, v0, a0 = self._columns
         over = _motion_kernels.run_pieces(
-            state, self._piece, segments.start_ps, segments.duration_ps, x0, v0, a0, self.motion.asks_ps, self._at,
+            state, self._piece, segments.start_ps, segments.duration_ps, x0, v0, a0,
+            self.motion.requests_ps, self._at,
             edges, box, tape or NOBODY,
         )  # fmt: skip
         return 1.0 if over else min(max(int(state.encoder.last_ps), 0) / segments.total_ps, 0.999)
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
         """Let the box insert the pending steps at rest; return when all is settled."""
-        asks_ps, total_ps = self.motion.asks_ps, self.motion.total_ps
-        return int(_motion_kernels.come_to_rest(state, asks_ps, self._at, total_ps, settle_ps, box, tape or NOBODY))
+        requests_ps, total_ps = self.motion.requests_ps, self.motion.total_ps
+        come_to_rest = _motion_kernels.come_to_rest
+        return int(come_to_rest(state, requests_ps, self._at, total_ps, settle_ps, box, tape or NOBODY))

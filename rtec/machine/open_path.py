@@ -86,8 +86,8 @@ class OpenPath:
         if self.microcontroller is not None and word < most:
             most, why = word, "(the total that the firmware's word holds)"
         whole_within("corrections", self.corrections, -most, most, unit=why)
-        if self.motion is not None and self.motion.asks_ps.size != abs(self.corrections):
-            raise ArgumentError("corrections", self.corrections, f"{self.motion.asks_ps.size}, as the motion asks")
+        if self.motion is not None and (wanted := self.motion.requests_ps.size) != abs(self.corrections):
+            raise ArgumentError("corrections", self.corrections, f"{wanted}, as the motion asks")
 
     def state(self) -> Record:
         """Return the kernel's state at the start."""

@@ -14,7 +14,7 @@ from rtec.signal import EdgeStream, states_of_levels
 
 _BEFORE, _AFTER = 400, 60
 """Rows kept before the booking of an insertion and after it: an edge makes one, an insertion a few."""
-MOST_LOOKED_AT = 10_000
+MOST_INSERTIONS = 10_000
 """Insertions among which one from a given state is looked for: what a steady motion has not shown by then, it never
 shows."""
 
@@ -79,7 +79,7 @@ class Stretch:
     def sated(self) -> bool:
         """Return whether the insertion and what follows on it are kept, or it is not looked for any longer."""
         if self._booked is None:
-            return sum(self.seen_in.values()) >= MOST_LOOKED_AT
+            return sum(self.seen_in.values()) >= MOST_INSERTIONS
         return self._rows.shape[0] > self._booked + _AFTER
 
     @property

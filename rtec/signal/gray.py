@@ -51,7 +51,7 @@ STATES: tuple[GrayState, ...] = (
     GrayState(number=3, a=1, b=1),
     GrayState(number=4, a=0, b=1),
 )
-"""The state table in the forward direction: one count from each row to the next, and from the last to the first."""
+"""The state table in the positive direction: one count from each row to the next, and from the last to the first."""
 
 
 def _gray(values: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -123,7 +123,7 @@ def count_deltas(levels: ArrayLike, initial: int) -> NDArray[np.int64]:
     Returns
     -------
     numpy.ndarray
-        +1 forward, -1 backward, 0 no change, ``ILLEGAL`` both lines at once; int64, shape (n,).
+        +1 in the positive direction, -1 in the negative, 0 no change, ``ILLEGAL`` both lines at once; int64, shape (n,).
 
     Raises
     ------

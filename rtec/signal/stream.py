@@ -18,7 +18,7 @@ class Counts(NamedTuple):
     """What an ideal x4 decoder makes of a stream."""
 
     net: int
-    """Forward less backward counts; an illegal transition adds none."""
+    """Counts in the positive direction less those in the negative; an illegal transition adds none."""
     illegal: int
     """Transitions of both lines at once."""
 

@@ -42,7 +42,7 @@ def edges_of(motion):
 @pytest.mark.parametrize("direction", [1, -1])
 def test_edges_are_where_the_position_says(kind, direction):
     motion = motion_of(
-        kind, counts=240, frequency_hz=2e3, asks=30, acceleration_hz_s=1e6, direction=direction, window=WINDOW
+        kind, counts=240, frequency_hz=2e3, corrections=30, acceleration_hz_s=1e6, direction=direction, window=WINDOW
     )
     stream = COUNTS.edges(motion.segments)
     expected = edges_of(motion)
@@ -56,14 +56,17 @@ def test_edges_are_where_the_position_says(kind, direction):
     kind=st.sampled_from(WITHOUT_FILE),
     hertz=st.floats(10.0, 1e6),
     gain=st.floats(1e4, 1e10),
-    asks=st.integers(1, 12),
+    corrections=st.integers(1, 12),
     travel=st.integers(8, 40),
     direction=st.sampled_from([1, -1]),
     seed=st.integers(0, 9),
 )
-def test_any_motion_keeps_its_limits_and_ends_where_its_edges_say(kind, hertz, gain, asks, travel, direction, seed):
+def test_any_motion_keeps_its_limits_and_ends_where_its_edges_say(
+    kind, hertz, gain, corrections, travel, direction, seed
+):
     motion = motion_of(
-        kind, counts=travel * asks, frequency_hz=hertz, asks=asks, acceleration_hz_s=gain, direction=direction,
+        kind, counts=travel * corrections, frequency_hz=hertz, corrections=corrections, acceleration_hz_s=gain,
+        direction=direction,
         window=WINDOW, seed=seed,
     )  # fmt: skip
     reached = extremes(motion.segments)
@@ -72,27 +75,35 @@ def test_any_motion_keeps_its_limits_and_ends_where_its_edges_say(kind, hertz, g
     stream = COUNTS.edges(motion.segments)
     assert stream.counts().illegal == 0
     assert stream.counts().net == math.floor(motion.segments.end_mm + 0.5)
-    assert motion.asks_ps.size == asks and (np.diff(motion.asks_ps) > 0).all() and motion.asks_ps[0] >= 1
+    assert (
+        motion.requests_ps.size == corrections
+        and (np.diff(motion.requests_ps) > 0).all()
+        and motion.requests_ps[0] >= 1
+    )
 
 
 def test_a_ramp_takes_the_way_that_acceleration_needs():
     # v^2 = 2 a s over half the way, in counts: sqrt(4e8 * 4000) / 4
-    assert motion_of(MotionKind.RAMP, counts=4000, frequency_hz=5e5, asks=0).top_hz == pytest.approx(316_227.766)
-    assert motion_of(MotionKind.RAMP, counts=40_000, frequency_hz=5e5, asks=0).top_hz == pytest.approx(5e5)
+    assert motion_of(MotionKind.RAMP, counts=4000, frequency_hz=5e5, corrections=0).top_hz == pytest.approx(
+        316_227.766
+    )
+    assert motion_of(MotionKind.RAMP, counts=40_000, frequency_hz=5e5, corrections=0).top_hz == pytest.approx(5e5)
 
 
 @pytest.mark.parametrize("kind", [MotionKind.REVERSAL, MotionKind.ADVERSARY])
 def test_requests_lie_on_the_grid_and_after_a_rest(kind):
-    motion = motion_of(kind, counts=800, frequency_hz=1e3, asks=40, acceleration_hz_s=1e7, window=WINDOW, seed=4)
-    assert not (motion.asks_ps % WINDOW.every_ps).any()
-    assert np.diff(motion.asks_ps).min() >= WINDOW.pause_ps
+    motion = motion_of(
+        kind, counts=800, frequency_hz=1e3, corrections=40, acceleration_hz_s=1e7, window=WINDOW, seed=4
+    )
+    assert not (motion.requests_ps % WINDOW.every_ps).any()
+    assert np.diff(motion.requests_ps).min() >= WINDOW.pause_ps
 
 
 def test_aimed_crossings_fall_into_every_tenth_of_an_insertion_behind_a_turn():
-    motion = motion_of(MotionKind.REVERSAL, counts=8 * 400, frequency_hz=1e4, asks=400, window=WINDOW)
+    motion = motion_of(MotionKind.REVERSAL, counts=8 * 400, frequency_hz=1e4, corrections=400, window=WINDOW)
     edges = COUNTS.edges(motion.segments).times_ps
     length = WINDOW.end_ps - WINDOW.begin_ps
-    asked = motion.asks_ps
+    asked = motion.requests_ps
     # two of four are aimed by the window after the request ...
     near = (edges[None, :] - asked[:, None] - WINDOW.begin_ps) / length
     at_rest = near[(near > 0) & (near < 1)]
@@ -104,9 +115,15 @@ def test_aimed_crossings_fall_into_every_tenth_of_an_insertion_behind_a_turn():
 
 
 def test_each_attack_depends_on_its_number_and_seed_alone():
-    def attacks(first, asks, seed):
+    def attacks(first, corrections, seed):
         return motion_of(
-            MotionKind.ADVERSARY, counts=8 * asks, frequency_hz=1e5, asks=asks, window=WINDOW, seed=seed, first=first
+            MotionKind.ADVERSARY,
+            counts=8 * corrections,
+            frequency_hz=1e5,
+            corrections=corrections,
+            window=WINDOW,
+            seed=seed,
+            first=first,
         )
 
     def shape(motion):
@@ -118,7 +135,7 @@ def test_each_attack_depends_on_its_number_and_seed_alone():
 
 
 def test_dither_crosses_four_lines_by_swings_of_all_sizes():
-    motion = motion_of(MotionKind.DITHER, counts=4000, frequency_hz=1e4, asks=0)
+    motion = motion_of(MotionKind.DITHER, counts=4000, frequency_hz=1e4, corrections=0)
     stream = COUNTS.edges(motion.segments)
     apart = np.diff(stream.times_ps)
     assert apart.min() >= 100_000
@@ -130,7 +147,7 @@ def test_a_programme_runs_its_fastest_feed_at_the_frequency():
     program = Program(
         blocks=(Move(target_mm=2.0, feed_mm_s=10.0), Dwell(seconds=0.5), Move(target_mm=1.0, feed_mm_s=5.0))
     )
-    motion = programme_motion(program, frequency_hz=20e3, asks=3)
+    motion = programme_motion(program, frequency_hz=20e3, corrections=3)
     # 80 000 counts/s are 10 mm/s: 8000 counts a mm
     assert len(COUNTS.edges(motion.segments)) == 16_000 + 8_000
     assert motion.segments.end_mm == pytest.approx(8000.0)
@@ -143,8 +160,8 @@ def test_a_programme_runs_its_fastest_feed_at_the_frequency():
         ({"counts": 0}, "cycles"),
         ({"frequency_hz": math.nan}, "frequency_hz"),
         ({"acceleration_hz_s": 0.0}, "acceleration_hz_s"),
-        ({"asks": 100_001}, "corrections"),
-        ({"counts": 70, "asks": 10}, "cycles"),
+        ({"corrections": 100_001}, "corrections"),
+        ({"counts": 70, "corrections": 10}, "cycles"),
         ({"window": None}, "window"),
         ({"kind": MotionKind.DITHER, "counts": 1_000_001}, "cycles"),
         ({"kind": MotionKind.RAMP, "counts": 1 << 30, "frequency_hz": 0.001}, "cycles"),
@@ -152,7 +169,13 @@ def test_a_programme_runs_its_fastest_feed_at_the_frequency():
     ],
 )
 def test_what_cannot_be_is_refused(change, name):
-    given_ = {"kind": MotionKind.REVERSAL, "counts": 800, "frequency_hz": 1e4, "asks": 10, "window": WINDOW} | change
+    given_ = {
+        "kind": MotionKind.REVERSAL,
+        "counts": 800,
+        "frequency_hz": 1e4,
+        "corrections": 10,
+        "window": WINDOW,
+    } | change
     with pytest.raises(ArgumentError) as caught:
         motion_of(given_.pop("kind"), **given_)
     assert caught.value.name == name
@@ -167,4 +190,4 @@ def test_an_unknown_motion_is_refused(text, hint):
 
 def test_a_programme_without_a_feed_is_refused():
     with pytest.raises(ArgumentError, match="no feed move"):
-        programme_motion(Program(blocks=(Dwell(seconds=1.0),)), frequency_hz=1e3, asks=1)
+        programme_motion(Program(blocks=(Dwell(seconds=1.0),)), frequency_hz=1e3, corrections=1)

@@ -34,7 +34,7 @@ def by_stages(path):
     stream = replace(path.encoder, count_mm=1.0).edges(path.motion.segments)
     sign = 1 if path.corrections > 0 else -1
     box, out, done = Injector(path.injector, initial=path.encoder.level_at_home), [], 0
-    for k, asked in enumerate(path.motion.asks_ps.tolist(), 1):
+    for k, asked in enumerate(path.motion.requests_ps.tolist(), 1):
         upto = int(np.searchsorted(stream.times_ps, asked))
         out.append(box.process(stream.part(done, upto), until_ps=asked))
         box.request(sign * k, at_ps=asked)

@@ -220,7 +220,7 @@ def test_what_is_not_there_is_looked_for_to_the_end():
 
 
 def test_it_is_not_looked_for_for_ever(monkeypatch):
-    monkeypatch.setitem(Stretch.__init__.__globals__, "MOST_LOOKED_AT", 7)
+    monkeypatch.setitem(Stretch.__init__.__globals__, "MOST_INSERTIONS", 7)
     stretch = Stretch(2)
     simulate(path_of(Design.ORIGINAL), seen=stretch)
     assert (stretch.found, stretch.sated) == (None, True)
