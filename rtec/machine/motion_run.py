@@ -25,7 +25,7 @@ class MotionRun:
         self._at = np.zeros(2, np.int64)
 
     @property
-    def asks_left(self) -> int:
+    def requests_left(self) -> int:
         """Return how many requests are still to be made."""
         return int(self.motion.requests_ps.size - self._at[ASKED])
 

@@ -115,7 +115,7 @@ def _tape_beside(box: Any, tape: Any) -> Any:
 class _Steady:
     """A motion at constant speed on its way through the open path."""
 
-    asks_left = 0
+    requests_left = 0
     """Requests are made with edges, none at rest."""
 
     def __init__(self, edges: int) -> None:
@@ -143,7 +143,7 @@ def _run(
     while done < 1.0:
         done = moves.run(state, _CHUNK_EDGES, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool(state.injector, moves.asks_left)
+            tape.spool(state.injector, moves.requests_left)
         if progress is not None:
             progress(done)
     return time.perf_counter() - begun

@@ -57,14 +57,14 @@ class Tape:
         """Return the tape as kernels want it; None where it is not read any more."""
         return None if all(viewer.sated for viewer in self._viewers) else (self._rows, self._used)
 
-    def spool(self, injector: Record, asks_left: int = 0) -> None:
+    def spool(self, injector: Record, requests_left: int = 0) -> None:
         """Show what stands on the tape, and make room for what is owed and for requests that are still to come."""
         used = int(self._used[0])
         for viewer in self._viewers:
             if used > 1 and not viewer.sated:
                 viewer.show(self._rows[:used])
         last = self._rows[used - 1].copy()
-        owed = abs(int(injector.requested) - int(injector.completed)) + asks_left + STEPS_AN_EDGE
+        owed = abs(int(injector.requested) - int(injector.completed)) + requests_left + STEPS_AN_EDGE
         room = 2 * (ROWS_AN_EDGE + owed * (int(injector.changes) + 4))
         if room > self._rows.shape[0]:
             self._rows = np.empty((room, columns.COLUMNS), np.int64)

@@ -123,7 +123,8 @@ def count_deltas(levels: ArrayLike, initial: int) -> NDArray[np.int64]:
     Returns
     -------
     numpy.ndarray
-        +1 in the positive direction, -1 in the negative, 0 no change, ``ILLEGAL`` both lines at once; int64, shape (n,).
+        +1 in the positive direction, -1 in the negative, 0 no change, ``ILLEGAL`` both lines at once; int64,
+        shape (n,).
 
     Raises
     ------
