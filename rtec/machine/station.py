@@ -107,16 +107,16 @@ class Station:
         if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
             _station_kernels.receive(self._state, self._now_ps, frame.identifier, frame.payload)
 
-    def follow(self, moves: Sequence[Move], *, repeats: bool) -> None:
-        """Take another program from here on."""
+    def follow(self, moves: Sequence[Move], *, repeats: bool = False) -> None:
+        """Make other moves from here on, one after the other; over and over where ``repeats``."""
         self._axes.follow([moves])
         self._state.repeats = int(repeats)
         self._state.moving_to = 0
         self._state.arrived_ps = NEVER
 
-    def go(self, target_mm: float, speed_mm_s: float) -> None:
-        """Go to a position and stay there."""
-        self.follow([Move(target_mm=target_mm, speed_mm_s=speed_mm_s)], repeats=False)
+    def go(self, target_mm: float, speed_mm_s: float = 10.0) -> None:
+        """Go to a position and stay there, once the box is homed and the machine is not held."""
+        self.follow([Move(target_mm=target_mm, speed_mm_s=speed_mm_s)])
 
     def go_home(self) -> None:
         """Take the axis back to its home, held or not, as the operator would, and clear the controller's alarm."""

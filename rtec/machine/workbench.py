@@ -12,7 +12,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
 from rtec.machine.fault_kinds import FaultPlace
 from rtec.machine.faults import Fault, fault_records
-from rtec.machine.station import Alarm, Move, Station, StationSettings, StationView
+from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import SupervisionLimits
@@ -21,14 +21,11 @@ from rtec.units import PS_PER_MS
 _MOST_AXES = 7
 
 
-class BenchBox:
+class BenchBox(Station):
     """A box with its axis on a workbench: what a test does to it and sees of it.
 
     Only the program under test lets time pass, by waiting on its bus.
     """
-
-    def __init__(self, station: Station) -> None:
-        self.station = station
 
     def __repr__(self) -> str:
         view = self.view
@@ -37,51 +34,10 @@ class BenchBox:
             f"requested {view.requested}, completed {view.completed}>"
         )
 
-    # ------------------------------------------------------------------ what a test does
-
-    def go(self, target_mm: float, speed_mm_s: float = 10.0) -> None:
-        """Send the axis to a position; it moves once the box is homed and the machine is not held."""
-        self.station.go(target_mm, speed_mm_s)
-
-    def follow(self, moves: Sequence[Move], *, repeats: bool = False) -> None:
-        """Let the axis make moves one after the other, over and over where ``repeats``."""
-        self.station.follow(moves, repeats=repeats)
-
-    def go_home(self) -> None:
-        """Take the axis back to its home, held or not, as an operator would."""
-        self.station.go_home()
-
-    def switch(self, on: bool) -> None:
-        """Throw the hardware switch that allows corrections."""
-        self.station.switch(on)
-
-    def trip(self) -> None:
-        """Trip the probe."""
-        self.station.trip()
-
-    def power(self, on: bool) -> None:
-        """Take the box's power away, or give it back."""
-        self.station.power(on)
-
-    def restart(self) -> None:
-        """Let the box's processor start again."""
-        self.station.restart()
-
-    def hold(self) -> None:
-        """Hold the axis' feed by the controller's own input, as a PC with a contact to it does."""
-        self.station.hold()
-
-    # ------------------------------------------------------------------ what a test sees
-
     @property
     def axis(self) -> int:
         """Return the number of the axis."""
-        return self.station.settings.axis
-
-    @property
-    def view(self) -> StationView:
-        """Return all that there is to see."""
-        return self.station.view
+        return self.settings.axis
 
     @property
     def state(self) -> BoxState:
@@ -154,7 +110,7 @@ class BenchBox:
 
         What is under way is brought to its end on a copy, so that looking changes nothing.
         """
-        view = self.station.settled_view
+        view = self.settled_view
         inserted = view.step_counts * view.completed
         return view.inserted_counts == inserted and view.controller_count == view.position + inserted
 
@@ -265,9 +221,8 @@ class Workbench:
         for settings in stations:
             if settings.axis in self.boxes or settings.axis > _MOST_AXES:
                 raise ArgumentError("axis", settings.axis, f"1 to {_MOST_AXES}, each once")
-            station = Station(settings, session=settings.axis)
-            self.boxes[settings.axis] = BenchBox(station)
-            self.bus.attach(station, settings.axis)
+            box = self.boxes[settings.axis] = BenchBox(settings, session=settings.axis)
+            self.bus.attach(box, settings.axis)
 
     def arm(self, fault: Fault) -> None:
         """Let a fault happen at its time.
@@ -288,7 +243,7 @@ class Workbench:
             return
         if fault.place not in self.boxes:
             raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, self.boxes))}")
-        self.boxes[fault.place].station.settings.check_fault(fault)
+        self.boxes[fault.place].settings.check_fault(fault)
         armed = _Armed(fault)
         self._armed.append(armed)
         self.bus.at(fault.from_ps, lambda: self._begin(armed))
@@ -306,15 +261,15 @@ class Workbench:
 
     def _begin(self, armed: _Armed) -> None:
         armed.lasts = True
-        self._station(armed).change(armed.record, begins=True)
+        self._box(armed).change(armed.record, begins=True)
 
     def _end(self, armed: _Armed) -> None:
         armed.lasts = False
-        self._station(armed).change(armed.record, begins=False)
+        self._box(armed).change(armed.record, begins=False)
 
     def _times(self, armed: _Armed) -> int:
         """Return how often a fault at an axis took effect so far."""
-        return self._station(armed).effects(armed.record) if armed.lasts else int(armed.record.fired)
+        return self._box(armed).effects(armed.record) if armed.lasts else int(armed.record.fired)
 
-    def _station(self, armed: _Armed) -> Station:
-        return self.boxes[armed.fault.place or 0].station
+    def _box(self, armed: _Armed) -> BenchBox:
+        return self.boxes[armed.fault.place or 0]

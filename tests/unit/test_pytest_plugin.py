@@ -149,7 +149,7 @@ def test_options_come_from_markers_and_parameters(user):
 
         @pytest.mark.rtec(design="b", window_steps=5, count_um=0.5)
         def test_nearest_wins(rtec_box, rtec_bench):
-            settings = rtec_box.station.settings
+            settings = rtec_box.settings
             assert (rtec_box.step_counts, settings.handshake.window_steps, len(rtec_bench.boxes)) == (1, 5, 2)
             assert settings.encoder.count_mm == 0.0005
 
@@ -336,7 +336,7 @@ def test_a_box_can_be_asked_without_being_disturbed():
     """An audit in the middle of an insertion looks at a copy."""
     bench = bench_of(design="a")
     box = bench.boxes[1]
-    state = box.station._state
+    state = box._state
     before = state.tobytes()
     assert box.audit
     assert state.tobytes() == before
