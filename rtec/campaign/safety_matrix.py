@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, Stopper
 from rtec.campaign.safety_phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
 from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
-from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell
 from rtec.checks import whole_within
 from rtec.injector import Design
 from rtec.jobs import JobPool
@@ -229,10 +229,12 @@ def run_trial(
     return judged(variant, phase, design, seed, cell, twin.cell)
 
 
-def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: WatchedCell, twin: WatchedCell) -> Trial:
+def judged(
+    variant: Variant, phase: Phase, design: Design, seed: int, cell: MonitoredCell, twin: MonitoredCell
+) -> Trial:
     """Return what a run shows beside its fault-free twin."""
     fired = cell.fired[0]
-    axes, healthy = cell.watched, twin.watched
+    axes, healthy = cell.monitored, twin.monitored
     stops = [axis for axis in axes if axis.stop_ps is not None]
     off = max(0.0, *(axis.worst_counts - other.worst_counts for axis, other in zip(axes, healthy, strict=True)))
     late_s = max(0.0, *(axis.late_s - other.late_s for axis, other in zip(axes, healthy, strict=True)))
@@ -262,7 +264,7 @@ def judged(variant: Variant, phase: Phase, design: Design, seed: int, cell: Watc
     )  # fmt: skip
 
 
-def is_wrong(axis: Watched, twin: Watched) -> bool:
+def is_wrong(axis: MonitoredAxis, twin: MonitoredAxis) -> bool:
     """Return whether an axis at rest, which nobody has stopped, has wrong counts, or had them for long."""
     counts = axis.off_counts != 0 or axis.uninserted_counts != 0
     total = abs(axis.asked_counts) > axis.bound_counts
@@ -270,7 +272,7 @@ def is_wrong(axis: Watched, twin: Watched) -> bool:
     return counts or total or pending or axis.wrong_s > twin.wrong_s + LATE_S or axis.checks == 0
 
 
-def reason_of(axes: Sequence[Watched], first: Watched) -> str:
+def reason_of(axes: Sequence[MonitoredAxis], first: MonitoredAxis) -> str:
     """Return who stopped the machine and why; what only follows from that is passed over."""
     if first.stopped_by is Stopper.CONTROLLER:
         return f"controller: {_words(first.alarm)}"

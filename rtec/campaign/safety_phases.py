@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.campaign.safety_watch import SLICE_PS, WatchedCell, sinusoidal_table, station_settings
+from rtec.campaign.safety_monitor import SLICE_PS, MonitoredCell, sinusoidal_table, station_settings
 from rtec.errors import unknown
 from rtec.injector import Design
 from rtec.machine.faults import Fault
@@ -18,7 +18,7 @@ from rtec.units import PS_PER_MS
 
 END_PS = 8_000 * PS_PER_MS
 _AFTER_STOP_PS = 400 * PS_PER_MS
-"""A held machine is watched for so long: the feed takes 50 ms to come down, the axis a little longer."""
+"""A held machine is monitored for so long: the feed takes 50 ms to come down, the axis a little longer."""
 _HOT_MM = 0.060
 _FOR_GOOD_S = 1000.0
 
@@ -75,7 +75,7 @@ def hyphened(text: str) -> str:
 class Twin:
     """A fault-free run of a phase, and when its phase is."""
 
-    cell: WatchedCell
+    cell: MonitoredCell
     moment_ps: int
     """First moment at which a fault is within the phase."""
     span_ps: int
@@ -120,23 +120,23 @@ def new_cell(
     *,
     faults: tuple[Fault, ...] = (),
     supervision: SupervisionLimits | None = None,
-) -> WatchedCell:
+) -> MonitoredCell:
     """Return a machine of two axes that is about to run a phase's program."""
     stations = [station_settings(axis, design, supervision=supervision) for axis in (1, 2)]
-    return WatchedCell(stations, moves_of(phase, seed), sinusoidal_table(), faults=faults)
+    return MonitoredCell(stations, moves_of(phase, seed), sinusoidal_table(), faults=faults)
 
 
-def run_through(cell: WatchedCell, phase: Phase, *, until_ps: int = END_PS) -> None:
+def run_through(cell: MonitoredCell, phase: Phase, *, until_ps: int = END_PS) -> None:
     """Run a machine through its phase, the operator's part included; a held machine is left soon."""
     for at_ps in (*_ORDERS.get(phase, ()), until_ps):
         if at_ps > until_ps:
             continue
-        cell.watch(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
+        cell.monitor(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
         if cell.now_ps < at_ps:
             break
         if at_ps < until_ps:
             _order(cell, phase, first=at_ps == _ORDERS[phase][0])
-    if any(axis.stop_ps is not None for axis in cell.watched):
+    if any(axis.stop_ps is not None for axis in cell.monitored):
         cell.settle()
 
 
@@ -148,7 +148,7 @@ def hot_table() -> Predictor:
     return sinusoidal_table(offset_mm=_HOT_MM)
 
 
-def _order(cell: WatchedCell, phase: Phase, *, first: bool) -> None:
+def _order(cell: MonitoredCell, phase: Phase, *, first: bool) -> None:
     """Do what the operator does."""
     if phase is Phase.PROBING:
         cell.probe(first)
@@ -180,23 +180,23 @@ def twin_of(phase: Phase, design: Design, seed: int) -> Twin:
     return Twin(cell=cell, moment_ps=moment_ps, span_ps=span_ps)
 
 
-def _found(phase: Phase, cell: WatchedCell, from_ps: int) -> tuple[int, int]:
+def _found(phase: Phase, cell: MonitoredCell, from_ps: int) -> tuple[int, int]:
     """Return the beginning and the length of a phase that is found by looking."""
     if phase is Phase.START_UP:
         while not cell.running:
-            cell.watch(until_ps=cell.now_ps + SLICE_PS)
+            cell.monitor(until_ps=cell.now_ps + SLICE_PS)
         return 0, cell.now_ps - 5 * PS_PER_MS
     if phase is Phase.REVERSAL:
         highest, highest_ps = 0, 0
         while cell.now_ps < 2_500 * PS_PER_MS:
-            cell.watch(until_ps=cell.now_ps + SLICE_PS)
+            cell.monitor(until_ps=cell.now_ps + SLICE_PS)
             if cell.true_count(1) > highest:
                 highest, highest_ps = cell.true_count(1), cell.now_ps
         return highest_ps - 5 * PS_PER_MS, 30 * PS_PER_MS
-    cell.watch(until_ps=from_ps)
+    cell.monitor(until_ps=from_ps)
     before = cell.sent_steps(1)
     while cell.sent_steps(1) == before:
-        cell.watch(until_ps=cell.now_ps + SLICE_PS)
+        cell.monitor(until_ps=cell.now_ps + SLICE_PS)
     return cell.now_ps - SLICE_PS, 1
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtec.campaign.safety_matrix import Outcome, is_wrong, reason_of
+from rtec.campaign.safety_monitor import sinusoidal_table
 from rtec.campaign.safety_phases import END_PS, Phase, new_cell
-from rtec.campaign.safety_watch import sinusoidal_table
 from rtec.injector import Design
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
@@ -52,12 +52,12 @@ class RampJob:
     def run(self) -> Ramp:
         """Let it run away."""
         cell = new_cell(Phase.CUTTING, self.design, 0, supervision=self.supervision)
-        cell.watch(until_ps=_FROM_PS)
+        cell.monitor(until_ps=_FROM_PS)
         for k in range(1, _STEPS + 1):
             cell.predict_by(sinusoidal_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
-            cell.watch(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
-        cell.watch(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
-        axes = cell.watched
+            cell.monitor(until_ps=_FROM_PS + k * _EVERY_PS, stop_after_ps=_AFTER_STOP_PS)
+        cell.monitor(until_ps=END_PS, stop_after_ps=_AFTER_STOP_PS)
+        axes = cell.monitored
         stops = [axis for axis in axes if axis.stop_ps is not None]
         if stops:
             outcome, off_counts = Outcome.SAFE_STOP, max(abs(axis.stop_counts) for axis in axes)

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.campaign.safety_matrix import Outcome, reason_of
+from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
 from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_variants import VARIANTS, Variant
-from rtec.campaign.safety_watch import Stopper, Watched, WatchedCell, sinusoidal_table, station_settings
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
@@ -226,7 +226,7 @@ class EpisodeJob:
         )
         orders = draw_orders(generator, length_s=length_s)
         drawn = _draw_faults(generator, length_s)
-        cell = WatchedCell(
+        cell = MonitoredCell(
             [station_settings(axis, self.design) for axis in range(1, AXES + 1)],
             programs.moves,
             table,
@@ -284,7 +284,7 @@ def _draw_fault(
     return variant, axis, fault
 
 
-def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, hot: Predictor) -> list[Phase]:
+def _run(cell: MonitoredCell, programs: Programs, orders: Orders, drawn: Drawn, hot: Predictor) -> list[Phase]:
     """Run an episode to its end or its stop; return the phase of each fault that began."""
     phases: list[Phase] = []
     began = sorted({fault.from_ps for _, _, fault in drawn})
@@ -294,7 +294,7 @@ def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, ho
     at_fault = {fault.from_ps: (axis, fault.trigger) for _, axis, fault in drawn}
     probing, large_ps = False, -(10**15)
     for at_ps in times:
-        cell.watch(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
+        cell.monitor(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
         if cell.now_ps < at_ps:
             break
         if at_ps in at_fault:
@@ -310,12 +310,12 @@ def _run(cell: WatchedCell, programs: Programs, orders: Orders, drawn: Drawn, ho
             cell.predict_by(hot)
             cell.set_reference(hot)
             cell.allow_large_correction()
-    if any(axis.stop_ps is not None for axis in cell.watched):
+    if any(axis.stop_ps is not None for axis in cell.monitored):
         cell.settle()
     return phases
 
 
-def _phase(cell: WatchedCell, axis: int, probing: bool) -> Phase:
+def _phase(cell: MonitoredCell, axis: int, probing: bool) -> Phase:
     """Return what an axis is doing."""
     speed_mm_s = abs(cell.axes[axis - 1].view.speed_mm_s)
     if not cell.running:
@@ -327,9 +327,9 @@ def _phase(cell: WatchedCell, axis: int, probing: bool) -> Phase:
     return Phase.AT_REST if speed_mm_s == 0.0 else Phase.CUTTING
 
 
-def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, phases: list[Phase]) -> Episode:
+def _concluded(cell: MonitoredCell, design: Design, number: int, drawn: Drawn, phases: list[Phase]) -> Episode:
     """Return what came of an episode."""
-    axes = cell.watched
+    axes = cell.monitored
     injected, unfired = [], []
     last_ps = None
     for (variant, axis, _), phase, activation in zip(drawn, phases, cell.fired, strict=False):
@@ -362,7 +362,7 @@ def _concluded(cell: WatchedCell, design: Design, number: int, drawn: Drawn, pha
     )  # fmt: skip
 
 
-def flaw(axis: Watched, design: Design) -> str:
+def flaw(axis: MonitoredAxis, design: Design) -> str:
     """Return what is wrong at an axis at rest that nobody has stopped; empty where nothing is."""
     if axis.off_counts != 0 or axis.uninserted_counts != 0:
         return f"{axis.off_counts} counts of the encoder, {axis.uninserted_counts} of the insertions are wrong"

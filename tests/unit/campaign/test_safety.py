@@ -10,10 +10,10 @@ import pytest
 
 from rtec.campaign.safety import detection_of, make_case
 from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix, run_trial
+from rtec.campaign.safety_monitor import MonitoredCell, Stopper, sinusoidal_table, station_settings
 from rtec.campaign.safety_phases import Phase, new_cell, run_through, twin_of
 from rtec.campaign.safety_ramp import ramp_jobs
 from rtec.campaign.safety_variants import VARIANTS, impossible
-from rtec.campaign.safety_watch import Stopper, WatchedCell, sinusoidal_table, station_settings
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.machine.faults import Fault, FaultKind
@@ -37,7 +37,7 @@ def outcome_of(faults, design=Design.C, phase=Phase.CUTTING, supervision=None, s
     harmless = Fault(kind=FaultKind.PROBE_TRIPPED, place=1, from_ps=2 * S)
     cell = new_cell(phase, design, 0, faults=faults or (harmless,), supervision=supervision)
     if spoil is not None:
-        cell.watch(until_ps=2 * S)
+        cell.monitor(until_ps=2 * S)
         spoil(cell)
     run_through(cell, phase)
     return judged(VARIANTS[0], phase, design, 0, cell, twin)
@@ -118,15 +118,15 @@ def test_only_a_limit_catches_a_pc_that_runs_away(design):
     assert max(steps.off_mm, deviation.off_mm) < 0.072
 
 
-# ------------------------------------------------------------------------ the watch itself
+# ------------------------------------------------------------------------ the monitor itself
 
 
-def test_the_watch_holds_against_the_table_by_hand():
+def test_the_monitor_holds_against_the_table_by_hand():
     """At rest at 2 mm the table has about 20 um * sin(2) = 18.2 um: nine steps of 2 um."""
     moves = [[Move(target_mm=2.0, speed_mm_s=2.0, rest_s=100.0)]]
-    cell = WatchedCell([station_settings(1, Design.C)], moves, sinusoidal_table())
-    cell.watch(until_ps=3 * S)
-    axis = cell.watched[0]
+    cell = MonitoredCell([station_settings(1, Design.C)], moves, sinusoidal_table())
+    cell.monitor(until_ps=3 * S)
+    axis = cell.monitored[0]
     true_mm = cell.true_count(1) * 0.001
     assert axis.total_steps == 9
     table_um = np.interp(true_mm, [1.5, 2.0], 20.0 * np.sin([1.5, 2.0]))  # a line from 0.5 mm to 0.5 mm
@@ -140,7 +140,7 @@ def test_the_watch_holds_against_the_table_by_hand():
 @pytest.mark.parametrize("design", MAIN)
 def test_each_phase_is_what_it_says(phase, design):
     twin = twin_of(phase, design, 1)
-    axes = twin.cell.watched
+    axes = twin.cell.monitored
     assert all(axis.off_counts == 0 and abs(axis.asked_counts) <= axis.bound_counts for axis in axes)
     assert all(axis.stop_ps is None for axis in axes)
     cell = new_cell(phase, design, 1)

@@ -77,7 +77,7 @@ def test_programs_cut_at_the_feeds_that_are_meant():
 
 @pytest.fixture(scope="module")
 def healthy():
-    return twin_of(Phase.CUTTING, Design.C, 0).cell.watched[0]
+    return twin_of(Phase.CUTTING, Design.C, 0).cell.monitored[0]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A machine with faults under watch: what its controllers count, against what they should, every millisecond."""
+"""A machine with faults, monitored: what its controllers count, against what they should, every millisecond."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Stopper(enum.IntEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Watched:
+class MonitoredAxis:
     """What came of one axis.
 
     Parameters
@@ -102,7 +102,7 @@ class Watched:
     total_steps: int
 
 
-class WatchedCell(Cell):
+class MonitoredCell(Cell):
     """A machine with faults whose counts are looked at every millisecond.
 
     Parameters
@@ -117,9 +117,9 @@ class WatchedCell(Cell):
     Examples
     --------
     >>> from rtec.predictors import NoError
-    >>> cell = WatchedCell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0, rest_s=9.0)]], NoError())
-    >>> cell.watch(until_ps=10**12)
-    >>> cell.watched[0].off_counts, cell.watched[0].stop_ps
+    >>> cell = MonitoredCell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0, rest_s=9.0)]], NoError())
+    >>> cell.monitor(until_ps=10**12)
+    >>> cell.monitored[0].off_counts, cell.monitored[0].stop_ps
     (0, None)
     """
 
@@ -137,8 +137,8 @@ class WatchedCell(Cell):
         self._slice_ps = slice_ps
         self._freeze_ps = NEVER
         self._truth = bound_curve(predictor if truth is None else truth, "truth")
-        self._watches = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
-        for record, station in zip(self._watches, stations, strict=True):
+        self._monitors = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
+        for record, station in zip(self._monitors, stations, strict=True):
             step_counts = station.injector.design.step_counts
             record.step_counts = step_counts
             record.count_mm = station.encoder.count_mm
@@ -146,19 +146,19 @@ class WatchedCell(Cell):
             record.bound = step_counts * (0.5 + station.handshake.rounding_margin) + 1e-6
             record.lag = _slope(predictor) * _LAG_S
             record.rest_ps = REST_PS
-        kernels.begin(self._watches)
+        kernels.begin(self._monitors)
 
-    def watch(self, *, until_ps: int, stop_after_ps: int = NEVER // 4) -> None:
+    def monitor(self, *, until_ps: int, stop_after_ps: int = NEVER // 4) -> None:
         """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``."""
         if self._freeze_ps <= until_ps:
             freeze_ps, self._freeze_ps = self._freeze_ps, NEVER
-            self.watch(until_ps=freeze_ps, stop_after_ps=stop_after_ps)
+            self.monitor(until_ps=freeze_ps, stop_after_ps=stop_after_ps)
             if self.now_ps < freeze_ps:
                 return
-            self._watches.frozen = 1
+            self._monitors.frozen = 1
         run: Any = kernels.watch
         run(
-            *self._parts, self._watches, until_ps, self._slice_ps,
+            *self._parts, self._monitors, until_ps, self._slice_ps,
             stop_after_ps, self._models, self._truth,
         )  # fmt: skip
 
@@ -170,7 +170,7 @@ class WatchedCell(Cell):
         """Let the PC enter or leave the probing mode; totals are to stay once the last requests have arrived."""
         super().probe(probing)
         self._freeze_ps = self.now_ps + _ARRIVED_PS if probing else NEVER
-        self._watches.frozen = 0
+        self._monitors.frozen = 0
 
     def sent_steps(self, axis: int) -> int:
         """Return the total that the PC last asked for."""
@@ -186,18 +186,18 @@ class WatchedCell(Cell):
         return int(self._stations[axis - 1].encoder.count)
 
     @property
-    def watched(self) -> tuple[Watched, ...]:
+    def monitored(self) -> tuple[MonitoredAxis, ...]:
         """Return what came of every axis so far."""
-        return tuple(self._watched(i) for i in range(len(self.settings)))
+        return tuple(self._monitored_axis(i) for i in range(len(self.settings)))
 
-    def _watched(self, i: int) -> Watched:
-        state, pc, record = self._stations[i], self._pcs[i], self._watches[i]
+    def _monitored_axis(self, i: int) -> MonitoredAxis:
+        state, pc, record = self._stations[i], self._pcs[i], self._monitors[i]
         injector, box = state.injector, state.node.box
         step_counts = int(record.step_counts)
         ahead = int(state.receiver.count - state.encoder.count)
         stopped = record.stop_ps != NEVER
         wanted = ahead - float(record.error)
-        return Watched(
+        return MonitoredAxis(
             off_counts=ahead - int(injector.ahead),
             uninserted_counts=int(injector.ahead) - step_counts * int(injector.completed),
             pending_steps=int(box.accepted) - int(injector.completed),
