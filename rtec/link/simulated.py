@@ -6,8 +6,8 @@ There is one clock for all. It stands still while a program computes, and moves 
   its own node arrives or the time it was given is reached. What arrives for others meanwhile waits for them, with the
   time at which it arrived.
 * Several transports driven from one thread take turns: the one that waits advances the time for all. A transport that
-comes
-  late finds its frames, as a program that was busy would.
+comes late
+  finds its frames, as a program that was busy would.
 * A look that may not wait and finds nothing costs `POLL_PS`, so that a program that looks again and again gets on.
 * `send` takes no time. The frames of one node leave in the order in which they were sent; between nodes the lowest
   identifier wins the bus.
@@ -23,7 +23,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -65,13 +65,27 @@ class Device(Protocol):
         """Take a frame at the present time."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FaultOnBus:
-    """A fault of the bus and its activation: how often it took effect, and when first."""
+F = TypeVar("F", bound=BusFault)
 
-    fault: BusFault
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultActivation(Generic[F]):
+    """Activation of a fault: how often it took effect, and when that was first noted.
+
+    What a fault of cable, word or glitches has done is noted at its end.
+    """
+
+    fault: F
     times: int
     first_ps: int | None
+
+
+def activations_of(faults: Sequence[F], records: Record) -> tuple[FaultActivation[F], ...]:
+    """Return the activation of each fault, as its kernel's record has it."""
+    return tuple(
+        FaultActivation(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
+        for fault, record in zip(faults, records, strict=True)
+    )
 
 
 class SimulatedBus:
@@ -206,12 +220,9 @@ class SimulatedBus:
         return float(self._bus.busy_ps / max(self._now_ps, 1))
 
     @property
-    def fired(self) -> tuple[FaultOnBus, ...]:
+    def fired(self) -> tuple[FaultActivation[BusFault], ...]:
         """Return the activation of every fault."""
-        return tuple(
-            FaultOnBus(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
-            for fault, record in zip(self._faults, self._records, strict=True)
-        )
+        return activations_of(self._faults, self._records)
 
     def is_off(self, node: int) -> bool:
         """Return whether a fault has taken a node off the bus."""

@@ -157,8 +157,7 @@ class BenchFaults:
         ]
 
     def _fired(self) -> list[tuple[Fault, int]]:
-        activations = [(activation.fault, activation.times) for activation in self._bench.activations]
-        return activations + [(fault, len(read_ps)) for fault, read_ps in self._jumps]
+        return [*self._bench.activations, *((fault, len(read_ps)) for fault, read_ps in self._jumps)]
 
     def _arm_jump(self, fault: Fault) -> None:
         read_ps: list[int] = []

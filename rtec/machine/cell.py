@@ -10,9 +10,10 @@ import numpy as np
 from rtec._jit import new_record, prepared
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
+from rtec.link.simulated import FaultActivation, activations_of
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
-from rtec.machine.faults import Fault, FaultActivation, activations_of, check_apart, fault_records
+from rtec.machine.faults import Fault, check_apart, fault_records
 from rtec.machine.moves import Moves, lines_of
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
@@ -195,7 +196,7 @@ class Cell:
         return int(self._cell.turns)
 
     @property
-    def fired(self) -> tuple[FaultActivation, ...]:
+    def fired(self) -> tuple[FaultActivation[Fault], ...]:
         """Return the activation of every fault."""
         return activations_of(self.faults, self._faults)
 

@@ -22,14 +22,13 @@ from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
+from rtec.link.simulated import FaultActivation, activations_of
 from rtec.machine import _loop_kernels, _station_kernels
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import (
     Fault,
-    FaultActivation,
     FaultKind,
     FaultPlace,
-    activations_of,
     check_apart,
     check_waiting,
     fault_records,
@@ -242,7 +241,7 @@ class LoopResult:
     cycles_skipped: int = 0
     """What of them was left out at rest, in whole rounds that change nothing."""
     firmware_fault: ProcessorFault | None = None
-    fired: tuple[FaultActivation, ...] = ()
+    fired: tuple[FaultActivation[Fault], ...] = ()
     """The activation of each fault."""
 
     @property

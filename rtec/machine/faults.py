@@ -20,7 +20,7 @@ from rtec.machine.fault_kinds import FaultKind, FaultPlace, FaultRow
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 
-__all__ = ["PC_NODE", "Fault", "FaultActivation", "FaultKind", "FaultPlace", "FaultRow", "Trigger", "fault_records"]
+__all__ = ["PC_NODE", "Fault", "FaultKind", "FaultPlace", "FaultRow", "Trigger", "fault_records"]
 
 
 PC_NODE = _fault_kernels.PC_PLACE
@@ -140,26 +140,6 @@ def fault_records(faults: Sequence[Fault]) -> Record:
     for record, fault in zip(records, faults, strict=True):
         fault.fill(record)
     return records
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FaultActivation:
-    """Activation of a fault: how often it took effect, and when that was first noted.
-
-    What a fault of cable, word or glitches has done is noted at its end.
-    """
-
-    fault: Fault
-    times: int
-    first_ps: int | None
-
-
-def activations_of(faults: Sequence[Fault], records: Record) -> tuple[FaultActivation, ...]:
-    """Return the activation of each fault, as its kernel's record has it."""
-    return tuple(
-        FaultActivation(fault=fault, times=int(record.fired), first_ps=int(record.fired_ps) if record.fired else None)
-        for fault, record in zip(faults, records, strict=True)
-    )
 
 
 def probing_records(probing: Sequence[tuple[int, int]]) -> Record:

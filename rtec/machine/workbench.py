@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from rtec.axis.encoder import Encoder
 from rtec.checks import number_within, whole_within
@@ -113,14 +113,6 @@ class BenchBox(Station):
         view = self.settled_view
         inserted = view.step_counts * view.completed
         return view.inserted_counts == inserted and view.controller_count == view.position + inserted
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BenchActivation:
-    """A fault and how often it took effect."""
-
-    fault: Fault
-    times: int
 
 
 def bench_of(
@@ -251,13 +243,10 @@ class Workbench:
             self.bus.at(fault.until_ps, lambda: self._end(armed))
 
     @property
-    def activations(self) -> tuple[BenchActivation, ...]:
+    def activations(self) -> tuple[tuple[Fault, int], ...]:
         """Return every fault and how often it took effect so far."""
-        on_bus = [
-            BenchActivation(fault=fault, times=activation.times)
-            for fault, activation in zip(self._on_bus, self.bus.fired, strict=True)
-        ]
-        return (*on_bus, *(BenchActivation(fault=armed.fault, times=self._times(armed)) for armed in self._armed))
+        on_bus = zip(self._on_bus, (activation.times for activation in self.bus.fired), strict=True)
+        return (*on_bus, *((armed.fault, self._times(armed)) for armed in self._armed))
 
     def _begin(self, armed: _Armed) -> None:
         armed.lasts = True
