@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from rtec.inference.model_file import write_model
-from rtec.io import json_text, whole_folder, write_text
+from rtec.io import write_text
 from rtec.metrology import Readings, measurement_of_readings, write_laser_file, write_measurement
 from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.document import study_document
 from rtec.report.illustrations import Illustration, illustrations
 from rtec.report.page import render_page
-from rtec.report.page_folder import PAGE, without_empty, write_figures
+from rtec.report.page_folder import write_page_folder
 from rtec.report.search import search_figures
 from rtec.report.tables import curves_csv, rows_csv
 from rtec.signal import coarsest_timescale, write_vcd
@@ -25,10 +25,7 @@ _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9-]+")
 
 
 def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustration] | None = None) -> Path:
-    """Write page, figures, tables, readings and waveforms of a study.
-
-    Everything is made in a hidden folder inside ``folder`` and moved to its place at the end, so that an error, a
-    full disk or Ctrl-C leaves the folder as it was. What stands in the way under the same name is replaced.
+    """Write page, figures, tables, readings and waveforms of a study: all or nothing, as `write_page_folder` does.
 
     Parameters
     ----------
@@ -47,7 +44,7 @@ def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustrat
     Raises
     ------
     OutputError
-        The folder is missing or not writable, or the disk is full.
+        As `write_page_folder`.
     ArgumentError
         A unit that is not known.
     """
@@ -55,32 +52,29 @@ def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustrat
     if found is None:
         found = () if result.learned is None else search_figures(result.learned)
     figures = illustrations(result, scale)
-    with whole_folder(folder, last=PAGE) as new:
-        _write_all(result, scale, found, figures, new)
-    return folder / PAGE
+    return write_page_folder(
+        folder,
+        [*found, *figures],
+        study_document(result),
+        lambda files: render_page(result, scale, found, figures, files),
+        beside=lambda new: _write_beside(result, scale, new),
+    )
 
 
-def _write_all(
-    result: StudyResult, scale: Scale, found: Sequence[Illustration], figures: Sequence[Illustration], folder: Path
-) -> None:
-    """Write every file of the report into an empty folder, the page last."""
+def _write_beside(result: StudyResult, scale: Scale, folder: Path) -> None:
+    """Write tables, readings, model and waveforms."""
     for name in ("readings", "waveforms"):
         (folder / name).mkdir()
-    write_figures(folder, [*found, *figures])
     write_text(folder / "rows.csv", rows_csv(result, scale))
     write_text(folder / "feed.csv", curves_csv(result, scale))
-    write_text(folder / "result.json", json_text(study_document(result), indent=2) + "\n")
     if result.learned is not None:
         _write_readings(result, "calibration", "none", result.learned.readings, folder / "readings")
         write_model(folder / "model.toml", result.learned.diagnosis.model)
     for row in result.rows:
-        if row.readings is None:
-            continue
-        _write_readings(result, file_name(row.name), row.title, row.readings, folder / "readings")
+        if row.readings is not None:
+            _write_readings(result, file_name(row.name), row.title, row.readings, folder / "readings")
     for waveform in result.waveforms:
         _write_waveform(waveform, folder / "waveforms")
-    files = without_empty(folder, ("figures", "readings", "waveforms"))
-    write_text(folder / PAGE, render_page(result, scale, found, figures, files))
 
 
 def file_name(*words: str) -> str:

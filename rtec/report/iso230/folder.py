@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rtec.io import json_text, whole_folder, write_text
+from rtec.io import write_bytes
 from rtec.report.figures_style import figure_style, new_figure
 from rtec.report.illustrations import Illustration, illustration
 from rtec.report.iso230.figures import draw_tests
 from rtec.report.iso230.pdf import sheet_pdf
 from rtec.report.iso230.sheet import Sheet
-from rtec.report.page_folder import PAGE, without_empty, write_figures
+from rtec.report.page_folder import write_page_folder
 from rtec.report.rendering import embedded, page_environment
 
 _PANEL_INCH, _AROUND_INCH = 3.5, 0.7
@@ -19,9 +19,7 @@ PDF = "report.pdf"
 
 
 def write_positioning(sheet: Sheet, folder: Path) -> Path:
-    """Write the page, the PDF, the plot and the numbers of positioning tests.
-
-    Everything is put in place at the end: an error, a full disk or Ctrl-C leaves the folder as it was.
+    """Write the page, the PDF, the plot and the numbers of positioning tests; errors as of `write_page_folder`.
 
     Parameters
     ----------
@@ -34,20 +32,16 @@ def write_positioning(sheet: Sheet, folder: Path) -> Path:
     -------
     Path
         The page, ``report.html``; beside it are ``report.pdf``, ``result.json`` and ``figures``.
-
-    Raises
-    ------
-    OutputError
-        The folder is missing or not writable, or the disk is full.
     """
     figure = _plot(sheet)
     pdf = sheet_pdf(sheet)
-    with whole_folder(folder, last=PAGE) as new:
-        write_figures(new, [figure])
-        (new / PDF).write_bytes(pdf)
-        write_text(new / "result.json", json_text(sheet.document, indent=2) + "\n")
-        write_text(new / PAGE, _page(sheet, figure, without_empty(new, ())))
-    return folder / PAGE
+    return write_page_folder(
+        folder,
+        [figure],
+        sheet.document,
+        lambda files: _page(sheet, figure, files),
+        beside=lambda new: write_bytes(new / PDF, pdf),
+    )
 
 
 def _plot(sheet: Sheet) -> Illustration:
