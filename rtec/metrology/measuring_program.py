@@ -10,7 +10,6 @@ Thesis, section 4.1.2, Figure 4.3; Appendix B (macro and the listing that it pro
 
 from __future__ import annotations
 
-import enum
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -92,21 +91,6 @@ def _written(value: float, *, most: int, whole: int = 0, least: int = 0) -> str:
     return f"{'-' if rounded < 0 else ''}{left.lstrip('0').rjust(whole, '0')}{'.' if most else ''}{right}"
 
 
-class StopKind(enum.Enum):
-    """Stops of a program."""
-
-    PROGRAM = "M00"
-    OPTIONAL = "M01"
-
-
-@dataclass(frozen=True, slots=True)
-class Setup:
-    """A line that sets modes (G70, G07, G01G59G90G94)."""
-
-    line: int
-    codes: tuple[str, ...]
-
-
 @dataclass(frozen=True, slots=True)
 class Move:
     """A feed move in machine coordinates; the feed is the last one programmed."""
@@ -127,23 +111,13 @@ class Dwell:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A stop, until the operator continues."""
+    """A stop (M00, M01), until the operator continues."""
 
     line: int
-    kind: StopKind
-    comment: str
 
 
-@dataclass(frozen=True, slots=True)
-class Comment:
-    """A line that holds only a comment."""
-
-    line: int
-    text: str
-
-
-Block = Setup | Move | Dwell | Stop | Comment
-"""One line of a program."""
+Block = Move | Dwell | Stop
+"""What a line of a program lets the axis do."""
 
 _COMMENT = re.compile(r"\(([^()]*)\)")
 _REAL = r"-?(?:[0-9]{1,6}(?:\.[0-9]{0,8})?|\.[0-9]{1,8})"
@@ -166,7 +140,7 @@ def parse_program(lines: Iterable[str], *, source: str = "program") -> list[Bloc
     Returns
     -------
     list of Block
-        `Setup`, `Move`, `Dwell`, `Stop` and `Comment` in order, each with its line number.
+        `Move`, `Dwell` and `Stop` in order, each with its line number; modes and comments have been read.
 
     Raises
     ------
@@ -177,58 +151,55 @@ def parse_program(lines: Iterable[str], *, source: str = "program") -> list[Bloc
     Examples
     --------
     >>> blocks = parse_program(["G70", "G01G59G90G94", "G53Z1.0F50.", "G04F2", "M00 (zero)"])
-    >>> blocks[2]
-    Move(line=3, axis='Z', position_mm=25.4, feed_mm_s=21.166666666666668)
-    >>> blocks[4]
-    Stop(line=5, kind=<StopKind.PROGRAM: 'M00'>, comment='zero')
+    >>> blocks[0], blocks[2]
+    (Move(line=3, axis='Z', position_mm=25.4, feed_mm_s=21.166666666666668), Stop(line=5))
     """
     blocks: list[Block] = []
-    feed: float | None = None
-    axis: str | None = None
+    last: Move | None = None
     modes: set[str] = set()
     for number, text in enumerate(lines, 1):
-        block = _parse_line(source, number, text, feed)
-        if block is None:
-            continue
-        if isinstance(block, Setup):
-            modes.update(block.codes)
-        elif isinstance(block, Move):
-            _refuse_unready(source, block, modes, axis)
-            feed, axis = block.feed_mm_s, block.axis
-        blocks.append(block)
-    if axis is None:
+        words = "".join(_COMMENT.sub("", text).split())
+        if words in ("M00", "M01"):
+            blocks.append(Stop(number))
+        elif (dwell := _DWELL_WORDS.fullmatch(words)) is not None:
+            duration = float(dwell["duration"])
+            if duration <= 0:
+                raise FileFormatError(source, number, f"dwell of {duration:g} s", "more than 0 s")
+            blocks.append(Dwell(number, duration))
+        elif (move := _MOVE.fullmatch(words)) is not None:
+            block = _moved(source, number, move, last)
+            _refuse_unready(source, block, modes, last)
+            last = block
+            blocks.append(block)
+        elif words:
+            modes |= _modes(source, number, words, text)
+    if last is None:
         raise FileFormatError(source, None, "the program moves no axis", "moves such as G53Z1.0F50.")
     return blocks
 
 
-def _parse_line(source: str, number: int, text: str, feed: float | None) -> Block | None:
-    """Return the block of a line, None for an empty one."""
-    comments = [comment.strip() for comment in _COMMENT.findall(text)]
-    words = "".join(_COMMENT.sub("", text).split())
-    comment = " ".join(comments)
-    if not words:
-        return Comment(number, comment) if comments else None
-    if words in ("M00", "M01"):
-        return Stop(number, StopKind(words), comment)
-    if (match := _DWELL_WORDS.fullmatch(words)) is not None:
-        duration = float(match["duration"])
-        if duration <= 0:
-            raise FileFormatError(source, number, f"dwell of {duration:g} s", "more than 0 s")
-        return Dwell(number, duration)
-    if (match := _MOVE.fullmatch(words)) is not None:
-        rate = float(match["feed"]) * MM_PER_INCH / 60.0 if match["feed"] else feed
-        if rate is None:
-            raise FileFormatError(source, number, "a move before any feed", "F behind the position, such as F50.")
-        if rate <= 0:
-            raise FileFormatError(source, number, f"feed of {match['feed']} inch/min", "more than 0 inch/min")
-        return Move(number, match["axis"], float(match["position"]) * MM_PER_INCH, rate)
-    codes = tuple(words[start : start + 3] for start in range(0, len(words), 3)) if len(words) <= 12 else ()
-    if (codes and all(code in _MODALS for code in codes)) or words in ("G07", *(mode.name for mode in InchMode)):
-        return Setup(number, codes)
+def _moved(source: str, number: int, move: re.Match[str], last: Move | None) -> Move:
+    """Return the move of a line, whose feed is that of the last one where it states none."""
+    if move["feed"]:
+        feed = float(move["feed"]) * MM_PER_INCH / 60.0
+    elif last is not None:
+        feed = last.feed_mm_s
+    else:
+        raise FileFormatError(source, number, "a move before any feed", "F behind the position, such as F50.")
+    if feed <= 0:
+        raise FileFormatError(source, number, f"feed of {move['feed']} inch/min", "more than 0 inch/min")
+    return Move(number, move["axis"], float(move["position"]) * MM_PER_INCH, feed)
+
+
+def _modes(source: str, number: int, words: str, text: str) -> set[str]:
+    """Return the modes that a line sets (G70, G07, G01G59G90G94)."""
+    codes = {words[start : start + 3] for start in range(0, len(words), 3)}
+    if (len(words) <= 12 and codes <= {*_MODALS}) or words in ("G07", *(mode.name for mode in InchMode)):
+        return codes
     raise FileFormatError(source, number, f"{shown(text.strip())} is not understood", _ALLOWED)
 
 
-def _refuse_unready(source: str, move: Move, modes: set[str], axis: str | None) -> None:
+def _refuse_unready(source: str, move: Move, modes: set[str], last: Move | None) -> None:
     """Refuse a move whose unit, coordinates or axis are not what the program has said."""
     if not modes & {mode.name for mode in InchMode}:
         raise FileFormatError(source, move.line, "a move before the unit is set", "G70 (inches) first")
@@ -236,5 +207,6 @@ def _refuse_unready(source: str, move: Move, modes: set[str], axis: str | None) 
     if lacking:
         problem = f"a move before {', '.join(lacking)}"
         raise FileFormatError(source, move.line, problem, "G01G59G90G94 first")
-    if axis is not None and move.axis != axis:
-        raise FileFormatError(source, move.line, f"axis {move.axis} after {axis}", "one axis in a measuring program")
+    if last is not None and move.axis != last.axis:
+        problem = f"axis {move.axis} after {last.axis}"
+        raise FileFormatError(source, move.line, problem, "one axis in a measuring program")
