@@ -17,10 +17,8 @@ from rtec.effects.frequency_grid import (
     SPACING,
     alias_limit,
     frequencies,
-    highest_frequency,
     looks_constant,
     phases_seen,
-    resolved_harmonics,
     resolved_limit,
     stated_base,
     stated_periods,
@@ -60,14 +58,6 @@ class Periodic(Effect):
         if found < FEWEST_PLACES:
             return f"{found} position{'s' if found > 1 else ''} only: at least {FEWEST_PLACES} needed"
         return "no period between the sampling's limit and the span"
-
-    def highest_frequency(self, conditions: Conditions) -> float:
-        """Return the top of the scan, in cycles per position unit; see :func:`highest_frequency`."""
-        return highest_frequency(conditions)
-
-    def resolved_harmonics(self, conditions: Conditions, period: float) -> int:
-        """Return up to which harmonic of a period the places resolve; see :func:`resolved_harmonics`."""
-        return resolved_harmonics(conditions, period)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the period, free by a little more than the spacing of the scan.

@@ -72,16 +72,14 @@ def shifted_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64
     return places, shift(sums.products, sums.readings, block, SCALES, places)
 
 
-def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, Floats, float]:
-    """Return mean and covariance (over the noise's variance) of the amplitudes, and the variance of the noise."""
+def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, float]:
+    """Return the posterior mean of the amplitudes, shape (columns,), and the variance of the noise."""
     gram, along, total = sums.products[:-1, :-1], sums.products[:-1, -1], float(sums.products[-1, -1])
     used = deviations > 0.0
-    mean, covariance = np.zeros(deviations.size), np.zeros((deviations.size, deviations.size))
+    mean = np.zeros(deviations.size)
     if used.any():
         d = deviations[used]
         inner = np.eye(d.size) + d[:, None] * gram[np.ix_(used, used)] * d
-        inverse = np.linalg.inv(inner) * np.outer(d, d)
-        covariance[np.ix_(used, used)] = inverse
-        mean[used] = inverse @ along[used]
+        mean[used] = (np.linalg.inv(inner) * np.outer(d, d)) @ along[used]
     left = max(total - float(mean @ along), 1e-12 * total + 1e-300)
-    return mean, covariance, left / max(sums.readings, 1)
+    return mean, left / max(sums.readings, 1)

@@ -131,9 +131,8 @@ class Judge:
         parts = self.space.parts_of(model.choices)
         colour = self.space.weights(model.colour) if colour is None else colour
         sums = self.space.sums(parts, colour)
-        deviations = SCALES[model.places][blocks_of(parts)]
-        mean, covariance, variance = posterior(sums, deviations)
-        return Fit(parts=parts, mean=mean, covariance=covariance, variance=variance, deviations=deviations)
+        mean, variance = posterior(sums, SCALES[model.places][blocks_of(parts)])
+        return Fit(parts=parts, mean=mean, variance=variance)
 
     def left(self, model: Scored) -> Floats:
         """Return what a model leaves of the readings, shape (rows,), the constant taken out where it is no effect."""
@@ -143,14 +142,11 @@ class Judge:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Amplitudes of a model in units of its parts, what is known of them, and the variance of the noise."""
+    """Amplitudes of a model in units of its parts, and the variance of the noise."""
 
     parts: Sequence[Part]
     mean: Floats
-    covariance: Floats
-    """Over the noise's variance."""
     variance: float
-    deviations: Floats
 
     def rows(self, k: int) -> NDArray[np.bool_]:
         """Return which columns belong to part ``k``."""

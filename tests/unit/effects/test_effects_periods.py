@@ -92,7 +92,7 @@ def test_too_few_places_resolve_nothing(position):
 
 
 def test_the_lathe_resolves_four_harmonics_of_its_screw():
-    assert Cyclic().resolved_harmonics(lathe(), 6.35) == 4
+    assert resolved_harmonics(lathe(), 6.35) == 4
     assert resolved_harmonics(lathe(), 12.7) == 9
     x = lathe().position
     assert np.abs(np.sin(2 * np.pi * 5 * x / 6.35)).max() < 1e-9, "the fifth is seen at its zeros only"
