@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from rtec._jit import prepared
 from rtec.campaign import safety_kernels as kernels
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, Move, StationSettings
-from rtec.predictors import BidirectionalTable, Predictor
+from rtec.predictors import BidirectionalTable, Model, Predictor
 from rtec.predictors.binding import bound_curve
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.status import Status
@@ -133,6 +134,7 @@ class MonitoredCell(Cell):
         truth: Predictor | None = None,
         slice_ps: int = SLICE_PS,
     ) -> None:
+        self._run_monitored: Any = None
         super().__init__(stations, moves, predictor, faults=faults)
         self._slice_ps = slice_ps
         self._freeze_ps = NEVER
@@ -156,15 +158,22 @@ class MonitoredCell(Cell):
             if self.now_ps < freeze_ps:
                 return
             self._monitors.frozen = 1
-        run: Any = kernels.watch
-        run(
-            *self._parts, self._monitors, until_ps, self._slice_ps,
-            stop_after_ps, self._models, self._truth,
+        arguments = (
+            *self._parts, self._monitors, until_ps, self._slice_ps, stop_after_ps, self._models, self._truth,
         )  # fmt: skip
+        if self._run_monitored is None:
+            self._run_monitored = prepared(kernels.watch, *arguments)
+        self._run_monitored(*arguments)
+
+    def predict_by(self, predictor: Model | Sequence[Model]) -> None:
+        """Give the PC another predictor from now on, or another one for each axis."""
+        super().predict_by(predictor)
+        self._run_monitored = None
 
     def set_reference(self, predictor: Predictor) -> None:
         """Take another prediction for the healthy one from now on."""
         self._truth = bound_curve(predictor, "truth")
+        self._run_monitored = None
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode; totals are to stay once the last requests have arrived."""
