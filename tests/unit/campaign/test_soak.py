@@ -56,7 +56,7 @@ def test_a_held_machine_was_struck(soak):
 
 
 def test_any_number_of_threads_gives_the_same():
-    one, two = (run_soak(SoakPlan(hours=0.05, episode_s=30.0, threads=threads)) for threads in (1, 2))
+    one, two = (run_soak(SoakPlan(hours=0.02, episode_s=20.0, threads=threads)) for threads in (1, 2))
     assert one.episodes == two.episodes
 
 

@@ -169,17 +169,17 @@ def tick_at(k: int, period: Fraction) -> int:
 
 
 @pytest.mark.parametrize("simulator", BOTH)
-def test_ticks_stay_exact_over_a_million(sampler, simulator):
+def test_ticks_stay_exact_over_many(sampler, simulator):
     period = Fraction(10**12, 33_333_000)
-    until = tick_at(1_000_100, period)
+    until = tick_at(200_100, period)
     stimulus = Stimulus(
         edges=EdgeStream.from_states([], [], 0), requests=Totals([1], [1]), until_ps=until
     )  # fmt: skip
     done = sampler(simulator).play([stimulus])[0].completed
     # asked for between ticks 0 and 1: tick 1 takes 0, and begins to count 4096 at a time
-    assert done.times_ps.tolist() == [tick_at(1 + 4096 * k, period) for k in range(1_000_099 // 4096 + 1)]
+    assert done.times_ps.tolist() == [tick_at(1 + 4096 * k, period) for k in range(200_099 // 4096 + 1)]
     assert done.totals.tolist() == list(range(1, len(done) + 1))
-    assert done.times_ps[-1] - int((1 + 4096 * 244) * period) in (0, 1)
+    assert done.times_ps[-1] - int((1 + 4096 * 48) * period) in (0, 1)
 
 
 @pytest.mark.parametrize("simulator", BOTH)

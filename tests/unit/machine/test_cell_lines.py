@@ -34,11 +34,11 @@ def test_both_axes_are_on_the_line_at_every_time():
 
 
 def test_a_line_takes_as_long_as_its_length_asks_for():
-    """length / speed + speed / acceleration, at the default of 500 mm/s², but for the 1 ms ticks of the command."""
+    """length / speed + speed / acceleration, at the default of 500 mm/s², but for the 4 ms between two looks."""
     cell = cell_with(TRIANGLE)
     over = [0] * 4
     while over[3] == 0:
-        cell.run(until_ps=cell.now_ps + MS)
+        cell.run(until_ps=cell.now_ps + 4 * MS)
         moves = {axis.view.counters.moves for axis in cell.axes}
         assert len(moves) == 1  # nobody is ahead of the other
         over[max(moves)] = over[max(moves)] or cell.now_ps
