@@ -236,6 +236,7 @@ def test_gate_can_be_switched_off(monkeypatch):
         ({"phase_error": "10"}, "--phase-error", "10deg"),
         ({"duty_a": "0.02"}, "--duty-a", "2%"),
         ({"duty_b": "60%"}, "--duty-b", "-45 to 45 %"),
+        ({"gate_margin": "-5%"}, "--gate-margin", "-5 % is too small; use 0 to 10000 %"),
         ({"eccentricity": "3 count"}, "--eccentricity", "--counts-per-rev"),
         ({"eccentricity": "3"}, "--eccentricity", "count"),
         ({"counts_per_rev": "4001"}, "--counts-per-rev", "multiple of four"),

@@ -104,6 +104,8 @@ REFUSED = [
     ("[encoder]\nhome_state = true", ["encoder.home_state", "True"]),
     ('[encoder]\nphase_error = "90 deg"', ["encoder.phase_error", "-89 to 89"]),
     ('[encoder]\nphase_error = "60 deg"\nduty_error_a = "40 %"', ["encoder.phase_error", "apart"]),
+    ("[conversation]\nwindow = 3", ["unknown key 'conversation'", "one of name, ", "handshake"]),
+    ('[axis]\nacceleration = "-1 m/s^2"', ["axis.acceleration: -1 m/s^2 is too small", "to 1000 m/s^2"]),
     ('[encoder]\nduty_error_b = "46 %"', ["encoder.duty_error_b: 46 %", "-45 to 45 %"]),
     ('[encoder]\njitter = "-1 ns"', ["encoder.jitter", "-1 ns"]),
     ("[encoder]\nseed = -1", ["encoder.seed"]),
