@@ -10,23 +10,18 @@ from rtec.errors import RtecError
 from rtec.live.box_loop import BoxLoop
 from rtec.live.events import Events
 from rtec.live.orders import HELP, Word, carry_out, parse_order
-from rtec.live.quiet import collect_young
+from rtec.live.quiet import Pace
 from rtec.live.stopping import StopWish
 from rtec.live.typed import TypedLines
 from rtec.live.words import box_words
 from rtec.machine.station import StationView
 from rtec.units import PS_PER_S
 
-POLL_PS = 20 * 10**9
-"""Interval at which orders are taken and changes are detected."""
-
 MOST_ORDERS = 8
 """Command rate limit: orders carried out between two passes, so that many orders do not stop the axes."""
 
 MOST_REFUSED = 1000
 """Limit of the orders kept from a script, so that a long one does not fill the memory."""
-
-TIDY_PS = PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,16 +93,11 @@ class BoxRun:
 
     def run(self) -> str:
         """Run; return why it ended: `quit`, `Ctrl-C`, `SIGTERM`, `duration` or `bus lost`."""
-        next_poll_ps = next_tidy_ps = self._begin_ps
+        pace = Pace(self._begin_ps)
         while self._ended is None:
             self._loop.step()
-            now_ps = self._loop.transport.now_ps() if self._loop.lost is None else next_poll_ps
-            if now_ps >= next_poll_ps:
-                next_poll_ps = now_ps + POLL_PS
+            if self._loop.lost is not None or pace.polls(self._loop.transport.now_ps()):
                 self._poll()
-            if now_ps >= next_tidy_ps:
-                next_tidy_ps = now_ps + TIDY_PS
-                collect_young()
         return self._ended
 
     def _poll(self) -> None:

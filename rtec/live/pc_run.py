@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from rtec.live.events import Events
 from rtec.live.figures import spread_ms
 from rtec.live.pc_loop import PcLoop
-from rtec.live.quiet import collect_young
+from rtec.live.quiet import Pace
 from rtec.live.stopping import StopWish
 from rtec.live.words import hold_words, pc_words, waiting_words
 from rtec.requester.pc_node import PcView
@@ -16,9 +16,6 @@ from rtec.requester.settings import PcState
 from rtec.requester.status import BoxState
 from rtec.requester.supervision import HoldReason
 from rtec.units import PS_PER_MS, PS_PER_S
-
-POLL_PS = 20 * 10**9
-TIDY_PS = PS_PER_S
 
 LINGER_S = 1.0
 """Time for which a PC that holds the machine goes on reporting it."""
@@ -107,21 +104,16 @@ class PcRun:
 
     def run(self) -> PcEnding:
         """Run; return how it ended."""
-        next_poll_ps = next_tidy_ps = self._begin_ps
+        pace = Pace(self._begin_ps)
         left_s = max(self._start_up_s - self._waited_s, 0.0)
         axes = ", ".join(str(node.axis) for node in self._loop.nodes)
         self._events.happen(0.0, f"waiting up to {left_s:.4g} s for the box of axis {axes}")
         while True:
             self._loop.step()
-            now_ps = self._loop.transport.now_ps()
-            if now_ps >= next_poll_ps or self._loop.lost is not None:
-                next_poll_ps = now_ps + POLL_PS
+            if pace.polls(self._loop.transport.now_ps()) or self._loop.lost is not None:
                 ending = self._poll()
                 if ending is not None:
                     return ending
-            if now_ps >= next_tidy_ps:
-                next_tidy_ps = now_ps + TIDY_PS
-                collect_young()
 
     def _poll(self) -> PcEnding | None:
         at_s = self.at_s
