@@ -143,23 +143,29 @@ def quiet_run():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("pages")
+    """Return where the commands of the tutorial were carried out."""
+    return tmp_path_factory.mktemp("tutorial")
 
 
 @pytest.fixture(scope="module")
-def printed(quiet_run, folder):
+def printed(quiet_run, folder, tmp_path_factory):
     """Return the commands of the tutorial and the README with what each prints, `rtec run` once and without pictures.
 
     What the tutorial of the diagnosis shows as well is held by the test that runs that.
     """
     held = {tuple(step.words) for step in steps_of(text_of(OF_THE_DIAGNOSIS))}
+    of_the_readme = tmp_path_factory.mktemp("readme")
+    (of_the_readme / "before-after").symlink_to(folder / "before-after")
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
         patch.setenv("COLUMNS", "100")
         patch.setattr(rtec.study, "run_study", lambda *_, **__: quiet_run)
         for name in ("illustrations", "search_figures"):
             patch.setattr(rtec.report.folder, name, lambda *_: ())
-        return {page: carried_out(text_of(page), but=held) for page in (TUTORIAL, README)}
+        done = {}
+        for page, where in ((TUTORIAL, folder), (README, of_the_readme)):
+            patch.chdir(where)
+            done[page] = carried_out(text_of(page), but=held)
+        return done
 
 
 @pytest.mark.parametrize("page", [README, TUTORIAL], ids=identity)
