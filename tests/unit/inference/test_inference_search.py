@@ -112,7 +112,7 @@ def test_given_families_stay_whatever_a_second_wave_fills():
 def test_why_an_effect_does_not_earn_its_place():
     search = search_of(measured(TILTED))
     useless = search.judge.score([(SCALE, Shape()), (BACKLASH, Shape()), (DRIFT, Shape())])
-    assert "nats, less than the 5 asked for" in search.gate.why_not(useless, 2)
+    assert "nats, less than the 5 required" in search.gate.why_not(useless, 2)
     assert search.gate.why_not(useless, 0) is None
     long = search.judge.score([(CYCLIC, CYCLIC.shape_type(100.0))])
     assert "3.0 cycles" in search.gate.why_not(long, 0) or "2.9 cycles" in search.gate.why_not(long, 0)
@@ -128,7 +128,7 @@ def test_beside_a_small_course_in_time_no_effect_is_sure():
     (course,) = [(effect, Shape()) for effect in search.space.library if effect.name == "any time 9"]
     small = search.judge.score([course])
     assert small.score > model.score
-    assert "below 2 of what is left" in search.gate.why_not(small, 0)
+    assert "its contribution is below 2 times the residual" in search.gate.why_not(small, 0)
     assert search.gate.competes(small)
     assert settled(search, model)[0].names == ()
 
@@ -159,7 +159,7 @@ def test_a_hair_beside_much_noise_is_of_no_interest():
     model = search.judge.score([(BACKLASH, Shape())])
     assert model.score - search.judge.score([]).score > WORTH
     assert search.gate.size(model, 0) == pytest.approx(0.1, abs=0.04)
-    assert search.gate.why_not(model, 0) == "below 0.15 of what is left"
+    assert search.gate.why_not(model, 0) == "its contribution is below 0.15 of the residual"
 
 
 def test_the_size_of_an_effect_is_what_the_others_cannot_explain():

@@ -134,7 +134,8 @@ def test_numbers_are_a_fresh_array_of_one_type():
 SAMPLE = """
 import numpy as np
 from numba import config
-from rtec.predictors import LatheNetwork, BidirectionalTable, LayeredNetwork, NoError, TrainedNetworks
+from rtec.predictors import LatheNetwork, BidirectionalTable, NoError
+from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 print(int(config.DISABLE_JIT))
 lathe = LatheNetwork()
 grid = np.linspace(20.0, 1030.0, 60)
