@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import fdtrc, logsumexp
 
 from rtec.effects import Effect, Floats
-from rtec.inference.gate import COLLINEAR
+from rtec.inference.gate import INSEPARABLE
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import beside, falls, orthonormal
 from rtec.inference.scored import Judge, Scored, best_of_names
@@ -95,7 +95,7 @@ def stood_for(search: Search, model: Scored, other: Scored) -> Effect | None:
         covered = own[0].name in instead[0].contains or instead[0].name in limits_of(own[0])
         return own[0] if covered else None
     cosine = _cosine(search.judge, model, model.choices.index(own), search.space.raw(instead))
-    return own[0] if cosine > COLLINEAR else None
+    return own[0] if cosine > INSEPARABLE else None
 
 
 def probabilities(search: Search, best: Scored, answer: Scored | None = None) -> dict[str, float]:
@@ -227,7 +227,7 @@ def alike(judge: Judge, model: Scored, names: Collection[str]) -> Iterator[tuple
             if other is None or rival.permanent or rival.name in model.names:
                 continue
             shapes = judge.space.shapes(other)[0]
-            if len(shapes) == 1 and _cosine(judge, model, k, judge.space.raw((other, shapes[0]))) > COLLINEAR:
+            if len(shapes) == 1 and _cosine(judge, model, k, judge.space.raw((other, shapes[0]))) > INSEPARABLE:
                 yield effect, other
 
 
@@ -271,7 +271,7 @@ def _as_map(search: Search, model: Scored, k: int, name: str) -> Rivalry | None:
         if other.name == name and other.is_map and effect.name not in other.contains:
             for shape in search.space.shapes(other)[0]:
                 cosine = _cosine(search.judge, model, k, search.space.raw((other, shape)))
-                if cosine > COLLINEAR:
+                if cosine > INSEPARABLE:
                     instead = search.judge.score([*rest.choices, (other, shape)], model)
                     return Rivalry(effect=effect.name, rival=name, cosine=cosine, model=instead)
     return None

@@ -17,8 +17,8 @@ from rtec.inference.space import Choice, Space
 
 WORTH = 5.0
 """Nats by which an effect has to raise the score before it enters: at 3.5 the prototype gave false names."""
-COLLINEAR = 0.99
-"""Cosine from which on two effects are the same on a plan."""
+INSEPARABLE = 0.99
+"""Cosine above which no search tells two effects apart on a plan: stricter than collinear, which is told."""
 SHARPER = 3.0
 """Nats by which a sudden change has to be likelier than a gradual one."""
 MATTERS = 0.15
@@ -161,7 +161,7 @@ class Gate:
             if name not in rivals or other.wrong_sign or self.in_doubt(other) or self.implausible(other, added):
                 continue
             theirs = self._shown(other, added)
-            if own @ theirs > COLLINEAR * np.linalg.norm(own) * np.linalg.norm(theirs):
+            if own @ theirs > INSEPARABLE * np.linalg.norm(own) * np.linalg.norm(theirs):
                 best[name] = max(other.score, best.get(name, -np.inf))
         return float(logsumexp(list(best.values()))) - rest.score
 

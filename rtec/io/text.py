@@ -41,8 +41,20 @@ def read_bytes(path: str | Path, what: str = "a text file", *, most_bytes: int =
     except FileFormatError:
         raise
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileFormatError(path, None, f"cannot be read ({reason})", what) from None
+        raise unreadable(path, error, what) from None
+
+
+def unreadable(path: str | Path, error: Exception, what: str) -> FileFormatError:
+    """Return what is said of a file that the system does not open or read.
+
+    Examples
+    --------
+    >>> str(unreadable("z.csv", PermissionError(13, "Permission denied"), "a text file"))
+    'z.csv: cannot be read (Permission denied); use a text file'
+    """
+    if isinstance(error, FileNotFoundError):
+        return FileFormatError(path, None, "there is no such file", f"the path of {what}")
+    return FileFormatError(path, None, f"cannot be read ({getattr(error, 'strerror', None) or error})", what)
 
 
 def read_text(
@@ -69,7 +81,7 @@ def read_text(
     >>> read_text("z.csv")
     Traceback (most recent call last):
         ...
-    rtec.errors.FileFormatError: z.csv: cannot be read (No such file or directory); use a text file
+    rtec.errors.FileFormatError: z.csv: there is no such file; use the path of a text file
     """
     data = read_bytes(path, what, most_bytes=most_bytes)
     _refuse_nul(path, data)

@@ -15,6 +15,7 @@ from typing import BinaryIO, Self, TextIO, cast
 import can
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
+from rtec.io import unreadable
 from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, read_candump
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.replay import replay
@@ -299,7 +300,7 @@ class LogReader:
         except FileFormatError as error:
             raise self._with_count(error) from None
         except OSError as error:
-            raise FileFormatError(self.path, None, f"cannot be read ({error.strerror})", "a readable log") from None
+            raise unreadable(self.path, error, "a log") from None
 
     def _with_count(self, error: FileFormatError) -> FileFormatError:
         """Add what was read up to the error."""

@@ -140,7 +140,7 @@ class MessageSet:
         --------
         >>> MessageSet.load("/nowhere/z.dbc")
         Traceback (most recent call last):
-        rtec.errors.FileFormatError: /nowhere/z.dbc: cannot be read (No such file or directory); use a DBC file
+        rtec.errors.FileFormatError: /nowhere/z.dbc: there is no such file; use the path of a DBC file
         """
         ours = _packaged()
         if path is not None:

@@ -76,23 +76,24 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
     if is_workbook(path):
         return _of_table(one_table(tables_of_workbook(path, choices.sheet), choices), choices, ())
     if choices.sheet is not None:
-        raise ArgumentError("--sheet", repr(choices.sheet[:60]), f"it for a workbook; {path} is none")
+        raise ArgumentError("--sheet", "", "it for a workbook", problem=f"means nothing for {path}")
     text, encoding = read_any_text(path)
     notes = () if encoding == "utf-8" else (f"read as {encoding}",)
     if choices.table is not None and (is_laser_file(text) or is_renishaw_file(text)):
-        raise ArgumentError("--table", choices.table, f"it for other files; {path} is one of a laser system")
+        raise _of_a_laser_system("--table", path)
     if is_laser_file(text):
         if choices.columns:
-            raise ArgumentError(
-                "--map",
-                next(iter(choices.columns)),
-                "it for other files, not for one of a laser system",
-            )
+            raise _of_a_laser_system("--map", path)
         readings = measurement_of_readings(readings_of_text(path, text), {})
         return Measurement(source=str(path), facts={}, columns=readings.columns, unknown={})
     if is_renishaw_file(text):
         return read_renishaw_text(path, text, choices)
     return _of_table(one_table(tables_of_text(path, text), choices), choices, notes)
+
+
+def _of_a_laser_system(option: str, path: str | Path) -> ArgumentError:
+    problem = f"means nothing for {path}, a file of a laser system"
+    return ArgumentError(option, "", "it for a table", problem=problem)
 
 
 def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> Measurement:

@@ -32,7 +32,7 @@ def read_program(path: str | Path) -> axis.Program:
     >>> read_program("part.nc")
     Traceback (most recent call last):
         ...
-    rtec.errors.FileFormatError: part.nc: cannot be read (No such file or directory); use a text file
+    rtec.errors.FileFormatError: part.nc: there is no such file; use the path of a text file
     """
     source = str(path)
     blocks: list[axis.Block] = []

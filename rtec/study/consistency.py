@@ -43,10 +43,9 @@ def check_calibration(section: Section, plan: MeasuringPlan) -> None:
 
 def check_sizes(program: Section, controller: Section, plan: MeasuringPlan, table_interval_mm: float) -> None:
     """Refuse a measurement or a table that would fill the memory."""
-    travel_mm = plan.end_mm - plan.start_mm
-    readings = 2 * plan.runs * (travel_mm / plan.increment_mm + 1)
-    _check_number(program, "increment", readings, MAX_READINGS, "readings")
-    _check_number(controller, "table_interval", travel_mm / table_interval_mm, MAX_TABLE_POINTS, "points")
+    _check_number(program, "increment", plan.number_of_readings, MAX_READINGS, "readings")
+    points = (plan.end_mm - plan.start_mm) / table_interval_mm
+    _check_number(controller, "table_interval", points, MAX_TABLE_POINTS, "points")
 
 
 def _check_number(section: Section, key: str, number: float, most: int, what: str) -> None:

@@ -42,7 +42,8 @@ def one_table(tables: Sequence[Table], choices: ColumnChoices) -> Table:
     found = [part for table in tables for part in _side_by_side(table, choices)]
     if choices.table is not None:
         if choices.table > len(found):
-            raise ArgumentError("--table", choices.table, f"1 to {len(found)} in {found[0].source}: {_listed(found)}")
+            numbers = "1" if len(found) == 1 else f"1 to {len(found)}"
+            raise ArgumentError("--table", choices.table, f"{numbers} in {found[0].source}: {_listed(found)}")
         return found[choices.table - 1]
     if len(found) == 1:
         return found[0]

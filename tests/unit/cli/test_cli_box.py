@@ -59,7 +59,7 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--interface", "socketcam", "--channel", "can0"], "did you mean 'socketcan'?"),
         (["--interface", "slcan", "--channel", "/dev/none"], "/dev/none: cannot be opened"),
         (["--interface", "virtual", "--channel", "a", "--bitrate", "fast"], "--bitrate: 'fast'"),
-        (["--program", "none.nc"], "none.nc: cannot be read"),
+        (["--program", "none.nc"], "none.nc: there is no such file"),
         (["--log", "bus.txt"], "a name that ends in .log, .asc or .blf"),
         (["--channel", "../x"], "name: '../x'"),
         (["--stand", "--program", "none.nc"], "does not go with --stand"),

@@ -57,7 +57,7 @@ def test_one_stream(capsys, module, passed):
         ([*BUG, "--design", "c", "--simulator", "vcs"], "verilator or icarus"),
         ([*BUG, "--design", "c", "--part", "8051"], "--part means nothing for Verilog"),
         ([*BUG], "--design is missing"),
-        (["nothing.v", *BUG[1:], "--design", "c"], "nothing.v: cannot be read (No such file"),
+        (["nothing.v", *BUG[1:], "--design", "c"], "nothing.v: there is no such file"),
         ([BUG[0], "--pins", "nothing.toml", "--clock", "50MHz", "--design", "c"], "nothing.toml"),
     ],
 )

@@ -142,7 +142,7 @@ def test_a_failed_comparison_leaves_no_folder(here, capsys):
     ("words", "says"),
     [
         ([], ["'rtec compare --help'"]),
-        (["nowhere.csv"], ["nowhere.csv", "No such file"]),
+        (["nowhere.csv"], ["nowhere.csv", "no such file"]),
         (["z.csv", "--model", "nowhere.toml"], ["nowhere.toml"]),
         (["z.csv", "--model", "z.csv"], ["z.csv", "TOML"]),
         (["z.csv", "--heldout", "nowhere.csv"], ["nowhere.csv"]),

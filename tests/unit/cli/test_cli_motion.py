@@ -69,7 +69,7 @@ def test_plain_gates_fail_where_held_edges_do_not(capsys):
     [
         (["--motion", "revresal", "--cycles", "9"], "--motion: 'revresal' is not a motion; use steady, ramp"),
         (["--motion", "revresal", "--cycles", "9"], "did you mean 'reversal'?"),
-        (["--motion", "gone.nc"], "gone.nc: cannot be read (No such file or directory)"),
+        (["--motion", "gone.nc"], "gone.nc: there is no such file"),
         (["--motion", "ramp"], "--cycles is missing"),
         (
             ["--cycles", "9", "--acceleration", "2 MHz/s"],
@@ -133,7 +133,7 @@ def test_check_runs_a_programme(capsys, part):
     [
         (["--motion", "up"], "--motion: 'up' is not a motion; use steady"),
         (["--motion", "ramp", "--stream", "00 1us:+ 3us:end"], "does not go with --stream"),
-        (["--motion", "gone.nc"], "gone.nc: cannot be read"),
+        (["--motion", "gone.nc"], "gone.nc: there is no such file"),
     ],
 )
 def test_what_check_refuses(capsys, words, says):

@@ -109,7 +109,7 @@ def test_nobody_is_heard(capsys, log):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["none.log"], "none.log: cannot be read"),
+        (["none.log"], "none.log: there is no such file"),
         (["none.txt"], ".log (candump), .asc or .blf"),
         (["one.log"], "one.log: it holds no frame of a box; use a log with the frames of box and PC"),
         (["one.log", "--as", "bx"], "--as: 'bx' is not valid; use pc or box"),

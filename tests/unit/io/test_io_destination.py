@@ -50,7 +50,7 @@ def test_files_that_can(here):
     [((".toml",), "ends in .toml"), ((".png", ".svg", ".pdf"), "ends in .png, .svg or .pdf")],
 )
 def test_a_name_says_what_a_file_is(here, endings, says):
-    with pytest.raises(ArgumentError, match=f"--x: new.bmp is not valid; use a name that {says}"):
+    with pytest.raises(ArgumentError, match=f"--x: new.bmp has another ending; use a name that {says}"):
         check_file("--x", Path("new.bmp"), force=False, endings=endings)
 
 

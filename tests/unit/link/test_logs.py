@@ -222,7 +222,7 @@ def test_after_closing_nothing_is_recorded(tmp_path):
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_missing_log_a_folder_and_an_empty_one(tmp_path, suffix):
-    with pytest.raises(FileFormatError, match="No such file"):
+    with pytest.raises(FileFormatError, match="no such file"):
         next(read_log(tmp_path / f"none{suffix}"))
     (tmp_path / f"folder{suffix}").mkdir()
     with pytest.raises(FileFormatError, match="no regular file"):

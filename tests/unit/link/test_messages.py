@@ -319,7 +319,7 @@ def test_a_setup_is_read_in_units(messages):
 
 
 def test_path_that_is_no_file(tmp_path):
-    with pytest.raises(FileFormatError, match="No such file"):
+    with pytest.raises(FileFormatError, match="no such file"):
         MessageSet.load(tmp_path / "none.dbc")
     with pytest.raises(FileFormatError, match="is no regular file"):
         MessageSet.load(tmp_path)

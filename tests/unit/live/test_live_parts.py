@@ -104,7 +104,7 @@ def test_a_measuring_program_becomes_moves(tmp_path):
 
 
 def test_a_file_that_is_no_program(tmp_path):
-    with pytest.raises(FileFormatError, match="cannot be read"):
+    with pytest.raises(FileFormatError, match="no such file"):
         read_moves(tmp_path / "none.nc", home_mm=0.0)
     (tmp_path / "x.nc").write_text("G00 X1")
     with pytest.raises(FileFormatError, match="line 1"):

@@ -183,7 +183,7 @@ def test_bad_files(file, data, words):
 def test_folder_and_missing_file(tmp_path):
     with pytest.raises(FileFormatError, match="no regular file"):
         read_laser_file(tmp_path)
-    with pytest.raises(FileFormatError, match="No such file"):
+    with pytest.raises(FileFormatError, match="no such file"):
         read_laser_file(tmp_path / "none")
 
 

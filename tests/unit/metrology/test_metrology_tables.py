@@ -113,7 +113,7 @@ def test_a_heading_that_nobody_can_type_is_asked_about_by_its_number(read):
 def test_a_table_that_is_not_there(read):
     text = "Achse X\nSoll [mm];Fehler [um]\n0;1\n10;2\n\nAchse Y\nSoll [mm];Fehler [um]\n0;3\n10;4\n"
     assert read(text, table=2).columns["deviation"].values.tolist() == [0.003, 0.004]
-    with pytest.raises(ArgumentError, match="is one of a laser system"):
+    with pytest.raises(ArgumentError, match="a file of a laser system"):
         read(RTL, name="x.rtl", table=1)
     with pytest.raises(ArgumentError, match=r"1 to 2 in .*: 'Achse X', rows from line 3; 'Achse Y', rows"):
         read(text, table=3)

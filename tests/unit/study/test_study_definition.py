@@ -298,7 +298,7 @@ def test_a_model_file_is_a_predictor_without_what_changes_in_time(tmp_path):
         (MODEL.replace("-80 um", "-80 deg"), ["m.toml", "backlash", "deg"]),
         (MODEL.replace('"backlash"', '"backlsh"'), ["m.toml", "backlash"]),
         ("[[[", ["m.toml"]),
-        (None, ["m.toml", "No such file"]),
+        (None, ["m.toml", "no such file"]),
     ],
 )
 def test_model_files_that_are_no_predictor_are_refused(tmp_path, text, said):
@@ -322,7 +322,7 @@ def test_a_table_with_one_backlash_will_do(tmp_path):
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (None, ["bad.csv", "No such file"]),
+        (None, ["bad.csv", "no such file"]),
         ("", ["bad.csv"]),
         ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n400,50,90\n", ["bad.csv, line 4", "400"]),
         ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n500,50,90\n", ["bad.csv, line 4", "500"]),
