@@ -19,6 +19,8 @@ _FINER = 4
 _LONGEST = 2**21
 """Of a transform: 65 536 cycles over the span."""
 _SINGULAR = 1e-6
+_REGULAR = 0.05
+"""Share of the median gap by which the gaps of regular places may differ."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -135,6 +137,31 @@ def threshold(frequency: Floats, noise: NoiseFloor, *, rows: int, resolved: floa
     reddened = (1.0 - rho**2) / (1.0 - 2.0 * rho * np.cos(2 * np.pi * frequency * spacing) + rho**2)
     level: Floats = white * np.sqrt(noise.white_share + (1.0 - noise.white_share) * reddened)
     return level
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How often an axis was looked at along its length."""
+
+    step: float | None
+    """Between places that are regular; None where they are not."""
+    nyquist: float
+    """Half the places per unit of length: of those that are not regular, by their mean distance."""
+
+
+def sampling_of(places: Floats) -> Sampling:
+    """Return how distinct places, ascending, shape (places,), sample an axis.
+
+    Examples
+    --------
+    >>> sampling_of(np.array([0.0, 5.0, 10.0, 15.0])), sampling_of(np.array([0.0, 2.0, 15.0])).step
+    (Sampling(step=5.0, nyquist=0.1), None)
+    """
+    gaps = np.diff(places)
+    step = float(np.median(gaps))
+    if np.abs(gaps - step).max() < _REGULAR * step:
+        return Sampling(step, 0.5 / step)
+    return Sampling(None, 0.5 * gaps.size / float(np.ptp(places)))
 
 
 def mirrored(frequency: float, step: float, top: float) -> list[float]:

@@ -11,7 +11,15 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats
 from rtec.inference.model import Model
 from rtec.inference.results import NoiseFloor
-from rtec.inference.spectra import PROBABILITY, Spectrum, highest_frequency, mirrored, spectrum, threshold
+from rtec.inference.spectra import (
+    PROBABILITY,
+    Spectrum,
+    highest_frequency,
+    mirrored,
+    sampling_of,
+    spectrum,
+    threshold,
+)
 from rtec.readable import rounded
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import residual
@@ -23,8 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_REGULAR = 0.05
-"""Share of the median gap by which the gaps of regular targets may differ."""
 _LINES_PER_SPAN = 2000
 """Periods over the span that the spectrum of a moving log goes up to."""
 _COLUMNS = 1200
@@ -79,13 +85,11 @@ def _over_position(c: Conditions, model: Model) -> _Axis | None:
     places = c.places
     if places.size < _FEWEST:
         return None
-    gaps = np.diff(places)
-    step = float(np.median(gaps))
-    regular = bool(np.abs(gaps - step).max() < _REGULAR * step)
+    sampling = sampling_of(places)
+    regular = sampling.step is not None
     held = not c.moving and not c.time_is_coordinate
-    spaced = step if regular else c.span / (places.size - 1)
     lines = _found_lines(model, symbol(c.position_unit))
-    wanted = (1.0 - 0.5 / places.size) / spaced if held else min(_LINES_PER_SPAN / c.span, 0.5 / spaced)
+    wanted = (2.0 - 1.0 / places.size) * sampling.nyquist if held else min(_LINES_PER_SPAN / c.span, sampling.nyquist)
     if not (held and regular):  # places that are not regular show lines beyond, too
         wanted = max([wanted, *(_ROOM * line for line, _ in lines)])
     per, factor = (
@@ -95,15 +99,15 @@ def _over_position(c: Conditions, model: Model) -> _Axis | None:
     moves = np.abs(np.diff(c.position))
     wide = _wide(c, wanted, lines, _CROWDED_MIRRORED if held and regular else _CROWDED)
     if wide and held:
-        wanted = 0.5 / spaced  # mirror images would be crowded at the end of a logarithmic axis
+        wanted = sampling.nyquist  # mirror images would be crowded at the end of a logarithmic axis
     top = highest_frequency(c.span, wanted)
     return _Axis(
         x=c.position,
         label=label,
         factor=factor,
         top=top,
-        nyquist=0.5 / spaced if held and not wide else None,
-        step=step if regular and held and not wide else None,
+        nyquist=sampling.nyquist if held and not wide else None,
+        step=sampling.step if held and not wide else None,
         spacing=float(np.median(moves[moves > 0])),
         lines=lines,
         logarithmic=wide,
