@@ -220,4 +220,4 @@ def test_an_effect_that_changes_only_resembles_its_name():
         assert (result.verdict is Verdict.NAMED) is sure
         assert result.probability["cyclic"] == found.probability
         assert found.probability > 0.95 if sure else found.probability < 0.05
-        assert ("changes with position" in found.reason) is not sure
+        assert ("varies with position" in found.reason) is not sure
