@@ -190,20 +190,26 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """Return a hint naming the known word that is meant, where one is near; else all of them.
 
     Near is a word that differs by slips of the fingers, in any case of letters: one letter in three at most is
-    missing, too much, another one, or in the place of its neighbour. Else it is the shortest that begins with
-    ``word`` or holds it, or with which ``word`` begins.
+    missing, too much, another one, or in the place of its neighbour. Else it is the shortest that holds ``word`` or
+    begins with it but for one slip, or with which ``word`` begins.
 
     Examples
     --------
     >>> nearest("orginal", ["original", "a", "b", "c"]), nearest("in", ["mm", "inch"])
     ("did you mean 'original'?", "did you mean 'inch'?")
+    >>> nearest("glich", ["glitches", "bus-off"])
+    "did you mean 'glitches'?"
     >>> nearest("conversation", ["calibration", "handshake"])
     'known: calibration, handshake'
     """
     names, begun = list(known), word[:60].casefold()
-    slips, close = min(((_slips(begun, name.casefold()), name) for name in names), default=(1, ""))
-    if slips > max(len(begun) // 3, 1) or slips >= len(begun):
-        close = min((name for name in names if _holds(name.casefold(), begun)), key=len, default="")
+    slips = {name: _slips(begun, name.casefold()) for name in names}
+    close = min(names, key=lambda name: (slips[name][-1], name), default="")
+    if close and slips[close][-1] > min(max(len(begun) // 3, 1), len(begun) - 1):
+        held = (
+            name for name in names if _holds(name.casefold(), begun) or (len(begun) > 4 and min(slips[name]) == 1)
+        )
+        close = min(held, key=len, default="")
     return f"did you mean '{close}'?" if close else _KNOWN + ", ".join(names)
 
 
@@ -213,8 +219,8 @@ def _holds(name: str, word: str) -> bool:
     return word in name or word.startswith(name)
 
 
-def _slips(word: str, name: str) -> int:
-    """Return how many letters have to be put in, taken out, changed or swapped with a neighbour to get the name.
+def _slips(word: str, name: str) -> list[int]:
+    """Return how many letters have to be put in, taken out, changed or swapped to get each beginning of the name.
 
     Notes
     -----
@@ -233,4 +239,4 @@ def _slips(word: str, name: str) -> int:
             if i and j and letter == name[j - 1] and word[i - 1] == other:
                 row[-1] = min(row[-1], rows[i - 1][j - 1] + 1)
         rows.append(row)
-    return rows[-1][-1]
+    return rows[-1]
