@@ -1,6 +1,7 @@
 """What holds for all tests: threads of numpy, which cases of a long table are tried, and in what order files run."""
 
 import os
+import signal
 from collections import Counter
 from pathlib import Path
 
@@ -10,6 +11,10 @@ import pytest
 # numpy reads it once
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+# a run that was started in the background ignores Ctrl-C, and so would all its children
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import firmware_model._jit  # noqa: E402 - after the number of threads is set
 import rtec._jit  # noqa: E402 - after the number of threads is set
