@@ -298,7 +298,11 @@ class Nodes(RuleBasedStateMachine):
             self.power_gone()
 
     def power_gone(self):
-        """An insertion may have been cut off: counts are compared again from the next homing on."""
+        """Read the lines anew: what power does to them is no change that is kept.
+
+        An insertion may have been cut off: counts are compared again from the next homing on.
+        """
+        self.arena.before = None
         self.arena.read_lines()
 
     @rule()
