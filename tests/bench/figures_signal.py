@@ -163,6 +163,9 @@ def made_edges(edges: int) -> tuple[Any, Any]:
     return times[:used], levels[:used]
 
 
+STAGES = ("encoder", *(f"box, design {design.value}" for design in Design), "receiver")
+
+
 def stage_works(edges: int) -> dict[str, Callable[[], object]]:
     """Return each stage alone over arrays of the job's edges; the box owes nothing."""
     times, levels = made_edges(edges)
@@ -193,8 +196,7 @@ def stage_works(edges: int) -> dict[str, Callable[[], object]]:
         if state.count != times.size:
             raise open_path_job.WrongResultError(f"receiver: {state.count} counts of {times.size}")
 
-    boxes = {f"box, design {design.value}": inject(design) for design in Design}
-    return {"encoder": encode, **boxes, "receiver": receive}
+    return dict(zip(STAGES, (encode, *map(inject, Design), receive), strict=True))
 
 
 def stages(setting: Setting) -> Iterator[Figure]:

@@ -1,12 +1,12 @@
 """Speed of single stages: encoder, box, receiver, waveform files."""
 
 import pytest
-from figures_signal import stage_works, write_changes
+from figures_signal import STAGES, stage_works, write_changes
 
 EDGES = 100_000
 
 
-@pytest.mark.parametrize("stage", list(stage_works(4)))
+@pytest.mark.parametrize("stage", STAGES)
 def test_stage(benchmark, stage):
     benchmark(stage_works(EDGES)[stage])
 
