@@ -21,7 +21,7 @@ wall = time.perf_counter() - begun
 unit = 1 if sys.platform == "darwin" else 1024
 print(json.dumps([os.waitstatus_to_exitcode(status), wall, used.ru_utime + used.ru_stime, used.ru_maxrss * unit]))
 """
-_TIMEOUT_S = 1800
+_TIMEOUT_S = 3600
 
 
 class ChildFailedError(Exception):

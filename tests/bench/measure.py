@@ -20,6 +20,7 @@ import figures_check
 import figures_command
 import figures_diagnosis
 import figures_firmware
+import figures_house
 import figures_link
 import figures_live
 import figures_machine
@@ -53,6 +54,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "vcd": figures_signal.vcd,
     "firmware": figures_firmware.firmware,
     "stages": figures_signal.stages,
+    "house": figures_house.house,
 }
 """What can be measured, in the order of the page."""
 

@@ -127,6 +127,10 @@ sigrok's time is that of the whole program on samples of 50 MHz, ours that of re
         "Where the time goes",
         "Each stage alone over arrays; in the loop they hand edges on in registers, so the rows do not add up.\n",
     ),
+    "house": (
+        "The program itself",
+        "Lines by room: `python tests/bench/figures_house.py`. Words are those outside of code and of tables.\n",
+    ),
 }
 
 
