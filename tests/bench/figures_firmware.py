@@ -18,7 +18,8 @@ from rtec.board import Board, Microcontroller
 from rtec.injector import Design
 from rtec.signal import EdgeStream
 
-sys.path.append(str(Path(__file__).parents[1] / "differential"))  # measure.py runs without pytest's paths
+# measure.py runs without pytest's paths
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("differential", "oracles")]
 import ucsim
 from mcs51_programs import ACC, PSW
 

@@ -100,8 +100,8 @@ def main() -> int:
     """Print the lines of each room and the words of the documents."""
     rooms = lines_by_room()
     rooms["total"] = sum(rooms.values(), Counter())
-    rows = [[f"{'':32}", *KINDS], *([f"{room:32}", *(lines[kind] for kind in KINDS)] for room, lines in rooms.items())]
-    text = "".join("".join([name, *(f"{cell:>12}" for cell in cells)]) + "\n" for name, *cells in rows)
+    rows = [["", *KINDS], *([room, *(lines[kind] for kind in KINDS)] for room, lines in rooms.items())]
+    text = "".join(f"{name:32}{''.join(f'{cell:>12}' for cell in cells)}\n" for name, *cells in rows)
     prose, tables = words()
     sys.stdout.write(f"{text}words: {prose} in prose, {tables} in tables\n")
     return 0
