@@ -7,6 +7,7 @@ held. Only the time that was run counts.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -196,12 +197,14 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
         for design, hours in shares.items():
             ran_s, number = 0.0, 0
             while ran_s < hours * 3600.0:
-                some = [EpisodeJob(plan=plan, design=design, number=n) for n in range(number, number + _BATCH)]
+                # an episode may end early, so that more may be wanted than whole ones fit into the rest
+                batch = min(max(math.ceil((hours * 3600.0 - ran_s) / plan.episode_s), plan.threads), _BATCH)
+                some = [EpisodeJob(plan=plan, design=design, number=n) for n in range(number, number + batch)]
                 for episode in pool.results(some):
                     if ran_s < hours * 3600.0:
                         episodes.append(episode)
                         ran_s += episode.run_s
-                number += _BATCH
+                number += batch
                 progress(min(sum(episode.run_s for episode in episodes) / whole_s, 1.0))
     return Soak(plan=plan, episodes=tuple(episodes))
 
