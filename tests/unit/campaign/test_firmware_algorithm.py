@@ -1,6 +1,7 @@
 """A program as an insertion algorithm: the board of `rtec.board` says what has to come out."""
 
 import dataclasses
+from functools import cache
 
 import pytest
 
@@ -59,6 +60,18 @@ def by_small_steps(firmware, stimulus):
     return EdgeStream.concatenate(seen), done[1:], begun_ps
 
 
+@cache
+def streams_by_small_steps(design, name):
+    """Streams and what comes of each, which depends on the board alone."""
+    stimuli = [Stream.read(text).stimulus() for text in STREAMS]
+    firmware = on_board(design, chip_of(name))
+    return stimuli, [by_small_steps(firmware, stimulus) for stimulus in stimuli]
+
+
+def chip_of(name):
+    return CHIP if name == "8051-12mhz" else Microcontroller.named(name)
+
+
 @pytest.mark.parametrize(
     ("design", "name"),
     [
@@ -70,12 +83,10 @@ def by_small_steps(firmware, stimulus):
 )
 @pytest.mark.parametrize("room", [16_384, 24], ids=["quick", "recorded"])
 def test_what_comes_out_is_what_the_board_does(design, name, room, monkeypatch):
-    chip = CHIP if name == "8051-12mhz" else Microcontroller.named(name)
+    stimuli, expected = streams_by_small_steps(design, name)
     monkeypatch.setattr(firmware_algorithm, "_ROOM", room)  # with little room a run goes the way that is recorded
-    firmware = on_board(design, chip)
-    stimuli = [Stream.read(text).stimulus() for text in STREAMS]
-    for stimulus, response in zip(stimuli, firmware.play(stimuli), strict=True):
-        edges, done, begun_ps = by_small_steps(firmware, stimulus)
+    firmware = on_board(design, chip_of(name))
+    for response, (edges, done, begun_ps) in zip(firmware.play(stimuli), expected, strict=True):
         assert response.edges.times_ps.tolist() == (edges.times_ps - begun_ps).tolist()
         assert response.edges.levels.tolist() == edges.levels.tolist()
         assert response.broken is None
