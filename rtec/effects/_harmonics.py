@@ -22,6 +22,11 @@ class WavesShape(Shape):
     period: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "period"))
     harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
 
+    @property
+    def is_one_wave(self) -> bool:
+        """Whether it is a single wave, the same in both directions."""
+        return self.harmonics == 1
+
 
 class Waves(Effect):
     """Base of the effects that are a Fourier series in position."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Effect, Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Effect, Over, Quantity, Shape, Tunable, own_shape, parameter
 from rtec.errors import ArgumentError, nearest
 
 LEAST_CHANGE_K = 0.5
@@ -54,12 +54,6 @@ def unchanging(conditions: Conditions) -> str | None:
     return f"the temperature changes by {change:.2g} degC only: at least {LEAST_CHANGE_K:g} needed"
 
 
-def changing_sensors(conditions: Conditions) -> Sequence[HeatShape]:
-    """Return the sensors whose temperature changes."""
-    spread = {name: np.ptp(values) for name, values in conditions.temperatures.items()}
-    return [HeatShape(name) for name, change in spread.items() if change >= LEAST_CHANGE_K]
-
-
 def with_lags(conditions: Conditions, shape: _S) -> Sequence[_S]:
     """Return a shape that follows its sensor at once, and with lags where there is a time."""
     whole, _ = conditions.path
@@ -67,20 +61,6 @@ def with_lags(conditions: Conditions, shape: _S) -> Sequence[_S]:
         return [shape]
     lasted = float(np.ptp(whole.time_s))
     return [shape, *(replace(shape, lag=share * lasted) for share in LAGS if lasted > 0.0)]
-
-
-def lag_room(conditions: Conditions, shape: HeatShape) -> tuple[Tunable, ...]:
-    """Return a lag that there is as a number that a refit may move."""
-    if shape.lag == 0.0:
-        return ()
-    longest = LONGEST_LAG * float(np.ptp(conditions.path[0].clock))
-    return (Tunable("lag", shape.lag / 2.0, max(min(2.0 * shape.lag, longest), shape.lag)),)
-
-
-def another_sensor(shape: HeatShape, others: Sequence[Shape]) -> str | None:
-    """Return why an effect of a sensor cannot stand beside others of its kind, or None."""
-    taken = any(own_shape(other, HeatShape).sensor == shape.sensor for other in others)
-    return f"{shape.sensor} is followed already" if taken else None
 
 
 def rise_of(conditions: Conditions, sensor: str, lag: float = 0.0) -> Floats:
@@ -126,22 +106,35 @@ def _behind(time_s: Floats, heat: Floats, lag: float) -> Floats:
 class FollowsHeat(Effect):
     """Base of what grows with a temperature: it may lag behind its sensor, and several parts follow a sensor each."""
 
+    over = Over.TEMPERATURE
+    needs = f"a temperature column that changes by {LEAST_CHANGE_K:g} K at least"
     in_time = True
     at_most = 3
+    shape_type: ClassVar[type[HeatShape]]
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the sensors whose temperature changes."""
+        heats = conditions.temperatures.items()
+        return [self.shape_type(name) for name, values in heats if np.ptp(values) >= LEAST_CHANGE_K]
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
         """Return the sensors; times the forms of each where it is not the plain one."""
         own = own_shape(shape, HeatShape)
-        plain: Any = self.shape_type
-        forms = 1 if own == plain(own.sensor) else len(self.variants(conditions, shape))
+        forms = 1 if own == self.shape_type(own.sensor) else len(self.variants(conditions, shape))
         return float(len(self.shapes(conditions)) * forms)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the lag, where there is one."""
-        return lag_room(conditions, own_shape(shape, HeatShape))
+        lag = own_shape(shape, HeatShape).lag
+        if lag == 0.0:
+            return ()
+        longest = LONGEST_LAG * float(np.ptp(conditions.path[0].clock))
+        return (Tunable("lag", lag / 2.0, max(min(2.0 * lag, longest), lag)),)
 
     def crowded(
         self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
     ) -> str | None:
         """Return why a second part cannot follow the same sensor."""
-        return another_sensor(own_shape(shape, HeatShape), others)
+        sensor = own_shape(shape, HeatShape).sensor
+        taken = any(own_shape(other, HeatShape).sensor == sensor for other in others)
+        return f"{sensor} is followed already" if taken else None

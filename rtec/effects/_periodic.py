@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import abc
 from collections.abc import Sequence
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
+from rtec.effects._harmonics import WavesShape
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import (
     FEWEST_CYCLES,
@@ -23,7 +23,7 @@ from rtec.effects.frequency_grid import (
     stated_base,
     stated_periods,
 )
-from rtec.effects.protocol import Effect, Shape, Tunable
+from rtec.effects.protocol import Effect, Shape, Tunable, own_shape
 
 MOST_HARMONICS = 8
 LEAST_FUNDAMENTAL, LEAST_OF_PART = 0.5, 0.15
@@ -48,6 +48,7 @@ UNIFORM = 1e-9
 class Periodic(Effect):
     """Base of the effects that are periodic in position with a period that has to be found."""
 
+    shape_type: ClassVar[type[WavesShape]] = WavesShape
     is_wave = True
 
     def untestable(self, conditions: Conditions) -> str | None:
@@ -64,7 +65,7 @@ class Periodic(Effect):
 
         Beyond the end of the scan, too: there the true one may lie, and then it is doubtful.
         """
-        period = period_of(shape)
+        period = _waves(shape).period
         room = REFIT * period**2 / conditions.span
         if conditions.revolution is not None and stated_base(conditions, period) is not None:
             return ()  # a turn is a turn
@@ -72,32 +73,33 @@ class Periodic(Effect):
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
         """Return the number of stated periods for one of them, else that of all periods of the scan."""
-        if stated_base(conditions, period_of(shape)) is not None:
+        if stated_base(conditions, _waves(shape).period) is not None:
             return float(max(stated_periods(conditions).size, 1))
         return float(max(frequencies(conditions).size, 1)) * MOST_UNSTATED
 
     def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
         """Return why the positions cannot bear out an unstated period, or None."""
-        return wave_doubt(conditions, period_of(shape))
+        return wave_doubt(conditions, _waves(shape).period)
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
         """Return waves that do not come back often enough to be told from a smooth curve."""
         if not frequencies(conditions).size:
             return ()
-        form: Any = self.shape_type
-        return [form(conditions.span / cycles) for cycles in np.arange(FEWEST_SUSPECTED, FEWEST_CYCLES, SPACING)]
+        few = np.arange(FEWEST_SUSPECTED, FEWEST_CYCLES, SPACING)
+        return [self.shape_type(conditions.span / cycles) for cycles in few]
 
     def crowded(
         self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
     ) -> str | None:
         """Return why a wave of an unstated period cannot stand beside others, or a map: they cannot be told apart."""
-        if period_of(shape) > finest and stated_base(conditions, period_of(shape)) is None:
+        own = _waves(shape)
+        stated = stated_base(conditions, own.period)
+        if own.period > finest and stated is None:
             return "the map beside it has nodes so close that it draws such a wave itself"
-        lines = np.arange(1.0, _harmonics(shape) + 1.0) / period_of(shape)
-        theirs = [np.arange(1.0, _harmonics(other) + 1.0) / period_of(other) for other in others]
+        lines, *theirs = (np.arange(1.0, w.harmonics + 1.0) / w.period for w in map(_waves, (shape, *others)))
         if not theirs:
             return None
-        if stated_base(conditions, period_of(shape)) is not None:
+        if stated is not None:
             # one within the other, where the two could cancel each other, or next to the last of its harmonics
             near = min(
                 np.abs([*(line[0] - _and_next(lines)), *(lines[0] - _and_next(line))]).min() for line in theirs
@@ -113,7 +115,8 @@ class Periodic(Effect):
         A whole turn or pitch may have any of its harmonics alone.
         """
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
-        harmonics, base = _harmonics(shape), stated_base(conditions, period_of(shape))
+        own = _waves(shape)
+        harmonics, base = own.harmonics, stated_base(conditions, own.period)
         if harmonics < 2 or (base is not None and base in (conditions.revolution, conditions.screw_pitch)):
             return None
         each = np.sqrt((size.reshape(-1, harmonics) ** 2).sum(axis=0))
@@ -123,14 +126,14 @@ class Periodic(Effect):
 
     def regrouped(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the families that hold a harmonic of this one: it may have brought two periods together."""
-        form: Any = self.shape_type
-        lines = [form(period_of(shape) / k) for k in range(1, _harmonics(shape) + 1)]
-        found = dict.fromkeys(v for line in lines for v in self.variants(conditions, line))
+        form, own = self.shape_type, _waves(shape)
+        lines = [form(own.period / k) for k in range(1, own.harmonics + 1)]
+        found = dict.fromkeys(_waves(v) for line in lines for v in self.variants(conditions, line))
         return [
             other
             for other in found
-            if _harmonics(other) <= _harmonics(shape)
-            and (abs(period_of(other) / period_of(shape) - 1.0) > UNIFORM or _harmonics(other) < _harmonics(shape))
+            if other.harmonics <= own.harmonics
+            and (abs(other.period / own.period - 1.0) > UNIFORM or other.harmonics < own.harmonics)
             and self.doubtful(conditions, other) is None
         ]
 
@@ -140,31 +143,25 @@ class Periodic(Effect):
         if lines[0] is None or lines[1] is None or lines[0][0] != lines[1][0]:
             return ()
         whole, part = lines[0][0], max(lines[0][1], lines[1][1])
-        form: Any = self.shape_type
-        return [v for v in self.variants(conditions, form(whole)) if period_of(v) == whole and _harmonics(v) >= part]
+        families = map(_waves, self.variants(conditions, self.shape_type(whole)))
+        return [v for v in families if v.period == whole and v.harmonics >= part]
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by compiled code."""
-        if any(self._more_than_one_wave(shape) for shape in shapes):
+        if not all(_waves(shape).is_one_wave for shape in shapes):
             return super().scan(conditions, shapes)
         waves = np.empty((len(shapes), 2, conditions.rows))
-        fill(np.array([1.0 / period_of(shape) for shape in shapes]), conditions.position, waves)
+        fill(np.array([1.0 / _waves(shape).period for shape in shapes]), conditions.position, waves)
         return waves
 
-    @abc.abstractmethod
-    def _more_than_one_wave(self, shape: Shape) -> bool:
-        """Return whether a shape has harmonics or depends on the direction."""
 
-
-def period_of(shape: Shape) -> float:
-    """Return the period of a shape that has one."""
-    period: float = getattr(shape, "period")  # noqa: B009 - shapes of several effects have it, their base has not
-    return period
+def _waves(shape: Shape) -> WavesShape:
+    return own_shape(shape, WavesShape)
 
 
 def _line_of_turn(conditions: Conditions, shape: Shape) -> tuple[float, int] | None:
     """Return the whole pitch or turn of which a shape's period is a fraction, and which fraction; None of neither."""
-    base = stated_base(conditions, period_of(shape))
+    base = stated_base(conditions, _waves(shape).period)
     for whole in (conditions.revolution, conditions.screw_pitch):
         if base is not None and whole is not None and stated_base(conditions, whole / round(whole / base)) == base:
             return whole, round(whole / base)
@@ -174,12 +171,6 @@ def _line_of_turn(conditions: Conditions, shape: Shape) -> tuple[float, int] | N
 def _and_next(lines: Floats) -> Floats:
     """Return the lines of a family with one harmonic more."""
     return np.append(lines, lines[0] * (lines.size + 1))
-
-
-def _harmonics(shape: Shape) -> int:
-    """Return how many harmonics a shape has."""
-    harmonics: int = getattr(shape, "harmonics", 1)
-    return harmonics
 
 
 def fill(wanted: Floats, position: Floats, out: Floats) -> None:

@@ -27,6 +27,7 @@ class AccelerationLag(Effect):
     name = "acceleration_lag"
     over = Over.ACCELERATION
     needs = "moving data with accelerations"
+    lacks = (no_acceleration,)
     rivals = (Rival("scale", experiments.TWO_STROKES),)
     card = Card(
         title="Acceleration lag",
@@ -42,10 +43,6 @@ class AccelerationLag(Effect):
         invariant_to="position, direction, constant speed, time and temperature.",
         source="Erwinski et al. (2016), section I: inertia and elastic coupling.",
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show an error of acceleration, or None."""
-        return no_acceleration(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, negative, shape (rows, 1)."""

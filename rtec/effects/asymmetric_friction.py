@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
+from rtec.effects.protocol import Card, Effect, Observable, Over, Rival, Shape
 
 LEAST_EACH_WAY = 0.05
 """Share of the travel that has to go each way: a jolt back is no motion in the other direction."""
@@ -21,11 +20,6 @@ class AsymmetricFriction(Effect):
     ``force = asymmetry * |velocity|``: added to ``viscous * velocity`` the coefficient is viscous + asymmetry forward
     and viscous - asymmetry backward. Either sign is possible.
 
-    References
-    ----------
-    Erwinski et al. (2019), section 3: friction is not symmetric if the unit is inclined or its guideways are not
-    exactly parallel.
-
     Examples
     --------
     >>> v = np.array([10.0, -10.0])
@@ -38,6 +32,8 @@ class AsymmetricFriction(Effect):
     over = Over.VELOCITY
     observable = Observable.DRIVE
     builds_on = frozenset({"viscous"})
+    amplitude = "asymmetry"
+    amplitude_unit = "per_speed"
     needs = "motion in both directions"
     rivals = (Rival("force_offset", experiments.SPEEDS_EACH_WAY),)
     card = Card(
@@ -66,7 +62,3 @@ class AsymmetricFriction(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the speed, shape (rows, 1)."""
         return np.abs(self._needed(conditions.velocity, "a velocity or feed column"))[:, None]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return half of the difference of the coefficients, in N/(m/s) on a linear axis."""
-        return (Amplitude("asymmetry", *per_speed(units)),)

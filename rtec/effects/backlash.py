@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, one_way
 from rtec.effects.protocol import Card, Effect, Over, Rival, Shape
 
 
@@ -15,10 +15,6 @@ class Backlash(Effect):
     ``deviation = backlash / 2 * direction``, so that the amplitude is the distance between the forward and the
     backward curve (positive where the forward curve lies higher; play itself leaves the slide behind, which is
     negative). Where a moving log is at rest its direction is 0, and so is the contribution.
-
-    References
-    ----------
-    Thesis, section 3.1.1: play as the motion of the motor before motion is seen at the point of interest.
 
     Examples
     --------
@@ -32,6 +28,7 @@ class Backlash(Effect):
     name = "backlash"
     over = Over.REVERSAL
     needs = "both directions"
+    lacks = (one_way,)
     rivals = (
         Rival("servo_lag", experiments.THREE_FEEDS),
         Rival("windup", experiments.AFTER_REVERSAL, limit=True),  # over less than the way to the first reading
@@ -57,10 +54,6 @@ class Backlash(Effect):
             "B."
         ),
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a reversal error, or None."""
-        return None if conditions.both_directions else "one direction only"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction, shape (rows, 1)."""

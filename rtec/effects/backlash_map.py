@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from rtec.effects import experiments
 from rtec.effects._smooth import node_ladder, smooth_columns
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, one_way
 from rtec.effects.pitch_map import MapShape, PitchMap
 from rtec.effects.protocol import Card, Quantity, Rival, Shape, own_shape, parameter
 from rtec.errors import ArgumentError
@@ -57,10 +57,6 @@ class BacklashMap(PitchMap):
     other approach is right everywhere: ``s(position) / 2 * (direction + side)``. Beside a ``pitch_map``, which may
     have half of any ``s``, the side says nothing.
 
-    References
-    ----------
-    Thesis, section 3.1.2, table 3-3: separate errors forward and backward (bidirectional compensation).
-
     Examples
     --------
     >>> import numpy as np
@@ -103,7 +99,7 @@ class BacklashMap(PitchMap):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map of the reversal error, or None."""
-        return super().untestable(conditions) or (None if conditions.both_directions else "one direction only")
+        return super().untestable(conditions) or one_way(conditions)
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
         """Return the number of maps of both approaches, and three times that of a one-sided one: of each side."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,13 +11,7 @@ from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import SAME_PERIOD, frequencies, stated_periods
-from rtec.effects.protocol import (
-    Card,
-    Observable,
-    Rival,
-    Shape,
-    own_shape,
-)
+from rtec.effects.protocol import Card, Observable, Rival, Shape, own_shape
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
@@ -26,11 +19,6 @@ FEWEST_A_TURN = 3
 """Poles and slots that a motor has at least, together."""
 MOST_HARMONICS = 12
 """Magnets and slots give more of them than a screw does."""
-
-
-@dataclass(frozen=True, slots=True)
-class CoggingShape(WavesShape):
-    """Period and number of harmonics of one family."""
 
 
 class Cogging(Waves, Periodic):
@@ -42,23 +30,17 @@ class Cogging(Waves, Periodic):
     positions held. On a rotary axis whole numbers of cycles a turn are preferred: a motor looks the same after a
     turn.
 
-    References
-    ----------
-    Erwinski et al. (2019), section 3 and figure 6: the current at constant speed against position, with a period of
-    12 mm.
-
     Examples
     --------
     >>> x = np.array([0.0, 3.0, 6.0])
     >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64))
-    >>> Cogging().contribution(c, CoggingShape(12.0), [0.25, 0.0]).round(9).tolist()
+    >>> Cogging().contribution(c, WavesShape(12.0), [0.25, 0.0]).round(9).tolist()
     [0.0, 0.25, 0.0]
     """
 
     name = "cogging"
     observable = Observable.DRIVE
     needs = "a period that the positions resolve and do not alias: six positions at least, moving or held"
-    shape_type = CoggingShape
     at_most = 4
     rivals = (
         Rival("inertia", experiments.TWO_STROKES),
@@ -86,19 +68,16 @@ class Cogging(Waves, Periodic):
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""
         scanned = np.concatenate([frequencies(conditions), 1.0 / stated_periods(conditions)])
-        return [CoggingShape(period) for period in (1.0 / scanned).tolist()]
+        return [WavesShape(period) for period in (1.0 / scanned).tolist()]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return families of harmonics that hold the wave found, of whole cycles a turn where that is possible."""
-        found = families(conditions, 1.0 / own_shape(shape, CoggingShape).period, PARTS, MOST_HARMONICS)
-        return [CoggingShape(1.0 / base, harmonics) for base, harmonics in found]
+        found = families(conditions, 1.0 / own_shape(shape, WavesShape).period, PARTS, MOST_HARMONICS)
+        return [WavesShape(1.0 / base, harmonics) for base, harmonics in found]
 
     def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
         """Return why a fit is no cogging: magnets and teeth come many times a turn, a weight comes once."""
-        own, turn = own_shape(shape, CoggingShape), conditions.revolution
+        own, turn = own_shape(shape, WavesShape), conditions.revolution
         if turn is not None and own.period > turn / FEWEST_A_TURN * (1.0 + SAME_PERIOD):
             return "it comes once or twice a turn, as a weight does"
         return super().implausible(conditions, shape, amplitudes)
-
-    def _more_than_one_wave(self, shape: Shape) -> bool:
-        return own_shape(shape, CoggingShape).harmonics > 1

@@ -190,6 +190,16 @@ class Conditions:
         return replace(self, temperatures=MappingProxyType(heat), **picked)
 
 
+def one_place(conditions: Conditions) -> str | None:
+    """Return why the data cannot show a slope, or None."""
+    return None if conditions.places.size >= 2 else "one position only"
+
+
+def one_way(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what depends on the direction, or None."""
+    return None if conditions.both_directions else "one direction only"
+
+
 def no_speed(conditions: Conditions) -> str | None:
     """Return why the data cannot show what depends on speed, or None."""
     if conditions.velocity is None:
@@ -208,7 +218,7 @@ def no_spread(conditions: Conditions) -> str | None:
     """Return why the data cannot show what grows with the position, or None."""
     if conditions.time_is_coordinate:
         return "no positions: what grows with them cannot be seen"
-    return None if conditions.places.size >= 2 else "one position only"
+    return one_place(conditions)
 
 
 def too_few_moments(conditions: Conditions, fewest: int) -> str | None:

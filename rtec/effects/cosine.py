@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
+from rtec.effects.conditions import Conditions, Floats, one_place
+from rtec.effects.protocol import Card, Effect, Rival, Shape
 
 
 class Cosine(Effect):
@@ -26,8 +26,10 @@ class Cosine(Effect):
 
     name = "cosine"
     is_adjective = True
+    amplitude_unit = "per_length"
     needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
     never_ranked = True
+    lacks = (one_place,)
     rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)
     card = Card(
         title="Cosine error of the laser",
@@ -42,14 +44,6 @@ class Cosine(Effect):
         source="ISO 230-1, alignment of the measuring line; thesis, section 2.3.2.",
     )
 
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a slope, or None."""
-        return None if conditions.places.size >= 2 else "one position only"
-
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the position, shape (rows, 1)."""
         return conditions.position[:, None].astype(float)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the slope, in um/m (arcsec/deg on a rotary axis)."""
-        return (Amplitude("cosine", *units.per_length),)

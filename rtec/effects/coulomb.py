@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
-from rtec.effects.conditions import Conditions
+from rtec.effects.conditions import Conditions, one_way
 from rtec.effects.protocol import Card, Rival
 
 
@@ -17,13 +17,8 @@ class Coulomb(BuildsUp):
     -----
     ``force = coulomb * direction``, and 0 at rest, where friction is whatever holds the axis. With a distance the
     share ``1 - exp(-since_reversal / distance)`` of it: near standstill the force lies anywhere below breakaway, and
-    rises with the way, not with the sign of a velocity that is noise. Carried over a reversal, it starts from the
-    friction of the motion before.
-
-    References
-    ----------
-    Erwinski et al. (2019), section 3: the constant component, independent of velocity. P. R. Dahl, A solid friction
-    model, Aerospace Corporation, 1968: friction as a first-order element over distance.
+    rises with the way (Dahl 1968), not with the sign of a velocity that is noise. Carried over a reversal, it starts
+    from the friction of the motion before.
 
     Examples
     --------
@@ -60,4 +55,4 @@ class Coulomb(BuildsUp):
         """Return why the data cannot show dry friction, or None."""
         if conditions.direction is None:
             return "no directions: moving data or a direction column needed"
-        return None if conditions.both_directions else "one direction only"
+        return one_way(conditions)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._harmonics import POINTS_A_PERIOD, harmonic_columns, harmonic_names, harmonic_summary
+from rtec.effects._harmonics import POINTS_A_PERIOD, WavesShape, harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_base, stated_periods
@@ -31,14 +31,12 @@ AROUND = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class CyclicShape(Shape):
+class CyclicShape(WavesShape):
     """Period, number of harmonics, whether the wave differs by direction, and where in the period it has a step.
 
     ``step_at`` lies above zero and at most at the period; 0 stands for a wave without a step.
     """
 
-    period: float = field(default=1.0, metadata=parameter(Quantity.POSITION, "period"))
-    harmonics: int = field(default=1, metadata=parameter(Quantity.COUNT, "harmonics"))
     by_direction: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "by_direction"))
     step_at: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "step_at"))
 
@@ -46,6 +44,11 @@ class CyclicShape(Shape):
         """Refuse a step that lies outside the period."""
         if not 0.0 <= self.step_at <= self.period * (1.0 + ROUNDING):
             raise ArgumentError("step_at", self.step_at, f"0 (no step) to the period, {self.period:g}")
+
+    @property
+    def is_one_wave(self) -> bool:
+        """Whether it is a single wave, the same in both directions and without a step."""
+        return self.harmonics == 1 and not self.by_direction and self.step_at == 0.0
 
     @property
     def waves(self) -> int:
@@ -65,10 +68,6 @@ class Cyclic(Periodic):
     A step is a sawtooth beside the waves: it rises by 1 at the step and falls evenly over the turn. It is looked for
     in a stated turn or pitch of which enough phases are seen, halfway between neighbouring phases of the readings,
     which do not tell its place closer: at first in the widest gap of each hundredth of the turn.
-
-    References
-    ----------
-    Thesis, section 5.1 and figure 5.2: a cyclic error with the period of one turn of the leadscrew, 0.25 inch.
 
     Examples
     --------
@@ -213,10 +212,6 @@ class Cyclic(Periodic):
         (both, differing), (step, other) = np.split(waves, 2), np.split(steps, 2)
         forward = _way_summary(own, both + differing, step + other, "_forward", units)
         return (*head, *forward, *_way_summary(own, both - differing, step - other, "_backward", units))
-
-    def _more_than_one_wave(self, shape: Shape) -> bool:
-        own = own_shape(shape, CyclicShape)
-        return own.harmonics > 1 or own.by_direction or own.step_at > 0.0
 
 
 def sawtooth(position: Floats, shape: CyclicShape) -> Floats:

@@ -19,11 +19,6 @@ class DeadPath(Effect):
     ``deviation = dead_path * (n - n_standard)``: the way between the two reflectors where the laser was set to zero,
     which wavelength compensation does not know of. Where the air was another when it was set, the rest is an offset.
 
-    References
-    ----------
-    C. Steinmetz, Sub-micron position measurement and control on precision machine tools with laser interferometry,
-    Precision Engineering 12 (1990) 12: dead path error.
-
     Examples
     --------
     >>> import numpy as np
@@ -40,6 +35,7 @@ class DeadPath(Effect):
     needs = "a pressure column, with air temperature and humidity where there are any"
     shape_type = SensorShape
     in_time = True
+    lacks = (no_weather,)
     rivals = (
         Rival("refraction", experiments.NEAR_AND_FAR),
         Rival("thermal_shift", experiments.OTHER_WEATHER),
@@ -60,10 +56,6 @@ class DeadPath(Effect):
         invariant_to="position, direction and feed.",
         source="Steinmetz (1990); thesis, section 2.3: the laser is zeroed where a run begins.",
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a dead path, or None."""
-        return no_weather(conditions)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the temperatures that may be the air's."""

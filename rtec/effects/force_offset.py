@@ -16,10 +16,6 @@ class ForceOffset(Effect):
     -----
     ``force = force_offset``.
 
-    References
-    ----------
-    Erwinski et al. (2019), section 3: an inclined unit needs another force one way than the other.
-
     Examples
     --------
     >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64))

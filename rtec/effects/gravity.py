@@ -47,12 +47,6 @@ class Gravity(Effect):
     that is moved by the same angle adds the same of twice the angle. On a linear axis a weight is a constant,
     ``force = weight``: its column is that of ``force_offset``, beside which it is listed and not ranked.
 
-    References
-    ----------
-    Erwinski et al. (2019), section 3: an inclined unit needs another force one way than the other. J. Swevers et al.,
-    Optimal robot excitation and identification, IEEE Trans. Robotics and Automation 13 (1997) 730: gravity in the
-    torque of a joint.
-
     Examples
     --------
     >>> import numpy as np

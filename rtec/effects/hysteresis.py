@@ -10,17 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import (
-    Card,
-    Over,
-    Quantity,
-    Rival,
-    ScannedEffect,
-    Shape,
-    Tunable,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import shortest
 
 ELEMENTS = 24
@@ -49,11 +39,6 @@ class Hysteresis(ScannedEffect):
     to 1 where all of them do; the ways to slip are spread (a gamma distribution of order 2 over force) so that from
     nothing ``h = 1 - exp(-way / distance)``. A reversal within a loop makes a smaller loop that closes where it began
     (Masing's rules), which ``windup`` does not.
-
-    References
-    ----------
-    W. D. Iwan, A distributed-element model for hysteresis, J. Applied Mechanics 33 (1966) 893; F. Al-Bender, V.
-    Lampaert and J. Swevers, The generalized Maxwell-slip model, IEEE Trans. Automatic Control 50 (2005) 1883.
 
     Examples
     --------

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from rtec.effects import experiments
-from rtec.effects._drive import per_acceleration
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
+from rtec.effects.protocol import Card, Effect, Observable, Over, Rival, Shape
 
 
 class Inertia(Effect):
@@ -14,10 +13,6 @@ class Inertia(Effect):
     Notes
     -----
     ``force = inertia * acceleration``.
-
-    References
-    ----------
-    Erwinski et al. (2019), section 3 and figure 4: 1/M between the sum of the forces and the acceleration.
 
     Examples
     --------
@@ -31,8 +26,10 @@ class Inertia(Effect):
     name = "inertia"
     over = Over.ACCELERATION
     observable = Observable.DRIVE
+    amplitude_unit = "per_acceleration"
     needs = "moving data with accelerations"
     not_negative = True
+    lacks = (no_acceleration,)
     rivals = (
         Rival("cogging", experiments.TWO_STROKES),
         Rival("gravity", experiments.TWO_STROKES),
@@ -54,14 +51,6 @@ class Inertia(Effect):
         ),
     )
 
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show the mass, or None."""
-        return no_acceleration(conditions)
-
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, shape (rows, 1)."""
         return self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None].astype(float)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the mass, in kg where a force in newtons moves a linear axis."""
-        return (Amplitude("inertia", *per_acceleration(units)),)

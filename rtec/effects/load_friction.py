@@ -22,11 +22,6 @@ class LoadFriction(Coulomb):
     -----
     ``force = load_friction * load * direction``, and nothing at rest; times the share built up, as of ``coulomb``.
 
-    References
-    ----------
-    Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, section 2: Coulomb friction is
-    proportional to the normal force.
-
     Examples
     --------
     >>> way, load = np.array([1.0, -1.0]), np.array([10.0, 20.0])

@@ -4,21 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import (
-    Card,
-    Over,
-    Quantity,
-    Rival,
-    ScannedEffect,
-    Shape,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, own_shape, parameter
 
 FEWEST_MOMENTS = 5
 EDGE = 2
@@ -60,6 +52,7 @@ class LostCounts(ScannedEffect):
     shape_type = StepShape
     in_time = True
     at_most = 3
+    lacks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
     rivals = (
         Rival("backlash", experiments.REPEAT_CYCLES),
         Rival("drift", experiments.INDEX_OFTEN),
@@ -82,10 +75,6 @@ class LostCounts(ScannedEffect):
             "count shifts all later positions."
         ),
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a step in time, or None."""
-        return too_few_moments(conditions, FEWEST_MOMENTS)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return moments between readings: between all of them, or denser towards both ends where they are many."""

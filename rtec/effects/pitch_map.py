@@ -35,10 +35,6 @@ class PitchMap(Effect):
     node stands at each, and the map is the table of a bidirectional compensation's mean (thesis 3.1.1); beyond the
     outer nodes it goes on straight.
 
-    References
-    ----------
-    Thesis, section 3.1.1, table 3-1: a compensation table of error against position.
-
     Examples
     --------
     >>> x = np.array([0.0, 50.0, 100.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 import enum
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import ClassVar, TypeVar
@@ -128,7 +128,7 @@ class Card:
     invariant_to: str
     """What does not change it."""
     source: str
-    """Paper, section, equation or table."""
+    """Paper, section, equation or table; docs/references.md has them in full."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +164,38 @@ class Units:
             return "um/m", 1e6
         unit, factor = self.shown
         return f"{unit}/{self.position}", factor
+
+    @property
+    def per_speed(self) -> tuple[str, float]:
+        """Unit in which what is observed per speed is shown, and the factor to it: N/(m/s) on a linear axis.
+
+        Examples
+        --------
+        >>> Units("n", "mm", "s").per_speed, Units("a", "deg", "s").per_speed
+        (('N/(m/s)', 1000.0), ('A/(deg/s)', 1.0))
+        """
+        unit, factor = self.shown
+        return (f"{unit}/(m/s)", 1e3 * factor) if self.position == "mm" else (f"{unit}/({self.speed})", factor)
+
+    @property
+    def per_acceleration(self) -> tuple[str, float]:
+        """Unit of what is observed per acceleration, and the factor to it: kg for forces on a linear axis.
+
+        Examples
+        --------
+        >>> Units("n", "mm", "s").per_acceleration, Units("a", "deg", "s").per_acceleration
+        (('kg', 1000.0), ('A/(deg/s^2)', 1.0))
+        """
+        unit, factor = self.shown
+        if self.position != "mm":
+            return f"{unit}/({self.position}/s^2)", factor
+        return ("kg", 1e3) if self.observed == "n" else (f"{unit}/(m/s^2)", 1e3 * factor)
+
+    @property
+    def per_kelvin(self) -> tuple[str, float]:
+        """Unit in which what is observed per difference of temperature is shown, and the factor to it."""
+        unit, factor = self.shown
+        return f"{unit}/K", factor
 
     @property
     def speed(self) -> str:
@@ -209,7 +241,9 @@ class Effect(abc.ABC):
     card: ClassVar[Card]
     shape_type: ClassVar[type[Shape]] = Shape
     amplitude: ClassVar[str] = ""
-    """Name of its only amplitude, in the unit of what is observed; empty: that of the effect."""
+    """Name of its only amplitude; empty: that of the effect."""
+    amplitude_unit: ClassVar[str] = "shown"
+    """Which of the units that `Units` derives its only amplitude has."""
     over: ClassVar[Over] = Over.POSITION
     """What a picture shows it over."""
     grows_with_position: ClassVar[bool] = False
@@ -217,6 +251,8 @@ class Effect(abc.ABC):
     contains: ClassVar[frozenset[str]] = frozenset()
     """Simpler effects that are special cases of this one: where they explain the data, they win."""
     rivals: ClassVar[tuple[Rival, ...]] = ()
+    lacks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
+    """What is asked of data in turn: each returns why they cannot show the effect, or None."""
     not_negative: ClassVar[bool] = False
     """Amplitudes cannot be below zero (friction, inertia)."""
     in_time: ClassVar[bool] = False
@@ -238,7 +274,7 @@ class Effect(abc.ABC):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""
-        return None
+        return next((why for asked in self.lacks if (why := asked(conditions)) is not None), None)
 
     def ranked(self, conditions: Conditions) -> bool:
         """Return whether a search over these data ranks it; else it is listed beside what it is confounded with."""
@@ -319,7 +355,7 @@ class Effect(abc.ABC):
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return name and unit of each amplitude."""
-        return (Amplitude(self.amplitude or self.name, *units.shown),)
+        return (Amplitude(self.amplitude or self.name, *getattr(units, self.amplitude_unit)),)
 
     def contribution(self, conditions: Conditions, shape: Shape, amplitudes: Sequence[float]) -> Floats:
         """Return what the effect adds to the observed quantity, shape (rows,), in its unit inside."""

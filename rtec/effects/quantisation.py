@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.effects import experiments
-from rtec.effects._lattice import lattice_step
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 from rtec.errors import ArgumentError
@@ -31,18 +30,14 @@ class Quantisation(Effect):
 
     Notes
     -----
-    A continuous value u is recorded as ``q round(u / q)``. This is no matter of amplitudes: :meth:`steps` finds the
-    step that recorded values have, :meth:`rounded` rounds a model's values as the recording did. The column, for data
-    made of positions alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis
+    A continuous value u is recorded as ``q round(u / q)`` (:meth:`rounded`). The column, for data made of positions
+    alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis
     comes to rest at whole counts it is a sawtooth over the positions, with the amplitude 1. It vanishes where all
     positions are whole steps.
 
     Examples
     --------
-    >>> q = Quantisation()
-    >>> q.steps(np.array([0.012, -0.003, 0.021, 0.009]))
-    0.003
-    >>> q.rounded(np.array([0.0121, -0.0029]), 0.003).round(9).tolist()
+    >>> Quantisation().rounded(np.array([0.0121, -0.0029]), 0.003).round(9).tolist()
     [0.012, -0.003]
     """
 
@@ -65,22 +60,6 @@ class Quantisation(Effect):
         invariant_to="direction, feed, time and shifts by whole steps.",
         source="Yee (1992), position feedback signals: the resolution is a quarter of the square wave's cycle.",
     )
-
-    def steps(self, values: npt.ArrayLike) -> float | None:
-        """Return the largest step of which all recorded values are whole multiples.
-
-        Parameters
-        ----------
-        values
-            Recorded values in any unit, of any shape; those that are not finite are left out.
-
-        Returns
-        -------
-        float or None
-            The step in the unit of the values; None where there is none, or where fewer than three different values
-            occur. A value counts as a multiple within 1e-6 steps (and the rounding of its own digits).
-        """
-        return lattice_step(np.asarray(values, dtype=np.float64))
 
     def rounded(self, values: npt.ArrayLike, step: float) -> Floats:
         """Return the values as they are recorded in whole steps, halves to the even neighbour.

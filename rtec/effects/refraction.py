@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects._heat import SensorShape
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, one_place
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units, own_shape
 
 STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT = 1013.25, 20.0, 50.0
@@ -93,11 +93,6 @@ class Refraction(Effect):
     waves where it assumes n_standard of them. With another laser's own zero the constant part is an offset or a
     ``dead_path``.
 
-    References
-    ----------
-    Birch and Downs (1993, 1994); thesis, section 2.3: distance as a function of the wavelength, which the laser
-    corrects by sensors of air temperature and pressure.
-
     Examples
     --------
     >>> x, air = np.array([0.0, 1000.0]), np.full(2, 983.25)
@@ -112,6 +107,7 @@ class Refraction(Effect):
     needs = "a pressure column, with air temperature and humidity where there are any, and positions in a length"
     shape_type = SensorShape
     in_time = True
+    lacks = (no_weather, one_place)
     rivals = (
         Rival("dead_path", experiments.NEAR_AND_FAR),
         Rival("scale", experiments.OTHER_WEATHER),
@@ -131,12 +127,6 @@ class Refraction(Effect):
         invariant_to="direction, feed and all that the machine does.",
         source="Birch and Downs (1993); thesis, section 2.3: sensors of the air.",
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show refraction, or None."""
-        if (why := no_weather(conditions)) is not None:
-            return why
-        return "one position only" if conditions.places.size < 2 else None
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the temperatures that may be the air's."""

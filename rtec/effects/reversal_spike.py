@@ -10,15 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import (
-    Card,
-    Quantity,
-    Rival,
-    Shape,
-    Tunable,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Card, Quantity, Rival, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances, opposed, unseen_distances
 
 
@@ -37,11 +29,6 @@ class ReversalSpike(AfterReversal):
     ``deviation = spike / 2 * direction * exp(-since_reversal / distance)``. Beside a constant reversal error the same
     curve is a wind-up: what grows towards a larger error is called ``windup``, what falls towards a smaller one a
     spike.
-
-    References
-    ----------
-    ISO 230-4: spikes where a circle changes its quadrant; Erwinski et al. (2019), section 3: after standstill the
-    friction force drops.
 
     Examples
     --------

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from rtec.effects import experiments
-from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Rival, Shape, Units
+from rtec.effects.conditions import Conditions, Floats, one_place
+from rtec.effects.protocol import Card, Effect, Rival, Shape
 
 
 class Scale(Effect):
@@ -24,6 +24,7 @@ class Scale(Effect):
 
     name = "scale"
     is_adjective = True
+    amplitude_unit = "per_length"
     needs = "spread of positions"
     rivals = (
         Rival("cosine", experiments.SECOND_INSTRUMENT, permanent=True),
@@ -54,12 +55,8 @@ class Scale(Effect):
         """Return why the data cannot show a slope, or None."""
         if conditions.time_is_coordinate:
             return "no positions: time stands for them, and what is proportional to time is a drift"
-        return None if conditions.places.size >= 2 else "one position only"
+        return one_place(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the position, shape (rows, 1)."""
         return conditions.position[:, None].astype(float)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the slope, in um/m (arcsec/deg on a rotary axis)."""
-        return (Amplitude("scale", *units.per_length),)

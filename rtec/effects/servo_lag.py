@@ -15,10 +15,6 @@ class ServoLag(Effect):
     ``deviation = -lag * velocity``: of a proportional position loop with gain kv the lag is 1 / kv, and a late
     reading of the position gives the same. In a test with stops the velocity is that of the approach.
 
-    References
-    ----------
-    Erwinski et al. (2016), section I: the following error depends on the velocity of the axis.
-
     Examples
     --------
     >>> import numpy as np
@@ -31,6 +27,7 @@ class ServoLag(Effect):
     name = "servo_lag"
     over = Over.VELOCITY
     needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
+    lacks = (no_speed,)
     rivals = (Rival("backlash", experiments.THREE_FEEDS),)
     card = Card(
         title="Servo lag (delay)",
@@ -47,10 +44,6 @@ class ServoLag(Effect):
         invariant_to="position, time, temperature and order of the moves; zero at standstill.",
         source="Erwinski et al. (2016), sections I and II.",
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a lag, or None."""
-        return no_speed(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, negative, shape (rows, 1)."""

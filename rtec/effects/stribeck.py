@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects._ladders import ladder
-from rtec.effects.conditions import Conditions, Floats, no_speed
+from rtec.effects.conditions import Conditions, Floats, no_speed, one_way
 from rtec.effects.protocol import Card, Quantity, Rival, Shape, Tunable, own_shape, parameter
 
 FEWEST_SPEEDS = 4
@@ -33,11 +33,6 @@ class Stribeck(BuildsUp):
     ``force = stribeck * direction * exp(-(velocity / speed)**2)``, 0 at rest; times the share built up, as of
     ``coulomb``: the same asperities bend before they slip.
 
-    References
-    ----------
-    Erwinski et al. (2019), section 3: the friction force drops as the speed increases, and after the Stribeck
-    velocity rises again.
-
     Examples
     --------
     >>> v = np.array([0.0, 1.0, -100.0])
@@ -52,6 +47,7 @@ class Stribeck(BuildsUp):
     builds_on = frozenset({"coulomb"})
     needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
+    lacks = (no_speed, one_way)
     rivals = (Rival("coulomb", experiments.CREEP),)
     card = Card(
         title="Stribeck friction",
@@ -68,12 +64,9 @@ class Stribeck(BuildsUp):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that falls with speed, or None."""
-        if (why := no_speed(conditions)) is not None:
-            return why
-        if not conditions.both_directions:
-            return "one direction only"
         speeds = _speeds(conditions).size
-        return None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
+        few = None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
+        return super().untestable(conditions) or few
 
     def at_once(self, conditions: Conditions) -> Sequence[StribeckShape]:
         """Return speeds from the slowest motion to a third of the fastest; higher: collinear with coulomb."""

@@ -8,19 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._heat import FollowsHeat, HeatShape, changing_sensors, rise_of, unchanging, with_lags
+from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import (
-    Amplitude,
-    Card,
-    Over,
-    Quantity,
-    Rival,
-    Shape,
-    Units,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Units, own_shape, parameter
 
 FAR = 2.0
 """Spans beyond the axis from which on a fixed point is none: all of it moves alike."""
@@ -42,11 +32,6 @@ class ThermalGrowth(FollowsHeat):
     12 um/m/K. The fixed point is position zero, or where the readings put it. What grows may lag behind the sensor,
     and several parts may follow a sensor each.
 
-    References
-    ----------
-    Yao et al. (2013), section 4.1: temperatures of the machine's key parts among the factors that induce the error;
-    thesis, section 3.3: temperatures as input of the correction. ISO 1: the reference is 20 degC.
-
     Examples
     --------
     >>> x, heat = np.array([0.0, 1000.0]), {"temperature": np.array([22.0, 22.0])}
@@ -57,8 +42,6 @@ class ThermalGrowth(FollowsHeat):
 
     name = "thermal_growth"
     grows_with_position = True
-    over = Over.TEMPERATURE
-    needs = "a temperature column that changes by 0.5 K at least"
     shape_type = GrowthShape
     rivals = (
         Rival("pitch_map", experiments.COLD_AND_HOT),
@@ -90,10 +73,6 @@ class ThermalGrowth(FollowsHeat):
             return unchanging(conditions)
         return no_spread(conditions) or unchanging(conditions)
 
-    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the sensors whose temperature changes."""
-        return [GrowthShape(shape.sensor) for shape in changing_sensors(conditions)]
-
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape at once and with lags, fixed at zero and elsewhere."""
         own = GrowthShape(own_shape(shape, HeatShape).sensor)
@@ -119,8 +98,7 @@ class ThermalGrowth(FollowsHeat):
         """Return the coefficient of expansion, in um/m/K (arcsec/deg/K on a rotary axis), and the shift at zero."""
         unit, factor = units.per_length
         expansion = Amplitude("expansion", f"{unit}/K", factor)
-        unit, factor = units.shown
-        at_zero = Amplitude("at_zero", f"{unit}/K", factor)
+        at_zero = Amplitude("at_zero", *units.per_kelvin)
         return (expansion, at_zero) if own_shape(shape, GrowthShape).elsewhere else (expansion,)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rtec.effects import experiments
-from rtec.effects._heat import FollowsHeat, HeatShape, changing_sensors, rise_of, unchanging, with_lags
+from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Over, Rival, Shape, Units, own_shape
+from rtec.effects.protocol import Card, Rival, Shape, own_shape
 
 
 class ThermalShift(FollowsHeat):
@@ -17,11 +17,6 @@ class ThermalShift(FollowsHeat):
     -----
     ``deviation = shift * (temperature - reference temperature)``. What grows may lag behind the sensor, and several
     parts may follow a sensor each.
-
-    References
-    ----------
-    Yao et al. (2013), section 4.2: a spindle that moves by its heat while the axis stands; ISO 230-3, clause 6:
-    distortion by a rotating spindle.
 
     Examples
     --------
@@ -33,9 +28,10 @@ class ThermalShift(FollowsHeat):
     """
 
     name = "thermal_shift"
-    over = Over.TEMPERATURE
-    needs = "a temperature column that changes by 0.5 K at least"
+    amplitude = "shift"
+    amplitude_unit = "per_kelvin"
     shape_type = HeatShape
+    lacks = (unchanging,)
     rivals = (
         Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
         Rival("scale", experiments.COLD_AND_HOT),
@@ -61,14 +57,6 @@ class ThermalShift(FollowsHeat):
         source="Yao et al. (2013), section 4.2; Yee (1992), introduction; ISO 230-3.",
     )
 
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a shift, or None."""
-        return unchanging(conditions)
-
-    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the sensors whose temperature changes."""
-        return changing_sensors(conditions)
-
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape at once and with lags."""
         return with_lags(conditions, HeatShape(own_shape(shape, HeatShape).sensor))
@@ -77,8 +65,3 @@ class ThermalShift(FollowsHeat):
         """Return the rise of temperature, shape (rows, 1)."""
         own = own_shape(shape, HeatShape)
         return rise_of(conditions, own.sensor, own.lag)[:, None]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the shift, in um/K (arcsec/K on a rotary axis)."""
-        unit, factor = units.shown
-        return (Amplitude("shift", f"{unit}/K", factor),)

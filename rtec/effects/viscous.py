@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects import experiments
-from rtec.effects._drive import per_speed
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Over, Rival, Shape, Units
+from rtec.effects.protocol import Card, Effect, Observable, Over, Rival, Shape
 
 ONE_SPEED = 0.2
 """Of the usual speed: where half of the way in a direction was gone at speeds closer together, it is one speed."""
@@ -20,10 +19,6 @@ class Viscous(Effect):
     -----
     ``force = viscous * velocity``.
 
-    References
-    ----------
-    Erwinski et al. (2019), section 3: the part of friction that is a linear function of speed.
-
     Examples
     --------
     >>> v = np.array([0.0, -50.0])
@@ -35,6 +30,7 @@ class Viscous(Effect):
     name = "viscous"
     over = Over.VELOCITY
     observable = Observable.DRIVE
+    amplitude_unit = "per_speed"
     needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True
     rivals = (
@@ -68,10 +64,6 @@ class Viscous(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, shape (rows, 1)."""
         return self._needed(conditions.velocity, "a velocity or feed column")[:, None].astype(float)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the coefficient, in N/(m/s) on a linear axis."""
-        return (Amplitude("viscous", *per_speed(units)),)
 
 
 def one_speed_each_way(conditions: Conditions) -> bool:

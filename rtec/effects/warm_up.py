@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -11,17 +12,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import (
-    Card,
-    Over,
-    Quantity,
-    Rival,
-    ScannedEffect,
-    Shape,
-    Tunable,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_MOMENTS = 4
 
@@ -41,11 +32,6 @@ class WarmUp(ScannedEffect):
     ``deviation = final * (1 - exp(-t / time_constant))``: the solution of ``d(deviation)/dt = (final - deviation) /
     time_constant`` from nothing at the first reading.
 
-    References
-    ----------
-    Yao et al. (2013), section 4.2: 2.5 hours of running and 2 hours of cooling, in which a spindle's error follows
-    its heat.
-
     Examples
     --------
     >>> t = np.array([0.0, 600.0, 6000.0])
@@ -61,6 +47,7 @@ class WarmUp(ScannedEffect):
     shape_type = WarmShape
     contains = frozenset({"drift"})
     in_time = True
+    lacks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
     rivals: ClassVar[tuple[Rival, ...]] = (
         Rival("drift", experiments.LONGER),
         Rival("thermal_growth", experiments.OTHER_HEAT),
@@ -83,10 +70,6 @@ class WarmUp(ScannedEffect):
             "Yao et al. (2013), section 4.2: 2.5 h of running, 2 h of cooling; Yee (1992), introduction; ISO 230-3."
         ),
     )
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show an approach in time, or None."""
-        return too_few_moments(conditions, FEWEST_MOMENTS)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return time constants from a fiftieth of the measurement to half of it; longer: collinear with drift."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
+from rtec.effects.protocol import Card, Rival, Shape
 from rtec.effects.warm_up import WarmUp
 
 
@@ -16,11 +16,6 @@ class WarmUpGrowth(WarmUp):
     Notes
     -----
     ``deviation = growth * position * (1 - exp(-t / time_constant))``.
-
-    References
-    ----------
-    Yao et al. (2013), section 4.2: 2.5 hours of running and 2 hours of cooling; thesis, section 5.2: a screw that
-    grew during four passes in almost 20 hours.
 
     Examples
     --------
@@ -34,6 +29,8 @@ class WarmUpGrowth(WarmUp):
 
     name = "warm_up_growth"
     grows_with_position = True
+    amplitude = "growth"
+    amplitude_unit = "per_length"
     needs = "a time column, and a spread of positions"
     contains = frozenset({"scale"})
     rivals = (
@@ -62,7 +59,3 @@ class WarmUpGrowth(WarmUp):
         """Return the columns of several time constants, shape (shapes, 1, rows)."""
         grown: Floats = super().scan(conditions, shapes) * conditions.position
         return grown
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the growth at the end, in um/m (arcsec/deg on a rotary axis)."""
-        return (Amplitude("growth", *units.per_length),)

@@ -10,17 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import (
-    Card,
-    Over,
-    Quantity,
-    Rival,
-    ScannedEffect,
-    Shape,
-    Tunable,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_DISTANCES = 4
 CLOSE = 0.27
@@ -77,10 +67,6 @@ class Windup(AfterReversal):
     reversal, as where an overshoot on the way back has unwound the drive. Carried over, it starts from the full
     wind-up of the motion before, and the last factor is ``1 - 2 exp(-since_reversal / distance)``. Where the axis
     turned beyond the last reading, ``since_reversal`` is longer by the overshoot.
-
-    References
-    ----------
-    P. R. Dahl, A solid friction model, Aerospace Corporation, 1968: friction as a first-order element over distance.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from rtec.effects import LIBRARY, BuildUpShape, Conditions, CyclicShape, HeatShape, Shape, effect_named
 from rtec.effects._heat import SensorShape
+from rtec.effects._lattice import lattice_step
 from rtec.effects.gravity import GravityShape
 from rtec.effects.hysteresis import HysteresisShape
 from rtec.effects.lost_counts import StepShape
@@ -183,7 +184,7 @@ def test_contributions_are_linear_in_the_amplitudes(seed, factor):
 @settings(max_examples=200, deadline=None)
 def test_recorded_values_lie_on_the_step_that_is_found(counts, step):
     divisor = int(np.gcd.reduce(np.array(counts)))
-    found = Quantisation().steps(np.array(counts) * step)
+    found = lattice_step(np.array(counts) * step)
     assert found == pytest.approx(divisor * step, rel=1e-9)
 
 

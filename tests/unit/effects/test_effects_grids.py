@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rtec.effects import CyclicShape
-from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects._harmonics import WavesShape
+from rtec.effects.cogging import Cogging
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.lost_counts import LostCounts, StepShape
 from rtec.effects.stribeck import Stribeck, StribeckShape
@@ -36,7 +37,7 @@ def near(shapes, key, value, count):
     return sorted(shapes, key=lambda shape: abs(key(shape) - value))[:count]
 
 
-@pytest.mark.parametrize("effect, shape_type", [(Cyclic(), CyclicShape), (Cogging(), CoggingShape)])
+@pytest.mark.parametrize("effect, shape_type", [(Cyclic(), CyclicShape), (Cogging(), WavesShape)])
 def test_periods(bidirectional, effect, shape_type):
     rng = np.random.default_rng(3)
     c = bidirectional(np.linspace(3.0, 397.0, 61) + rng.uniform(-2, 2, 61), runs=2)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from rtec.effects import BuildUpShape, Conditions, Shape, Units
+from rtec.effects._harmonics import WavesShape
 from rtec.effects.acceleration_lag import AccelerationLag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
-from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects.cogging import Cogging
 from rtec.effects.coulomb import Coulomb
 from rtec.effects.force_offset import ForceOffset
 from rtec.effects.inertia import Inertia
@@ -86,7 +87,7 @@ def test_the_forces_of_a_drive_move_the_slide():
         (AsymmetricFriction(), Shape(), [asymmetry]),
         (Stribeck(), StribeckShape(speed=slow), [peak]),
         (ForceOffset(), Shape(), [weight]),
-        (Cogging(), CoggingShape(pitch), [cog, 0.0]),
+        (Cogging(), WavesShape(pitch), [cog, 0.0]),
     ]
     total = sum(effect.contribution(c, shape, amplitudes) for effect, shape, amplitudes in parts)
     assert total == pytest.approx(forces[keep], abs=0.05)

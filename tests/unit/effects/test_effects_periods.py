@@ -7,8 +7,9 @@ import pytest
 from encoder_disc_oracle import deviations
 
 from rtec.effects import Conditions, CyclicShape, MapShape, Units, frequency_grid
+from rtec.effects._harmonics import WavesShape
 from rtec.effects._periodic import families
-from rtec.effects.cogging import Cogging, CoggingShape
+from rtec.effects.cogging import Cogging
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.eccentricity import Eccentricity, EccentricityShape
 from rtec.effects.frequency_grid import (
@@ -277,7 +278,7 @@ def test_a_wave_that_nobody_stated_needs_five_cycles_and_more_than_two_readings_
     assert "5.0 cycles" in Cyclic().doubtful(c, CyclicShape(80.0)), "at the end of the scan: it may lie beyond"
     assert Cyclic().doubtful(c, CyclicShape(10.6)) is None
     assert "two readings long" in Cyclic().doubtful(c, CyclicShape(10.3))
-    assert Cogging().doubtful(c, CoggingShape(100.0)) == Cyclic().doubtful(c, CyclicShape(100.0))
+    assert Cogging().doubtful(c, WavesShape(100.0)) == Cyclic().doubtful(c, CyclicShape(100.0))
 
 
 @pytest.mark.parametrize(("pitch", "told"), [(100.0, True), (400.0, True), (444.0, True), (450.0, False)])
@@ -311,8 +312,8 @@ def test_a_line_beside_the_stated_pitch_is_a_line_of_its_own():
 def test_a_turn_is_stated_from_nine_tenths_of_it_on():
     x = np.arange(0.0, 350.0, 10.0)  # 340 degrees
     c = at(x, unit="deg", revolution=360.0)
-    assert Cogging().doubtful(c, CoggingShape(360.0)) is None
-    assert Cogging().doubtful(c, CoggingShape(180.0)) is None
+    assert Cogging().doubtful(c, WavesShape(360.0)) is None
+    assert Cogging().doubtful(c, WavesShape(180.0)) is None
     short = at(x[:32], unit="deg", revolution=360.0)  # 310 degrees
     assert 360.0 not in [shape.period for shape in Cogging().shapes(short)]
     assert 180.0 in [shape.period for shape in Cogging().shapes(short)]
@@ -320,9 +321,9 @@ def test_a_turn_is_stated_from_nine_tenths_of_it_on():
 
 def test_fractions_of_a_turn_are_not_stated_for_a_joint_that_goes_through_half_of_one():
     joint = at(np.arange(0.0, 200.0, 1.0), unit="deg", revolution=360.0)
-    assert "1.7 cycles of 120 deg only" in Cogging().doubtful(joint, CoggingShape(120.0))
-    assert Cogging().doubtful(joint, CoggingShape(30.0)) is None  # seven cycles need no statement
-    assert Cogging().doubtful(at(np.arange(0.0, 300.0), unit="deg", revolution=360.0), CoggingShape(120.0)) is None
+    assert "1.7 cycles of 120 deg only" in Cogging().doubtful(joint, WavesShape(120.0))
+    assert Cogging().doubtful(joint, WavesShape(30.0)) is None  # seven cycles need no statement
+    assert Cogging().doubtful(at(np.arange(0.0, 300.0), unit="deg", revolution=360.0), WavesShape(120.0)) is None
 
 
 def test_a_refit_moves_the_frequency_by_less_than_the_resolution():
@@ -361,33 +362,33 @@ def test_poles_and_slots_are_found_as_families():
     scanned = np.array([360.0 / shape.period for shape in Cogging().shapes(c)])
     # up to the limit of 512 places; of 128 cycles a turn they show four phases, however few are looked at
     assert {float(k) for k in range(1, 255)} <= set(scanned.round(9).tolist())
-    strongest = CoggingShape(360 / 14.1)  # within a hundredth of 14 cycles a turn
-    assert CoggingShape(360 / 7, 5) in Cogging().variants(c, strongest)
+    strongest = WavesShape(360 / 14.1)  # within a hundredth of 14 cycles a turn
+    assert WavesShape(360 / 7, 5) in Cogging().variants(c, strongest)
     assert max(variant.harmonics for variant in Cogging().variants(c, strongest)) == 12
-    twelve = Cogging().variants(c, CoggingShape(360 / 36))
-    assert CoggingShape(1 / (36 / 360 / 3), 3) in twelve
+    twelve = Cogging().variants(c, WavesShape(360 / 36))
+    assert WavesShape(1 / (36 / 360 / 3), 3) in twelve
     assert all(round(360 / variant.period) == pytest.approx(360 / variant.period) for variant in twelve)
 
 
 def test_whole_cycles_a_turn_are_not_refitted():
-    assert Cogging().tunables(held(), CoggingShape(360 / 7, 5)) == ()
-    assert Cogging().tunables(held(), CoggingShape(51.0)) == (), "one turn tells no other line from whole cycles"
+    assert Cogging().tunables(held(), WavesShape(360 / 7, 5)) == ()
+    assert Cogging().tunables(held(), WavesShape(51.0)) == (), "one turn tells no other line from whole cycles"
     ten = at(np.linspace(0.0, 3600.0, 5000), unit="deg", revolution=360.0)
-    assert len(Cogging().tunables(ten, CoggingShape(360 / 7.5))) == 1
-    assert Cogging().tunables(ten, CoggingShape(360 / 7)) == ()
+    assert len(Cogging().tunables(ten, WavesShape(360 / 7.5))) == 1
+    assert Cogging().tunables(ten, WavesShape(360 / 7)) == ()
 
 
 def test_lines_far_from_whole_cycles_stay_where_they_are():
     long = at(np.linspace(0.0, 3600.0, 5000), unit="deg", revolution=360.0)
-    between = CoggingShape(360 / 7.5)
-    assert CoggingShape(1 / (1 / between.period), 1) in Cogging().variants(long, between)
+    between = WavesShape(360 / 7.5)
+    assert WavesShape(1 / (1 / between.period), 1) in Cogging().variants(long, between)
 
 
 def test_cogging_of_a_linear_motor_needs_no_turn():
     c = at(np.linspace(0.0, 1200.0, 3000))
-    assert CoggingShape(12.0, 1) in Cogging().variants(c, CoggingShape(12.0))
-    assert len(Cogging().tunables(c, CoggingShape(12.0))) == 1
-    lines = {n: (v, u) for n, v, u in Cogging().summary(CoggingShape(12.0), [0.0, 0.25], Units("a", "mm", "s"))}
+    assert WavesShape(12.0, 1) in Cogging().variants(c, WavesShape(12.0))
+    assert len(Cogging().tunables(c, WavesShape(12.0))) == 1
+    lines = {n: (v, u) for n, v, u in Cogging().summary(WavesShape(12.0), [0.0, 0.25], Units("a", "mm", "s"))}
     assert lines["peak_to_peak"] == (pytest.approx(0.5), "A")
 
 
@@ -556,7 +557,7 @@ def test_suspects_are_waves_of_fewer_than_five_cycles():
 def test_a_fraction_of_a_turn_needs_its_first_wave(period, ratio, is_family):
     c = at(np.linspace(0.0, 359.0, 360), "deg", revolution=360.0)
     third = np.array([ratio, 0.0, 0.1, 0.1, 0.6, 0.8])
-    why = Cogging().implausible(c, CoggingShape(period, 3), third)
+    why = Cogging().implausible(c, WavesShape(period, 3), third)
     assert why is None if is_family else "a multiple of the true period" in why
 
 
@@ -564,8 +565,8 @@ def test_a_force_that_comes_once_or_twice_a_turn_is_a_weight():
     c = at(np.linspace(0.0, 359.0, 360), "deg", revolution=360.0)
     once = np.array([41.0, 3.0, 2.0, 0.0])
     for period in (360.0, 180.0):
-        assert "as a weight does" in Cogging().implausible(c, CoggingShape(period, 2), once)
-    assert Cogging().implausible(c, CoggingShape(120.0, 2), once) is None
+        assert "as a weight does" in Cogging().implausible(c, WavesShape(period, 2), once)
+    assert Cogging().implausible(c, WavesShape(120.0, 2), once) is None
 
 
 # a step once a turn
